@@ -94,14 +94,14 @@ void adopt(Agent& agent,
     carry_variables(old, before, after, leaf == state_machine::kNone, agent);
     if (leaf != state_machine::kNone) {
         agent.state_machine = carry_state(old.state_machine, before.table, after.table, leaf, now);
-        agent.doing = leaf;
-        const State& did = before.states[old.doing];
+        agent.current_action = leaf;
+        const State& did = before.states[old.current_action];
         for (std::size_t d = 0; d < after.states.size(); ++d) {
             const bool of_leaf =
                 d == leaf || (d >= after.choices[leaf].first &&
-                              d < after.choices[leaf].first + after.states[leaf].deeds.size());
+                              d < after.choices[leaf].first + after.states[leaf].actions.size());
             if (of_leaf && after.states[d].name == did.name) {
-                agent.doing = static_cast<std::uint16_t>(d);
+                agent.current_action = static_cast<std::uint16_t>(d);
                 // The same action goes on where it is.
                 agent.entered = old.entered || after.states[d].action != did.action;
                 if (!same_pace(after.states[d], did)) {

@@ -8,7 +8,7 @@ namespace zoned::ai {
 /// Of all agents that lived by `before` and whose brains are now those of `after`, both compiled
 /// for `dt` s; `brain_of` names the new brain of an agent, by index into after.brains.
 ///
-/// What has a name keeps it: the state, the deed within it and how long it has been in it, the
+/// What has a name keeps it: the state, the action within it and how long it has been in it, the
 /// places that histories remember, and variables, within their new bounds. An agent whose state is
 /// no more begins anew, as do variables that are new. A hold that was under way begins again, and a
 /// plan is made anew at the next decision, which comes when the new brain's period has it. Who

@@ -151,7 +151,7 @@ void AiUpdate::find_others(AgentStore& agents, const AiContext& world, const AiS
     others_ = needed ? &world.grid() : &nobody_;
 }
 
-// ---------------------------------------------------------------- doing it
+// ---------------------------------------------------------------- current_action it
 
 void AiUpdate::decide_one(AgentStore& agents,
                           DueAgent& due,
@@ -247,8 +247,8 @@ void AiUpdate::advance_suspended(AgentStore& agents,
                 lane.asking.push_back(due.slot);
             }
             std::uint8_t& behaviour = world.entities.behaviour[due.row];
-            due.moved = due.moved || behaviour != brain.states[agent.doing].behaviour;
-            behaviour = brain.states[agent.doing].behaviour;
+            due.moved = due.moved || behaviour != brain.states[agent.current_action].behaviour;
+            behaviour = brain.states[agent.current_action].behaviour;
         }
     });
 }
@@ -267,7 +267,8 @@ void AiUpdate::give_commands(const AgentStore& agents,
             const Agent& agent = agents.at(active[i]);
             world.entities.command[row] = agent.aim;
             world.entities.command[row].tick = world.now;
-            world.entities.behaviour[row] = brain_of(agent, settings).states[agent.doing].behaviour;
+            world.entities.behaviour[row] =
+                brain_of(agent, settings).states[agent.current_action].behaviour;
         }
     });
 }
@@ -328,7 +329,7 @@ void AiUpdate::suspend_unseen(AgentStore& agents,
         // A blend goes by none while it is active, however settled it is.
         const bool blends = brain.choices[agent.state_machine.state()].blend >= 0;
         if (blends ? world.now < agent.detour_until
-                   : !agent.timed && goes_by_segments(agent, brain.states[agent.doing])) {
+                   : !agent.timed && goes_by_segments(agent, brain.states[agent.current_action])) {
             continue;  // on a detour
         }
         if (!meets_nobody(agents, due, world, calm)) {

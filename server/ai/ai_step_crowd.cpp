@@ -14,7 +14,7 @@ bool forages(const Agent& agent, const AiSettings& settings) {
     const CompiledBrain& brain = settings.compiled[agent.brain];
     // Who has just turned to it begins when it steers.
     return brain.forages && !agent.entered &&
-           brain.states[agent.doing].action == ActionKind::kForage;
+           brain.states[agent.current_action].action == ActionKind::kForage;
 }
 
 }  // namespace
@@ -81,10 +81,10 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
         if (due.tier != Tier::kSuspended || !roams_on(agent, brain, world.now)) {
             continue;
         }
-        const State& state = brain.states[agent.doing];
+        const State& state = brain.states[agent.current_action];
         const Surroundings around = in.around(agent, due.row, due.slot);
         if (std::exchange(agent.entered, false)) {
-            begin_deed(agent, state, around);
+            begin_action(agent, state, around);
         }
         get_unstuck(agent, state, around);
         slot_hints_[due.row] = due.slot;
@@ -130,7 +130,7 @@ void AiUpdate::walk_herd_steps(AgentStore& agents,
             const Vec2 here(from.x(), from.z());
             // Of those beyond the border whom it may come to know of, and who may come to know of
             // it, rows are all that is known.
-            const float known_m = brain.states[agent.doing].radius_m + kHerdStale_m;
+            const float known_m = brain.states[agent.current_action].radius_m + kHerdStale_m;
             const bool at_border = ((world.half_size - here.cwiseAbs()).array() < known_m).any();
             if (at_border || !stepper.end.stands || (here - agent.placed).norm() >= kHerdStale_m) {
                 world.entities.position[stepper.row] = from;
@@ -207,7 +207,7 @@ void AiUpdate::formation_following(AgentStore& agents,
         const Agent& agent = agents.at(active[i]);
         const CompiledBrain& brain = settings.compiled[agent.brain];
         if (rows_[i] == world::kNoRow || !brain.forms_up || !agent.ward ||
-            brain.states[agent.doing].action != ActionKind::kFormUp) {
+            brain.states[agent.current_action].action != ActionKind::kFormUp) {
             continue;
         }
         const world::Row captain = world.entities.find(agent.ward);
@@ -237,7 +237,7 @@ void AiUpdate::local_avoidance(AgentStore& agents,
     for (std::size_t i = 0; i < active.size(); ++i) {
         if (rows_[i] != world::kNoRow) {
             const Agent& agent = agents.at(active[i]);
-            const State& state = settings.compiled[agent.brain].states[agent.doing];
+            const State& state = settings.compiled[agent.brain].states[agent.current_action];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(
                 {rows_[i], path_left(agent, state, world.places, Vec2(at.x(), at.z()))});

@@ -18,7 +18,8 @@ bool some_trade_can(const StockWaitList::Key& key,
                     const AiSettings& settings,
                     const Places& places,
                     Tick now) {
-    const std::vector<Trade>& trades = settings.compiled[key.brain].states[key.doing].trades;
+    const std::vector<Trade>& trades =
+        settings.compiled[key.brain].states[key.current_action].trades;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         if ((key.wait.trades & 1U << t) != 0 && places.can(trades[t], now)) {
             return true;
@@ -60,7 +61,7 @@ void AiUpdate::collect_traders(AgentStore& agents, const AiSettings& settings) {
     for (std::uint32_t i = 0; i < due_.size(); ++i) {
         Agent& agent = agents.at(due_[i].slot);
         if (due_[i].changed) {
-            agent.wants = all_trades(brain_of(agent, settings).states[agent.doing]);
+            agent.wants = all_trades(brain_of(agent, settings).states[agent.current_action]);
         }
         if (due_[i].decides && agent.wants != 0) {
             traders_.push_back(i);

@@ -43,7 +43,7 @@ void AiUpdate::request_paths(AgentStore& agents,
         agent.on_path = true;
         const pathfinding::Spot goal{agent.segment.goal.x(), agent.segment.goal.y()};
         const world::Row row = row_hints_[slot];
-        const State& state = brain_of(agent, settings).states[agent.doing];
+        const State& state = brain_of(agent, settings).states[agent.current_action];
         const float floor = goal_floor(agent, state, offscreen(world).around(agent, row, slot));
         world.paths->ask(slot, agent.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }
@@ -136,7 +136,8 @@ void AiUpdate::go_on_from(Agent& agent,
     const CompiledBrain& brain = brain_of(agent, settings);
     const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;
-    follow_path(agent, brain.states[agent.doing], offscreen(world).around(agent, row, slot));
+    follow_path(
+        agent, brain.states[agent.current_action], offscreen(world).around(agent, row, slot));
     agent.next_steering = world.now + 1;
     if (agent.tier == Tier::kSuspended) {
         agent.next_event = next_event(agent, brain, offscreen(world));

@@ -92,10 +92,11 @@ Course course_of(const Agent& agent, const CompiledBrain& brain, const Offscreen
         return {speed, &agent.segment};
     }
     const world::Row row = in.entities.find(agent.entity);
-    return {row == world::kNoRow
-                ? speed
-                : std::max(speed, roam_speed(brain.states[agent.doing], limits_of(in, row))),
-            nullptr};
+    return {
+        row == world::kNoRow
+            ? speed
+            : std::max(speed, roam_speed(brain.states[agent.current_action], limits_of(in, row))),
+        nullptr};
 }
 
 /// What an input of a blend is as long as the agent perceives nobody; no number where that may
@@ -114,7 +115,7 @@ float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& bra
     const std::size_t v = sense - std::size_t{kOwnSenses};
     const std::size_t count = brain.variables.size();
     const bool constant =
-        sense >= kOwnSenses && v < count && brain.rates[agent.doing * count + v] == 0.0F;
+        sense >= kOwnSenses && v < count && brain.rates[agent.current_action * count + v] == 0.0F;
     return constant ? agent.variables[v] : std::numeric_limits<float>::quiet_NaN();
 }
 
@@ -123,13 +124,13 @@ bool blends(const Agent& agent, const CompiledBrain& brain) {
     return brain.choices[agent.state_machine.state()].blend >= 0;
 }
 
-/// Whether a blend does one deed with all its heart, and goes on to: the next decision leaves its
+/// Whether a blend does one action with all its heart, and goes on to: the next decision leaves its
 /// degrees as they are to the last bit, and so do all after it. Degrees come to that within
 /// response_s where inputs stay (fuzzy::FuzzyStateMachine moves them by a bounded step).
 bool is_settled(const Agent& agent,
                 const CompiledBrain& brain,
                 const CompiledBrain::Choice& choice) {
-    if (agent.doing < choice.first) {
+    if (agent.current_action < choice.first) {
         return false;
     }
     const CompiledBrain::Blend& blend = brain.blends[static_cast<std::size_t>(choice.blend)];
@@ -141,7 +142,7 @@ bool is_settled(const Agent& agent,
         }
     }
     std::array<float, kMaxBlended> only{};
-    only[agent.doing - choice.first] = 1.0F;
+    only[agent.current_action - choice.first] = 1.0F;
     std::array<float, kMaxBlended> next = agent.degrees;
     blend.brain.step_one(std::span<const float>(in.data(), blend.inputs.size()),
                          std::span(next.data(), blend.brain.states()));
@@ -155,7 +156,7 @@ Tick trade_from(const Agent& agent,
                 std::size_t t,
                 const OffscreenContext& in,
                 StockWait& wait) {
-    const Trade& trade = brain.states[agent.doing].trades[t];
+    const Trade& trade = brain.states[agent.current_action].trades[t];
     const bool in_stock = in.places.can(trade, in.now);
     if (!able(agent, brain, trade, in.now)) {
         const Tick from = able_from(agent, brain, trade, in.now);
@@ -194,7 +195,7 @@ Tick trades_from(const Agent& agent,
                  const Course& course,
                  const OffscreenContext& in,
                  StockWait& wait) {
-    const std::vector<Trade>& trades = brain.states[agent.doing].trades;
+    const std::vector<Trade>& trades = brain.states[agent.current_action].trades;
     if (agent.wants == 0 || trades.empty()) {
         return kNever;
     }
@@ -221,7 +222,7 @@ Tick segment_or_decision(const Agent& agent, const OffscreenContext& in) {
 }  // namespace
 
 bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
-    const State& state = brain.states[agent.doing];
+    const State& state = brain.states[agent.current_action];
     const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
     // A policy does a little else at each tick.
     const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
@@ -235,7 +236,7 @@ void suspend(Agent& agent, const CompiledBrain& brain, const OffscreenContext& i
         Surroundings around = in.around(agent, row);
         around.all_out = blends(agent, brain);
         start_segment(agent, around);
-        plan_segment(agent, brain.states[agent.doing], true, around);
+        plan_segment(agent, brain.states[agent.current_action], true, around);
     }
     agent.placed = in.around(agent, row).body();
     e.command[row] = motion::InputCommand{};
@@ -274,13 +275,13 @@ bool walk_on(Agent& agent,
              const OffscreenContext& in,
              world::Row row,
              Slot slot) {
-    const State& state = brain.states[agent.doing];
+    const State& state = brain.states[agent.current_action];
     const bool entered = std::exchange(agent.entered, false);
     agent.fresh = false;
     Surroundings around = in.around(agent, row, slot);
     around.all_out = blends(agent, brain);
     if (entered) {
-        begin_deed(agent, state, around);
+        begin_action(agent, state, around);
     }
     return (entered || segment_is_over(agent, in.now, in.dt)) &&
            plan_segment(agent, state, entered, around);
@@ -308,7 +309,7 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const OffscreenContext
 
 Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
     const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
-    const bool trades = agent.wants != 0 && !brain.states[agent.doing].trades.empty();
+    const bool trades = agent.wants != 0 && !brain.states[agent.current_action].trades.empty();
     return trades || (reads & brain.senses_of_place) != 0 ? next_event(agent, brain, in)
                                                           : segment_or_decision(agent, in);
 }

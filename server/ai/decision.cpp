@@ -32,19 +32,19 @@ bool all_hold(const std::vector<Condition>& conditions, Known senses) {
     });
 }
 
-/// The deed that a plan begins with, or `otherwise`.
-std::uint16_t plan_deed(Agent& agent,
-                        const CompiledBrain::Plans& plans,
-                        std::uint16_t first,
-                        std::uint16_t otherwise,
-                        Known senses,
-                        DecisionScratch& scratch) {
+/// The action that a plan begins with, or `otherwise`.
+std::uint16_t planned_action(Agent& agent,
+                             const CompiledBrain::Plans& plans,
+                             std::uint16_t first,
+                             std::uint16_t otherwise,
+                             Known senses,
+                             DecisionScratch& scratch) {
     goap::World facts = 0;
     for (std::size_t f = 0; f < plans.facts.size(); ++f) {
         facts |= static_cast<goap::World>(all_hold(plans.facts[f], senses)) << f;
     }
     if (facts == agent.facts) {
-        return agent.doing;
+        return agent.current_action;
     }
     agent.facts = facts;
     if (!scratch.planner || scratch.planner->bound() != scratch.max_plan_nodes) {
@@ -67,12 +67,13 @@ std::uint16_t plan_deed(Agent& agent,
     return otherwise;
 }
 
-/// Moves the degrees of a blend's states on; the deed of the most active one, of equals the first.
-std::uint16_t blend_deed(Agent& agent,
-                         const CompiledBrain::Blend& blend,
-                         std::uint16_t first,
-                         bool entered,
-                         Known senses) {
+/// Moves the degrees of a blend's states on; the action of the most active one, of equals the
+/// first.
+std::uint16_t blended_action(Agent& agent,
+                             const CompiledBrain::Blend& blend,
+                             std::uint16_t first,
+                             bool entered,
+                             Known senses) {
     if (entered) {
         agent.degrees[0] = 1.0F;
     }
@@ -99,34 +100,34 @@ void choose(Agent& agent,
         agent.facts = kUnplanned;
         agent.degrees = {};
     }
-    std::uint16_t deed = leaf;
+    std::uint16_t action = leaf;
     if (choice.tree >= 0) {
-        deed = static_cast<std::uint16_t>(
+        action = static_cast<std::uint16_t>(
             choice.first + brain.trees[static_cast<std::size_t>(choice.tree)].decide(senses));
     } else if (choice.plan >= 0) {
-        deed = plan_deed(agent,
-                         brain.plans[static_cast<std::size_t>(choice.plan)],
-                         choice.first,
-                         leaf,
-                         senses,
-                         scratch);
+        action = planned_action(agent,
+                                brain.plans[static_cast<std::size_t>(choice.plan)],
+                                choice.first,
+                                leaf,
+                                senses,
+                                scratch);
     }
     if (choice.blend >= 0) {
-        deed = blend_deed(agent,
-                          brain.blends[static_cast<std::size_t>(choice.blend)],
-                          choice.first,
-                          entered || agent.doing == leaf,
-                          senses);
+        action = blended_action(agent,
+                                brain.blends[static_cast<std::size_t>(choice.blend)],
+                                choice.first,
+                                entered || agent.current_action == leaf,
+                                senses);
     }
-    if (deed == agent.doing && !entered) {
+    if (action == agent.current_action && !entered) {
         return;
     }
     grow(agent, brain, now);
-    // All deeds of a blend go on, whichever is the most active.
-    agent.entered = agent.entered || entered || choice.blend < 0 || agent.doing == leaf;
-    agent.doing = deed;
-    if (deed != leaf) {
-        for (const VariableChange& change : brain.states[deed].changes) {
+    // All actions of a blend go on, whichever is the most active.
+    agent.entered = agent.entered || entered || choice.blend < 0 || agent.current_action == leaf;
+    agent.current_action = action;
+    if (action != leaf) {
+        for (const VariableChange& change : brain.states[action].changes) {
             add(agent, brain, change.variable, change.on_enter);
         }
     }
@@ -136,7 +137,7 @@ void choose(Agent& agent,
 
 void begin(Agent& agent, const CompiledBrain& brain, Tick now) {
     agent.state_machine = state_machine::ActiveState(now);
-    agent.doing = 0;
+    agent.current_action = 0;
     agent.wants = all_trades(brain.states[0]);
     agent.facts = kUnplanned;
     agent.degrees = {};
@@ -149,7 +150,7 @@ void begin(Agent& agent, const CompiledBrain& brain, Tick now) {
 
 float variable_at(const Agent& agent, const CompiledBrain& brain, std::size_t v, Tick now) {
     const Variable& of = brain.variables[v];
-    const float rate = brain.rates[agent.doing * brain.variables.size() + v];
+    const float rate = brain.rates[agent.current_action * brain.variables.size() + v];
     const auto ticks = static_cast<float>(now - agent.variables_at);
     return std::clamp(agent.variables[v] + rate * ticks, of.low, of.high);
 }
@@ -267,7 +268,7 @@ TradeResult settle_trades(Agent& agent,
                           const Vec2& here,
                           Places& places,
                           Tick now) {
-    const std::vector<Trade>& trades = brain.states[agent.doing].trades;
+    const std::vector<Trade>& trades = brain.states[agent.current_action].trades;
     TradeResult bargain;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const unsigned bit = 1U << t;

@@ -56,7 +56,7 @@ bool finds_food(const ForageDef& def, const Places& places, const Vec2& at) {
 
 /// Null where the nest lies in another zone.
 Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
-    const ForageDef& def = *scene.brains[key.brain].states[key.doing].forage;
+    const ForageDef& def = *scene.brains[key.brain].states[key.current_action].forage;
     for (const auto& nest : nests_) {
         if (nest->place == def.nest) {
             nest->def = &def;
@@ -79,7 +79,7 @@ Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
     nests_.push_back(std::make_unique<Nest>(def, std::move(ground), std::move(doors)));
     Nest& nest = *nests_.back();
     nest.brain = key.brain;
-    nest.doing = key.doing;
+    nest.current_action = key.current_action;
     nest.type = key.type;
     return &nest;
 }
@@ -87,7 +87,7 @@ Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
 Nests::Memory Nests::memory() const {
     Memory memory{delivered_, turned_, {}};
     for (const auto& nest : nests_) {
-        Scents scents{nest->brain, nest->doing, nest->type, {}};
+        Scents scents{nest->brain, nest->current_action, nest->type, {}};
         nest->trails.for_each_scent([&scents](pathfinding::Place at, float home, float food) {
             scents.cells.push_back({at, home, food});
         });
@@ -215,7 +215,7 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const S
 
 /// Nothing happens to who is on a segment, unless doors have turned.
 void Nests::take_turn(Agent& agent, const Forager& forager, const Scene& scene) {
-    const ForageDef& def = *scene.brains[agent.brain].states[agent.doing].forage;
+    const ForageDef& def = *scene.brains[agent.brain].states[agent.current_action].forage;
     const Vec3& position = scene.entities.position[forager.row];
     const Vec2 body(position.x(), position.z());
     const bool by_segment = keeps_to_segment(agent, body, scene.now, scene.dt);
@@ -225,7 +225,7 @@ void Nests::take_turn(Agent& agent, const Forager& forager, const Scene& scene) 
     }
     const Vec2 at = whereabouts(agent, body, scene.now, scene.dt);
     const Vec2 target(agent.target.x(), agent.target.z());
-    const Scents key{agent.brain, agent.doing, scene.entities.type[forager.row], {}};
+    const Scents key{agent.brain, agent.current_action, scene.entities.type[forager.row], {}};
     if (Nest* const nest = nest_of(key, scene)) {
         const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
         walk(agent, *nest, at, by_segment ? over : near, scene);

@@ -79,7 +79,7 @@ class Nests {
         };
 
         std::uint16_t brain = 0;  ///< some brain and what it does say where the nest is
-        std::uint16_t doing = 0;
+        std::uint16_t current_action = 0;
         TypeIndex type = 0;  ///< of the creatures that its map is for
         std::vector<Cell> cells{};
     };
@@ -118,7 +118,7 @@ class Nests {
     struct Nest {
         std::uint16_t place;
         std::uint16_t brain = 0;
-        std::uint16_t doing = 0;
+        std::uint16_t current_action = 0;
         TypeIndex type = 0;
         const ForageDef* def;
         pathfinding::GroundMap ground;

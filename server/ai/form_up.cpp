@@ -158,7 +158,7 @@ void Formations::place(AgentStore& agents,
                        Tick now) {
     const auto def_of = [&](const Rank& rank) {
         const Agent& agent = agents.at(rank.slot);
-        return &*brains[agent.brain].states[agent.doing].formation;
+        return &*brains[agent.brain].states[agent.current_action].formation;
     };
     // Looked for once, and only where somebody is missing.
     auto ghosts = [&, found = std::optional<std::size_t>()]() mutable {

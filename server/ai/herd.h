@@ -13,7 +13,7 @@ namespace zoned::ai {
 
 /// Whether the agent goes with a herd.
 inline bool roams(const Agent& agent, const CompiledBrain& brain) {
-    return brain.states[agent.doing].action == ActionKind::kFlock;
+    return brain.states[agent.current_action].action == ActionKind::kFlock;
 }
 
 /// The fastest that one walks who roams so, m/s.

@@ -55,7 +55,7 @@ void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per
     }
 }
 
-/// What states and deeds do to variables.
+/// What states and actions do to variables.
 void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
     ZONED_ASSERT(brain.variables.size() <= kMaxVariables, "an agent has few variables");
     std::vector<const State*> nodes;
@@ -70,7 +70,8 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
             }
         }
     }
-    // Rates of leaves, by the innermost state that says one; then of deeds, on top of their leaf's.
+    // Rates of leaves, by the innermost state that says one; then of actions, on top of their
+    // leaf's.
     const std::size_t count = brain.variables.size();
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         std::vector<float> per_s;
@@ -87,11 +88,11 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
             out.rates[leaf * count + v] = per_s[v] * dt;
         }
         const CompiledBrain::Choice& choice = out.choices[leaf];
-        for (std::size_t d = 0; d < out.states[leaf].deeds.size(); ++d) {
-            std::vector<float> of_deed = per_s;
-            overlay(out.states[choice.first + d].changes, of_deed);
+        for (std::size_t d = 0; d < out.states[leaf].actions.size(); ++d) {
+            std::vector<float> of_action = per_s;
+            overlay(out.states[choice.first + d].changes, of_action);
             for (std::size_t v = 0; v < count; ++v) {
-                out.rates[(choice.first + d) * count + v] = of_deed[v] * dt;
+                out.rates[(choice.first + d) * count + v] = of_action[v] * dt;
             }
         }
     }
@@ -120,10 +121,10 @@ void compile_choices(CompiledBrain& out, float dt) {
                 {fuzzy::FuzzyStateMachine(by_blend->def, period), by_blend->inputs});
         }
         out.choices.push_back(choice);
-        const Deeds deeds = state.deeds;
-        for (const State& deed : deeds) {
-            out.states.push_back(deed);
-            out.states.back().name = out.states[leaf].name + ":" + deed.name;
+        const ActionStates actions = state.actions;
+        for (const State& action : actions) {
+            out.states.push_back(action);
+            out.states.back().name = out.states[leaf].name + ":" + action.name;
         }
     }
 }

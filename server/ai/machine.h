@@ -127,13 +127,13 @@ struct VariableChange {
 
 /// How a state finds at each decision what to do; its own action is for where no way is found.
 struct TreeChoice {
-    tree::TreeDef def;  ///< answers are numbers of deeds
+    tree::TreeDef def;  ///< answers are numbers of actions
 };
 
 struct PlanChoice {
     goap::Domain domain;
     std::vector<std::vector<Condition>> facts;  ///< by fact: true where all hold; not of kStateTime
-    std::uint16_t goal = 0;                     ///< of the domain; actions are numbers of deeds
+    std::uint16_t goal = 0;                     ///< of the domain; actions are numbers of actions
 };
 
 /// A policy with the envelope that it cannot leave.
@@ -152,7 +152,7 @@ struct PolicyChoice {
 /// States that a blend can have.
 inline constexpr std::size_t kMaxBlended = 6;
 
-/// Several deeds at a time, each to a degree; deeds are those of the fuzzy states.
+/// Several actions at a time, each to a degree; actions are those of the fuzzy states.
 struct BlendChoice {
     fuzzy::FuzzyStateMachineDef def;  ///< without outputs
     std::vector<SenseIndex> inputs;
@@ -161,7 +161,7 @@ struct BlendChoice {
 struct State;
 
 /// What is done under a name: as a state's action, without transitions.
-using Deeds = std::vector<State>;
+using ActionStates = std::vector<State>;
 
 struct State {
     std::string name;
@@ -181,10 +181,10 @@ struct State {
     std::optional<FollowDef> follow{};        ///< of kFollowTrack, which has one
     std::vector<std::uint16_t> along{};       ///< of kFlock: places that the herd goes to in turn
     std::vector<Trade>
-        trades{};  ///< once, as soon as they can be done; of an innermost state or deed
+        trades{};  ///< once, as soon as they can be done; of an innermost state or action
     /// Of an innermost state.
     std::variant<std::monostate, TreeChoice, PlanChoice, BlendChoice, PolicyChoice> choice{};
-    Deeds deeds{};  ///< what it chooses among
+    ActionStates actions{};  ///< what it chooses among
     std::optional<learning::RubberBand> rubber_band{};
 };
 
@@ -277,7 +277,7 @@ struct CompiledBrain {
     };
 
     /// How a leaf chooses: by a tree, a plan or a blend, index into these, or by itself where all
-    /// are below 0. Deeds begin at `first`.
+    /// are below 0. ActionStates begin at `first`.
     struct Choice {
         int tree = -1;
         int plan = -1;
@@ -285,7 +285,7 @@ struct CompiledBrain {
         std::uint16_t first = 0;
     };
 
-    std::vector<State> states;    ///< what is done: by leaf of the table, then deeds of leaves
+    std::vector<State> states;    ///< what is done: by leaf of the table, then actions of leaves
     std::vector<Choice> choices;  ///< by leaf
     std::vector<tree::DecisionTree> trees;
     std::vector<Plans> plans;

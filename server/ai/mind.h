@@ -58,7 +58,7 @@ struct Agent {
     EntityId entity;
     std::uint16_t brain = 0;                   ///< index into AiSettings::brains
     state_machine::ActiveState state_machine;  ///< where it is in it
-    std::uint16_t doing = 0;                   ///< index into CompiledBrain::states
+    std::uint16_t current_action = 0;          ///< index into CompiledBrain::states
     goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
     std::array<float, kMaxVariables> variables{};  ///< as of variables_at: they grow since
     std::array<float, kMaxBlended> degrees{};      ///< of a blend's states, while it runs

@@ -62,9 +62,9 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
         return "is in a state that there is not";
     }
     const CompiledBrain::Choice& choice = brain.choices[leaf];
-    const bool deed =
-        agent.doing >= choice.first && agent.doing < choice.first + brain.states[leaf].deeds.size();
-    if (agent.doing != leaf && !deed) {
+    const bool action = agent.current_action >= choice.first &&
+                        agent.current_action < choice.first + brain.states[leaf].actions.size();
+    if (agent.current_action != leaf && !action) {
         return "does what its state does not say";
     }
     if (agent.state_machine.pending[0] != state_machine::kNone &&
@@ -77,10 +77,10 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
         }
     }
     // What has just been turned to writes it.
-    if (!agent.entered && agent.corner > most_corner(brain.states[agent.doing].action)) {
+    if (!agent.entered && agent.corner > most_corner(brain.states[agent.current_action].action)) {
         return "is at a corner that there is not";
     }
-    if (!agent.entered && brain.states[agent.doing].action == ActionKind::kFollowTrack &&
+    if (!agent.entered && brain.states[agent.current_action].action == ActionKind::kFollowTrack &&
         !is_on_tracks(agent.track, settings.places.tracks.get())) {
         return "is on a track that there is not";
     }
@@ -96,7 +96,7 @@ void write_nests(const Nests::Memory& memory, FieldWriter& write) {
     write(static_cast<std::uint32_t>(memory.nests.size()));
     for (const Nests::Scents& nest : memory.nests) {
         write(nest.brain);
-        write(nest.doing);
+        write(nest.current_action);
         write(nest.type);
         write(static_cast<std::uint32_t>(nest.cells.size()));
         for (const Nests::Scents::Cell& cell : nest.cells) {
@@ -116,7 +116,7 @@ bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
     const auto known = [](float scent) {
         return scent >= 0.0F && scent <= 1.0F;
     };
-    return nest.doing < states.size() && states[nest.doing].forage.has_value() &&
+    return nest.current_action < states.size() && states[nest.current_action].forage.has_value() &&
            std::is_sorted(
                nest.cells.begin(),
                nest.cells.end(),
@@ -137,7 +137,7 @@ std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::Mem
         Nests::Scents nest;
         std::uint32_t cells = 0;
         read(nest.brain);
-        read(nest.doing);
+        read(nest.current_action);
         read(nest.type);
         read(cells);
         for (std::uint32_t c = 0; c < cells && !read.cut_short(); ++c) {

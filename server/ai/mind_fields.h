@@ -45,7 +45,7 @@ template <class AgentOf, class Visit>
     visit(agent.state_machine.pending_since[0]);
     visit_array(agent.state_machine.since, column);
     visit_array(agent.state_machine.memory, column);
-    visit(agent.doing);
+    visit(agent.current_action);
     visit(agent.facts);
     visit_array(agent.variables, visit);
     visit_array(agent.degrees, visit);

@@ -119,9 +119,10 @@ void AgentStore::schedule(Slot slot, Tick period) {
 void AgentStore::wait(Slot slot, Tick period) {
     const Agent& agent = agents_[slot];
     if (agent.wait.any()) {
-        waits_.join(slot,
-                    agent.entity,
-                    {agent.brain, agent.state_machine.state(), agent.doing, agent.wait, period});
+        waits_.join(
+            slot,
+            agent.entity,
+            {agent.brain, agent.state_machine.state(), agent.current_action, agent.wait, period});
     } else {
         waits_.leave(slot);
     }

@@ -39,7 +39,7 @@ Tick first_at(Tick now, float ticks, const Becomes& becomes) {
 }
 
 float rate_of(const Agent& agent, const CompiledBrain& brain, std::size_t variable) {
-    return brain.rates[agent.doing * brain.variables.size() + variable];
+    return brain.rates[agent.current_action * brain.variables.size() + variable];
 }
 
 bool stock_holds(std::span<const Watch> watches,
@@ -277,7 +277,7 @@ bool does_as_chosen(const Agent& agent, const CompiledBrain& brain, const Senses
     if (choice.tree >= 0) {
         const tree::DecisionTree& tree = brain.trees[static_cast<std::size_t>(choice.tree)];
         const std::span<const float> known(senses.data(), brain.senses);
-        return agent.doing == choice.first + tree.decide(known);
+        return agent.current_action == choice.first + tree.decide(known);
     }
     return choice.plan < 0 || agent.facts != kUnplanned;
 }

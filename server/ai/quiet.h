@@ -22,7 +22,7 @@ struct NextChange {
 };
 
 /// No decision of the agent before `until` takes a transition, begins or ends a hold, or chooses
-/// another deed than the one it is at, as long as it perceives nobody, none of its variables is
+/// another action than the one it is at, as long as it perceives nobody, none of its variables is
 /// changed from outside, and stock_changed() says no of `wait`: no transition, fact or question of
 /// its state, tree or plan becomes other than the agent found it. `senses` are those of `now`,
 /// which need not be those that it decided by: what has become other since then may change

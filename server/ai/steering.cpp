@@ -120,8 +120,8 @@ bool needs_aim(const Agent& agent,
     return pace || turns(agent, desired, direction, entered);
 }
 
-/// What all deeds of a blend want together, as a velocity in units of walking speed: each wants its
-/// own speed along its own direction, or to stand, with its degree as its weight.
+/// What all actions of a blend want together, as a velocity in units of walking speed: each wants
+/// its own speed along its own direction, or to stand, with its degree as its weight.
 Vec2 blended_velocity(Agent& agent,
                       const CompiledBrain& brain,
                       const CompiledBrain::Choice& choice,
@@ -135,13 +135,13 @@ Vec2 blended_velocity(Agent& agent,
         if (!(agent.degrees[d] > 0.0F)) {
             continue;
         }
-        const State& deed = brain.states[choice.first + d];
+        const State& action = brain.states[choice.first + d];
         const DesiredVelocity desired =
-            desired_velocity(agent, deed, full_speed(deed, around), around);
+            desired_velocity(agent, action, full_speed(action, around), around);
         const float length = desired.direction.norm();
         total += agent.degrees[d];
         if (length > 0.0F && std::isfinite(length)) {
-            const float speed = deed.speed_factor * (deed.sprint ? sprint_factor : 1.0F);
+            const float speed = action.speed_factor * (action.sprint ? sprint_factor : 1.0F);
             sum += desired.direction * (agent.degrees[d] * speed / length);
         }
     }
@@ -155,7 +155,7 @@ void steer_blend(Agent& agent,
                  const Surroundings& around) {
     const std::size_t count = brain.blends[static_cast<std::size_t>(choice.blend)].brain.states();
     for (std::size_t d = 0; entered && d < count; ++d) {
-        begin_deed(agent, brain.states[choice.first + d], around);
+        begin_action(agent, brain.states[choice.first + d], around);
     }
     if (around.now < agent.detour_until) {
         return;
@@ -303,11 +303,11 @@ void get_unstuck(Agent& agent, const State& state, const Surroundings& around) {
 }
 
 bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around) {
-    const State& state = brain.states[agent.doing];
+    const State& state = brain.states[agent.current_action];
     const bool entered = std::exchange(agent.entered, false);
     const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
     const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
-    if (choice.blend >= 0 && agent.doing >= choice.first) {
+    if (choice.blend >= 0 && agent.current_action >= choice.first) {
         agent.timed = false;
         steer_blend(agent, brain, choice, entered, around);
         agent.fresh = false;
@@ -315,7 +315,7 @@ bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around)
     }
     bool asks = false;
     if (entered) {
-        begin_deed(agent, state, around);
+        begin_action(agent, state, around);
     }
     follow_band(agent, state, around);
     if (policy != nullptr) {

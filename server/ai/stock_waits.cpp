@@ -19,9 +19,9 @@ StockWaitList::Group::Group(const Key& key)
 }
 
 std::size_t StockWaitList::HashOfKey::operator()(const Key& key) const {
-    const std::uint64_t kind = static_cast<std::uint64_t>(key.brain) << 48U |
-                               static_cast<std::uint64_t>(key.leaf) << 32U |
-                               static_cast<std::uint64_t>(key.doing) << 16U | key.wait.trades;
+    const std::uint64_t kind =
+        static_cast<std::uint64_t>(key.brain) << 48U | static_cast<std::uint64_t>(key.leaf) << 32U |
+        static_cast<std::uint64_t>(key.current_action) << 16U | key.wait.trades;
     const std::uint64_t clauses =
         static_cast<std::uint64_t>(key.wait.clauses) << 32U | key.wait.held;
     return core::mix(core::mix(kind) ^ clauses) ^ static_cast<std::uint64_t>(key.period);

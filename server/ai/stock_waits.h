@@ -25,7 +25,7 @@ class StockWaitList {
     struct Key {
         std::uint16_t brain = 0;
         std::uint16_t leaf = 0;
-        std::uint16_t doing = 0;
+        std::uint16_t current_action = 0;
         StockWait wait;
         Tick period = 1;  ///< of its decisions, ticks
 

@@ -26,7 +26,7 @@ class Account {
 
     std::string write(const Senses& senses, float dt) {
         states(dt);
-        text_ += "does " + compiled_.states[agent_.doing].name + "\n";
+        text_ += "does " + compiled_.states[agent_.current_action].name + "\n";
         track(dt);
         learned();
         degrees();
@@ -70,7 +70,8 @@ class Account {
 
     /// Where on its track it is.
     void track(float dt) {
-        if (compiled_.states[agent_.doing].action != ActionKind::kFollowTrack || agent_.entered) {
+        if (compiled_.states[agent_.current_action].action != ActionKind::kFollowTrack ||
+            agent_.entered) {
             return;
         }
         const SplinePlace place = spline_place(agent_, places_);
@@ -96,7 +97,7 @@ class Account {
 
     /// What a policy is allowed, and what adapts.
     void learned() {
-        const State& state = compiled_.states[agent_.doing];
+        const State& state = compiled_.states[agent_.current_action];
         if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
             const learning::Guard& guard = choice->policy->guard;
             text_ += print("as policy %s says, within %.3g of full speed%s, %.3g rad/s, ",
@@ -124,7 +125,7 @@ class Account {
             return;
         }
         text_ += "blended, by degree:\n";
-        for (std::size_t d = 0; d < compiled_.states[leaf].deeds.size(); ++d) {
+        for (std::size_t d = 0; d < compiled_.states[leaf].actions.size(); ++d) {
             text_ += print("  %s %.3g\n",
                            compiled_.states[choice.first + d].name.c_str(),
                            static_cast<double>(agent_.degrees[d]));

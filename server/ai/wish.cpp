@@ -320,7 +320,7 @@ void pick_wander_target(Agent& agent, float radius, const Surroundings& around) 
     restart_progress(agent, around.entities.position[around.self], around.now);
 }
 
-void begin_deed(Agent& agent, const State& state, const Surroundings& around) {
+void begin_action(Agent& agent, const State& state, const Surroundings& around) {
     agent.detour_until = 0;
     restart_progress(agent, around.entities.position[around.self], around.now);
     if (state.action == ActionKind::kWander) {

@@ -59,7 +59,7 @@ struct DesiredVelocity {
 };
 
 /// Begins what the agent does anew, which it has just turned to.
-void begin_deed(Agent& agent, const State& state, const Surroundings& around);
+void begin_action(Agent& agent, const State& state, const Surroundings& around);
 
 /// Where an escort goes, m: between its ward and a threat, `radius_m` from the ward but no farther
 /// than half way; without a threat beside a ward that moves, across its path, on the side on which

@@ -76,7 +76,7 @@ std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone
         for (std::size_t n = 0; n < state.agents.size(); ++n) {
             const ai::Agent& agent = state.agents.at(state.agents.nth(n));
             const ai::CompiledBrain& brain = brains[agent.brain];
-            if (brain.states[agent.doing].rubber_band) {
+            if (brain.states[agent.current_action].rubber_band) {
                 add_band(agent.band, out[brain.name]);
             }
         }

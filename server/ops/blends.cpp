@@ -40,10 +40,10 @@ int find_state(const Config::Blend& blend, const std::string& name) {
     return -1;
 }
 
-void check_deeds(const Config::Blend& blend, const std::string& path, Diagnostics& diagnostics) {
+void check_actions(const Config::Blend& blend, const std::string& path, Diagnostics& diagnostics) {
     std::set<int> seen;
     for (int s = 0; s < blend.state_size(); ++s) {
-        const Config::Action action = blend.state(s).do_().action();
+        const Config::ActionKind action = blend.state(s).do_().action();
         const std::string here = join_path(path, "state", s) + ".do";
         if (action == Config::FLOCK) {
             diagnostics.add(here, "FLOCK cannot be blended: herds steer by decisions alone");
@@ -69,7 +69,7 @@ void check_blend(const Config::Blend& blend, const std::string& path, Diagnostic
                             "'" + blend.state(s).name() + "' is the name of another state");
         }
     }
-    check_deeds(blend, path, diagnostics);
+    check_actions(blend, path, diagnostics);
     std::set<int> reached{0};
     for (int t = 0; t < blend.transition_size(); ++t) {
         const Config::BlendTransition& transition = blend.transition(t);
@@ -121,7 +121,7 @@ void expand_blend(const Config& config,
     }
     for (const Config::BlendState& state : blend.state()) {
         choice.def.states.push_back({state.name(), {}});
-        out.deeds.push_back(expand_deed(config, state.name(), state.do_(), variable_of));
+        out.actions.push_back(expand_action(config, state.name(), state.do_(), variable_of));
     }
     for (int t = 0; t < blend.transition_size(); ++t) {
         const auto index = [&blend](const std::string& name) {

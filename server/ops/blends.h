@@ -13,7 +13,7 @@ namespace zoned::ops {
 /// Index of the blend of that name, -1: none.
 int find_blend(const proto::Config& config, const std::string& name);
 
-/// Fills in the state's choice and deeds; `sense_of` gives the sense of an input.
+/// Fills in the state's choice and actions; `sense_of` gives the sense of an input.
 void expand_blend(const proto::Config& config,
                   const proto::Config::Blend& blend,
                   const std::function<ai::SenseIndex(const proto::Config::FuzzyInput&)>& sense_of,

@@ -224,10 +224,10 @@ class RootCheck {
                                                     diagnostics_);
                 broken_ = broken_ || !leads;
             }
-            doing(state, here);
-            for_each_choice_deed(
-                config_, state, [this](const Config::Deed& deed, const std::string& at) {
-                    doing(deed, at);
+            check_action(state, here);
+            for_each_choice_action(
+                config_, state, [this](const Config::Action& action, const std::string& at) {
+                    check_action(action, at);
                 });
             for_each_choice_condition(
                 config_, state, [this](const Config::Condition& of, const std::string& at) {
@@ -255,13 +255,13 @@ class RootCheck {
         done_.insert(index);
     }
 
-    /// A state or deed.
-    template <class Doing>
-    void doing(const Doing& of, const std::string& path) {
+    /// A state or action.
+    template <class ActionSpec>
+    void check_action(const ActionSpec& of, const std::string& path) {
         for (int c = 0; c < of.change_size(); ++c) {
             change(of.change(c), join_path(path, "change", c));
         }
-        check_doing(config_, root_, of, path, diagnostics_);
+        check_action_details(config_, root_, of, path, diagnostics_);
     }
 
     void blend_inputs(const Config::State& state) {
@@ -276,8 +276,8 @@ class RootCheck {
             }
         }
         for (int s = 0; blend >= 0 && s < config_.blend(blend).state_size(); ++s) {
-            doing(config_.blend(blend).state(s).do_(),
-                  join_path(join_path("", "blend", blend), "state", s) + ".do");
+            check_action(config_.blend(blend).state(s).do_(),
+                         join_path(join_path("", "blend", blend), "state", s) + ".do");
         }
     }
 
@@ -317,13 +317,13 @@ class RootCheck {
             })) {
             check_company(brain, join_path("", "brain", root_), diagnostics_);
         }
-        const std::size_t deeds = deeds_of(brain.states);
-        if (deeds > kMostDeeds) {
+        const std::size_t actions = actions_of(brain.states);
+        if (actions > kMostActions) {
             diagnostics_.add(join_path("", "brain", root_),
                              text_of("its states and all that their trees and plans choose among "
                                      "are %g, at most %g",
-                                     static_cast<double>(deeds),
-                                     static_cast<double>(kMostDeeds)));
+                                     static_cast<double>(actions),
+                                     static_cast<double>(kMostActions)));
         }
         for (const auto& defect :
              ai::state_machine::defects_of(ai::state_machine_of(brain), senses)) {
@@ -335,15 +335,15 @@ class RootCheck {
         }
     }
 
-    /// Innermost states and deeds have numbers of 16 bits.
-    static constexpr std::size_t kMostDeeds = 60000;
+    /// Innermost states and actions have numbers of 16 bits.
+    static constexpr std::size_t kMostActions = 60000;
 
-    static std::size_t deeds_of(const std::vector<ai::State>& states) {
-        std::size_t deeds = 0;
+    static std::size_t actions_of(const std::vector<ai::State>& states) {
+        std::size_t actions = 0;
         for (const ai::State& state : states) {
-            deeds += 1 + state.deeds.size() + deeds_of(state.inside);
+            actions += 1 + state.actions.size() + actions_of(state.inside);
         }
-        return deeds;
+        return actions;
     }
 
     [[nodiscard]] std::string path_of(const ai::state_machine::Defect& defect) const {

@@ -245,10 +245,10 @@ void for_each_choice_condition(
     }
 }
 
-void for_each_choice_deed(
+void for_each_choice_action(
     const proto::Config& config,
     const proto::Config::State& state,
-    const std::function<void(const proto::Config::Deed&, const std::string&)>& look) {
+    const std::function<void(const proto::Config::Action&, const std::string&)>& look) {
     const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
     for (int n = 0; tree >= 0 && n < config.tree(tree).node_size(); ++n) {
         look(config.tree(tree).node(n).do_(),
@@ -272,26 +272,26 @@ ai::VariableChange expand_change(const proto::Config::Change& change,
     return out;
 }
 
-ai::State expand_deed(const proto::Config& config,
-                      const std::string& name,
-                      const proto::Config::Deed& deed,
-                      const VariableOf& variable_of) {
+ai::State expand_action(const proto::Config& config,
+                        const std::string& name,
+                        const proto::Config::Action& action,
+                        const VariableOf& variable_of) {
     ai::State out;
     out.name = name;
-    out.action = static_cast<ai::ActionKind>(deed.action());
-    out.speed_factor = narrow(deed.speed_factor());
-    out.sprint = deed.sprint();
-    out.radius_m = narrow(deed.radius_m());
-    out.leash_m = narrow(deed.has_leash_m() ? deed.leash_m() : kLeash * deed.radius_m());
-    out.behaviour = static_cast<std::uint8_t>(deed.stance());
-    if (deed.has_named_stance()) {
+    out.action = static_cast<ai::ActionKind>(action.action());
+    out.speed_factor = narrow(action.speed_factor());
+    out.sprint = action.sprint();
+    out.radius_m = narrow(action.radius_m());
+    out.leash_m = narrow(action.has_leash_m() ? action.leash_m() : kLeash * action.radius_m());
+    out.behaviour = static_cast<std::uint8_t>(action.stance());
+    if (action.has_named_stance()) {
         out.behaviour =
-            static_cast<std::uint8_t>(std::max(find_stance(config, deed.named_stance()), 0));
+            static_cast<std::uint8_t>(std::max(find_stance(config, action.named_stance()), 0));
     }
-    for (const auto& change : deed.change()) {
+    for (const auto& change : action.change()) {
         out.changes.push_back(expand_change(change, variable_of));
     }
-    expand_doing(config, deed, variable_of, out);
+    expand_action_details(config, action, variable_of, out);
     return out;
 }
 
@@ -305,7 +305,7 @@ void expand_choice(const proto::Config& config,
     if (tree >= 0) {
         out.choice = ai::TreeChoice{expand_tree(config.tree(tree), sense_of)};
         for (const auto& node : config.tree(tree).node()) {
-            out.deeds.push_back(expand_deed(config, node.name(), node.do_(), variable_of));
+            out.actions.push_back(expand_action(config, node.name(), node.do_(), variable_of));
         }
     } else if (domain >= 0) {
         ai::PlanChoice plan;
@@ -322,7 +322,7 @@ void expand_choice(const proto::Config& config,
         }
         out.choice = std::move(plan);
         for (const auto& action : config.domain(domain).action()) {
-            out.deeds.push_back(expand_deed(config, action.name(), action.do_(), variable_of));
+            out.actions.push_back(expand_action(config, action.name(), action.do_(), variable_of));
         }
     } else if (state.has_policy()) {
         out.choice = ai::PolicyChoice{

@@ -25,20 +25,20 @@ void for_each_choice_condition(
     const proto::Config::State& state,
     const std::function<void(const proto::Config::Condition&, const std::string&)>& look);
 
-/// Likewise for its deeds.
-void for_each_choice_deed(
+/// Likewise for its actions.
+void for_each_choice_action(
     const proto::Config& config,
     const proto::Config::State& state,
-    const std::function<void(const proto::Config::Deed&, const std::string&)>& look);
+    const std::function<void(const proto::Config::Action&, const std::string&)>& look);
 
 ai::VariableChange expand_change(const proto::Config::Change& change,
                                  const VariableOf& variable_of);
 
-/// Action, speed and all else that a deed says.
-ai::State expand_deed(const proto::Config& config,
-                      const std::string& name,
-                      const proto::Config::Deed& deed,
-                      const VariableOf& variable_of);
+/// ActionKind, speed and all else that a action says.
+ai::State expand_action(const proto::Config& config,
+                        const std::string& name,
+                        const proto::Config::Action& action,
+                        const VariableOf& variable_of);
 
 /// Fills in what an innermost state chooses among, where it does. Names that mean nothing lead
 /// nowhere.

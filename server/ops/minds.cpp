@@ -201,7 +201,7 @@ class BrainExpansion {
                 s.changes.push_back(expand_change(
                     change, [this](const std::string& name) { return variable(name); }));
             }
-            expand_doing(
+            expand_action_details(
                 config_, state, [this](const std::string& name) { return variable(name); }, s);
             for (const auto& t : state.transition()) {
                 s.transitions.push_back(transition(brain, t));

@@ -239,61 +239,61 @@ void check_forage(const Config& config,
 
 }  // namespace
 
-template <class Doing>
-void check_doing(const proto::Config& config,
-                 int root,
-                 const Doing& doing,
-                 const std::string& path,
-                 Diagnostics& diagnostics) {
-    if (doing.has_place() && find_place(config, doing.place()) < 0) {
-        diagnostics.add(path + ".place", "there is no place named '" + doing.place() + "'");
-    } else if (doing.action() == Config::GO && !doing.has_place()) {
+template <class ActionSpec>
+void check_action_details(const proto::Config& config,
+                          int root,
+                          const ActionSpec& action,
+                          const std::string& path,
+                          Diagnostics& diagnostics) {
+    if (action.has_place() && find_place(config, action.place()) < 0) {
+        diagnostics.add(path + ".place", "there is no place named '" + action.place() + "'");
+    } else if (action.action() == Config::GO && !action.has_place()) {
         diagnostics.add(path + ".action", "says nowhere to go: `place` is not set");
-    } else if (doing.action() != Config::GO && doing.has_place()) {
+    } else if (action.action() != Config::GO && action.has_place()) {
         diagnostics.add(path + ".place", "is of GO alone");
     }
-    if (doing.has_formation() && doing.action() != Config::FORM_UP) {
+    if (action.has_formation() && action.action() != Config::FORM_UP) {
         diagnostics.add(path + ".formation", "is of FORM_UP alone");
-    } else if (doing.formation().taken_back_m() > doing.formation().straggler_m()) {
+    } else if (action.formation().taken_back_m() > action.formation().straggler_m()) {
         diagnostics.add(path + ".formation", "taken_back_m is above straggler_m");
     }
-    if (doing.action() == Config::FORAGE) {
-        check_forage(config, doing.forage(), path + ".forage", diagnostics);
-    } else if (doing.has_forage()) {
+    if (action.action() == Config::FORAGE) {
+        check_forage(config, action.forage(), path + ".forage", diagnostics);
+    } else if (action.has_forage()) {
         diagnostics.add(path + ".forage", "is of FORAGE alone");
     }
-    if (doing.action() == Config::FOLLOW_TRACK) {
-        check_follow(config, doing.follow(), path + ".follow", diagnostics);
-    } else if (doing.has_follow()) {
+    if (action.action() == Config::FOLLOW_TRACK) {
+        check_follow(config, action.follow(), path + ".follow", diagnostics);
+    } else if (action.has_follow()) {
         diagnostics.add(path + ".follow", "is of FOLLOW_TRACK alone");
     }
-    if (doing.along_size() > 0 && doing.action() != Config::FLOCK) {
+    if (action.along_size() > 0 && action.action() != Config::FLOCK) {
         diagnostics.add(join_path(path, "along", 0), "is of FLOCK alone");
     }
-    if (doing.along_size() == 2) {
+    if (action.along_size() == 2) {
         diagnostics.add(join_path(path, "along", 1),
                         "leads back the way it came: name one place, or three and more");
     }
-    for (int a = 0; a < doing.along_size(); ++a) {
-        if (find_place(config, doing.along(a)) < 0) {
+    for (int a = 0; a < action.along_size(); ++a) {
+        if (find_place(config, action.along(a)) < 0) {
             diagnostics.add(join_path(path, "along", a),
-                            "there is no place named '" + doing.along(a) + "'");
+                            "there is no place named '" + action.along(a) + "'");
         }
     }
-    for (int t = 0; t < doing.trade_size(); ++t) {
-        check_trade(config, root, doing.trade(t), join_path(path, "trade", t), diagnostics);
+    for (int t = 0; t < action.trade_size(); ++t) {
+        check_trade(config, root, action.trade(t), join_path(path, "trade", t), diagnostics);
     }
 }
 
-template void check_doing(const proto::Config& config,
-                          int root,
-                          const Config::State& doing,
-                          const std::string& path,
-                          Diagnostics& diagnostics);
-template void check_doing(const proto::Config& config,
-                          int root,
-                          const Config::Deed& doing,
-                          const std::string& path,
-                          Diagnostics& diagnostics);
+template void check_action_details(const proto::Config& config,
+                                   int root,
+                                   const Config::State& action,
+                                   const std::string& path,
+                                   Diagnostics& diagnostics);
+template void check_action_details(const proto::Config& config,
+                                   int root,
+                                   const Config::Action& action,
+                                   const std::string& path,
+                                   Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

@@ -33,28 +33,28 @@ ai::ForageDef expand_forage(const proto::Config& config, const proto::Config::Fo
 
 ai::FormationDef expand_formation(const proto::Config::Formation& formation);
 
-/// What a state or deed says of places, formations and food, but where it does not go.
-template <class Doing>
-void expand_doing(const proto::Config& config,
-                  const Doing& doing,
-                  const VariableOf& variable_of,
-                  ai::State& out) {
-    if (doing.action() == proto::Config::GO) {
-        out.place = static_cast<std::uint16_t>(std::max(find_place(config, doing.place()), 0));
+/// What a state or action says of places, formations and food, but where it does not go.
+template <class ActionSpec>
+void expand_action_details(const proto::Config& config,
+                           const ActionSpec& action,
+                           const VariableOf& variable_of,
+                           ai::State& out) {
+    if (action.action() == proto::Config::GO) {
+        out.place = static_cast<std::uint16_t>(std::max(find_place(config, action.place()), 0));
     }
-    if (doing.action() == proto::Config::FORM_UP) {
-        out.formation = expand_formation(doing.formation());
+    if (action.action() == proto::Config::FORM_UP) {
+        out.formation = expand_formation(action.formation());
     }
-    if (doing.action() == proto::Config::FORAGE) {
-        out.forage = expand_forage(config, doing.forage());
+    if (action.action() == proto::Config::FORAGE) {
+        out.forage = expand_forage(config, action.forage());
     }
-    if (doing.action() == proto::Config::FOLLOW_TRACK) {
-        out.follow = expand_follow(config, doing.follow());
+    if (action.action() == proto::Config::FOLLOW_TRACK) {
+        out.follow = expand_follow(config, action.follow());
     }
-    for (const std::string& place : doing.along()) {
+    for (const std::string& place : action.along()) {
         out.along.push_back(static_cast<std::uint16_t>(std::max(find_place(config, place), 0)));
     }
-    for (const auto& trade : doing.trade()) {
+    for (const auto& trade : action.trade()) {
         out.trades.push_back(expand_trade(config, trade, variable_of));
     }
 }
@@ -65,13 +65,13 @@ void check_places(const proto::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);
 
-/// What a state or deed at `path` says of places: that those it names exist, that whoever goes
+/// What a state or action at `path` says of places: that those it names exist, that whoever goes
 /// somewhere says where, and that goods are variables of brain `root`.
-template <class Doing>
-void check_doing(const proto::Config& config,
-                 int root,
-                 const Doing& doing,
-                 const std::string& path,
-                 Diagnostics& diagnostics);
+template <class ActionSpec>
+void check_action_details(const proto::Config& config,
+                          int root,
+                          const ActionSpec& action,
+                          const std::string& path,
+                          Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

@@ -86,27 +86,28 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
             }
         }
     }
-    const auto check_deed = [&check](const proto::Config::Deed& deed, const std::string& path) {
-        if (deed.has_named_stance()) {
-            check(deed.named_stance(), path + ".do.named_stance");
+    const auto check_action = [&check](const proto::Config::Action& action,
+                                       const std::string& path) {
+        if (action.has_named_stance()) {
+            check(action.named_stance(), path + ".do.named_stance");
         }
     };
     for (int t = 0; t < config.tree_size(); ++t) {
         for (int n = 0; n < config.tree(t).node_size(); ++n) {
-            check_deed(config.tree(t).node(n).do_(),
-                       join_path(join_path("", "tree", t), "node", n));
+            check_action(config.tree(t).node(n).do_(),
+                         join_path(join_path("", "tree", t), "node", n));
         }
     }
     for (int b = 0; b < config.blend_size(); ++b) {
         for (int s = 0; s < config.blend(b).state_size(); ++s) {
-            check_deed(config.blend(b).state(s).do_(),
-                       join_path(join_path("", "blend", b), "state", s));
+            check_action(config.blend(b).state(s).do_(),
+                         join_path(join_path("", "blend", b), "state", s));
         }
     }
     for (int d = 0; d < config.domain_size(); ++d) {
         for (int a = 0; a < config.domain(d).action_size(); ++a) {
-            check_deed(config.domain(d).action(a).do_(),
-                       join_path(join_path("", "domain", d), "action", a));
+            check_action(config.domain(d).action(a).do_(),
+                         join_path(join_path("", "domain", d), "action", a));
         }
     }
 }

@@ -75,13 +75,13 @@ void check_track(const Config& config, int index, Diagnostics& diagnostics) {
     }
 }
 
-/// Calls visit(state or deed) for all of a brain.
+/// Calls visit(state or action) for all of a brain.
 template <class Visit>
-void for_each_doing(const std::vector<ai::State>& states, Visit&& visit) {
+void for_each_action(const std::vector<ai::State>& states, Visit&& visit) {
     for (const ai::State& state : states) {
         visit(state);
-        for_each_doing(state.inside, visit);
-        for_each_doing(state.deeds, visit);
+        for_each_action(state.inside, visit);
+        for_each_action(state.actions, visit);
     }
 }
 
@@ -284,7 +284,7 @@ std::vector<std::string> track_warnings(const Settings& settings) {
         if (type.brain == 0) {
             continue;
         }
-        for_each_doing(settings.ai.brains[type.brain - 1U].states, [&](const ai::State& state) {
+        for_each_action(settings.ai.brains[type.brain - 1U].states, [&](const ai::State& state) {
             if (!state.follow) {
                 return;
             }

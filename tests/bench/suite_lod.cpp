@@ -31,7 +31,7 @@ constexpr std::array kGoods = {"fish", "coins", "bread", "parcel", "days"};
 /// What an agent turned to, and what it had then.
 struct Turn {
     Tick tick = 0;
-    std::uint16_t doing = 0;
+    std::uint16_t current_action = 0;
     std::int64_t goods = 0;
 };
 
@@ -109,10 +109,11 @@ class DayTrial {
         for (std::size_t n = 0; n < state.agents.size(); ++n) {
             const ai::Agent& agent = state.agents.at(state.agents.nth(n));
             Person& person = day_.people[agent.entity.value];
-            if (person.turns.empty() || person.turns.back().doing != agent.doing) {
+            if (person.turns.empty() ||
+                person.turns.back().current_action != agent.current_action) {
                 person.turns.push_back(
                     {world_.now(),
-                     agent.doing,
+                     agent.current_action,
                      goods_of(agent, settings_.ai.compiled[agent.brain], world_.now())});
             }
         }
@@ -130,7 +131,7 @@ class DayTrial {
             person.at = agent.tier == ai::Tier::kSuspended
                             ? ai::position_at(agent.segment, world_.now(), state.settings.dt)
                             : Vec2(at.x(), at.z());
-            day_.dead += brain.states[agent.doing].name == "dead" ? 1U : 0U;
+            day_.dead += brain.states[agent.current_action].name == "dead" ? 1U : 0U;
             for (std::size_t v = 0; v < brain.variables.size(); ++v) {
                 if (brain.variables[v].name == "coins") {
                     day_.totals[person.type] += std::round(
@@ -169,7 +170,7 @@ struct Differences {
         for (std::size_t k = 0; same && k < a.turns.size(); ++k) {
             const Turn& x = a.turns[k];
             const Turn& y = b.turns[k];
-            same = x.doing == y.doing && x.goods == y.goods;
+            same = x.current_action == y.current_action && x.goods == y.goods;
             arrival_s =
                 std::max(arrival_s, std::abs(static_cast<double>(x.tick - y.tick)) * tick_s);
             ++turns;

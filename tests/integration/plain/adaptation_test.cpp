@@ -83,7 +83,8 @@ void expect_pace(Crowd& crowd, std::size_t index, float haste, std::set<EntityId
             continue;
         }
         here.insert(agent.entity);
-        EXPECT_EQ(state.settings.ai.compiled[agent.brain].states[agent.doing].speed_factor, haste);
+        EXPECT_EQ(state.settings.ai.compiled[agent.brain].states[agent.current_action].speed_factor,
+                  haste);
         // Who walks does so at that share of 4 m/s; who turns at an end is slower.
         if (before.contains(agent.entity)) {
             EXPECT_LT(state.entities.velocity[row].norm(), 4.0F * haste * 1.02F)

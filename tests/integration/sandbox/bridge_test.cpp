@@ -28,12 +28,12 @@ class BridgeWorld : public GameTest {
                 continue;
             }
             const ai::CompiledBrain& brain = state.settings.ai.compiled[agent->brain];
-            const std::string_view doing = brain.states[agent->doing].name;
+            const std::string_view current_action = brain.states[agent->current_action].name;
             const world::EntityType& type = (*state.settings.types)[e.type[row]];
             const float feet = at.y() - type.radius - type.half_segment;
-            if (doing == "up") {
+            if (current_action == "up") {
                 (std::abs(feet - 3.0F) < 0.3F ? on_ : astray_) += 1;
-            } else if (doing == "down") {
+            } else if (current_action == "down") {
                 (std::abs(feet) < 0.3F ? below_ : astray_) += 1;
             }
         }

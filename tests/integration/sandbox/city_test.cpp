@@ -30,7 +30,7 @@ struct CityWatch {
             for (const ai::Slot slot : state.agents.active()) {
                 const ai::Agent& agent = state.agents.at(slot);
                 const ai::CompiledBrain& brain = state.settings.ai.compiled[agent.brain];
-                const ai::ActionKind action = brain.states[agent.doing].action;
+                const ai::ActionKind action = brain.states[agent.current_action].action;
                 in_rank +=
                     action == ai::ActionKind::kFormUp && (agent.corner & 0x7F) < 16 ? 1U : 0U;
                 sheep += action == ai::ActionKind::kFlock ? 1U : 0U;

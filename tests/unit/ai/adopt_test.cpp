@@ -51,7 +51,7 @@ struct Life {
         Percept percept;
         percept.distance = player_m;
         ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
-        return brain.states[agent.doing].name;
+        return brain.states[agent.current_action].name;
     }
 
     void become(const Brain& other, std::uint16_t index = 0) {
@@ -95,7 +95,7 @@ TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
     other.variables = {{"mood", 0.7F}, {"hunger", 0.0F, 0.0F, 0.0F, 0.25F}};
     life.become(other, 3);
     EXPECT_EQ(life.agent.brain, 3);
-    EXPECT_EQ(life.brain.states[life.agent.doing].name, "alarm");
+    EXPECT_EQ(life.brain.states[life.agent.current_action].name, "alarm");
     EXPECT_EQ(life.agent.state_machine.since[0][0], 34);
     EXPECT_EQ(life.agent.variables[0], 0.7F);
     // 0.2 and 34 ticks at 0.1 a second are 0.313, beyond the new bound.
@@ -110,7 +110,7 @@ TEST(Adopt, BeginsAnewWhereTheStateIsNoMore) {
     other.states[1].name = "panic";
     other.states[0].inside[0].changes = {{1, std::nullopt, 2.0F}};
     life.become(other);
-    EXPECT_EQ(life.brain.states[life.agent.doing].name, "day/walk");
+    EXPECT_EQ(life.brain.states[life.agent.current_action].name, "day/walk");
     EXPECT_EQ(life.agent.state_machine.since[0][0], life.now);
     EXPECT_TRUE(life.agent.entered);
     EXPECT_EQ(life.agent.variables[1], 3.0F) << "one coin, and two for entering";
@@ -123,7 +123,7 @@ TEST(Adopt, StartsAnActionAgainWhereItBecameAnother) {
     Brain other = layered();
     other.states[1].action = ActionKind::kFlee;
     life.become(other);
-    EXPECT_EQ(life.brain.states[life.agent.doing].name, "alarm");
+    EXPECT_EQ(life.brain.states[life.agent.current_action].name, "alarm");
     EXPECT_TRUE(life.agent.entered);
 }
 

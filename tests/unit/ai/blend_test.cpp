@@ -42,7 +42,7 @@ Brain shy(float response_s) {
     flee.name = "flee";
     flee.action = ActionKind::kFlee;
     flee.behaviour = 2;
-    state.deeds = {home, flee};
+    state.actions = {home, flee};
     brain.states = {state};
     return brain;
 }
@@ -120,7 +120,7 @@ TEST(Blend, RespondsInTheTimeThatItSays) {
 
 TEST(Blend, SprintsWhereItsStatesWantMoreThanAWalk) {
     Shy fast(4.0F);
-    fast.field.settings.brains[0].states[0].deeds[1].sprint = true;
+    fast.field.settings.brains[0].states[0].actions[1].sprint = true;
     fast.decide();
     EXPECT_EQ(fast.field.command(1).buttons, motion::kButtonSprint);
     EXPECT_EQ(fast.field.command(1).move_z, 127);
@@ -138,9 +138,9 @@ TEST(Blend, WalksAroundWhatIsInItsWay) {
 /// Roams, and would run from a player; rests now and then.
 Brain roamer() {
     Brain brain = shy(1.0F);
-    brain.states[0].deeds[0].action = ActionKind::kWander;
-    brain.states[0].deeds[0].radius_m = 20.0F;
-    brain.states[0].deeds[0].speed_factor = 1.0F;
+    brain.states[0].actions[0].action = ActionKind::kWander;
+    brain.states[0].actions[0].radius_m = 20.0F;
+    brain.states[0].actions[0].speed_factor = 1.0F;
     brain.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 50.0F, 0.0F}};
     brain.states.emplace_back();
     brain.states[1].name = "rest";
@@ -244,7 +244,7 @@ TEST(Blend, GoesOnWhenBrainsAreReadAnew) {
     adopt(agent, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
     EXPECT_EQ(agent.degrees[0], 0.0F);
     EXPECT_EQ(agent.degrees[1], 1.0F);
-    EXPECT_EQ(other.states[agent.doing].name, "live:flee");
+    EXPECT_EQ(other.states[agent.current_action].name, "live:flee");
 }
 
 }  // namespace

@@ -187,7 +187,7 @@ TEST(AgentStore, HashSeesEveryField) {
     changed[19].state_machine.memory[7][0] = 1;
     changed[20].variables[7] = 1.0F;
     changed[21].variables_at = 1;
-    changed[22].doing = 1;
+    changed[22].current_action = 1;
     changed[23].facts = 1;
     changed[24].tier = Tier::kSuspended;
     changed[25].offscreen_since = 1;

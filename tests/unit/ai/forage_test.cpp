@@ -167,7 +167,7 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
         return load_agents(bytes, hill.field.settings, agents, steps, places);
     };
     ASSERT_EQ(read(whole), "");
-    // A nest at the end: brain, deed, type, number of cells, then 12 bytes for each.
+    // A nest at the end: brain, action, type, number of cells, then 12 bytes for each.
     const std::size_t cells = hill.field.steps.nests().memory().nests[0].cells.size();
     ASSERT_GT(cells, 10U);
     const std::size_t nest = whole.size() - 12 * cells - 4 - 6;

@@ -227,9 +227,9 @@ TEST(Planner, AllocatesNothing) {
 
 // ---------------------------------------------------------------- agenda
 
-class Doing {
+class ActionSpec {
   public:
-    explicit Doing(const Domain& of) : domain(of), actions(of) { aim(agenda, 0); }
+    explicit ActionSpec(const Domain& of) : domain(of), actions(of) { aim(agenda, 0); }
 
     std::string next(World world) {
         follow(agenda, domain, actions, world, planner);
@@ -254,10 +254,11 @@ class Doing {
 
 TEST(Agenda, DoesOneStepAfterTheOtherWithOnePlan) {
     const Domain domain = scenario::gunman_domain();
-    Doing doing(domain);
+    ActionSpec current_action(domain);
     World world = scenario::kGunmanWorld;
     std::vector<std::string> done;
-    for (std::string name = doing.next(world); name != "reached"; name = doing.next(world)) {
+    for (std::string name = current_action.next(world); name != "reached";
+         name = current_action.next(world)) {
         ASSERT_LT(done.size(), 5U);
         done.push_back(name);
         for (const Action& action : domain.actions) {
@@ -265,49 +266,50 @@ TEST(Agenda, DoesOneStepAfterTheOtherWithOnePlan) {
         }
     }
     EXPECT_EQ(done.size(), 4U);
-    EXPECT_EQ(doing.agenda.plans, 1U);
+    EXPECT_EQ(current_action.agenda.plans, 1U);
 }
 
 TEST(Agenda, SkipsWhatHasComeTrueByItself) {
-    Doing doing(scenario::gunman_domain());
-    doing.next(scenario::kGunmanWorld);
-    EXPECT_EQ(doing.next(scenario::kGunmanWorld | fact(scenario::kLinedUp)), "shoot");
-    EXPECT_EQ(doing.agenda.plans, 1U);
+    ActionSpec current_action(scenario::gunman_domain());
+    current_action.next(scenario::kGunmanWorld);
+    EXPECT_EQ(current_action.next(scenario::kGunmanWorld | fact(scenario::kLinedUp)), "shoot");
+    EXPECT_EQ(current_action.agenda.plans, 1U);
 }
 
 TEST(Agenda, DoesAgainWhatWasUndone) {
-    Doing doing(scenario::gunman_domain());
+    ActionSpec current_action(scenario::gunman_domain());
     const World ready =
         scenario::kGunmanWorld | fact(scenario::kFoeVisible) | fact(scenario::kLoaded);
-    doing.next(scenario::kGunmanWorld);
-    EXPECT_EQ(doing.next(ready), "aim");
+    current_action.next(scenario::kGunmanWorld);
+    EXPECT_EQ(current_action.next(ready), "aim");
     // The foe hides: of the plan "..., aim, shoot" only its beginning can still be done.
-    const std::string name = doing.next(ready & ~fact(scenario::kFoeVisible));
+    const std::string name = current_action.next(ready & ~fact(scenario::kFoeVisible));
     EXPECT_EQ(name, "scout");
 }
 
 TEST(Agenda, PlansAnewWhenWhatItReliesOnBreaks) {
     Domain domain = scenario::gunman_domain();
     domain.goals[0].wants.yes = 0;
-    Doing doing(domain);
+    ActionSpec current_action(domain);
     const World no_bomb = scenario::kGunmanWorld & ~fact(scenario::kHasBomb);
-    EXPECT_THAT(doing.next(no_bomb), testing::AnyOf("scout", "load"));
-    const std::uint32_t plans = doing.agenda.plans;
+    EXPECT_THAT(current_action.next(no_bomb), testing::AnyOf("scout", "load"));
+    const std::uint32_t plans = current_action.agenda.plans;
     // The gun is lost, but a bomb found and the foe in sight.
     const World disarmed = fact(scenario::kFoeVisible) | fact(scenario::kHasBomb) |
                            fact(scenario::kFoeAlive) | fact(scenario::kAlive);
-    EXPECT_EQ(doing.next(disarmed), "approach");
-    EXPECT_EQ(doing.agenda.plans, plans + 1);
+    EXPECT_EQ(current_action.next(disarmed), "approach");
+    EXPECT_EQ(current_action.agenda.plans, plans + 1);
 }
 
 TEST(Agenda, TriesAgainOnlyWhenTheWorldHasChanged) {
-    Doing doing(scenario::gunman_domain());
+    ActionSpec current_action(scenario::gunman_domain());
     const World helpless = fact(scenario::kFoeAlive) | fact(scenario::kAlive);
-    EXPECT_EQ(doing.next(helpless), "unreachable");
-    EXPECT_EQ(doing.next(helpless), "unreachable");
-    EXPECT_EQ(doing.agenda.plans, 1U);
-    EXPECT_THAT(doing.next(helpless | fact(scenario::kHasGun)), testing::AnyOf("scout", "load"));
-    EXPECT_EQ(doing.agenda.plans, 2U);
+    EXPECT_EQ(current_action.next(helpless), "unreachable");
+    EXPECT_EQ(current_action.next(helpless), "unreachable");
+    EXPECT_EQ(current_action.agenda.plans, 1U);
+    EXPECT_THAT(current_action.next(helpless | fact(scenario::kHasGun)),
+                testing::AnyOf("scout", "load"));
+    EXPECT_EQ(current_action.agenda.plans, 2U);
 }
 
 // ---------------------------------------------------------------- definitions

@@ -106,7 +106,7 @@ TEST(Variables, StopAWayThatNeedsWhatIsNotThere) {
     EXPECT_GT(eater.variable(0), 0.5F);
 }
 
-State deed(const char* name, ActionKind action) {
+State action_named(const char* name, ActionKind action) {
     State state;
     state.name = name;
     state.action = action;
@@ -118,7 +118,7 @@ Brain chooser() {
     Brain brain;
     brain.name = "chooser";
     brain.variables = {{"vigour", 1.0F, 0.0F, 0.0F, 1.0F}};
-    State alert = deed("alert", ActionKind::kIdle);
+    State alert = action_named("alert", ActionKind::kIdle);
     TreeChoice by_tree;
     by_tree.def.nodes = {{"near", {kSensePlayerDistance, Compare::kBelow, 10.0F}, 1, 2, 0},
                          {"strong", {kOwnSenses, Compare::kAbove, 0.5F}, 3, 4, 0},
@@ -126,11 +126,11 @@ Brain chooser() {
                          {"fight", {}, -1, -1, 1},
                          {"flee", {}, -1, -1, 2}};
     alert.choice = by_tree;
-    alert.deeds = {deed("rest", ActionKind::kReturn),
-                   deed("fight", ActionKind::kChase),
-                   deed("flee", ActionKind::kFlee)};
-    alert.deeds[0].changes = {{0, 0.1F, 0.0F}};
-    alert.deeds[1].changes = {{0, -0.2F, -0.1F}};
+    alert.actions = {action_named("rest", ActionKind::kReturn),
+                     action_named("fight", ActionKind::kChase),
+                     action_named("flee", ActionKind::kFlee)};
+    alert.actions[0].changes = {{0, 0.1F, 0.0F}};
+    alert.actions[1].changes = {{0, -0.2F, -0.1F}};
     brain.states = {alert};
     return brain;
 }
@@ -141,25 +141,25 @@ TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
     agent.entity = EntityId(1);
     begin(agent, brain, 0);
     DecisionScratch scratch;
-    const auto doing = [&](Tick now, float player) {
+    const auto current_action = [&](Tick now, float player) {
         Percept percept;
         percept.distance = player;
         agent.entered = false;
         ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
-        return brain.states[agent.doing].name;
+        return brain.states[agent.current_action].name;
     };
-    EXPECT_EQ(doing(0, 50), "alert:rest");
-    EXPECT_TRUE(agent.entered) << "a deed that is new begins";
-    EXPECT_EQ(doing(1, 50), "alert:rest");
+    EXPECT_EQ(current_action(0, 50), "alert:rest");
+    EXPECT_TRUE(agent.entered) << "a action_named that is new begins";
+    EXPECT_EQ(current_action(1, 50), "alert:rest");
     EXPECT_FALSE(agent.entered) << "one that goes on does not";
-    EXPECT_EQ(doing(2, 5), "alert:fight");
+    EXPECT_EQ(current_action(2, 5), "alert:fight");
     EXPECT_NEAR(agent.variables[0], 0.9F, 1e-6F);
-    EXPECT_EQ(doing(3, 5), "alert:fight");  // 0.7
-    EXPECT_EQ(doing(4, 5), "alert:flee");   // 0.5
-    EXPECT_EQ(doing(9, 5), "alert:flee");
+    EXPECT_EQ(current_action(3, 5), "alert:fight");  // 0.7
+    EXPECT_EQ(current_action(4, 5), "alert:flee");   // 0.5
+    EXPECT_EQ(current_action(9, 5), "alert:flee");
     EXPECT_NEAR(agent.variables[0], 0.5F, 1e-6F);
-    EXPECT_EQ(doing(10, 50), "alert:rest");
-    EXPECT_EQ(doing(11, 5), "alert:fight");  // 0.6
+    EXPECT_EQ(current_action(10, 50), "alert:rest");
+    EXPECT_EQ(current_action(11, 5), "alert:fight");  // 0.6
 }
 
 /// Wants to be fed: bread is bought with coins, coins are earned.
@@ -167,7 +167,7 @@ Brain buyer() {
     Brain brain;
     brain.name = "buyer";
     brain.variables = {{"coins", 0, 0, 0, 10}, {"bread", 0, 0, 0, 10}, {"food", 0, -0.01F, 0, 1}};
-    State live = deed("live", ActionKind::kIdle);
+    State live = action_named("live", ActionKind::kIdle);
     PlanChoice plan;
     plan.domain.facts = {"has_coins", "has_bread", "fed"};
     plan.domain.actions = {{"earn", {}, {1, 0}, 1},
@@ -179,13 +179,13 @@ Brain buyer() {
                   {{kOwnSenses + 1, Compare::kAbove, 0.5F}},
                   {{kOwnSenses + 2, Compare::kAbove, 0.5F}}};
     live.choice = plan;
-    live.deeds = {deed("earn", ActionKind::kPatrol),
-                  deed("buy", ActionKind::kReturn),
-                  deed("eat", ActionKind::kIdle),
-                  deed("beg", ActionKind::kFlock)};
-    live.deeds[0].changes = {{0, 1.0F, 0.0F}};
-    live.deeds[1].changes = {{0, 0.0F, -3.0F}, {1, 0.0F, 2.0F}};
-    live.deeds[2].changes = {{1, 0.0F, -1.0F}, {2, 0.5F, 0.0F}};
+    live.actions = {action_named("earn", ActionKind::kPatrol),
+                    action_named("buy", ActionKind::kReturn),
+                    action_named("eat", ActionKind::kIdle),
+                    action_named("beg", ActionKind::kFlock)};
+    live.actions[0].changes = {{0, 1.0F, 0.0F}};
+    live.actions[1].changes = {{0, 0.0F, -3.0F}, {1, 0.0F, 2.0F}};
+    live.actions[2].changes = {{1, 0.0F, -1.0F}, {2, 0.5F, 0.0F}};
     brain.states = {live};
     return brain;
 }
@@ -199,7 +199,7 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     std::vector<std::string> done;
     for (Tick now = 0; now < 12; ++now) {
         ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), now, scratch);
-        done.push_back(brain.states[agent.doing].name);
+        done.push_back(brain.states[agent.current_action].name);
     }
     // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
     EXPECT_THAT(done,
@@ -219,7 +219,7 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     // Bread is left: hungry again, it only eats.
     agent.variables[2] = 0.0F;
     ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), 12, scratch);
-    EXPECT_EQ(brain.states[agent.doing].name, "live:eat");
+    EXPECT_EQ(brain.states[agent.current_action].name, "live:eat");
 }
 
 TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
@@ -234,7 +234,7 @@ TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
     DecisionScratch scratch;
     for (Tick now = 0; now < 5; ++now) {
         ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), now, scratch);
-        EXPECT_EQ(brain.states[agent.doing].name, "live");
+        EXPECT_EQ(brain.states[agent.current_action].name, "live");
     }
     EXPECT_EQ(scratch.plans, 1U) << "nothing has changed: it is not tried again";
     EXPECT_EQ(scratch.plans_unreachable, 1U);
@@ -249,7 +249,7 @@ TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
     scratch.max_plan_nodes = 1;
     ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), 0, scratch);
     EXPECT_EQ(scratch.plans_cut_off, 1U);
-    EXPECT_EQ(brain.states[agent.doing].name, "live");
+    EXPECT_EQ(brain.states[agent.current_action].name, "live");
 }
 
 TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {

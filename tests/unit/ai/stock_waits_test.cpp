@@ -127,7 +127,7 @@ class MachineMaker {
         state.changes = {{v, rate(), pick({0.0F, 0.4F, -0.4F})}};
     }
 
-    State deed(const std::string& name) {
+    State action_named(const std::string& name) {
         State state;
         state.name = name;
         fill(state);
@@ -145,7 +145,7 @@ class MachineMaker {
         tree.def.nodes[4].action = 2;
         m.states[1].trades.clear();
         m.states[1].choice = tree;
-        m.states[1].deeds = {deed("x"), deed("y"), deed("z")};
+        m.states[1].actions = {action_named("x"), action_named("y"), action_named("z")};
         PlanChoice plan;
         plan.domain.facts = {"full", "fine", "done"};
         plan.domain.actions = {
@@ -154,7 +154,7 @@ class MachineMaker {
         plan.facts = {{on_stock()}, {on_stock(), condition()}, {condition(), on_stock()}};
         m.states[2].trades.clear();
         m.states[2].choice = plan;
-        m.states[2].deeds = {deed("fetch"), deed("mend"), deed("do")};
+        m.states[2].actions = {action_named("fetch"), action_named("mend"), action_named("do")};
     }
 
     core::Rng rng_;
@@ -239,7 +239,7 @@ class Stores {
             const CompiledBrain& brain = field.settings.compiled[agent.brain];
             hash.add(agent.state_machine.state());
             hash.add(agent.state_machine.since[0][0]);
-            hash.add(agent.doing);
+            hash.add(agent.current_action);
             hash.add(agent.wants);
             for (std::size_t v = 0; v < brain.variables.size(); ++v) {
                 hash.add(variable_at(agent, brain, v, field.now));

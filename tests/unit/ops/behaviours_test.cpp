@@ -115,7 +115,7 @@ struct Walk {
         ai::Percept sight;
         sight.distance = player_m;
         ai::decide(agent, brain, sight, Vec2(home_m, 0.0F), ai::Places(), now, scratch);
-        return brain.states[agent.doing].name;
+        return brain.states[agent.current_action].name;
     }
 };
 
