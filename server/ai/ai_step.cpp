@@ -25,8 +25,8 @@ std::vector<CompiledBrain> compiled_of(const std::vector<Brain>& brains, float d
 
 void compile(AiSettings& settings, float dt) {
     settings.compiled = compiled_of(settings.brains, dt);
-    for (Rung& rung : settings.ladder.rungs) {
-        rung.compiled = compiled_of(rung.brains, dt);
+    for (DifficultyLevel& level : settings.difficulty.levels) {
+        level.compiled = compiled_of(level.brains, dt);
     }
     if (settings.avoidance) {
         steering::AvoidanceSettings& avoidance = *settings.avoidance;

@@ -46,10 +46,10 @@ struct AiSettings {
     PathfindingSettings pathfinding{};
     /// How agents make way for each other; its step is the world's: compile(). None: they do not.
     std::optional<steering::AvoidanceSettings> avoidance{};
-    LadderSettings ladder{};
+    DifficultyLevels difficulty{};
 };
 
-/// Fills in `compiled`, also of the ladder's rungs; inner brains stay empty. `dt` in s.
+/// Fills in `compiled`, also of the difficulty's levels; inner brains stay empty. `dt` in s.
 void compile(AiSettings& settings, float dt);
 
 /// What the step reads and moves.
@@ -120,14 +120,14 @@ class AiUpdate {
     struct Memory {
         std::vector<EntityId> viewers;  ///< of the last tick, ascending
         std::vector<Vec2>
-            covered_from;         ///< x, z of viewers when it was found out what they can see
-        float coverage_m = 1.0F;  ///< and how far, > 0
-        Ladder ladder;            ///< on which difficulty, and what players have done there
+            covered_from;            ///< x, z of viewers when it was found out what they can see
+        float coverage_m = 1.0F;     ///< and how far, > 0
+        DifficultyState difficulty;  ///< on which difficulty, and what players have done there
     };
 
     [[nodiscard]] const Memory& memory() const { return memory_; }
 
-    [[nodiscard]] Ladder& ladder() { return memory_.ladder; }
+    [[nodiscard]] DifficultyState& difficulty() { return memory_.difficulty; }
 
     /// `agents` are those that the memory belongs to.
     void remember(const Memory& memory,

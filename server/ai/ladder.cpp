@@ -11,115 +11,125 @@ namespace zoned::ai {
 
 namespace {
 
-/// Exchanges the brains of the settings and those kept at a rung.
-void exchange_brains(AiSettings& settings, std::uint16_t rung) {
-    Rung& kept = settings.ladder.rungs[rung];
+/// Exchanges the brains of the settings and those kept at a level.
+void exchange_brains(AiSettings& settings, std::uint16_t level) {
+    DifficultyLevel& kept = settings.difficulty.levels[level];
     std::swap(settings.brains, kept.brains);
     std::swap(settings.compiled, kept.compiled);
 }
 
 }  // namespace
 
-Ladder first_of(const LadderSettings& settings) {
-    Ladder ladder;
-    ladder.rung = settings.start;
-    ladder.level = static_cast<float>(settings.start);
-    return ladder;
+DifficultyState first_of(const DifficultyLevels& settings) {
+    DifficultyState difficulty;
+    difficulty.level = settings.start;
+    difficulty.position = static_cast<float>(settings.start);
+    return difficulty;
 }
 
-void note_outcome(Ladder& ladder, const LadderSettings& settings, bool player_succeeded) {
-    if (settings.rungs.empty()) {
+void note_outcome(DifficultyState& difficulty,
+                  const DifficultyLevels& settings,
+                  bool player_succeeded) {
+    if (settings.levels.empty()) {
         return;
     }
-    ladder.level = learning::stepped(settings.staircase, ladder.level, player_succeeded);
-    ++(player_succeeded ? ladder.successes : ladder.failures);
+    difficulty.position =
+        learning::stepped(settings.staircase, difficulty.position, player_succeeded);
+    ++(player_succeeded ? difficulty.successes : difficulty.failures);
 }
 
-std::uint16_t rung_due(const Ladder& ladder, const LadderSettings& settings, Tick now) {
-    if (settings.rungs.empty() || now - ladder.changed_at < settings.between) {
-        return ladder.rung;
+std::uint16_t level_due(const DifficultyState& difficulty,
+                        const DifficultyLevels& settings,
+                        Tick now) {
+    if (settings.levels.empty() || now - difficulty.changed_at < settings.between) {
+        return difficulty.level;
     }
-    const auto here = static_cast<float>(ladder.rung);
-    if (ladder.level >= here + 1.0F) {
-        return static_cast<std::uint16_t>(std::floor(ladder.level));
+    const auto here = static_cast<float>(difficulty.level);
+    if (difficulty.position >= here + 1.0F) {
+        return static_cast<std::uint16_t>(std::floor(difficulty.position));
     }
-    return ladder.level <= here - 1.0F ? static_cast<std::uint16_t>(std::ceil(ladder.level))
-                                       : ladder.rung;
+    return difficulty.position <= here - 1.0F
+               ? static_cast<std::uint16_t>(std::ceil(difficulty.position))
+               : difficulty.level;
 }
 
 const CompiledBrain& brain_at_level(const AiSettings& settings,
-                                    std::uint16_t rung,
+                                    std::uint16_t level,
                                     std::size_t index) {
-    const bool here = settings.ladder.rungs.empty() || rung == settings.ladder.active;
-    return here ? settings.compiled[index] : settings.ladder.rungs[rung].compiled[index];
+    const bool here = settings.difficulty.levels.empty() || level == settings.difficulty.active;
+    return here ? settings.compiled[index] : settings.difficulty.levels[level].compiled[index];
 }
 
-void put_on_rung(AiSettings& settings, std::uint16_t rung) {
-    if (settings.ladder.rungs.empty() || rung == settings.ladder.active) {
+void put_on_level(AiSettings& settings, std::uint16_t level) {
+    if (settings.difficulty.levels.empty() || level == settings.difficulty.active) {
         return;
     }
-    exchange_brains(settings, settings.ladder.active);
-    exchange_brains(settings, rung);
-    settings.ladder.active = rung;
+    exchange_brains(settings, settings.difficulty.active);
+    exchange_brains(settings, level);
+    settings.difficulty.active = level;
 }
 
-void adopt_from_rung(Agent& agent,
-                     const AiSettings& settings,
-                     std::uint16_t rung,
-                     Tick now,
-                     float dt) {
-    if (rung == settings.ladder.active || settings.ladder.rungs.empty() ||
-        !settings.ladder.varies[agent.brain]) {
+void migrate_from_level(Agent& agent,
+                        const AiSettings& settings,
+                        std::uint16_t level,
+                        Tick now,
+                        float dt) {
+    if (level == settings.difficulty.active || settings.difficulty.levels.empty() ||
+        !settings.difficulty.varies[agent.brain]) {
         return;
     }
     adopt(agent,
-          brain_at_level(settings, rung, agent.brain),
+          brain_at_level(settings, level, agent.brain),
           settings.compiled[agent.brain],
           agent.brain,
           now,
           dt);
 }
 
-RungChange change_rung(AgentStore& agents,
-                       AiSettings& settings,
-                       Ladder& ladder,
-                       std::uint16_t rung,
-                       Tick now,
-                       float dt) {
-    const RungChange change{ladder.rung, rung, ladder.level, ladder.successes, ladder.failures};
-    put_on_rung(settings, rung);
+LevelChange change_level(AgentStore& agents,
+                         AiSettings& settings,
+                         DifficultyState& difficulty,
+                         std::uint16_t level,
+                         Tick now,
+                         float dt) {
+    const LevelChange change{
+        difficulty.level, level, difficulty.position, difficulty.successes, difficulty.failures};
+    put_on_level(settings, level);
     for (std::size_t n = 0; n < agents.size(); ++n) {
         Agent& agent = agents.at(agents.nth(n));
-        ZONED_ASSERT(agent.tier != Tier::kSuspended || !settings.ladder.varies[agent.brain],
+        ZONED_ASSERT(agent.tier != Tier::kSuspended || !settings.difficulty.varies[agent.brain],
                      "who is to live by other brains was woken up");
-        adopt_from_rung(agent, settings, change.from, now, dt);
+        migrate_from_level(agent, settings, change.from, now, dt);
     }
     agents.forget_wavering();  // the numbers of transitions may be others
-    ladder.rung = rung;
-    ladder.successes = 0;
-    ladder.failures = 0;
-    ladder.changed_at = now;
+    difficulty.level = level;
+    difficulty.successes = 0;
+    difficulty.failures = 0;
+    difficulty.changed_at = now;
     return change;
 }
 
-void go_on_with(Ladder& ladder, const LadderSettings& before, AiSettings& settings, Tick now) {
-    const LadderSettings& after = settings.ladder;
-    const auto same = [&](const Rung& rung) {
-        return !before.rungs.empty() && rung.name == before.rungs[ladder.rung].name;
+void go_on_with(DifficultyState& difficulty,
+                const DifficultyLevels& before,
+                AiSettings& settings,
+                Tick now) {
+    const DifficultyLevels& after = settings.difficulty;
+    const auto same = [&](const DifficultyLevel& level) {
+        return !before.levels.empty() && level.name == before.levels[difficulty.level].name;
     };
-    const auto at = std::find_if(after.rungs.begin(), after.rungs.end(), same);
-    const auto rung = static_cast<std::uint16_t>(at - after.rungs.begin());
+    const auto at = std::find_if(after.levels.begin(), after.levels.end(), same);
+    const auto level = static_cast<std::uint16_t>(at - after.levels.begin());
     const learning::Staircase& cap = after.staircase;
-    const auto wanted = static_cast<float>(rung);
-    if (at == after.rungs.end() || wanted < cap.least || wanted > cap.most) {
-        ladder = first_of(after);
-        ladder.changed_at = now;
+    const auto wanted = static_cast<float>(level);
+    if (at == after.levels.end() || wanted < cap.least || wanted > cap.most) {
+        difficulty = first_of(after);
+        difficulty.changed_at = now;
         return;
     }
-    const float off = ladder.level - static_cast<float>(ladder.rung);
-    ladder.level = std::clamp(wanted + off, cap.least, cap.most);
-    ladder.rung = rung;
-    put_on_rung(settings, rung);
+    const float off = difficulty.position - static_cast<float>(difficulty.level);
+    difficulty.position = std::clamp(wanted + off, cap.least, cap.most);
+    difficulty.level = level;
+    put_on_level(settings, level);
 }
 
 }  // namespace zoned::ai

@@ -31,13 +31,14 @@ std::uint8_t most_corner(ActionKind action) {
     }
 }
 
-/// Whether it is one of `settings`: on a rung, at a level within the cap. Where none adapts, it is
-/// the first.
-bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
+/// Whether it is one of `settings`: on a level, at a position within the cap. Where none adapts, it
+/// is the first.
+bool is_difficulty(const DifficultyState& difficulty, const DifficultyLevels& settings) {
     const learning::Staircase& cap = settings.staircase;
-    return settings.rungs.empty() ? ladder.rung == 0
-                                  : ladder.rung < settings.rungs.size() &&
-                                        ladder.level >= cap.least && ladder.level <= cap.most;
+    return settings.levels.empty()
+               ? difficulty.level == 0
+               : difficulty.level < settings.levels.size() && difficulty.position >= cap.least &&
+                     difficulty.position <= cap.most;
 }
 
 /// Whether it is on lanes of the world that there are, at places of them.
@@ -50,13 +51,13 @@ bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
            (walk.from == splines::kNoLane || known(walk.from, walk.from_s));
 }
 
-/// What keeps the agent from being one of `settings` on that rung; null: nothing.
-const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint16_t rung) {
+/// What keeps the agent from being one of `settings` on that level; null: nothing.
+const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint16_t level) {
     if (agent.brain >= settings.compiled.size() ||
-        brain_at_level(settings, rung, agent.brain).states.empty()) {
+        brain_at_level(settings, level, agent.brain).states.empty()) {
         return "has a brain that there is not";
     }
-    const CompiledBrain& brain = brain_at_level(settings, rung, agent.brain);
+    const CompiledBrain& brain = brain_at_level(settings, level, agent.brain);
     const std::uint16_t leaf = agent.state_machine.state();
     if (leaf >= brain.table.leaves()) {
         return "is in a state that there is not";
@@ -162,7 +163,7 @@ void save_agents(const AgentStore& agents,
                  std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kVersion);
-    visit_fields(step.memory().ladder, write);
+    visit_fields(step.memory().difficulty, write);
     write(static_cast<std::uint32_t>(agents.size()));
     for (std::size_t n = 0; n < agents.size(); ++n) {
         visit_fields(agents.at(agents.nth(n)), write);
@@ -198,9 +199,10 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     if (read.cut_short() || version != kVersion) {
         return "version " + std::to_string(version) + " of agents, not " + std::to_string(kVersion);
     }
-    visit_fields(memory.ladder, read);
+    visit_fields(memory.difficulty, read);
     read(count);
-    if (read.cut_short() || !read.finite() || !is_ladder(memory.ladder, settings.ladder)) {
+    if (read.cut_short() || !read.finite() ||
+        !is_difficulty(memory.difficulty, settings.difficulty)) {
         return "the difficulty is cut short, or none of the settings";
     }
     AgentStore fresh;
@@ -216,7 +218,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
         if (!(before < agent.entity)) {
             return name + "comes after a larger one";
         }
-        const char* wrong = wrong_with(agent, settings, memory.ladder.rung);
+        const char* wrong = wrong_with(agent, settings, memory.difficulty.level);
         if (wrong != nullptr || !read.finite() || !read.known()) {
             return name + (wrong != nullptr ? wrong : "has a number that is none");
         }
@@ -267,7 +269,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     }
     agents = std::move(fresh);
     places.set_stocks(stock);
-    put_on_rung(settings, memory.ladder.rung);
+    put_on_level(settings, memory.difficulty.level);
     step.remember(memory, nests, agents, settings);
     return {};
 }

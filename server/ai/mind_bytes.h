@@ -11,7 +11,7 @@
 
 namespace zoned::ai {
 
-/// Appends on which difficulty they are (ladder.h), all agents, ascending by entity, what their
+/// Appends on which difficulty they are (difficulty.h), all agents, ascending by entity, what their
 /// step remembers, what is in stock, and the scents of nests, whose maps are baked anew: little
 /// endian, field by field as mind_fields.h has them, after a version and counts. What reads them
 /// goes on bit for bit.
@@ -21,7 +21,7 @@ void save_agents(const AgentStore& agents,
                  std::vector<std::uint8_t>& out);
 
 /// Reads what save_agents() wrote into empty `agents`, `step`, and the stock into `places`, which
-/// have those of the settings; these are put on the rung on which the agents were. Empty text:
+/// have those of the settings; these are put on the level on which the agents were. Empty text:
 /// done. Otherwise nothing was changed, and the text says what is wrong: another version, cut
 /// short, bytes left over, or numbers that mean nothing to `settings` (which are compiled), with
 /// the agent and the field.

@@ -27,42 +27,42 @@ void add_band(float factor, BandFigures& figures) {
 }  // namespace
 
 std::string difficulty_text(const zone::ZoneState& state) {
-    const ai::LadderSettings& settings = state.settings.ai.ladder;
-    if (settings.rungs.empty()) {
+    const ai::DifficultyLevels& settings = state.settings.ai.difficulty;
+    if (settings.levels.empty()) {
         return {};
     }
-    const ai::Ladder& ladder = state.ai_update.memory().ladder;
-    const auto name = [&](float level) {
-        return settings.rungs[static_cast<std::size_t>(level)].name;
+    const ai::DifficultyState& difficulty = state.ai_update.memory().difficulty;
+    const auto name = [&](float position) {
+        return settings.levels[static_cast<std::size_t>(position)].name;
     };
     return fmt::format(
         "difficulty: {}, of {} to {}; {} successes and {} failures of players at it, level "
         "{:.2f}\n",
-        settings.rungs[ladder.rung].name,
+        settings.levels[difficulty.level].name,
         name(settings.staircase.least),
         name(settings.staircase.most),
-        ladder.successes,
-        ladder.failures,
-        ladder.level);
+        difficulty.successes,
+        difficulty.failures,
+        difficulty.position);
 }
 
 void tell_difficulty(const zone::Zone& zone) {
-    const auto& change = zone.report().rung_change;
+    const auto& change = zone.report().level_change;
     if (!change) {
         return;
     }
-    const ai::LadderSettings& settings = zone.state().settings.ai.ladder;
+    const ai::DifficultyLevels& settings = zone.state().settings.ai.difficulty;
     spdlog::info(
         "zone {}: difficulty {} -> {} at tick {}: {} successes and {} failures of players "
         "at {}, level {:.2f}",
         zone.state().settings.id.value,
-        settings.rungs[change->from].name,
-        settings.rungs[change->to].name,
+        settings.levels[change->from].name,
+        settings.levels[change->to].name,
         zone.report().tick,
         change->successes,
         change->failures,
-        settings.rungs[change->from].name,
-        change->level);
+        settings.levels[change->from].name,
+        change->position);
 }
 
 std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone::Zone>> zones) {

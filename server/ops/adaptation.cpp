@@ -22,29 +22,29 @@ using proto::Config;
 constexpr const char* kAdaptation = "ai.adaptation";
 
 /// Number in the list, -1: it is not there.
-int find_rung(const Config::Adaptation& adaptation, const std::string& name) {
+int find_level(const Config::Adaptation& adaptation, const std::string& name) {
     const auto& names = adaptation.difficulty();
     const auto at = std::find(names.begin(), names.end(), name);
     return at == names.end() ? -1 : static_cast<int>(at - names.begin());
 }
 
 /// What is not set is the first that it may be.
-struct RungRange {
+struct LevelRange {
     int least = 0;
     int most = 0;
     int start = 0;
 };
 
-RungRange rung_range(const Config::Adaptation& adaptation) {
-    RungRange range;
-    range.least = adaptation.has_least() ? find_rung(adaptation, adaptation.least()) : 0;
-    range.most = adaptation.has_most() ? find_rung(adaptation, adaptation.most())
+LevelRange level_range(const Config::Adaptation& adaptation) {
+    LevelRange range;
+    range.least = adaptation.has_least() ? find_level(adaptation, adaptation.least()) : 0;
+    range.most = adaptation.has_most() ? find_level(adaptation, adaptation.most())
                                        : adaptation.difficulty_size() - 1;
-    range.start = adaptation.has_start() ? find_rung(adaptation, adaptation.start()) : range.least;
+    range.start = adaptation.has_start() ? find_level(adaptation, adaptation.start()) : range.least;
     return range;
 }
 
-void check_rung_names(const Config& config, Diagnostics& diagnostics) {
+void check_level_names(const Config& config, Diagnostics& diagnostics) {
     std::set<std::string> seen;
     const Config::Adaptation& adaptation = config.ai().adaptation();
     for (int k = 0; k < adaptation.difficulty_size(); ++k) {
@@ -61,12 +61,12 @@ void check_rung_names(const Config& config, Diagnostics& diagnostics) {
     }
 }
 
-void check_rung_range(const Config::Adaptation& adaptation, Diagnostics& diagnostics) {
-    const RungRange range = rung_range(adaptation);
+void check_level_range(const Config::Adaptation& adaptation, Diagnostics& diagnostics) {
+    const LevelRange range = level_range(adaptation);
     const std::string path = kAdaptation;
     bool listed = true;
-    const auto check = [&](int rung, const char* field, const std::string& name) {
-        if (rung < 0) {
+    const auto check = [&](int level, const char* field, const std::string& name) {
+        if (level < 0) {
             diagnostics.add(path + "." + field,
                             "'" + name + "' is not in the list of difficulties");
             listed = false;
@@ -102,11 +102,11 @@ std::set<std::string> differing_types(const std::vector<ParameterChoice>& a,
 }
 
 /// The brains of one difficulty.
-ai::Rung expand_rung(const Config& written,
-                     const std::string& name,
-                     const Policies& policies,
-                     std::vector<ParameterChoice>& choices,
-                     Diagnostics& diagnostics) {
+ai::DifficultyLevel expand_level(const Config& written,
+                                 const std::string& name,
+                                 const Policies& policies,
+                                 std::vector<ParameterChoice>& choices,
+                                 Diagnostics& diagnostics) {
     const std::size_t before = diagnostics.size();
     Config config = written;
     config.mutable_ai()->clear_adaptation();
@@ -115,13 +115,13 @@ ai::Rung expand_rung(const Config& written,
     check_choices(config, diagnostics);
     check_blends(config, diagnostics);
     check_brains(config, diagnostics);
-    ai::Rung rung;
-    rung.name = name;
+    ai::DifficultyLevel level;
+    level.name = name;
     if (diagnostics.size() == before) {
-        rung.brains = expand_brains(config);
-        give_policies(config, policies, rung.brains, diagnostics);
+        level.brains = expand_brains(config);
+        give_policies(config, policies, level.brains, diagnostics);
     }
-    return rung;
+    return level;
 }
 
 bool same_names(const std::vector<ai::Brain>& a, const std::vector<ai::Brain>& b) {
@@ -130,16 +130,17 @@ bool same_names(const std::vector<ai::Brain>& a, const std::vector<ai::Brain>& b
     });
 }
 
-void expand_staircase(const Config& config, double tick_rate_hz, ai::LadderSettings& ladder) {
+void expand_staircase(const Config& config, double tick_rate_hz, ai::DifficultyLevels& difficulty) {
     const Config::Adaptation& adaptation = config.ai().adaptation();
-    const RungRange range = rung_range(adaptation);
-    ladder.staircase = {narrow(adaptation.success()),
-                        narrow(adaptation.step()),
-                        static_cast<float>(range.least),
-                        static_cast<float>(range.most)};
-    ladder.start = static_cast<std::uint16_t>(range.start);
-    ladder.active = ladder.start;
-    ladder.between = static_cast<Tick>(std::llround(adaptation.least_between_s() * tick_rate_hz));
+    const LevelRange range = level_range(adaptation);
+    difficulty.staircase = {narrow(adaptation.success()),
+                            narrow(adaptation.step()),
+                            static_cast<float>(range.least),
+                            static_cast<float>(range.most)};
+    difficulty.start = static_cast<std::uint16_t>(range.start);
+    difficulty.active = difficulty.start;
+    difficulty.between =
+        static_cast<Tick>(std::llround(adaptation.least_between_s() * tick_rate_hz));
 }
 
 }  // namespace
@@ -149,7 +150,7 @@ std::string first_difficulty(const Config& config) {
     if (config.ai().has_difficulty() || !config.ai().has_adaptation()) {
         return config.ai().difficulty();
     }
-    const int start = rung_range(adaptation).start;
+    const int start = level_range(adaptation).start;
     return start >= 0 && start < adaptation.difficulty_size() ? adaptation.difficulty(start) : "";
 }
 
@@ -161,9 +162,9 @@ void check_adaptation(const Config& config, Diagnostics& diagnostics) {
         diagnostics.add("ai.difficulty", "is chosen by ai.adaptation: say `start` there");
     }
     const std::size_t before = diagnostics.size();
-    check_rung_names(config, diagnostics);
+    check_level_names(config, diagnostics);
     if (diagnostics.size() == before) {  // else what is not in the list is a consequence
-        check_rung_range(config.ai().adaptation(), diagnostics);
+        check_level_range(config.ai().adaptation(), diagnostics);
     }
 }
 
@@ -171,28 +172,28 @@ void expand_adaptation(const Config& written,
                        const Policies& policies,
                        Settings& settings,
                        Diagnostics& diagnostics) {
-    ai::LadderSettings& ladder = settings.ai.ladder;
-    ladder = {};
+    ai::DifficultyLevels& difficulty = settings.ai.difficulty;
+    difficulty = {};
     if (!written.ai().has_adaptation()) {
         return;
     }
     const Config::Adaptation& adaptation = written.ai().adaptation();
-    expand_staircase(written, settings.tick_rate_hz, ladder);
+    expand_staircase(written, settings.tick_rate_hz, difficulty);
     std::set<std::string> varying;
     std::vector<ParameterChoice> before;
     for (int k = 0; k < adaptation.difficulty_size(); ++k) {
         const std::size_t mistakes = diagnostics.size();
         std::vector<ParameterChoice> choices;
-        ai::Rung rung =
-            expand_rung(written, adaptation.difficulty(k), policies, choices, diagnostics);
+        ai::DifficultyLevel level =
+            expand_level(written, adaptation.difficulty(k), policies, choices, diagnostics);
         if (diagnostics.size() != mistakes) {
             diagnostics.add(join_path(kAdaptation, "difficulty", k),
                             "by '" + adaptation.difficulty(k) +
                                 "' brains get mistakes that they do not have at the start");
-            ladder = {};
+            difficulty = {};
             return;
         }
-        ZONED_ASSERT(same_names(rung.brains, settings.ai.brains),
+        ZONED_ASSERT(same_names(level.brains, settings.ai.brains),
                      "difficulties have the same brains");
         const std::set<std::string> types =
             k == 0 ? std::set<std::string>() : differing_types(before, choices);
@@ -202,21 +203,21 @@ void expand_adaptation(const Config& written,
         }
         varying.insert(types.begin(), types.end());
         before = std::move(choices);
-        for (const ai::Brain& brain : rung.brains) {
+        for (const ai::Brain& brain : level.brains) {
             if (std::isfinite(settings.ai.viewer_range_m)) {
                 settings.ai.viewer_range_m =
                     std::max(settings.ai.viewer_range_m, brain.perception_m);
             }
         }
-        if (k == ladder.active) {
-            rung.brains.clear();
+        if (k == difficulty.active) {
+            level.brains.clear();
         }
-        ladder.rungs.push_back(std::move(rung));
+        difficulty.levels.push_back(std::move(level));
     }
-    ladder.varies.assign(settings.ai.brains.size(), false);
+    difficulty.varies.assign(settings.ai.brains.size(), false);
     for (const world::EntityType& type : settings.types) {
         if (type.brain != 0 && varying.count(type.name) != 0) {
-            ladder.varies[type.brain - 1U] = true;
+            difficulty.varies[type.brain - 1U] = true;
         }
     }
 }

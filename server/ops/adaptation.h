@@ -18,7 +18,7 @@ std::string first_difficulty(const proto::Config& config);
 /// of least and most, a difficulty chosen besides.
 void check_adaptation(const proto::Config& config, Diagnostics& diagnostics);
 
-/// Fills in settings.ai.ladder: the brains of all difficulties, each made of `written` (the
+/// Fills in settings.ai.difficulty: the brains of all difficulties, each made of `written` (the
 /// config before brains were made of behaviours) and checked as the world's own are. Reports
 /// neighbouring difficulties that are the same for all types, and which difficulty a mistake of a
 /// brain comes with. The config has no other mistakes.

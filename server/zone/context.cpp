@@ -273,7 +273,8 @@ void ZoneContext::reset_view(ClientId client) {
 }
 
 void ZoneContext::note_outcome(bool player_succeeded) {
-    ai::note_outcome(state_->ai_update.ladder(), state_->settings.ai.ladder, player_succeeded);
+    ai::note_outcome(
+        state_->ai_update.difficulty(), state_->settings.ai.difficulty, player_succeeded);
 }
 
 void ZoneContext::kick(ClientId client, std::string_view reason) {

@@ -62,7 +62,7 @@ struct Handoff {
     ZoneId to;
     EntityState state;
     std::optional<ai::Agent> agent;
-    std::uint16_t rung = 0;          ///< of difficulty, by whose brains the agent lived
+    std::uint16_t level = 0;         ///< of difficulty, by whose brains the agent lived
     physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;

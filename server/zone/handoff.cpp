@@ -94,10 +94,10 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.state = read_entity(e, row);
     h.rules = state.rules->take_entity(h.state.id);
     if (state.agents.find(h.state.id) != nullptr) {
-        if (!state.settings.ai.ladder.rungs.empty()) {
+        if (!state.settings.ai.difficulty.levels.empty()) {
             rouse(state, row);  // it may go on by other brains
         }
-        h.rung = state.ai_update.ladder().rung;
+        h.level = state.ai_update.difficulty().level;
         state.paths.release(state.agents.slot_of(h.state.id));
         h.agent = state.agents.take(h.state.id);
     }
@@ -280,8 +280,8 @@ void accept(ZoneState& state, Handoff& handoff) {
     }
     if (handoff.agent) {
         ai::shift(*handoff.agent, shift);
-        ai::adopt_from_rung(
-            *handoff.agent, state.settings.ai, handoff.rung, state.now, state.settings.dt);
+        ai::migrate_from_level(
+            *handoff.agent, state.settings.ai, handoff.level, state.now, state.settings.dt);
         state.agents.add(*handoff.agent);
     }
     if (handoff.client) {

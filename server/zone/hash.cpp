@@ -81,8 +81,8 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.ai_update.hash(state.agents, state.hash);
         state.places.hash(state.hash);
     }
-    if (!state.settings.ai.ladder.rungs.empty()) {
-        ai::visit_fields(state.ai_update.memory().ladder,
+    if (!state.settings.ai.difficulty.levels.empty()) {
+        ai::visit_fields(state.ai_update.memory().difficulty,
                          [&state](const auto& number) { state.hash.add(number); });
     }
     if (state.report.plan.has(Pass::kParticles)) {

@@ -140,7 +140,8 @@ struct Apply {
         }
         const ai::AiSettings before = std::move(state.settings.ai);
         state.settings.ai = *fresh.settings;
-        ai::go_on_with(state.ai_update.ladder(), before.ladder, state.settings.ai, state.now);
+        ai::go_on_with(
+            state.ai_update.difficulty(), before.difficulty, state.settings.ai, state.now);
         const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;
         ai::adopt(
             state.agents,

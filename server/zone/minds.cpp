@@ -50,20 +50,20 @@ std::uint32_t update_agents(ZoneState& state) {
 
 void follow_players(ZoneState& state) {
     ai::AiSettings& settings = state.settings.ai;
-    ai::Ladder& ladder = state.ai_update.ladder();
-    const std::uint16_t rung = ai::rung_due(ladder, settings.ladder, state.now);
-    if (rung == ladder.rung) {
+    ai::DifficultyState& difficulty = state.ai_update.difficulty();
+    const std::uint16_t level = ai::level_due(difficulty, settings.difficulty, state.now);
+    if (level == difficulty.level) {
         return;
     }
     for (std::size_t n = 0; n < state.agents.size(); ++n) {
         const ai::Agent& agent = state.agents.at(state.agents.nth(n));
         const world::Row row = state.entities.find(agent.entity);
-        if (row != world::kNoRow && settings.ladder.varies[agent.brain]) {
+        if (row != world::kNoRow && settings.difficulty.varies[agent.brain]) {
             rouse(state, row);
         }
     }
-    state.report.rung_change =
-        ai::change_rung(state.agents, settings, ladder, rung, state.now, state.settings.dt);
+    state.report.level_change =
+        ai::change_level(state.agents, settings, difficulty, level, state.now, state.settings.dt);
 }
 
 void rouse(ZoneState& state, world::Row row) {

@@ -9,8 +9,8 @@ namespace zoned::zone {
 /// many decided.
 std::uint32_t update_agents(ZoneState& state);
 
-/// AgentStore become those of another difficulty where what players did asks for it (ai/ladder.h),
-/// at most one change a tick, told in the report.
+/// AgentStore become those of another difficulty where what players did asks for it
+/// (ai/difficulty.h), at most one change a tick, told in the report.
 void follow_players(ZoneState& state);
 
 /// An entity that something is done to must be simulated: wakes its agent where it has one that

@@ -101,7 +101,7 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       replicator(with_ground(settings)) {
     const Vec3d origin = settings.region().origin();
     places = ai::Places(settings.ai.places, Vec2d(origin.x(), origin.z()), settings.dt);
-    ai_update.ladder() = ai::first_of(settings.ai.ladder);
+    ai_update.difficulty() = ai::first_of(settings.ai.difficulty);
     conceals = std::any_of(
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
             return type.conceal != world::Conceal::kNothing;

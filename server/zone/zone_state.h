@@ -58,7 +58,7 @@ struct StepReport {
     physics::soft::SoftStats soft;
     physics::ParticleReport particles;
     ai::AiReport ai;
-    std::optional<ai::RungChange> rung_change;
+    std::optional<ai::LevelChange> level_change;
     interest::Report interest;
     replication::Report replication;
     std::uint32_t handoffs_out = 0;

@@ -98,19 +98,19 @@ TEST(AdaptationInZones, FollowsThePlayersOfEachZoneAndAgentsTakeThatOfTheNext) {
     const Outcomes outcomes;
     const scenario::LogText log;
     Crowd crowd(two_zones(12));
-    std::optional<ai::RungChange> west;
-    std::optional<ai::RungChange> east;
+    std::optional<ai::LevelChange> west;
+    std::optional<ai::LevelChange> east;
     for (int t = 0; t < 20 * 3; ++t) {
         crowd.tick();
         const auto& zones = crowd.world().zones();
-        west = zones[0]->report().rung_change ? zones[0]->report().rung_change : west;
-        east = zones[1]->report().rung_change ? zones[1]->report().rung_change : east;
+        west = zones[0]->report().level_change ? zones[0]->report().level_change : west;
+        east = zones[1]->report().level_change ? zones[1]->report().level_change : east;
         tell_difficulty(*zones[0]);
         tell_difficulty(*zones[1]);
     }
     ASSERT_TRUE(west && east);
     EXPECT_NE(log.text().find("zone 1: difficulty usual -> fast at tick 30: 2 successes and 0 "
-                              "failures of players at usual, level 2.00"),
+                              "failures of players at usual, position 2.00"),
               std::string::npos)
         << log.text();
     EXPECT_NE(log.text().find("zone 2: difficulty usual -> slow at tick 30"), std::string::npos);
@@ -164,8 +164,8 @@ TEST(AdaptationInZones, GivesTheSameHashForOneAndFourThreads) {
         ASSERT_EQ(one.world().state_hash(), four.world().state_hash()) << "tick " << t;
         differs = differs || one.world().state_hash() != still.world().state_hash();
     }
-    EXPECT_EQ(zone_of(one, 0).ai_update.memory().ladder.rung, 2);
-    EXPECT_EQ(zone_of(one, 1).ai_update.memory().ladder.rung, 0);
+    EXPECT_EQ(zone_of(one, 0).ai_update.memory().difficulty.level, 2);
+    EXPECT_EQ(zone_of(one, 1).ai_update.memory().difficulty.level, 0);
     EXPECT_TRUE(differs) << "the hash knows of the difficulty";
 }
 

@@ -34,18 +34,18 @@ class AdaptationGame : public GameTest {
             }
         });
         EXPECT_TRUE(report.consistent) << reasons(report);
-        rung = world->world().zones().front()->state().ai_update.memory().ladder.rung;
+        level = world->world().zones().front()->state().ai_update.memory().difficulty.level;
         return log.text();
     }
 
     app::BandsTold bands;
-    std::uint16_t rung = 0;
+    std::uint16_t level = 0;
 };
 
 TEST_F(AdaptationGame, BotsWhoAreBittenMakeItEasier) {
     server.sets.emplace_back("rules[1].value=\"20\"");
     const std::string log = play("wander");
-    EXPECT_EQ(rung, 0) << log;
+    EXPECT_EQ(level, 0) << log;
     EXPECT_NE(log.find("zone 1: difficulty fair -> gentle at tick"), std::string::npos) << log;
     EXPECT_NE(log.find("brain pacer: rubber bands of"), std::string::npos) << log;
 }
@@ -54,7 +54,7 @@ TEST_F(AdaptationGame, BotsWhoAreBittenMakeItEasier) {
 TEST_F(AdaptationGame, BotsWhoHuntThemDownMakeItHarder) {
     server.sets.emplace_back("rules[1].value=\"0.1\"");
     const std::string log = play("hunt");
-    EXPECT_EQ(rung, 2) << log;
+    EXPECT_EQ(level, 2) << log;
     EXPECT_NE(log.find("zone 1: difficulty fair -> keen at tick"), std::string::npos) << log;
 }
 
@@ -62,7 +62,7 @@ TEST_F(AdaptationGame, StaysWithinItsCap) {
     server.sets.emplace_back("rules[1].value=\"20\"");
     server.sets.emplace_back("ai.adaptation.least=fair");
     const std::string log = play("wander");
-    EXPECT_EQ(rung, 1);
+    EXPECT_EQ(level, 1);
     EXPECT_EQ(log.find("difficulty fair ->"), std::string::npos) << log;
 }
 

@@ -82,7 +82,7 @@ TEST(AgentSerialize, WhoIsReadAgainGoesOnBitForBit) {
     }
 }
 
-/// Bytes before it: version, ladder (rung, level, two counts, a tick), count.
+/// Bytes before it: version, difficulty (level, level, two counts, a tick), count.
 constexpr std::size_t kFirstAgent = 4 + (2 + 4 + 2 * 4 + 8) + 4;
 
 class BadAgents : public testing::Test {

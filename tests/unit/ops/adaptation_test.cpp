@@ -65,14 +65,14 @@ float notice_m(const ai::CompiledBrain& brain) {
 TEST(Adaptation, MakesBrainsOfAllDifficulties) {
     const Outcome out = parse(adapting_with("success", "success"));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::LadderSettings& ladder = out.settings.ai.ladder;
-    ASSERT_EQ(ladder.rungs.size(), 3U);
-    EXPECT_EQ(ladder.rungs[2].name, "hard");
-    EXPECT_EQ(ladder.start, 1);
-    EXPECT_EQ(ladder.active, 1);
-    EXPECT_EQ(ladder.between, 60) << "2 s at 30 ticks a second";
-    EXPECT_EQ(ladder.staircase.success, 0.7F);
-    EXPECT_EQ(ladder.staircase.most, 2.0F);
+    const ai::DifficultyLevels& difficulty = out.settings.ai.difficulty;
+    ASSERT_EQ(difficulty.levels.size(), 3U);
+    EXPECT_EQ(difficulty.levels[2].name, "hard");
+    EXPECT_EQ(difficulty.start, 1);
+    EXPECT_EQ(difficulty.active, 1);
+    EXPECT_EQ(difficulty.between, 60) << "2 s at 30 ticks a second";
+    EXPECT_EQ(difficulty.staircase.success, 0.7F);
+    EXPECT_EQ(difficulty.staircase.most, 2.0F);
     std::size_t bandit = 0;
     std::size_t guard = 0;
     for (const world::EntityType& type : out.settings.types) {
@@ -83,19 +83,19 @@ TEST(Adaptation, MakesBrainsOfAllDifficulties) {
     EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 0, bandit)), 5.0F);
     EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 1, bandit)), 10.0F);
     EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 2, bandit)), 20.0F);
-    EXPECT_TRUE(ladder.varies[bandit]);
-    EXPECT_FALSE(ladder.varies[guard]);
+    EXPECT_TRUE(difficulty.varies[bandit]);
+    EXPECT_FALSE(difficulty.varies[guard]);
     EXPECT_GE(out.settings.ai.viewer_range_m, 80.0F)
         << "nobody sleeps who would notice on any difficulty";
     EXPECT_NE(parameters_text(out.settings).find("difficulty: usual, to begin with"),
               std::string::npos);
-    EXPECT_TRUE(parse(kValid).settings.ai.ladder.rungs.empty());
+    EXPECT_TRUE(parse(kValid).settings.ai.difficulty.levels.empty());
     // The capped one still lists all, and what is not set is the first that may be.
     const Outcome capped = parse(
         adapting_with("    start: \"usual\"\n    least: \"easy\"\n", "    least: \"usual\"\n"));
     ASSERT_TRUE(capped.ok) << format_errors("test", capped.errors);
-    EXPECT_EQ(capped.settings.ai.ladder.start, 1);
-    EXPECT_EQ(capped.settings.ai.ladder.staircase.least, 1.0F);
+    EXPECT_EQ(capped.settings.ai.difficulty.start, 1);
+    EXPECT_EQ(capped.settings.ai.difficulty.staircase.least, 1.0F);
 }
 
 TEST(Adaptation, ReportsEachMistakeAtItsPlace) {
