@@ -75,12 +75,12 @@ void carry_variables(const Agent& from,
 
 }  // namespace
 
-void adopt(Agent& agent,
-           const CompiledBrain& before,
-           const CompiledBrain& after,
-           std::uint16_t index,
-           Tick now,
-           float dt) {
+void migrate(Agent& agent,
+             const CompiledBrain& before,
+             const CompiledBrain& after,
+             std::uint16_t index,
+             Tick now,
+             float dt) {
     grow(agent, before, now);
     const Agent old = agent;
     begin(agent, after, now);

@@ -1,4 +1,4 @@
-// Adopt: agents go on with brains that have become others.
+// HotReloadMigration: agents go on with brains that have become others.
 #pragma once
 
 #include "server/ai/ai_step.h"
@@ -14,33 +14,33 @@ namespace zoned::ai {
 /// plan is made anew at the next decision, which comes when the new brain's period has it. Who
 /// walks at another pace now does so at once. AgentStore are active.
 template <class BrainOf>
-void adopt(AgentStore& agents,
-           const AiSettings& before,
-           const AiSettings& after,
-           BrainOf&& brain_of,
-           Tick now,
-           float dt);
+void migrate(AgentStore& agents,
+             const AiSettings& before,
+             const AiSettings& after,
+             BrainOf&& brain_of,
+             Tick now,
+             float dt);
 
 /// One agent of `before` becomes one of brain `index`, `after`.
-void adopt(Agent& agent,
-           const CompiledBrain& before,
-           const CompiledBrain& after,
-           std::uint16_t index,
-           Tick now,
-           float dt);
+void migrate(Agent& agent,
+             const CompiledBrain& before,
+             const CompiledBrain& after,
+             std::uint16_t index,
+             Tick now,
+             float dt);
 
 template <class BrainOf>
-void adopt(AgentStore& agents,
-           const AiSettings& before,
-           const AiSettings& after,
-           BrainOf&& brain_of,
-           Tick now,
-           float dt) {
-    agents.forget_wavering();
+void migrate(AgentStore& agents,
+             const AiSettings& before,
+             const AiSettings& after,
+             BrainOf&& brain_of,
+             Tick now,
+             float dt) {
+    agents.forget_flapping();
     for (std::size_t n = 0; n < agents.size(); ++n) {
         Agent& agent = agents.at(agents.nth(n));
         const std::uint16_t index = brain_of(agent);
-        adopt(agent, before.compiled[agent.brain], after.compiled[index], index, now, dt);
+        migrate(agent, before.compiled[agent.brain], after.compiled[index], index, now, dt);
     }
 }
 

@@ -78,12 +78,12 @@ void migrate_from_level(Agent& agent,
         !settings.difficulty.varies[agent.brain]) {
         return;
     }
-    adopt(agent,
-          brain_at_level(settings, level, agent.brain),
-          settings.compiled[agent.brain],
-          agent.brain,
-          now,
-          dt);
+    migrate(agent,
+            brain_at_level(settings, level, agent.brain),
+            settings.compiled[agent.brain],
+            agent.brain,
+            now,
+            dt);
 }
 
 LevelChange change_level(AgentStore& agents,
@@ -101,7 +101,7 @@ LevelChange change_level(AgentStore& agents,
                      "who is to live by other brains was woken up");
         migrate_from_level(agent, settings, change.from, now, dt);
     }
-    agents.forget_wavering();  // the numbers of transitions may be others
+    agents.forget_flapping();  // the numbers of transitions may be others
     difficulty.level = level;
     difficulty.successes = 0;
     difficulty.failures = 0;

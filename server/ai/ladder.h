@@ -92,7 +92,7 @@ const CompiledBrain& brain_at_level(const AiSettings& settings,
 void put_on_level(AiSettings& settings, std::uint16_t level);
 
 /// The zone goes to another level: the agents of brains that vary, which are all active, go on with
-/// those of that level (adopt.h). `dt` in s.
+/// those of that level (migrate.h). `dt` in s.
 LevelChange change_level(AgentStore& agents,
                          AiSettings& settings,
                          DifficultyState& difficulty,

@@ -10,7 +10,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// A change back that comes later than this is no wavering, s.
+/// A change back that comes later than this is no state_flapping, s.
 constexpr float kToAndFroS = 2.0F;
 
 }  // namespace
@@ -35,7 +35,7 @@ void AgentStore::add(const Agent& agent) {
         slot = free_.back();
         free_.pop_back();
         agents_[slot] = agent;
-        traces_[slot] = state_machine::Oscillations::Trace();
+        traces_[slot] = state_machine::FlappingDetector::Trace();
     }
     order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {agent.entity, slot});
     events_.grow(agents_.size());
@@ -189,23 +189,23 @@ void AgentStore::forget_suspended(Slot slot) {
 
 void AgentStore::watch(Slot slot, state_machine::Change change, Tick now, float dt) {
     const Agent& agent = agents_[slot];
-    if (wavering_.size() <= agent.brain) {
-        state_machine::OscillationSettings settings;
+    if (state_flapping_.size() <= agent.brain) {
+        state_machine::FlappingSettings settings;
         settings.window = std::max<Tick>(1, std::lround(kToAndFroS / dt));
-        wavering_.resize(agent.brain + 1U, state_machine::Oscillations(settings));
+        state_flapping_.resize(agent.brain + 1U, state_machine::FlappingDetector(settings));
     }
     change.agent = agent.entity.value;
-    wavering_[agent.brain].watch(traces_[slot], change, now);
+    state_flapping_[agent.brain].watch(traces_[slot], change, now);
 }
 
-std::span<const state_machine::Oscillation> AgentStore::wavering(std::size_t brain) const {
-    return brain < wavering_.size() ? wavering_[brain].found()
-                                    : std::span<const state_machine::Oscillation>();
+std::span<const state_machine::FlappingPair> AgentStore::state_flapping(std::size_t brain) const {
+    return brain < state_flapping_.size() ? state_flapping_[brain].found()
+                                          : std::span<const state_machine::FlappingPair>();
 }
 
-void AgentStore::forget_wavering() {
-    wavering_.clear();
-    std::fill(traces_.begin(), traces_.end(), state_machine::Oscillations::Trace());
+void AgentStore::forget_flapping() {
+    state_flapping_.clear();
+    std::fill(traces_.begin(), traces_.end(), state_machine::FlappingDetector::Trace());
 }
 
 void AgentStore::hash(core::StateHash& hash) const {

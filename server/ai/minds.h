@@ -121,15 +121,16 @@ class AgentStore {
         cells_.visit_anywhere(visit);
     }
 
-    /// The agent changed its state: remembered for wavering(). `dt` in s.
+    /// The agent changed its state: remembered for state_flapping(). `dt` in s.
     void watch(Slot slot, state_machine::Change change, Tick now, float dt);
 
     /// Pairs of states between which agents of that brain have gone to and fro, six times within
     /// 2 s each; `agent` is an entity's id. For reports: no state of the zone.
-    [[nodiscard]] std::span<const state_machine::Oscillation> wavering(std::size_t brain) const;
+    [[nodiscard]] std::span<const state_machine::FlappingPair> state_flapping(
+        std::size_t brain) const;
 
     /// Forgets what watch() saw: brains have become others.
-    void forget_wavering();
+    void forget_flapping();
 
     /// All agents, ascending by entity id.
     void hash(core::StateHash& hash) const;
@@ -147,9 +148,9 @@ class AgentStore {
     void insert_active(Slot slot);
     void erase_active(Slot slot);
 
-    std::vector<Agent> agents_;                               // by slot
-    std::vector<state_machine::Oscillations::Trace> traces_;  // by slot
-    std::vector<state_machine::Oscillations> wavering_;       // by brain
+    std::vector<Agent> agents_;                                    // by slot
+    std::vector<state_machine::FlappingDetector::Trace> traces_;   // by slot
+    std::vector<state_machine::FlappingDetector> state_flapping_;  // by brain
     std::vector<Slot> free_;
     std::vector<Place> order_;  // ascending by entity
     std::vector<Slot> active_;

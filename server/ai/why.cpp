@@ -262,14 +262,14 @@ std::string transition_text(const Brain& brain,
     return text;
 }
 
-std::string why(const Agent& agent,
-                const Brain& brain,
-                const CompiledBrain& compiled,
-                const Percept& percept,
-                const Vec2& here,
-                const Places& places,
-                Tick now,
-                float dt) {
+std::string explain(const Agent& agent,
+                    const Brain& brain,
+                    const CompiledBrain& compiled,
+                    const Percept& percept,
+                    const Vec2& here,
+                    const Places& places,
+                    Tick now,
+                    float dt) {
     Senses senses;
     sense(agent, compiled, percept, here, places, now, senses);
     return Account(agent, brain, compiled, places, now).write(senses, dt);

@@ -1,4 +1,4 @@
-// Why: what an agent is in the middle of, and what it waits for, in words for a person.
+// Explain: what an agent is in the middle of, and what it waits for, in words for a person.
 #pragma once
 
 #include "server/ai/decision.h"
@@ -22,13 +22,13 @@ std::string transition_text(const Brain& brain,
 /// fuzzy systems that fire and how much, and each transition of its states with what its conditions
 /// read now, and how long it has held. `brain` as written and `compiled` are of the agent;
 /// `random` is what the next decision would draw. `dt` in s.
-std::string why(const Agent& agent,
-                const Brain& brain,
-                const CompiledBrain& compiled,
-                const Percept& percept,
-                const Vec2& here,
-                const Places& places,
-                Tick now,
-                float dt);
+std::string explain(const Agent& agent,
+                    const Brain& brain,
+                    const CompiledBrain& compiled,
+                    const Percept& percept,
+                    const Vec2& here,
+                    const Places& places,
+                    Tick now,
+                    float dt);
 
 }  // namespace zoned::ai

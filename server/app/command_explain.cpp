@@ -186,14 +186,14 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                     static_cast<unsigned>(state.settings.id.value),
                     static_cast<long long>(now),
                     difficulty_text(state).c_str(),
-                    ai::why(*agent,
-                            agents.brains[agent->brain],
-                            compiled,
-                            sight,
-                            here,
-                            state.places,
-                            now,
-                            state.settings.dt)
+                    ai::explain(*agent,
+                                agents.brains[agent->brain],
+                                compiled,
+                                sight,
+                                here,
+                                state.places,
+                                now,
+                                state.settings.dt)
                         .c_str());
         return true;
     }

@@ -163,7 +163,7 @@ void write_serve_report(const std::string& file, const ServeFigures& figures) {
     report.cpu_cores = process_cpu_seconds() / figures.seconds;
     add_loop(loop, report);
     add_network(figures.network, report);
-    report.wavering = loop.wavering;
+    report.state_flapping = loop.state_flapping;
     if (loop.traffic.packets() > 0) {
         report.traffic = traffic_figures(figures, loop);
     }

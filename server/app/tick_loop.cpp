@@ -167,8 +167,8 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
 void TickLoop::count_traffic() {
     stats_.traffic = wire::TrafficTable{};
     world_.sum_traffic(stats_.traffic);
-    stats_.wavering = wavering_of(world_.zones());
-    tell_wavering(stats_.wavering, wavering_told_);
+    stats_.state_flapping = flapping_of(world_.zones());
+    tell_flapping(stats_.state_flapping, flapping_told_);
     tell_bands(bands_of(world_.zones()),
                world_.now(),
                static_cast<Tick>(kBandsEvery_s / schedule_.dt_s()),

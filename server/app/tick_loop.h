@@ -84,7 +84,7 @@ struct LoopStats {
     std::uint64_t state_hash = 0;
     std::vector<std::uint64_t> zone_hashes;
     std::vector<std::uint64_t> zone_entities;
-    std::vector<ops::WaveringFigures> wavering;  ///< as old as `traffic`
+    std::vector<ops::FlappingFigures> state_flapping;  ///< as old as `traffic`
     wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
 
@@ -132,7 +132,7 @@ class TickLoop {
     std::atomic<bool> stop_{false};
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
-    std::vector<ops::WaveringFigures> wavering_told_;
+    std::vector<ops::FlappingFigures> flapping_told_;
     BandsTold bands_told_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;

@@ -10,8 +10,8 @@ namespace zoned::app {
 
 namespace {
 
-ops::WaveringFigures* find(std::vector<ops::WaveringFigures>& all,
-                           const ops::WaveringFigures& pair) {
+ops::FlappingFigures* find(std::vector<ops::FlappingFigures>& all,
+                           const ops::FlappingFigures& pair) {
     const auto at = std::find_if(all.begin(), all.end(), [&pair](const auto& other) {
         return other.brain == pair.brain && other.states == pair.states;
     });
@@ -20,18 +20,18 @@ ops::WaveringFigures* find(std::vector<ops::WaveringFigures>& all,
 
 }  // namespace
 
-std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zone::Zone>> zones) {
-    std::vector<ops::WaveringFigures> out;
+std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zone::Zone>> zones) {
+    std::vector<ops::FlappingFigures> out;
     for (const auto& zone : zones) {
         const zone::ZoneState& state = zone->state();
         const ai::AiSettings& agents = state.settings.ai;
         for (std::size_t m = 0; m < agents.compiled.size(); ++m) {
-            for (const ai::state_machine::Oscillation& o : state.agents.wavering(m)) {
+            for (const ai::state_machine::FlappingPair& o : state.agents.state_flapping(m)) {
                 const ai::CompiledBrain& compiled = agents.compiled[m];
                 const auto text = [&](std::uint16_t from, std::uint16_t to, std::uint16_t by) {
                     return ai::transition_text(agents.brains[m], compiled, from, to, by);
                 };
-                ops::WaveringFigures pair;
+                ops::FlappingFigures pair;
                 pair.brain = compiled.name;
                 pair.states = {compiled.table.state_name(o.a), compiled.table.state_name(o.b)};
                 pair.forth = text(o.a, o.b, o.a_to_b);
@@ -39,7 +39,7 @@ std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zo
                 pair.count = o.count;
                 pair.entity = o.agent;
                 pair.tick = static_cast<std::uint64_t>(o.at);
-                ops::WaveringFigures* known = find(out, pair);
+                ops::FlappingFigures* known = find(out, pair);
                 if (known == nullptr) {
                     out.push_back(std::move(pair));
                     continue;
@@ -55,9 +55,9 @@ std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zo
     return out;
 }
 
-void tell_wavering(const std::vector<ops::WaveringFigures>& now,
-                   std::vector<ops::WaveringFigures>& told) {
-    for (const ops::WaveringFigures& pair : now) {
+void tell_flapping(const std::vector<ops::FlappingFigures>& now,
+                   std::vector<ops::FlappingFigures>& told) {
+    for (const ops::FlappingFigures& pair : now) {
         if (find(told, pair) != nullptr) {
             continue;
         }

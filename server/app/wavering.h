@@ -1,4 +1,4 @@
-// Wavering: NPCs that go to and fro between two states, over all zones, by name.
+// StateFlapping: NPCs that go to and fro between two states, over all zones, by name.
 #pragma once
 
 #include "server/ops/report.h"
@@ -11,10 +11,10 @@
 namespace zoned::app {
 
 /// By brain and states; what several zones found is summed.
-std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zone::Zone>> zones);
+std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zone::Zone>> zones);
 
 /// Logs the pairs of `now` that are not in `told`, each once, and adds them there.
-void tell_wavering(const std::vector<ops::WaveringFigures>& now,
-                   std::vector<ops::WaveringFigures>& told);
+void tell_flapping(const std::vector<ops::FlappingFigures>& now,
+                   std::vector<ops::FlappingFigures>& told);
 
 }  // namespace zoned::app

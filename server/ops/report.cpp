@@ -47,9 +47,9 @@ void write_zones(core::JsonWriter& json, const std::vector<ZoneFigures>& zones) 
     json.end_array();
 }
 
-void write_wavering(core::JsonWriter& json, const std::vector<WaveringFigures>& wavering) {
+void write_flapping(core::JsonWriter& json, const std::vector<FlappingFigures>& state_flapping) {
     json.key("wavering").begin_array();
-    for (const WaveringFigures& pair : wavering) {
+    for (const FlappingFigures& pair : state_flapping) {
         json.begin_object()
             .field("machine", pair.brain)
             .field("forth", pair.forth)
@@ -137,7 +137,7 @@ std::string to_json(const ServerReport& report) {
     }
     write_zones(json, report.zones);
     write_passes(json, report.passes);
-    write_wavering(json, report.wavering);
+    write_flapping(json, report.state_flapping);
     if (report.traffic) {
         write_traffic_figures(json, *report.traffic);
     }

@@ -43,7 +43,7 @@ struct ZoneFigures {
 };
 
 /// Two states between which NPCs go to and fro.
-struct WaveringFigures {
+struct FlappingFigures {
     std::string brain;
     std::pair<std::string, std::string> states;
     std::string forth;         ///< the transition from the first to the second, and on what
@@ -92,7 +92,7 @@ struct ServerReport {
     std::map<std::string, double> extra;
     std::vector<ZoneFigures> zones;
     std::vector<PassFigures> passes;
-    std::vector<WaveringFigures> wavering;
+    std::vector<FlappingFigures> state_flapping;
     std::optional<TrafficFigures> traffic;  ///< where the meter is on
 };
 

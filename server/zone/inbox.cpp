@@ -143,7 +143,7 @@ struct Apply {
         ai::go_on_with(
             state.ai_update.difficulty(), before.difficulty, state.settings.ai, state.now);
         const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;
-        ai::adopt(
+        ai::migrate(
             state.agents,
             before,
             state.settings.ai,

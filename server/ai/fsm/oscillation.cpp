@@ -11,20 +11,20 @@ constexpr std::size_t kPairs = 64;
 
 }  // namespace
 
-void Oscillations::reset(std::size_t count) {
+void FlappingDetector::reset(std::size_t count) {
     last_.assign(count, {});
     found_.clear();
     found_.reserve(kPairs);
     lost_ = 0;
 }
 
-void Oscillations::watch(std::span<const Change> changes, Tick now) {
+void FlappingDetector::watch(std::span<const Change> changes, Tick now) {
     for (const Change& change : changes) {
         watch(last_[change.agent], change, now);
     }
 }
 
-void Oscillations::watch(Trace& last, const Change& change, Tick now) {
+void FlappingDetector::watch(Trace& last, const Change& change, Tick now) {
     const bool back = change.from != change.to && last.from == change.to &&
                       last.to == change.from && now - last.at <= settings_.window;
     const auto streak = static_cast<std::uint16_t>(back ? last.streak + 1 : 1);
@@ -39,10 +39,10 @@ void Oscillations::watch(Trace& last, const Change& change, Tick now) {
             now};
 }
 
-void Oscillations::report(const Trace& last, const Change& change, Tick now) {
+void FlappingDetector::report(const Trace& last, const Change& change, Tick now) {
     const auto pair = std::minmax(change.from, change.to);
     auto at = std::lower_bound(
-        found_.begin(), found_.end(), pair, [](const Oscillation& known, const auto& wanted) {
+        found_.begin(), found_.end(), pair, [](const FlappingPair& known, const auto& wanted) {
             return std::pair(known.a, known.b) < std::pair(wanted.first, wanted.second);
         });
     if (at == found_.end() || at->a != pair.first || at->b != pair.second) {

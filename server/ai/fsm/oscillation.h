@@ -1,4 +1,4 @@
-// Oscillations: finds agents that go to and fro between two states, and says between which.
+// FlappingDetector: finds agents that go to and fro between two states, and says between which.
 #pragma once
 
 #include "server/ai/fsm/machine_states.h"
@@ -7,13 +7,13 @@
 
 namespace zoned::ai::state_machine {
 
-struct OscillationSettings {
+struct FlappingSettings {
     Tick window = 60;           ///< ticks; a change back that comes later than this is none
     std::uint16_t changes = 6;  ///< changes to and fro, each within the window, that make one
 };
 
 /// Two states, and how often agents went to and fro between them.
-struct Oscillation {
+struct FlappingPair {
     std::uint16_t a = 0;  ///< the smaller one
     std::uint16_t b = 0;
     std::uint16_t a_to_b = 0;  ///< the transitions, numbered through the machine
@@ -25,9 +25,9 @@ struct Oscillation {
 
 /// Watches the changes of all agents of one machine; states that do not change cost nothing. What
 /// it remembers is for reports and decides nothing.
-class Oscillations {
+class FlappingDetector {
   public:
-    explicit Oscillations(OscillationSettings settings = {}) : settings_(settings) {}
+    explicit FlappingDetector(FlappingSettings settings = {}) : settings_(settings) {}
 
     /// What is remembered of one agent.
     struct Trace {
@@ -48,16 +48,16 @@ class Oscillations {
     void watch(Trace& trace, const Change& change, Tick now);
 
     /// By states; those of pairs beyond the 64th are counted in lost().
-    [[nodiscard]] std::span<const Oscillation> found() const { return found_; }
+    [[nodiscard]] std::span<const FlappingPair> found() const { return found_; }
 
     [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
   private:
     void report(const Trace& last, const Change& change, Tick now);
 
-    OscillationSettings settings_;
+    FlappingSettings settings_;
     std::vector<Trace> last_;
-    std::vector<Oscillation> found_;
+    std::vector<FlappingPair> found_;
     std::uint64_t lost_ = 0;
 };
 

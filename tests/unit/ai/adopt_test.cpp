@@ -1,4 +1,4 @@
-// Adopt: what has a name in both brains stays, all else begins anew.
+// HotReloadMigration: what has a name in both brains stays, all else begins anew.
 #include "server/ai/adopt.h"
 
 #include "server/ai/decision.h"
@@ -56,14 +56,14 @@ struct Life {
 
     void become(const Brain& other, std::uint16_t index = 0) {
         const CompiledBrain compiled = compile(other, kDt);
-        adopt(agent, brain, compiled, index, now, kDt);
+        migrate(agent, brain, compiled, index, now, kDt);
         brain = compiled;
     }
 };
 
 constexpr float kNobody = std::numeric_limits<float>::infinity();
 
-TEST(Adopt, TheSameBrainChangesNothingThatShows) {
+TEST(HotReloadMigration, TheSameBrainChangesNothingThatShows) {
     Life life(layered());
     Life other(layered());
     life.after(40, kNobody);
@@ -80,7 +80,7 @@ TEST(Adopt, TheSameBrainChangesNothingThatShows) {
     }
 }
 
-TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
+TEST(HotReloadMigration, KeepsStatesTimesHistoriesAndVariablesByName) {
     Life life(layered());
     EXPECT_EQ(life.after(31, kNobody), "day/stand");
     EXPECT_EQ(life.after(3, 5.0F), "alarm");
@@ -103,7 +103,7 @@ TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
     EXPECT_EQ(life.after(1, kNobody), "day/stand") << "where it had been when the alarm came";
 }
 
-TEST(Adopt, BeginsAnewWhereTheStateIsNoMore) {
+TEST(HotReloadMigration, BeginsAnewWhereTheStateIsNoMore) {
     Life life(layered());
     EXPECT_EQ(life.after(3, 5.0F), "alarm");
     Brain other = layered();
@@ -116,7 +116,7 @@ TEST(Adopt, BeginsAnewWhereTheStateIsNoMore) {
     EXPECT_EQ(life.agent.variables[1], 3.0F) << "one coin, and two for entering";
 }
 
-TEST(Adopt, StartsAnActionAgainWhereItBecameAnother) {
+TEST(HotReloadMigration, StartsAnActionAgainWhereItBecameAnother) {
     Life life(layered());
     life.after(3, 5.0F);
     life.agent.entered = false;

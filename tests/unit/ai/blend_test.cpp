@@ -224,14 +224,14 @@ TEST(Blend, TellsItsDegrees) {
     Shy shy(10.0F);
     shy.decide();
     const Field& field = shy.field;
-    const std::string text = why(*field.agents.find(EntityId(1)),
-                                 field.settings.brains[0],
-                                 field.settings.compiled[0],
-                                 Percept{},
-                                 Vec2::Zero(),
-                                 field.places,
-                                 field.now,
-                                 kDt);
+    const std::string text = explain(*field.agents.find(EntityId(1)),
+                                     field.settings.brains[0],
+                                     field.settings.compiled[0],
+                                     Percept{},
+                                     Vec2::Zero(),
+                                     field.places,
+                                     field.now,
+                                     kDt);
     EXPECT_NE(text.find("live:home 1\n"), std::string::npos) << text;
     EXPECT_NE(text.find("live:flee 1\n"), std::string::npos) << text;
 }
@@ -241,7 +241,7 @@ TEST(Blend, GoesOnWhenBrainsAreReadAnew) {
     shy_one.decide();
     Agent agent = shy_one.field.agents.take(EntityId(1));
     const CompiledBrain other = compile(shy(2.0F), kDt);
-    adopt(agent, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
+    migrate(agent, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
     EXPECT_EQ(agent.degrees[0], 0.0F);
     EXPECT_EQ(agent.degrees[1], 1.0F);
     EXPECT_EQ(other.states[agent.current_action].name, "live:flee");

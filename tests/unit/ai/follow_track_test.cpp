@@ -349,14 +349,14 @@ TEST(FollowTrack, IsExplained) {
     Followers one({course(splines::Curve::kCatmullRom, true)}, follow_lane(1));
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
-    const std::string text = why(one.agent(1),
-                                 one.field.settings.brains[0],
-                                 one.field.settings.compiled[0],
-                                 Percept::none(),
-                                 Vec2::Zero(),
-                                 one.field.places,
-                                 one.field.now,
-                                 kDt);
+    const std::string text = explain(one.agent(1),
+                                     one.field.settings.brains[0],
+                                     one.field.settings.compiled[0],
+                                     Percept::none(),
+                                     Vec2::Zero(),
+                                     one.field.places,
+                                     one.field.now,
+                                     kDt);
     EXPECT_THAT(text, HasSubstr("on track course, lane 1 of 3: at "));
 }
 

@@ -235,16 +235,16 @@ TEST(FsmStep, AllocatesNothingOnceItsChangesHaveRoom) {
 
 // ---------------------------------------------------------------- oscillation
 
-TEST(Oscillations, NameThePairOfTransitions) {
+TEST(FlappingDetector, NameThePairOfTransitions) {
     Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
-    Oscillations oscillations({4, 6});
+    FlappingDetector oscillations({4, 6});
     oscillations.reset(1);
     for (int tick = 0; tick < 12; ++tick) {
         agent.tick({tick % 2 == 0 ? 1.0F : 9.0F});
         oscillations.watch(agent.changes, tick);
     }
     ASSERT_EQ(oscillations.found().size(), 1U);
-    const Oscillation& found = oscillations.found()[0];
+    const FlappingPair& found = oscillations.found()[0];
     EXPECT_EQ(found.a, 0);
     EXPECT_EQ(found.b, 1);
     EXPECT_EQ(found.a_to_b, 0);
@@ -252,9 +252,9 @@ TEST(Oscillations, NameThePairOfTransitions) {
     EXPECT_EQ(found.count, 2U);  // twelve changes, six each
 }
 
-TEST(Oscillations, AreNotSeenInSlowChanges) {
+TEST(FlappingDetector, AreNotSeenInSlowChanges) {
     Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
-    Oscillations oscillations({4, 3});
+    FlappingDetector oscillations({4, 3});
     oscillations.reset(1);
     for (int tick = 0; tick < 100; ++tick) {
         agent.tick({tick / 5 % 2 == 0 ? 1.0F : 9.0F});
@@ -263,13 +263,13 @@ TEST(Oscillations, AreNotSeenInSlowChanges) {
     EXPECT_TRUE(oscillations.found().empty());
 }
 
-TEST(Oscillations, AreNotSeenInARound) {
+TEST(FlappingDetector, AreNotSeenInARound) {
     Lone agent({"m",
                 {leaf("a", {go(1, {above(0, -1)})}),
                  leaf("b", {go(2, {above(0, -1)})}),
                  leaf("c", {go(0, {above(0, -1)})})}},
                1);
-    Oscillations oscillations({4, 3});
+    FlappingDetector oscillations({4, 3});
     oscillations.reset(1);
     for (int tick = 0; tick < 100; ++tick) {
         agent.tick({0});

@@ -252,18 +252,18 @@ TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
     EXPECT_EQ(brain.states[agent.current_action].name, "live");
 }
 
-TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
+TEST(Explain, TellsStatesSensesAndWhatIsWaitedFor) {
     Eater eater;
     eater.decide(10);
     eater.percept.distance = 42.0F;
-    const std::string text = why(eater.agent,
-                                 eater.written,
-                                 eater.brain,
-                                 eater.percept,
-                                 Vec2(3.0F, 4.0F),
-                                 Places(),
-                                 20,
-                                 1.0F);
+    const std::string text = explain(eater.agent,
+                                     eater.written,
+                                     eater.brain,
+                                     eater.percept,
+                                     Vec2(3.0F, 4.0F),
+                                     Places(),
+                                     20,
+                                     1.0F);
     EXPECT_THAT(text,
                 HasSubstr("brain eater, in state:\n  at_home for 20.00 s\n"
                           "  at_home/rest for 20.00 s\n"));
@@ -276,7 +276,7 @@ TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
     EXPECT_EQ(eater.agent.variables_at, 0) << "to ask changes nothing";
 }
 
-TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
+TEST(Explain, TellsWhichRulesFireAndWhatIsHeld) {
     Brain brain;
     brain.name = "m";
     brain.fuzzy.emplace_back();
@@ -303,7 +303,8 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     Percept percept;
     percept.distance = 2.5F;
     EXPECT_FALSE(ai::decide(agent, compiled, percept, Vec2::Zero(), Places(), 0, scratch));
-    const std::string text = why(agent, brain, compiled, percept, Vec2::Zero(), Places(), 2, 0.5F);
+    const std::string text =
+        explain(agent, brain, compiled, percept, Vec2::Zero(), Places(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));

@@ -1,4 +1,4 @@
-// Wavering in a running zone: who goes to and fro is found with both transitions, whatever its
+// StateFlapping in a running zone: who goes to and fro is found with both transitions, whatever its
 // index.
 #include "server/ai/why.h"
 #include "tests/unit/ai/field.h"
@@ -20,20 +20,20 @@ Machine nervous() {
     return machine;
 }
 
-TEST(Wavering, IsFoundWithItsTransitionsAndWhoDoesIt) {
+TEST(StateFlapping, IsFoundWithItsTransitionsAndWhoDoesIt) {
     Field field;
     field.settings.machines = {single(ActionKind::kIdle), nervous()};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_npc(7, kGuard, 1, Vec3::Zero());
     // Decisions every 0.2 s, each a change: the sixth is at 1.2 s.
     field.run(1.1F);
-    EXPECT_TRUE(field.agents.wavering(1).empty());
+    EXPECT_TRUE(field.agents.state_flapping(1).empty());
     field.run(0.4F);
-    ASSERT_EQ(field.agents.wavering(1).size(), 1U);
-    const state_machine::Oscillation& found = field.agents.wavering(1)[0];
+    ASSERT_EQ(field.agents.state_flapping(1).size(), 1U);
+    const state_machine::FlappingPair& found = field.agents.state_flapping(1)[0];
     EXPECT_EQ(found.agent, 7U);
     EXPECT_EQ(found.count, 1U);
-    EXPECT_TRUE(field.agents.wavering(0).empty());
+    EXPECT_TRUE(field.agents.state_flapping(0).empty());
     const Machine& machine = field.settings.machines[1];
     const CompiledBrain& compiled = field.settings.compiled[1];
     EXPECT_EQ(transition_text(machine, compiled, found.a, found.b, found.a_to_b),
@@ -42,20 +42,20 @@ TEST(Wavering, IsFoundWithItsTransitionsAndWhoDoesIt) {
               "upset -> calm where random below 2");
 }
 
-TEST(Wavering, FollowsAnAgentWhenOthersComeAndGo) {
+TEST(StateFlapping, FollowsAnAgentWhenOthersComeAndGo) {
     Field field;
     field.settings.machines = {nervous()};
     field.add_npc(7, kGuard, 0, Vec3::Zero());
     field.run(0.6F);
     field.add_npc(3, kGuard, 0, Vec3::Zero());  // before it: every index moves
     field.run(0.9F);
-    ASSERT_EQ(field.agents.wavering(0).size(), 1U);
-    EXPECT_EQ(field.agents.wavering(0)[0].agent, 7U);
+    ASSERT_EQ(field.agents.state_flapping(0).size(), 1U);
+    EXPECT_EQ(field.agents.state_flapping(0)[0].agent, 7U);
     // Gone and back, it is another as far as reports go.
     field.agents.add(field.agents.take(EntityId(7)));
-    EXPECT_EQ(field.agents.wavering(0)[0].count, 1U);
-    field.agents.forget_wavering();
-    EXPECT_TRUE(field.agents.wavering(0).empty());
+    EXPECT_EQ(field.agents.state_flapping(0)[0].count, 1U);
+    field.agents.forget_flapping();
+    EXPECT_TRUE(field.agents.state_flapping(0).empty());
 }
 
 }  // namespace

@@ -76,12 +76,12 @@ TEST(Pendulum, DoubleOneKeepsItsEnergyWhileItTumbles) {
 }
 
 /// Two masses on a spring along x, set off at the given speed: amplitude and period.
-struct Oscillation {
+struct FlappingPair {
     double period = 0.0;
     double decay = 0.0;  ///< ratio of successive maxima of the same side
 };
 
-Oscillation oscillate(float hz, float damping, const Vec3& gravity) {
+FlappingPair oscillate(float hz, float damping, const Vec3& gravity) {
     JointScene s(gravity);
     const BodyId a = s.add(Shape::sphere(0.1F), 2.0F, Vec3(0, 0, 0));
     const BodyId b = s.add(Shape::sphere(0.1F), 3.0F, Vec3(2, 0, 0));
@@ -91,7 +91,7 @@ Oscillation oscillate(float hz, float damping, const Vec3& gravity) {
     def.spring_damping_ratio = damping;
     def.length_m = 1.8F;  // begins stretched
     const JointId spring = s.join(def);
-    Oscillation out;
+    FlappingPair out;
     double highest = 0.0;
     double previous = 0.0;
     double sum = 0.0;
@@ -118,7 +118,7 @@ TEST(Spring, OfTwoMassesSwingsAndFadesAsTheClosedFormSays) {
     for (const Vec3& gravity : {Vec3(0, 0, 0), kDown}) {
         for (const float damping : {0.0F, 0.02F, 0.1F}) {
             constexpr double kHz = 2.0;
-            const Oscillation o = oscillate(static_cast<float>(kHz), damping, gravity);
+            const FlappingPair o = oscillate(static_cast<float>(kHz), damping, gravity);
             const double z = static_cast<double>(damping);
             const double period = 1.0 / (kHz * std::sqrt(1.0 - z * z));
             const double decay = std::exp(-2.0 * kPi * z / std::sqrt(1.0 - z * z));
