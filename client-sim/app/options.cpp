@@ -23,7 +23,7 @@ constexpr const char* kExamples =
 /// What the command line says, before it is checked.
 struct Raw {
     std::string connect;
-    std::string behaviour;
+    std::string script;
     std::string convergence = "projective";
     std::string view = "extrapolate";
     std::string predictor = "published";
@@ -48,7 +48,7 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
     app.add_option("--seconds", o.swarm.seconds, "Length of the run after all bots were started")
         ->check(CLI::Range(0.1, 1e6));
     app.add_option("--behaviour",
-                   raw.behaviour,
+                   raw.script,
                    "Mix NAME[:share],... of wander, crowd, border, fight, hunt, chat, idle");
     app.add_option("--loss", raw.loss, "Lost datagrams, percent, each direction")
         ->check(CLI::Range(0.0, 100.0));
@@ -74,7 +74,7 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
         ->check(CLI::Range(0.0, 60000.0));
     app.add_option("--ramp-per-s", o.swarm.ramp_per_s, "Bots started per second")
         ->check(CLI::Range(0.1, 100000.0));
-    app.add_option("--seed", o.swarm.seed, "Seed of behaviours and of the link conditioner");
+    app.add_option("--seed", o.swarm.seed, "Seed of scripts and of the link conditioner");
     app.add_option("--report", o.report_file, "Writes the report as JSON to FILE");
     app.add_option("--convergence", raw.convergence, "snap, linear, projective or hermite")
         ->check(CLI::IsMember({"snap", "linear", "projective", "hermite"}));
@@ -158,8 +158,8 @@ void read_outage(const std::string& text, link::ConditionerSettings& c) {
 
 void convert(const Raw& raw, Options& o) {
     split_host(raw.connect, o);
-    if (!raw.behaviour.empty()) {
-        auto mix = bot::parse_mix(raw.behaviour);
+    if (!raw.script.empty()) {
+        auto mix = bot::parse_mix(raw.script);
         if (!mix) {
             throw std::invalid_argument("--behaviour: " + mix.error());
         }

@@ -20,8 +20,7 @@ std::string describe(const std::vector<bot::Share>& mix) {
     for (const bot::Share& share : mix) {
         char number[32];
         std::snprintf(number, sizeof(number), "%g", share.share);
-        text +=
-            (text.empty() ? "" : ",") + std::string(bot::name_of(share.behaviour)) + ":" + number;
+        text += (text.empty() ? "" : ",") + std::string(bot::name_of(share.script)) + ":" + number;
     }
     return text;
 }
@@ -45,7 +44,7 @@ const char* name_of(motion::ConvergenceMethod method) {
 Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
     : settings_(std::move(settings)),
       collector_(settings_.bots, settings_.header_bytes, settings_.path_spread_s) {
-    const std::vector<bot::Behaviour> dealt = bot::deal(settings_.mix, settings_.bots);
+    const std::vector<bot::Script> dealt = bot::deal(settings_.mix, settings_.bots);
     for (std::size_t i = 0; i < settings_.bots; ++i) {
         transports_.push_back(make_transport(i));
         bot::BotSettings one;
@@ -57,7 +56,7 @@ Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
             one.login.ticket = settings_.tickets[i];
         }
         one.login.config_digest = settings_.config_digest;
-        one.behaviour = dealt[i];
+        one.script = dealt[i];
         one.seed = settings_.seed;
         one.index = i;
         one.convergence = settings_.convergence;
@@ -188,7 +187,7 @@ void Swarm::freeze(double now_s) {
 void Swarm::enter_goodbye(double now_s) {
     final_ = collector_.report(bots_, settings_.bots);
     final_.seconds = run_seconds_;
-    final_.behaviour = describe(settings_.mix);
+    final_.script = describe(settings_.mix);
     final_.convergence = name_of(settings_.convergence);
     final_.view = settings_.view == view::ViewKind::kInterpolate ? "interpolate" : "extrapolate";
     final_.predictor = settings_.shows == view::Shows::kPublished ? "none" : "published";

@@ -60,38 +60,41 @@ EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::strin
     return aim.hit;
 }
 
-Brain::Brain(Behaviour behaviour, std::uint64_t seed, std::uint64_t index, std::string team)
-    : behaviour_(behaviour),
+ScriptRunner::ScriptRunner(Script script, std::uint64_t seed, std::uint64_t index, std::string team)
+    : script_(script),
       rng_(seed, index),
       seed_(seed),
       team_(std::move(team)) {
     border_side_ = rng_.below(2) == 0 ? 1 : -1;
 }
 
-motion::InputCommand Brain::decide(const view::View& view, Tick tick, Voice& voice, bool& changed) {
+motion::InputCommand ScriptRunner::decide(const view::View& view,
+                                          Tick tick,
+                                          Voice& voice,
+                                          bool& changed) {
     const motion::InputCommand before = wish_;
     wish_.tick = tick;
     wish_.buttons &= static_cast<std::uint16_t>(~motion::kButtonJump);
-    switch (behaviour_) {
-        case Behaviour::kWander:
+    switch (script_) {
+        case Script::kWander:
             wander(view, tick, voice);
             break;
-        case Behaviour::kCrowd:
+        case Script::kCrowd:
             crowd(view);
             break;
-        case Behaviour::kBorder:
+        case Script::kBorder:
             border(view);
             break;
-        case Behaviour::kFight:
+        case Script::kFight:
             fight(view, Prey::kPlayer, tick, voice);
             break;
-        case Behaviour::kHunt:
+        case Script::kHunt:
             fight(view, Prey::kNpc, tick, voice);
             break;
-        case Behaviour::kChat:
+        case Script::kChat:
             chat(view, tick, voice);
             break;
-        case Behaviour::kIdle:
+        case Script::kIdle:
             break;
     }
     // A change that others can see: another direction by more than rounding, or another speed.
@@ -99,7 +102,7 @@ motion::InputCommand Brain::decide(const view::View& view, Tick tick, Voice& voi
     return wish_;
 }
 
-void Brain::pick_direction(Tick tick) {
+void ScriptRunner::pick_direction(Tick tick) {
     const float angle = rng_.range(0.0F, 2.0F * std::numbers::pi_v<float>);
     const bool stand = rng_.below(10) == 0;
     const float x = std::sin(angle);
@@ -115,7 +118,7 @@ void Brain::pick_direction(Tick tick) {
     next_turn_ = tick + 30 + static_cast<Tick>(rng_.below(61));
 }
 
-void Brain::wander(const view::View& view, Tick tick, Voice& voice) {
+void ScriptRunner::wander(const view::View& view, Tick tick, Voice& voice) {
     if (tick < next_turn_) {
         return;
     }
@@ -125,7 +128,7 @@ void Brain::wander(const view::View& view, Tick tick, Voice& voice) {
     }
 }
 
-void Brain::walk_to(const Vec3d& from, double x, double z, bool sprint) {
+void ScriptRunner::walk_to(const Vec3d& from, double x, double z, bool sprint) {
     const auto dx = static_cast<float>(x - from.x());
     const auto dz = static_cast<float>(z - from.z());
     const float length = std::sqrt(dx * dx + dz * dz);
@@ -144,7 +147,7 @@ void Brain::walk_to(const Vec3d& from, double x, double z, bool sprint) {
     wish_.buttons = sprint ? kSprint : std::uint16_t{0};
 }
 
-void Brain::crowd(const view::View& view) {
+void ScriptRunner::crowd(const view::View& view) {
     // The spot is the same for all bots of one seed: a quarter into the first zone's region.
     const view::ZoneInfo& zone = view.world().zones[seed_ % view.world().zones.size()];
     const double x = zone.lower_x + 0.55 * (zone.upper_x - zone.lower_x);
@@ -160,7 +163,7 @@ void Brain::crowd(const view::View& view) {
     walk_to(here, x, z, true);
 }
 
-void Brain::border(const view::View& view) {
+void ScriptRunner::border(const view::View& view) {
     const Vec3d here = view.own().position();
     const view::ZoneInfo* zone = view.world().zone_at(here.x(), here.z());
     if (!border_found_ && zone != nullptr) {
@@ -198,7 +201,7 @@ void Brain::border(const view::View& view) {
     walk_to(here, border_along_x_ ? target : here.x(), border_along_x_ ? here.z() : target, true);
 }
 
-Brain::Target Brain::nearest(const view::View& view, Prey prey) {
+ScriptRunner::Target ScriptRunner::nearest(const view::View& view, Prey prey) {
     Target best;
     const Vec3d here = view.own().position();
     for (const auto& [id, entity] : view.store().entities()) {
@@ -221,7 +224,7 @@ Brain::Target Brain::nearest(const view::View& view, Prey prey) {
     return best;
 }
 
-void Brain::fight(const view::View& view, Prey prey, Tick tick, Voice& voice) {
+void ScriptRunner::fight(const view::View& view, Prey prey, Tick tick, Voice& voice) {
     if (tick < next_act_) {
         return;
     }
@@ -247,7 +250,7 @@ void Brain::fight(const view::View& view, Prey prey, Tick tick, Voice& voice) {
     }
 }
 
-void Brain::chat(const view::View& view, Tick tick, Voice& voice) {
+void ScriptRunner::chat(const view::View& view, Tick tick, Voice& voice) {
     if (tick >= next_turn_) {
         pick_direction(tick);
     }
@@ -271,7 +274,7 @@ void Brain::chat(const view::View& view, Tick tick, Voice& voice) {
     next_act_ = tick + 60 + static_cast<Tick>(rng_.below(90));
 }
 
-void Brain::touch_a_prop(const view::View& view, Voice& voice) {
+void ScriptRunner::touch_a_prop(const view::View& view, Voice& voice) {
     const Target prop = nearest(view, Prey::kProp);
     if (!prop.id || prop.distance > kTouchRangeM) {
         return;

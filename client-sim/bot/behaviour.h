@@ -1,4 +1,4 @@
-// Behaviour: what a bot wants; and mixes of behaviours over many bots.
+// Script: what a bot wants; and mixes of scripts over many bots.
 #pragma once
 
 #include "client-sim/view/view.h"
@@ -13,7 +13,7 @@
 
 namespace zoned::bot {
 
-enum class Behaviour : std::uint8_t {
+enum class Script : std::uint8_t {
     kWander,  ///< walks in random directions, touches props now and then
     kCrowd,   ///< walks to one spot, the same for all
     kBorder,  ///< walks back and forth across the nearest border between zones
@@ -23,27 +23,27 @@ enum class Behaviour : std::uint8_t {
     kIdle,    ///< stands
 };
 
-inline constexpr int kBehaviours = 7;
-[[nodiscard]] const char* name_of(Behaviour behaviour);
+inline constexpr int kScripts = 7;
+[[nodiscard]] const char* name_of(Script script);
 
 /// One entry of "--behaviour NAME[:share],...".
 struct Share {
-    Behaviour behaviour = Behaviour::kWander;
+    Script script = Script::kWander;
     double share = 1.0;  ///< > 0, relative to the others
 };
 
 /// The mix that a user gets without asking.
 [[nodiscard]] std::vector<Share> default_mix();
 core::Result<std::vector<Share>> parse_mix(std::string_view text);
-/// Which behaviour bot `index` has: after any number of bots each has its share as nearly as whole
+/// Which script bot `index` has: after any number of bots each has its share as nearly as whole
 /// bots allow.
-[[nodiscard]] std::vector<Behaviour> deal(const std::vector<Share>& mix, std::size_t bots);
+[[nodiscard]] std::vector<Script> deal(const std::vector<Share>& mix, std::size_t bots);
 
 /// The payload of the sandbox's COMMAND_SHOOT, with what the view displays along the ray. Returns
 /// what it hits there.
 EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::string& payload);
 
-/// What a brain may do beside moving.
+/// What a script may do beside moving.
 class Voice {
   public:
     virtual ~Voice() = default;
@@ -51,15 +51,15 @@ class Voice {
 };
 
 /// The decisions of one bot. Seeded: same seed, same view, same decisions.
-class Brain {
+class ScriptRunner {
   public:
-    Brain(Behaviour behaviour, std::uint64_t seed, std::uint64_t index, std::string team);
+    ScriptRunner(Script script, std::uint64_t seed, std::uint64_t index, std::string team);
 
     /// The command for `tick`. `changed` is set when direction or speed differ from the tick
     /// before.
     motion::InputCommand decide(const view::View& view, Tick tick, Voice& voice, bool& changed);
 
-    [[nodiscard]] Behaviour behaviour() const { return behaviour_; }
+    [[nodiscard]] Script script() const { return script_; }
 
   private:
     enum class Prey : std::uint8_t {
@@ -84,7 +84,7 @@ class Brain {
     void pick_direction(Tick tick);
     [[nodiscard]] static Target nearest(const view::View& view, Prey prey);
 
-    Behaviour behaviour_;
+    Script script_;
     core::Rng rng_;
     std::uint64_t seed_;
     std::string team_;

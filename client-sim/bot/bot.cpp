@@ -30,7 +30,7 @@ Bot::Bot(link::Transport& transport,
     : worlds_(worlds),
       observer_(observer),
       settings_(std::move(settings)),
-      brain_(settings_.behaviour, settings_.seed, settings_.index, settings_.login.team),
+      script_runner_(settings_.script, settings_.seed, settings_.index, settings_.login.team),
       client_(transport, *this, settings_.login) {
 }
 
@@ -112,7 +112,7 @@ void Bot::send_inputs() {
         command.tick = next_input_;
         bool changed = false;
         if (joined_ && !quiet_ && view_->own().known()) {
-            command = brain_.decide(*view_, next_input_, *this, changed);
+            command = script_runner_.decide(*view_, next_input_, *this, changed);
         }
         view_->own().push(command);
         if (changed) {

@@ -1,4 +1,4 @@
-// Bot: one simulated player: session, view and brain, driven by advance(now) on any clock.
+// Bot: one simulated player: session, view and script, driven by advance(now) on any clock.
 #pragma once
 
 #include "client-sim/bot/behaviour.h"
@@ -35,7 +35,7 @@ class Observer {
 
 struct BotSettings {
     link::Login login;
-    Behaviour behaviour = Behaviour::kWander;
+    Script script = Script::kWander;
     std::uint64_t seed = 1;
     std::size_t index = 0;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
@@ -132,7 +132,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     view::WorldCache& worlds_;
     Observer& observer_;
     BotSettings settings_;
-    Brain brain_;
+    ScriptRunner script_runner_;
     link::Client client_;
     link::ArrivalLog arrivals_;
     std::shared_ptr<const view::World> world_;

@@ -8,23 +8,23 @@ namespace zoned::bot {
 
 namespace {
 
-constexpr std::array<const char*, kBehaviours> kNames =
+constexpr std::array<const char*, kScripts> kNames =
     {"wander", "crowd", "border", "fight", "hunt", "chat", "idle"};
 
 using Mix = core::Result<std::vector<Share>>;
 
 }  // namespace
 
-const char* name_of(Behaviour behaviour) {
-    return kNames[static_cast<std::size_t>(behaviour)];
+const char* name_of(Script script) {
+    return kNames[static_cast<std::size_t>(script)];
 }
 
 std::vector<Share> default_mix() {
-    return {{Behaviour::kWander, 60.0},
-            {Behaviour::kBorder, 20.0},
-            {Behaviour::kFight, 10.0},
-            {Behaviour::kChat, 5.0},
-            {Behaviour::kCrowd, 5.0}};
+    return {{Script::kWander, 60.0},
+            {Script::kBorder, 20.0},
+            {Script::kFight, 10.0},
+            {Script::kChat, 5.0},
+            {Script::kCrowd, 5.0}};
 }
 
 core::Result<std::vector<Share>> parse_mix(std::string_view text) {
@@ -39,12 +39,12 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text) {
         bool found = false;
         for (std::size_t i = 0; i < kNames.size(); ++i) {
             if (name == kNames[i]) {
-                share.behaviour = static_cast<Behaviour>(i);
+                share.script = static_cast<Script>(i);
                 found = true;
             }
         }
         if (!found) {
-            return Mix::failure("unknown behaviour '" + name +
+            return Mix::failure("unknown script '" + name +
                                 "'; choose from wander, crowd, border, fight, hunt, chat, idle");
         }
         if (colon != std::string_view::npos) {
@@ -53,25 +53,25 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text) {
                 std::from_chars(number.data(), number.data() + number.size(), share.share);
             if (error != std::errc() || end != number.data() + number.size() ||
                 !(share.share > 0.0) || !std::isfinite(share.share)) {
-                return Mix::failure("share '" + std::string(number) + "' of behaviour '" + name +
+                return Mix::failure("share '" + std::string(number) + "' of script '" + name +
                                     "' is not a positive number");
             }
         }
         mix.push_back(share);
     }
     if (mix.empty()) {
-        return Mix::failure("no behaviour given");
+        return Mix::failure("no script given");
     }
     return mix;
 }
 
-std::vector<Behaviour> deal(const std::vector<Share>& mix, std::size_t bots) {
+std::vector<Script> deal(const std::vector<Share>& mix, std::size_t bots) {
     double total = 0.0;
     for (const Share& share : mix) {
         total += share.share;
     }
     std::vector<double> given(mix.size(), 0.0);
-    std::vector<Behaviour> dealt;
+    std::vector<Script> dealt;
     dealt.reserve(bots);
     for (std::size_t i = 0; i < bots; ++i) {
         // Whoever lags most behind its share comes next.
@@ -85,7 +85,7 @@ std::vector<Behaviour> deal(const std::vector<Share>& mix, std::size_t bots) {
             }
         }
         given[best] += 1.0;
-        dealt.push_back(mix[best].behaviour);
+        dealt.push_back(mix[best].script);
     }
     return dealt;
 }

@@ -160,7 +160,7 @@ unsigned long long wide(std::uint64_t n) {
 std::string to_json(const Report& r) {
     core::JsonWriter json;
     json.begin_object();
-    json.field("behaviour", r.behaviour);
+    json.field("behaviour", r.script);
     json.field("convergence", r.convergence);
     json.field("view", r.view);
     json.field("predictor", r.predictor);
@@ -239,7 +239,7 @@ std::string to_table(const Report& r) {
          wide(r.bots_joined),
          wide(r.bots_asked),
          r.seconds,
-         r.behaviour.c_str());
+         r.script.c_str());
     line(out, "  %-30s %10s %10s %10s", "", "p50", "p99", "max");
     row(out, "displayed position error", r.audit.displayed_m, "m");
     row(out, "predicted position error", r.audit.predicted_m, "m");

@@ -15,7 +15,7 @@
 namespace zoned::measure {
 
 struct Report {
-    std::string behaviour;
+    std::string script;
     std::string convergence;
     std::string view;       ///< extrapolate or interpolate
     std::string predictor;  ///< what the view displays: the published kind of prediction, or none

@@ -246,9 +246,9 @@ void AiUpdate::advance_suspended(AgentStore& agents,
                        walk_on(agent, brain, offscreen(world), due.row, due.slot)) {
                 lane.asking.push_back(due.slot);
             }
-            std::uint8_t& behaviour = world.entities.behaviour[due.row];
-            due.moved = due.moved || behaviour != brain.states[agent.current_action].behaviour;
-            behaviour = brain.states[agent.current_action].behaviour;
+            std::uint8_t& stance = world.entities.stance[due.row];
+            due.moved = due.moved || stance != brain.states[agent.current_action].stance;
+            stance = brain.states[agent.current_action].stance;
         }
     });
 }
@@ -267,8 +267,8 @@ void AiUpdate::give_commands(const AgentStore& agents,
             const Agent& agent = agents.at(active[i]);
             world.entities.command[row] = agent.aim;
             world.entities.command[row].tick = world.now;
-            world.entities.behaviour[row] =
-                brain_of(agent, settings).states[agent.current_action].behaviour;
+            world.entities.stance[row] =
+                brain_of(agent, settings).states[agent.current_action].stance;
         }
     });
 }

@@ -106,7 +106,7 @@ class AiUpdate {
     /// Chains what the agents are that had something to decide or an event in the last step.
     void hash(const AgentStore& agents, core::StateHash& hash) const;
 
-    /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of active
+    /// `settings` are compiled for world.dt. Writes `command`, `stance` of the rows of active
     /// agents, and places those of offscreen ones. Players are the rows with a client and without
     /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n agents that
     /// decide in every tick and a budget of b decisions none waits longer than ceil(n / b) ticks.

@@ -170,7 +170,7 @@ struct State {
     bool sprint = false;
     float radius_m = 20.0F;
     float leash_m = 30.0F;                ///< kGuard
-    std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
+    std::uint8_t stance = 0;              ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
     std::vector<State> inside;  ///< a brain as a state: what is above but for transitions is theirs
     state_machine::History history = state_machine::History::kNone;

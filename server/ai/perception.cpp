@@ -248,7 +248,7 @@ class Looking {
         const world::EntityType& type = around_.types[e_.type[row]];
         const float speed = stand.velocity.norm() / std::max(0.01F, type.character.speed);
         const float carries =
-            type.aura_m[e_.behaviour[row]] * std::min(speed, type.character.sprint_factor);
+            type.aura_m[e_.stance[row]] * std::min(speed, type.character.sprint_factor);
         return d2 <= carries * carries && carries > 0.0F;
     }
 

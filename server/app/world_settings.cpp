@@ -155,7 +155,7 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
                  settings.config.interest().conceal_grace_ticks()};
     z.rewind = {std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
                 static_cast<float>(settings.config.rewind().slack_m())};
-    z.behaviours = settings.stances;
+    z.stances = settings.stances;
     z.replication = settings.replication;
     z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};
     z.faults = faults_of(settings, id);

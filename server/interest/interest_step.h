@@ -61,7 +61,7 @@ struct ViewCone {
 /// Of a viewer that faces `yaw` (65536 = one turn about +y, 0 looks along +z).
 ViewCone view_cone(const world::Cone& cone, std::uint16_t yaw, float hysteresis);
 
-/// The cone of an entity's behaviour and yaw; none where its type has none.
+/// The cone of an entity's stance and yaw; none where its type has none.
 ViewCone view_cone(const world::Entities& entities,
                    const world::TypeTable& types,
                    world::Row row,

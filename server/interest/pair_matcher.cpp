@@ -9,7 +9,7 @@ namespace zoned::interest {
 
 namespace {
 
-constexpr std::size_t kKindsPerType = world::kBehaviours;
+constexpr std::size_t kKindsPerType = world::kStances;
 /// The viewers of a strip are parted into so many stretches.
 constexpr std::uint32_t kStretches = 16;
 
@@ -84,12 +84,12 @@ void PairMatcher::read_entities(const world::Entities& e, const world::TypeTable
         z[row] = position[row].z();
     }
     const TypeIndex* const type = e.type.data();
-    const std::uint8_t* const behaviour = e.behaviour.data();
+    const std::uint8_t* const stance = e.stance.data();
     const std::uint8_t* const flags = e.flags.data();
     const float* const aura_of = aura_of_.data();
     for (std::size_t row = 0; row < size; ++row) {
-        ZONED_ASSERT(behaviour[row] < kKindsPerType, "a behaviour has radii");
-        const std::size_t kind = type[row] * kKindsPerType + behaviour[row];
+        ZONED_ASSERT(stance[row] < kKindsPerType, "a stance has radii");
+        const std::size_t kind = type[row] * kKindsPerType + stance[row];
         aura[row] = aura_of[2 * kind + ((flags[row] & world::kHidden) != 0 ? 1 : 0)];
     }
     for (std::size_t row = 0; row < size; ++row) {
@@ -116,7 +116,7 @@ void PairMatcher::read_viewers(const world::Entities& entities,
         if (row == world::kNoRow || !std::isfinite(x_[row]) || !std::isfinite(z_[row])) {
             continue;
         }
-        const float nimbus = types[entities.type[row]].nimbus_m[entities.behaviour[row]];
+        const float nimbus = types[entities.type[row]].nimbus_m[entities.stance[row]];
         if (nimbus > 0.0F) {
             asked_.push_back({x_[row], z_[row], nimbus, row});
             asker_.push_back(i);

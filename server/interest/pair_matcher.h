@@ -39,7 +39,7 @@ class PairMatcher {
     std::vector<float> x_;  // by row, as are the next two
     std::vector<float> z_;
     std::vector<float> aura_;
-    std::vector<float> aura_of_;  // by type and behaviour
+    std::vector<float> aura_of_;  // by type and stance
     std::vector<world::Row> viewer_row_;
     std::vector<StripQuery> asked_;           // of viewers that hear at all
     std::vector<std::uint32_t> asker_;        // their viewers

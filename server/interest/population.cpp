@@ -13,16 +13,16 @@ namespace zoned::interest {
 
 namespace {
 
-constexpr std::size_t kBehaviours = world::kBehaviours;
+constexpr std::size_t kStances = world::kStances;
 constexpr std::uint32_t kHiddenBit = 0x80000000U;
 
-std::uint32_t kind_of_parts(TypeIndex type, std::uint8_t behaviour, std::uint8_t flags) {
-    return type * static_cast<std::uint32_t>(kBehaviours) + behaviour +
+std::uint32_t kind_of_parts(TypeIndex type, std::uint8_t stance, std::uint8_t flags) {
+    return type * static_cast<std::uint32_t>(kStances) + stance +
            ((flags & world::kHidden) != 0 ? kHiddenBit : 0U);
 }
 
 std::uint32_t kind_in(const world::Entities& e, world::Row row) {
-    return kind_of_parts(e.type[row], e.behaviour[row], e.flags[row]);
+    return kind_of_parts(e.type[row], e.stance[row], e.flags[row]);
 }
 
 std::uint32_t bits(float value) {
@@ -72,7 +72,7 @@ void Population::follow(const world::Entities& entities, const world::TypeTable&
 
 /// Radii by kind in one flat table: a look at the types themselves costs a line of cache each.
 void Population::read_types(const world::TypeTable& types) {
-    const std::size_t kinds = types.size() * kBehaviours;
+    const std::size_t kinds = types.size() * kStances;
     if (aura_of_.size() == kinds) {
         return;
     }
@@ -81,11 +81,11 @@ void Population::read_types(const world::TypeTable& types) {
     nimbus_of_.resize(kinds);
     heard_of_kind_.assign(kinds, 0);
     for (std::size_t type = 0; type < types.size(); ++type) {
-        for (std::size_t behaviour = 0; behaviour < kBehaviours; ++behaviour) {
-            const std::size_t kind = type * kBehaviours + behaviour;
-            aura_of_[kind] = std::max(0.0F, types[type].aura_m[behaviour]);
-            nimbus_of_[kind] = std::max(0.0F, types[type].nimbus_m[behaviour]);
-            const world::Cone& cone = types[type].nimbus_cone[behaviour];
+        for (std::size_t stance = 0; stance < kStances; ++stance) {
+            const std::size_t kind = type * kStances + stance;
+            aura_of_[kind] = std::max(0.0F, types[type].aura_m[stance]);
+            nimbus_of_[kind] = std::max(0.0F, types[type].nimbus_m[stance]);
+            const world::Cone& cone = types[type].nimbus_cone[stance];
             if (cone.length_m > 0.0F) {
                 cone_of_.resize(kinds);
                 cone_of_[kind] = cone;
@@ -189,13 +189,13 @@ std::uint32_t Population::compare_kinds(const world::Entities& e,
                                         std::uint32_t* other) const {
     const EntityId* const id = e.id.data() + first;
     const TypeIndex* const type = e.type.data() + first;
-    const std::uint8_t* const behaviour = e.behaviour.data() + first;
+    const std::uint8_t* const stance = e.stance.data() + first;
     const std::uint8_t* const flags = e.flags.data() + first;
     const EntityId* const old_id = ids_.data() + first;
     const std::uint32_t* const old_kind = kinds_.data() + first;
     std::uint32_t all = 0;
     for (std::size_t i = 0; i < size; ++i) {
-        const std::uint32_t kind = kind_of_parts(type[i], behaviour[i], flags[i]);
+        const std::uint32_t kind = kind_of_parts(type[i], stance[i], flags[i]);
         other[i] = (id[i].value ^ old_id[i].value) | (kind ^ old_kind[i]);
         all |= other[i];
     }
@@ -243,8 +243,8 @@ void Population::take(const world::Entities& e, world::Row row) {
 void Population::enter(const world::Entities& e, world::Row row) {
     ids_[row] = e.id[row];
     kinds_[row] = kind_in(e, row);
-    ZONED_ASSERT(e.behaviour[row] < kBehaviours && kind_of(row) < aura_of_.size(),
-                 "a type and a behaviour have radii");
+    ZONED_ASSERT(e.stance[row] < kStances && kind_of(row) < aura_of_.size(),
+                 "a type and a stance have radii");
     x_[row] = e.position[row].x();
     z_[row] = e.position[row].z();
     const bool somewhere = std::isfinite(x_[row]) && std::isfinite(z_[row]);

@@ -68,7 +68,7 @@ class Population {
 
     [[nodiscard]] float nimbus_m(world::Row row) const { return nimbus_of_[kind_of(row)]; }
 
-    /// Some type has a cone, in some behaviour; else nobody needs to ask.
+    /// Some type has a cone, in some stance; else nobody needs to ask.
     [[nodiscard]] bool has_cones() const { return !cone_of_.empty(); }
 
     [[nodiscard]] const world::Cone& cone(world::Row row) const { return cone_of_[kind_of(row)]; }
@@ -139,7 +139,7 @@ class Population {
     void survey();
 
     std::vector<EntityId> ids_;
-    std::vector<std::uint32_t> kinds_;  // type x behaviours + behaviour; the top bit: hidden
+    std::vector<std::uint32_t> kinds_;  // type x stances + stance; the top bit: hidden
     std::vector<float> x_;
     std::vector<float> z_;
     std::vector<float> old_x_;

@@ -28,9 +28,8 @@ ViewCone view_cone(const world::Entities& entities,
                    const world::TypeTable& types,
                    world::Row row,
                    float hysteresis) {
-    return view_cone(types[entities.type[row]].nimbus_cone[entities.behaviour[row]],
-                     entities.yaw[row],
-                     hysteresis);
+    return view_cone(
+        types[entities.type[row]].nimbus_cone[entities.stance[row]], entities.yaw[row], hysteresis);
 }
 
 std::uint8_t lod_at(float distance, const Settings& settings, int current_lod) {
@@ -59,13 +58,13 @@ void brute_force(const world::Entities& entities,
     if (own == world::kNoRow) {
         return;
     }
-    const float nimbus = types[entities.type[own]].nimbus_m.at(entities.behaviour[own]);
+    const float nimbus = types[entities.type[own]].nimbus_m.at(entities.stance[own]);
     const ViewCone cone = view_cone(entities, types, own, settings.hysteresis);
     for (world::Row row = 0; row < entities.size(); ++row) {
         if (row == own || entities.has(row, world::kHidden)) {
             continue;
         }
-        const float aura = types[entities.type[row]].aura_m.at(entities.behaviour[row]);
+        const float aura = types[entities.type[row]].aura_m.at(entities.stance[row]);
         const float dx = entities.position[row].x() - entities.position[own].x();
         const float dz = entities.position[row].z() - entities.position[own].z();
         if (hears(dx, dz, nimbus, cone, aura, false, settings.hysteresis)) {

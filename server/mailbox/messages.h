@@ -173,7 +173,7 @@ struct AuditEntity {
     bool must_know =
         false;  ///< within aura and nimbus now; else it lies in the hysteresis band: may be known
     Tick discontinuity_tick = 0;  ///< last spawn, teleport or unhide
-    Tick radii_tick = 0;          ///< when its behaviour, and so its radii, last became others
+    Tick radii_tick = 0;          ///< when its stance, and so its radii, last became others
     Tick breach_tick =
         0;  ///< when truth last left what its own last publication predicted, 0 = never
     std::vector<std::int32_t>

@@ -283,9 +283,9 @@ ai::State expand_action(const proto::Config& config,
     out.sprint = action.sprint();
     out.radius_m = narrow(action.radius_m());
     out.leash_m = narrow(action.has_leash_m() ? action.leash_m() : kLeash * action.radius_m());
-    out.behaviour = static_cast<std::uint8_t>(action.stance());
+    out.stance = static_cast<std::uint8_t>(action.stance());
     if (action.has_named_stance()) {
-        out.behaviour =
+        out.stance =
             static_cast<std::uint8_t>(std::max(find_stance(config, action.named_stance()), 0));
     }
     for (const auto& change : action.change()) {

@@ -19,18 +19,18 @@ namespace zoned::ops {
 
 namespace {
 
-std::array<float, world::kBehaviours> expand_radii(const proto::Config& config,
-                                                   const proto::Config::Radii& radii) {
-    std::array<float, world::kBehaviours> out{};
+std::array<float, world::kStances> expand_radii(const proto::Config& config,
+                                                const proto::Config::Radii& radii) {
+    std::array<float, world::kStances> out{};
     out.fill(narrow(radii.normal()));
     if (radii.has_idle()) {
-        out[static_cast<std::size_t>(world::Behaviour::kIdle)] = narrow(radii.idle());
+        out[static_cast<std::size_t>(world::Stance::kIdle)] = narrow(radii.idle());
     }
     if (radii.has_running()) {
-        out[static_cast<std::size_t>(world::Behaviour::kRunning)] = narrow(radii.running());
+        out[static_cast<std::size_t>(world::Stance::kRunning)] = narrow(radii.running());
     }
     if (radii.has_riding()) {
-        out[static_cast<std::size_t>(world::Behaviour::kRiding)] = narrow(radii.riding());
+        out[static_cast<std::size_t>(world::Stance::kRiding)] = narrow(radii.riding());
     }
     for (const auto& named : radii.named()) {
         const int stance = find_stance(config, named.stance());
@@ -41,9 +41,9 @@ std::array<float, world::kBehaviours> expand_radii(const proto::Config& config,
     return out;
 }
 
-std::array<world::Cone, world::kBehaviours> expand_cones(const proto::Config& config,
-                                                         const proto::Config::Radii& radii) {
-    std::array<world::Cone, world::kBehaviours> out{};
+std::array<world::Cone, world::kStances> expand_cones(const proto::Config& config,
+                                                      const proto::Config::Radii& radii) {
+    std::array<world::Cone, world::kStances> out{};
     for (const auto& named : radii.named()) {
         const int stance = find_stance(config, named.stance());
         if (stance >= 0 && named.has_cone()) {
@@ -164,7 +164,7 @@ world::EntityType expand_type(const proto::Config& config,
 }
 
 // The enums of the config and of the stages have the same numbers, so that casts are exact.
-static_assert(static_cast<int>(world::Behaviour::kRiding) == proto::Config::RIDING);
+static_assert(static_cast<int>(world::Stance::kRiding) == proto::Config::RIDING);
 static_assert(static_cast<int>(world::Conceal::kRules) == proto::Config::RULES);
 
 /// Steps of rates that are not set follow from the nearest level's bounds; publications are half a

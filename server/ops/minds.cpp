@@ -183,10 +183,10 @@ class BrainExpansion {
             s.sprint = state.sprint();
             s.radius_m = narrow(state.radius_m());
             s.leash_m = narrow(state.has_leash_m() ? state.leash_m() : kLeash * state.radius_m());
-            s.behaviour = static_cast<std::uint8_t>(state.stance());
+            s.stance = static_cast<std::uint8_t>(state.stance());
             if (state.has_named_stance()) {
                 const int stance = find_stance(config_, state.named_stance());
-                s.behaviour = static_cast<std::uint8_t>(std::max(stance, 0));
+                s.stance = static_cast<std::uint8_t>(std::max(stance, 0));
             }
             s.history = static_cast<ai::state_machine::History>(state.history());
             if (state.has_rubber_band()) {

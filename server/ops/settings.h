@@ -141,7 +141,7 @@ struct Settings {
     physics::Settings physics;
     std::vector<MethodPlan> methods;          ///< how `physics` and `softs` came by their methods
     std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
-    std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedBehaviour on
+    std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on
     ai::AiSettings ai;
     interest::Settings interest;
     replication::Settings replication;

@@ -10,13 +10,13 @@ namespace zoned::ops {
 
 namespace {
 
-constexpr std::array<std::string_view, world::kFirstNamedBehaviour> kBuiltIn = {"normal",
-                                                                                "idle",
-                                                                                "running",
-                                                                                "riding"};
+constexpr std::array<std::string_view, world::kFirstNamedStance> kBuiltIn = {"normal",
+                                                                             "idle",
+                                                                             "running",
+                                                                             "riding"};
 
 // The columns of radii that are left.
-constexpr int kMostNamed = world::kBehaviours - world::kFirstNamedBehaviour;
+constexpr int kMostNamed = world::kStances - world::kFirstNamedStance;
 
 }  // namespace
 
@@ -28,7 +28,7 @@ int find_stance(const proto::Config& config, const std::string& name) {
     }
     for (int b = 0; b < std::min(config.stance_size(), kMostNamed); ++b) {
         if (config.stance(b) == name) {
-            return world::kFirstNamedBehaviour + b;
+            return world::kFirstNamedStance + b;
         }
     }
     return -1;
@@ -50,12 +50,12 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
         }
         const std::string path = join_path("", "stance", b);
         const std::string& name = config.stance(b);
-        if (find_stance(config, name) != world::kFirstNamedBehaviour + b) {
+        if (find_stance(config, name) != world::kFirstNamedStance + b) {
             diagnostics.add(path, "'" + name + "' is the name of another stance");
         }
     }
     const auto check = [&](const std::string& name, const std::string& path) {
-        if (find_stance(config, name) < world::kFirstNamedBehaviour) {
+        if (find_stance(config, name) < world::kFirstNamedStance) {
             diagnostics.add(
                 path,
                 "there is no stance: \"" + name + "\" in this config" +

@@ -239,8 +239,7 @@ void bite(Game& game, RulesContext& context) {
         for (const EntityId other : around) {
             const world::Row biter = entities.find(other);
             if (biter != world::kNoRow && entities.type[biter] == type && other != avatar &&
-                entities.behaviour[biter] ==
-                    static_cast<std::uint8_t>(world::Behaviour::kRunning)) {
+                entities.stance[biter] == static_cast<std::uint8_t>(world::Stance::kRunning)) {
                 record.next_bite = context.now() + ticks(context, game.settings.bite_cooldown_s);
                 take_damage(game,
                             context,

@@ -151,14 +151,14 @@ void Sandbox::on_input(RulesContext& context,
         it->second.moved_at = context.now();
     }
     // Who runs is heard farther, who has stood for a while less far.
-    world::Behaviour behaviour = world::Behaviour::kNormal;
+    world::Stance stance = world::Stance::kNormal;
     if (moving && (command.buttons & motion::kButtonSprint) != 0) {
-        behaviour = world::Behaviour::kRunning;
+        stance = world::Stance::kRunning;
     } else if (context.now() - it->second.moved_at >= ticks(context, kIdleAfterS)) {
-        behaviour = world::Behaviour::kIdle;
+        stance = world::Stance::kIdle;
     }
-    if (context.entities().behaviour[row] != static_cast<std::uint8_t>(behaviour)) {
-        context.set_behaviour(avatar, behaviour);
+    if (context.entities().stance[row] != static_cast<std::uint8_t>(stance)) {
+        context.set_stance(avatar, stance);
     }
 }
 

@@ -30,7 +30,7 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
     acceleration.emplace_back(Vec3::Zero());
     yaw.push_back(0);
     appearance.push_back(0);
-    behaviour.push_back(0);
+    stance.push_back(0);
     body.emplace_back();
     client.values_.emplace_back();
     command.emplace_back();
@@ -60,7 +60,7 @@ void Entities::remove(Row row) {
     move_last_into(acceleration, row);
     move_last_into(yaw, row);
     move_last_into(appearance, row);
-    move_last_into(behaviour, row);
+    move_last_into(stance, row);
     move_last_into(body, row);
     move_last_into(client.values_, row);
     move_last_into(command, row);

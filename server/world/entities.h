@@ -78,7 +78,7 @@ class Entities {
         acceleration;  ///< of the last tick, smoothed by nobody: (v - v_previous) / dt
     std::vector<std::uint16_t> yaw;         ///< characters: facing
     std::vector<std::uint16_t> appearance;  ///< rules' visible state, replicated on change
-    std::vector<std::uint8_t> behaviour;    ///< Behaviour index of the behavioural radii
+    std::vector<std::uint8_t> stance;       ///< Stance index of the behavioural radii
     std::vector<BodyId> body;     ///< in the zone's physics scene; none for hidden entities
     KeptColumn<ClientId> client;  ///< the client whose avatar this is, or none
     std::vector<motion::InputCommand> command;  ///< characters: consumed by the next movement pass
@@ -144,7 +144,7 @@ class Entities {
             __builtin_prefetch(&flags[row]);
             __builtin_prefetch(&type[row]);
             __builtin_prefetch(&position[row]);
-            __builtin_prefetch(&behaviour[row]);
+            __builtin_prefetch(&stance[row]);
             __builtin_prefetch(&discontinuity_tick[row]);
         }
     }

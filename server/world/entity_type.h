@@ -26,19 +26,19 @@ enum class ShapeKind : std::uint8_t {
     kSoft    ///< a soft body: nodes and springs
 };
 
-inline constexpr int kBehaviours =
+inline constexpr int kStances =
     8;  ///< behavioural radii: which of them holds is a column of the entity
 
-/// The behaviours that every world has, in the order of the columns; a config may name more of
-/// them, from kFirstNamedBehaviour on.
-enum class Behaviour : std::uint8_t {
+/// The stances that every world has, in the order of the columns; a config may name more of
+/// them, from kFirstNamedStance on.
+enum class Stance : std::uint8_t {
     kNormal = 0,
     kIdle = 1,
     kRunning = 2,
     kRiding = 3
 };
 
-inline constexpr int kFirstNamedBehaviour = 4;
+inline constexpr int kFirstNamedStance = 4;
 
 /// What keeps an entity from viewers that its radii reach.
 enum class Conceal : std::uint8_t {
@@ -69,10 +69,10 @@ struct EntityType {
     float restitution = 0.0F;
     float drag = 0.0F;                  ///< props: share of its speed that it loses per second, 1/s
     motion::CharacterLimits character;  ///< kCharacter only
-    std::array<float, kBehaviours> aura_m{};  ///< how far the entity is heard, by behaviour, m
-    std::array<float, kBehaviours>
-        nimbus_m{};  ///< how far a viewer with this avatar listens, by behaviour, m
-    std::array<Cone, kBehaviours> nimbus_cone{};  ///< by behaviour; about its yaw
+    std::array<float, kStances> aura_m{};  ///< how far the entity is heard, by stance, m
+    std::array<float, kStances>
+        nimbus_m{};  ///< how far a viewer with this avatar listens, by stance, m
+    std::array<Cone, kStances> nimbus_cone{};  ///< by stance; about its yaw
     Conceal conceal = Conceal::kNothing;
     bool rewindable = false;  ///< rules may ask where a client saw it: its poses are remembered
     float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound

@@ -119,14 +119,14 @@ void follow_radii(ZoneState& state) {
         std::sort(before.begin(), before.end(), by_entity);
         radii.clear();
         for (world::Row row = 0; row < e.size(); ++row) {
-            const AuditedRadii fresh{e.id[row], e.behaviour[row], 0};
+            const AuditedRadii fresh{e.id[row], e.stance[row], 0};
             const auto at = std::lower_bound(before.begin(), before.end(), fresh, by_entity);
             radii.push_back(at != before.end() && at->entity == fresh.entity ? *at : fresh);
         }
     }
     for (world::Row row = 0; row < e.size(); ++row) {
-        if (radii[row].behaviour != e.behaviour[row]) {
-            radii[row].behaviour = e.behaviour[row];
+        if (radii[row].stance != e.stance[row]) {
+            radii[row].stance = e.stance[row];
             radii[row].changed = state.now;
         }
     }

@@ -125,21 +125,21 @@ void ZoneContext::set_appearance(EntityId entity, std::uint16_t appearance) {
     }
 }
 
-void ZoneContext::set_behaviour(EntityId entity, world::Behaviour behaviour) {
-    ZONED_ASSERT(static_cast<int>(behaviour) < world::kBehaviours, "a behaviour has radii");
+void ZoneContext::set_stance(EntityId entity, world::Stance stance) {
+    ZONED_ASSERT(static_cast<int>(stance) < world::kStances, "a stance has radii");
     const world::Row row = owned(entity);
     if (row != world::kNoRow) {
-        state_->entities.behaviour[row] = static_cast<std::uint8_t>(behaviour);
+        state_->entities.stance[row] = static_cast<std::uint8_t>(stance);
         state_->entities.touch(row);
     }
 }
 
-std::optional<world::Behaviour> ZoneContext::behaviour_named(std::string_view name) const {
-    const std::vector<std::string>& own = state_->settings.behaviours;
+std::optional<world::Stance> ZoneContext::stance_named(std::string_view name) const {
+    const std::vector<std::string>& own = state_->settings.stances;
     const auto it = std::find(own.begin(), own.end(), name);
     return it == own.end()
-               ? RulesContext::behaviour_named(name)
-               : static_cast<world::Behaviour>(world::kFirstNamedBehaviour + (it - own.begin()));
+               ? RulesContext::stance_named(name)
+               : static_cast<world::Stance>(world::kFirstNamedStance + (it - own.begin()));
 }
 
 std::optional<double> ZoneContext::slow_value(std::string_view name) const {

@@ -32,11 +32,10 @@ class ZoneContext final : public RulesContext {
     void hide(EntityId entity) override;
     void show(EntityId entity, const Vec3& position, const Vec3& velocity) override;
     void set_appearance(EntityId entity, std::uint16_t appearance) override;
-    void set_behaviour(EntityId entity, world::Behaviour behaviour) override;
+    void set_stance(EntityId entity, world::Stance stance) override;
     [[nodiscard]] std::optional<double> slow_value(std::string_view name) const override;
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
-    [[nodiscard]] std::optional<world::Behaviour> behaviour_named(
-        std::string_view name) const override;
+    [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override;
 
     [[nodiscard]] RayResult ray_cast(const Vec3& origin,
                                      const Vec3& direction,

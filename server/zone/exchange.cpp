@@ -7,7 +7,7 @@ EntityState read_entity(const world::Entities& entities, world::Row row) {
     s.id = entities.id[row];
     s.type = entities.type[row];
     s.flags = entities.flags[row];
-    s.behaviour = entities.behaviour[row];
+    s.stance = entities.stance[row];
     s.yaw = entities.yaw[row];
     s.appearance = entities.appearance[row];
     s.position = entities.position[row];
@@ -26,7 +26,7 @@ void write_entity(const EntityState& state,
                   world::Row row) {
     entities.set_type(row, state.type);
     entities.set_flags(row, state.flags);
-    entities.behaviour[row] = state.behaviour;
+    entities.stance[row] = state.stance;
     entities.yaw[row] = state.yaw;
     entities.appearance[row] = state.appearance;
     entities.position[row] = state.position + shift;

@@ -25,7 +25,7 @@ struct EntityState {
     EntityId id;
     TypeIndex type = 0;
     std::uint8_t flags = 0;
-    std::uint8_t behaviour = 0;
+    std::uint8_t stance = 0;
     std::uint16_t yaw = 0;
     std::uint16_t appearance = 0;
     Vec3 position = Vec3::Zero();

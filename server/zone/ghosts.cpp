@@ -25,7 +25,7 @@ bool same(const EntityState& a, const world::Entities& e, world::Row row, const 
     return a.position + shift == e.position[row] && a.velocity == e.velocity[row] &&
            a.orientation.coeffs() == e.orientation[row].coeffs() &&
            a.angular_velocity == e.angular_velocity[row] && a.acceleration == e.acceleration[row] &&
-           a.appearance == e.appearance[row] && a.behaviour == e.behaviour[row] &&
+           a.appearance == e.appearance[row] && a.stance == e.stance[row] &&
            ((a.flags & ~world::kDozing) | world::kGhost) == e.flags[row] &&
            a.discontinuity_tick == e.discontinuity_tick[row];
 }

@@ -160,17 +160,16 @@ class RulesContext {
     virtual void hide(EntityId entity) = 0;
     virtual void show(EntityId entity, const Vec3& position, const Vec3& velocity) = 0;
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
-    virtual void set_behaviour(EntityId entity, world::Behaviour behaviour) = 0;
+    virtual void set_stance(EntityId entity, world::Stance stance) = 0;
 
-    /// The behaviour of that name: one of the four that every world has, or of those that the
+    /// The stance of that name: one of the four that every world has, or of those that the
     /// config names.
-    [[nodiscard]] virtual std::optional<world::Behaviour> behaviour_named(
-        std::string_view name) const {
-        constexpr std::array<std::string_view, world::kFirstNamedBehaviour> kNames = {
+    [[nodiscard]] virtual std::optional<world::Stance> stance_named(std::string_view name) const {
+        constexpr std::array<std::string_view, world::kFirstNamedStance> kNames = {
             "normal", "idle", "running", "riding"};
         for (std::size_t i = 0; i < kNames.size(); ++i) {
             if (kNames[i] == name) {
-                return static_cast<world::Behaviour>(i);
+                return static_cast<world::Stance>(i);
             }
         }
         return std::nullopt;

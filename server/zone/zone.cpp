@@ -231,7 +231,7 @@ void Zone::hearers_of_place(const Vec3d& place,
         const Vec3 d = here - e.position[row];
         if (interest::hears(d.x(),
                             d.z(),
-                            type.nimbus_m[e.behaviour[row]],
+                            type.nimbus_m[e.stance[row]],
                             interest::view_cone(e, *state_->settings.types, row, 0.0F),
                             aura_m,
                             false,

@@ -142,7 +142,7 @@ struct ZoneSettings {
     interest::Settings interest;
     ConcealSettings conceal;
     RewindSettings rewind;
-    std::vector<std::string> behaviours;  ///< the config's own, from kFirstNamedBehaviour on
+    std::vector<std::string> stances;  ///< the config's own, from kFirstNamedStance on
     replication::Settings replication;
     std::shared_ptr<const clock::SlowState> slow;  ///< of the whole world; may be null
     AuditSettings audit;

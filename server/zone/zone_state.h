@@ -138,7 +138,7 @@ struct Concealment {
 /// Whether the radii of an entity are those of a tick ago, for audits.
 struct AuditedRadii {
     EntityId entity;
-    std::uint8_t behaviour = 0;
+    std::uint8_t stance = 0;
     Tick changed = 0;  ///< 0: never since it came here
 };
 

@@ -28,7 +28,7 @@ struct Session {
         server.entities[3].truth.position = Vec3(3.0F, 1.0F, 2.0F);
         server.entities[3].truth.velocity = Vec3(1.0F, 0.0F, 0.0F);
         bot::BotSettings settings;
-        settings.behaviour = bot::Behaviour::kIdle;
+        settings.script = bot::Script::kIdle;
         bots.push_back(std::make_unique<bot::Bot>(server, worlds, collector, settings));
         bots[0]->start(0.0);
         run(20);

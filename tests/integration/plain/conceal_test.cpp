@@ -217,7 +217,7 @@ TEST(Concealment, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
     }
 }
 
-TEST(Behaviours, WithAConeHearFarWhereTheViewerLooks) {
+TEST(Stances, WithAConeHearFarWhereTheViewerLooks) {
     ops::Settings s = walled(world::Conceal::kNothing);
     s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m.fill(10.0F);
@@ -237,13 +237,13 @@ TEST(Behaviours, WithAConeHearFarWhereTheViewerLooks) {
     };
     EXPECT_EQ(look(0), (std::array<bool, 3>{false, false, false}));
     plain_log()->each_tick = [&](zone::RulesContext& context) {
-        context.set_behaviour(avatar, *context.behaviour_named("zoomed"));
+        context.set_stance(avatar, *context.stance_named("zoomed"));
     };
     EXPECT_EQ(look(0), (std::array<bool, 3>{true, false, false}));
     EXPECT_EQ(look(32768), (std::array<bool, 3>{false, true, false}));
 }
 
-TEST(Behaviours, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
+TEST(Stances, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
     ops::Settings s = walled(world::Conceal::kNothing);
     s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m = {10, 10, 10, 10, 10, 35, 10, 10};
@@ -253,11 +253,11 @@ TEST(Behaviours, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
     c.ticks(2);
     EXPECT_FALSE(c.knows(c.placed(0)));
     plain_log()->each_tick = [&](zone::RulesContext& context) {
-        EXPECT_EQ(context.behaviour_named("walking"), std::nullopt);
-        EXPECT_EQ(context.behaviour_named("riding"), world::Behaviour::kRiding);
-        const auto zoomed = context.behaviour_named("zoomed");
+        EXPECT_EQ(context.stance_named("walking"), std::nullopt);
+        EXPECT_EQ(context.stance_named("riding"), world::Stance::kRiding);
+        const auto zoomed = context.stance_named("zoomed");
         ASSERT_TRUE(zoomed.has_value());
-        context.set_behaviour(plain_log()->avatars[ClientId(1)], *zoomed);
+        context.set_stance(plain_log()->avatars[ClientId(1)], *zoomed);
     };
     c.ticks(2);
     EXPECT_TRUE(c.knows(c.placed(0)));

@@ -22,7 +22,7 @@ class CatchUp : public GameTest {
         bots.seconds = 15.5;
         bots.freeze = false;
         bots.audit = false;
-        bots.mix = {{bot::Behaviour::kIdle, 1.0}};
+        bots.mix = {{bot::Script::kIdle, 1.0}};
     }
 
     /// What came down in a stretch of the run.

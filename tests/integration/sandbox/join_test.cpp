@@ -62,7 +62,7 @@ class Join : public GameTest {
 
     /// How a bot that stands comes to know a world at rest.
     Crowded join_crowd() {
-        bots.mix = {{bot::Behaviour::kIdle, 1.0}};
+        bots.mix = {{bot::Script::kIdle, 1.0}};
 
         struct First {
             double at_s = 0.0;
@@ -159,7 +159,7 @@ TEST_F(Join, PredictsItsOwnAvatarToACentimetre) {
     bots.seconds = 30.0;
     bots.bots = 2;
     bots.audit = true;
-    bots.mix = {{bot::Behaviour::kWander, 1.0}};
+    bots.mix = {{bot::Script::kWander, 1.0}};
     const auto report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     ASSERT_GT(report.own_correction_m.count(), 100U);
@@ -171,7 +171,7 @@ TEST_F(Join, PredictsItsOwnAvatarToACentimetreOnTheValleysGround) {
     bots.seconds = 30.0;
     bots.bots = 4;
     bots.audit = true;
-    bots.mix = {{bot::Behaviour::kWander, 1.0}};
+    bots.mix = {{bot::Script::kWander, 1.0}};
     double way_m = 0.0;    // of all avatars
     double climb_m = 0.0;  // up and down
     std::map<std::size_t, Vec3d> last;

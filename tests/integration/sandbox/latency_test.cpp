@@ -20,7 +20,7 @@ class LatencyTest : public GameTest {
         bots.seconds = 60.0;
         bots.audit = false;
         bots.freeze = false;
-        bots.mix = {{bot::Behaviour::kWander, 1.0}};
+        bots.mix = {{bot::Script::kWander, 1.0}};
     }
 
     static const core::Histogram& stage(const measure::Report& report, measure::Stage which) {

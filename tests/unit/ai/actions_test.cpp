@@ -48,7 +48,7 @@ TEST(Chase, ReachesAPlayerThatStandsAndStopsBesideIt) {
     field.add_player(2, Vec3(8.0F, 0.0F, 6.0F));
     field.run(10.0F);
     EXPECT_EQ(field.state(1), kOnChase);
-    EXPECT_EQ(field.entities.behaviour[0], 2);
+    EXPECT_EQ(field.entities.stance[0], 2);
     // It stops inside kChaseStopM; one tick at 6.4 m/s covers 0.22 m more.
     EXPECT_LT(field.distance(1, 2), kChaseStopM);
     EXPECT_GT(field.distance(1, 2), kChaseStopM - 0.22F);

@@ -41,7 +41,7 @@ Brain shy(float response_s) {
     State flee;
     flee.name = "flee";
     flee.action = ActionKind::kFlee;
-    flee.behaviour = 2;
+    flee.stance = 2;
     state.actions = {home, flee};
     brain.states = {state};
     return brain;
@@ -93,14 +93,14 @@ TEST(Blend, DoesWhatItsStatesWantTogether) {
     EXPECT_EQ(alone.degree(1), 0.0F);
     EXPECT_NEAR(alone.field.command(1).move_x, 127.0F * 0.5F, 1.0F);
     EXPECT_EQ(alone.field.command(1).move_z, 0);
-    EXPECT_EQ(alone.field.entities.behaviour[0], 0);
+    EXPECT_EQ(alone.field.entities.stance[0], 0);
 
     Shy close(4.0F);
     close.decide();
     EXPECT_EQ(close.degree(0), 0.0F);
     EXPECT_EQ(close.field.command(1).move_x, 0);
     EXPECT_EQ(close.field.command(1).move_z, 127);
-    EXPECT_EQ(close.field.entities.behaviour[0], 2) << "the stance of the most active";
+    EXPECT_EQ(close.field.entities.stance[0], 2) << "the stance of the most active";
 }
 
 TEST(Blend, RespondsInTheTimeThatItSays) {

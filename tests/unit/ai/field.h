@@ -190,7 +190,7 @@ inline Brain guard_brain() {
     State& chase = brain.states[kOnChase];
     chase.action = ActionKind::kChase;
     chase.sprint = true;
-    chase.behaviour = 2;
+    chase.stance = 2;
     chase.transitions = {{kOnReturn, Sensor::kPlayerDistance, Compare::kAbove, 20.0F, 0.4F}};
     State& back = brain.states[kOnReturn];
     back.action = ActionKind::kReturn;

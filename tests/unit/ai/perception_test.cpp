@@ -170,7 +170,7 @@ TEST(Hearing, ReachesAsFarAsTheAuraTimesTheShareOfWalking) {
     EXPECT_FALSE(heard(1.0F, 0.0F));
     EXPECT_TRUE(heard(24.9F, 8.0F));  // a sprint carries 32 m, but ears reach 25
     EXPECT_FALSE(heard(25.1F, 8.0F));
-    watch.field.entities.behaviour[row] = 1;  // a quiet stance: 6 m
+    watch.field.entities.stance[row] = 1;  // a quiet stance: 6 m
     EXPECT_TRUE(heard(5.9F, 5.0F));
     EXPECT_FALSE(heard(6.1F, 5.0F));
 }

@@ -142,7 +142,7 @@ class Excuse : public testing::Test {
         view::WorldCache worlds;
         Collector collector(1, 28, 0.0);
         bot::BotSettings settings;
-        settings.behaviour = bot::Behaviour::kIdle;
+        settings.script = bot::Script::kIdle;
         settings.audit_every_s = 0.5;
         Bots bots;
         bots.push_back(std::make_unique<bot::Bot>(server, worlds, collector, settings));

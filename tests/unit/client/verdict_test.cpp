@@ -27,7 +27,7 @@ struct VerdictTest : testing::Test {
             }
             bot::BotSettings settings;
             settings.index = i;
-            settings.behaviour = bot::Behaviour::kIdle;
+            settings.script = bot::Script::kIdle;
             settings.audit_every_s = 0.5;
             settings.view = kind;
             settings.convergence = convergence;

@@ -95,9 +95,9 @@ Memory all_pairs(const world::Entities& e,
         const float dz = e.position[row].z() - e.position[own].z();
         if (hears(dx,
                   dz,
-                  types[e.type[own]].nimbus_m[e.behaviour[own]],
+                  types[e.type[own]].nimbus_m[e.stance[own]],
                   view_cone(e, types, own, settings.hysteresis),
-                  types[e.type[row]].aura_m[e.behaviour[row]],
+                  types[e.type[row]].aura_m[e.stance[row]],
                   known,
                   settings.hysteresis)) {
             now[e.id[row]] =
@@ -137,7 +137,7 @@ class LookingRound {
                 entities.yaw[row] = static_cast<std::uint16_t>(rng.next());
             }
             if (rng.below(25) == 0) {
-                entities.behaviour[row] = static_cast<std::uint8_t>(4 + rng.below(3));
+                entities.stance[row] = static_cast<std::uint8_t>(4 + rng.below(3));
             }
         }
         const world::Row row = rng.below(static_cast<std::uint32_t>(entities.size()));
@@ -193,7 +193,7 @@ TEST(MatcherWithCones, SaysNoDifferenceWhereThereIsNone) {
     const world::TypeTable types = types_with_cones(true);
     LookingRound w(9, 300);
     for (const world::Viewer& viewer : w.viewers) {
-        w.entities.behaviour[w.entities.find(viewer.avatar)] = kZoomed;
+        w.entities.stance[w.entities.find(viewer.avatar)] = kZoomed;
     }
     Matcher matcher;
     world::Visibility out;
@@ -216,7 +216,7 @@ TEST(MatcherWithCones, RefreshesNobodyWhereNoBehaviourHasOne) {
     const world::TypeTable types = types_with_cones(false);
     LookingRound w(9, 300);
     for (const world::Viewer& viewer : w.viewers) {
-        w.entities.behaviour[w.entities.find(viewer.avatar)] = kZoomed;
+        w.entities.stance[w.entities.find(viewer.avatar)] = kZoomed;
     }
     Matcher matcher;
     world::Visibility out;

@@ -98,7 +98,7 @@ TEST(PairMatcher, FindsThePairsThatAllPairsFind) {
         for (std::uint32_t id = 1; id <= 300; ++id) {
             const world::Row row = e.add(EntityId(id), static_cast<TypeIndex>(rng.below(2)));
             e.position[row] = Vec3(rng.range(-80, 80), 0, rng.range(-80, 80));
-            e.behaviour[row] = static_cast<std::uint8_t>(rng.below(4));
+            e.stance[row] = static_cast<std::uint8_t>(rng.below(4));
             e.set(row, world::kHidden, rng.below(10) == 0);
             if (id % 9 == 0) {
                 viewers.push_back({ClientId(id), EntityId(id + (id % 2) * 1000)});

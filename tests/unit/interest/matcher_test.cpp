@@ -49,8 +49,8 @@ class Model {
             }
             const auto it = before.find(entities.id[row]);
             const bool was_known = it != before.end();
-            const float nimbus = types[entities.type[own]].nimbus_m[entities.behaviour[own]];
-            const float aura = types[entities.type[row]].aura_m[entities.behaviour[row]];
+            const float nimbus = types[entities.type[own]].nimbus_m[entities.stance[own]];
+            const float aura = types[entities.type[row]].aura_m[entities.stance[row]];
             const float dx = entities.position[row].x() - entities.position[own].x();
             const float dz = entities.position[row].z() - entities.position[own].z();
             const float d2 = dx * dx + dz * dz;
@@ -64,7 +64,7 @@ class Model {
     Known known_;
 };
 
-/// A small world whose population, places, types and behaviours change at random.
+/// A small world whose population, places, types and stances change at random.
 struct RandomWorld {
     explicit RandomWorld(std::uint64_t seed, float extent_m) : rng(seed), extent(extent_m) {}
 
@@ -78,7 +78,7 @@ struct RandomWorld {
         next_id += 1 + rng.below(3);
         entities.position[row] = anywhere();
         entities.velocity[row] = Vec3(rng.range(-9, 9), 0, rng.range(-9, 9));
-        entities.behaviour[row] = static_cast<std::uint8_t>(rng.below(4));
+        entities.stance[row] = static_cast<std::uint8_t>(rng.below(4));
     }
 
     void change() {
@@ -96,7 +96,7 @@ struct RandomWorld {
         }
         entities.position[pick()] = anywhere();
         entities.set_type(pick(), static_cast<TypeIndex>(rng.below(3)));
-        entities.behaviour[pick()] = static_cast<std::uint8_t>(rng.below(4));
+        entities.stance[pick()] = static_cast<std::uint8_t>(rng.below(4));
         const world::Row row = pick();
         entities.set(row, world::kHidden, rng.below(3) == 0);
     }
@@ -120,7 +120,7 @@ struct RandomWorld {
             entities.position[pick()] = anywhere();
         }
         if (rng.below(3) == 0) {
-            entities.behaviour[pick()] = static_cast<std::uint8_t>(rng.below(4));
+            entities.stance[pick()] = static_cast<std::uint8_t>(rng.below(4));
         }
         if (rng.below(5) == 0) {
             entities.set_type(pick(), static_cast<TypeIndex>(rng.below(3)));

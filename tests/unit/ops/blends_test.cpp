@@ -46,7 +46,7 @@ TEST(BlendsInConfigs, AreBuiltAsWritten) {
     EXPECT_EQ(guard.states[2].action, ai::ActionKind::kGuard);
     EXPECT_EQ(guard.states[2].radius_m, 6.0F);
     EXPECT_EQ(guard.states[2].leash_m, 9.0F) << "one and a half of the radius";
-    EXPECT_EQ(guard.states[3].behaviour, 2);
+    EXPECT_EQ(guard.states[3].stance, 2);
     ASSERT_EQ(guard.blends.size(), 1U);
     EXPECT_EQ(guard.blends[0].inputs,
               (std::vector<ai::SenseIndex>{ai::kSensePlayerDistance, ai::kOwnSenses}));

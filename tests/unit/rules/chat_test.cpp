@@ -153,27 +153,27 @@ TEST_F(Chatting, AnswersOnlySoManyDenials) {
     EXPECT_EQ(zone.game.stats().denials_muted, 80u);
 }
 
-TEST_F(Chatting, BehaviourFollowsTheInput) {
+TEST_F(Chatting, StanceFollowsTheInput) {
     const world::Row row = zone.entities().find(player);
-    const auto behaviour = [&] {
-        return static_cast<int>(zone.entities().behaviour[row]);
+    const auto stance = [&] {
+        return static_cast<int>(zone.entities().stance[row]);
     };
     motion::InputCommand command;
     command.move_x = 100;
     zone.game.on_input(zone, player, command, 0);
-    EXPECT_EQ(behaviour(), static_cast<int>(world::Behaviour::kNormal));
+    EXPECT_EQ(stance(), static_cast<int>(world::Stance::kNormal));
     command.buttons = motion::kButtonSprint;
     zone.game.on_input(zone, player, command, 0);
-    EXPECT_EQ(behaviour(), static_cast<int>(world::Behaviour::kRunning));
+    EXPECT_EQ(stance(), static_cast<int>(world::Stance::kRunning));
     command.move_x = 0;
     for (int tick = 0; tick < 29; ++tick) {
         zone.tick();
         zone.game.on_input(zone, player, command, 0);
-        EXPECT_EQ(behaviour(), static_cast<int>(world::Behaviour::kNormal));
+        EXPECT_EQ(stance(), static_cast<int>(world::Stance::kNormal));
     }
     zone.tick();
     zone.game.on_input(zone, player, command, 0);
-    EXPECT_EQ(behaviour(), static_cast<int>(world::Behaviour::kIdle));
+    EXPECT_EQ(stance(), static_cast<int>(world::Stance::kIdle));
 }
 
 }  // namespace

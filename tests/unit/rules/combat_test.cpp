@@ -322,7 +322,7 @@ TEST(Bite, HurtsPlayersInReachOfARunningGuardWithinItsCooldown) {
     const EntityId guard = zone.put(kGuard, Vec3(1.4F, 0.0F, 0.0F));
     zone.tick_seconds(2.0F);
     EXPECT_EQ(zone.health(player), 100u);  // it does not run
-    zone.set_behaviour(guard, world::Behaviour::kRunning);
+    zone.set_stance(guard, world::Stance::kRunning);
     zone.tick_seconds(4.0F);
     // One bite a second, up to 8 ticks late each: three or four.
     EXPECT_LE(zone.health(player), 70u);
@@ -353,7 +353,7 @@ TEST(Outcomes, AreToldOfFightsBetweenPlayersAndNpcsAlone) {
     ASSERT_EQ(zone.game.find(other)->life, Life::kDead);
     EXPECT_EQ(zone.outcomes.size(), 1U);
     const EntityId biter = zone.put(kGuard, Vec3(-1.0F, 0.0F, 0.0F));
-    zone.set_behaviour(biter, world::Behaviour::kRunning);
+    zone.set_stance(biter, world::Stance::kRunning);
     zone.tick_seconds(2.0F);
     ASSERT_EQ(zone.game.find(hunter)->life, Life::kDead);
     EXPECT_EQ(zone.outcomes, (std::vector<bool>{true, false})) << "told once, when it is decided";

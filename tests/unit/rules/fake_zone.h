@@ -111,7 +111,7 @@ class FakeZone final : public zone::RulesContext {
         entities_.position[row] =
             owner.entities_.position[from] + (owner.origin_ - origin_).cast<float>();
         entities_.set_client(row, owner.entities_.client[from]);
-        entities_.behaviour[row] = owner.entities_.behaviour[from];
+        entities_.stance[row] = owner.entities_.stance[from];
         entities_.set(row, world::kGhost, true);
         entities_.set(row, world::kHidden, owner.entities_.has(from, world::kHidden));
     }
@@ -259,8 +259,8 @@ class FakeZone final : public zone::RulesContext {
         entities_.appearance[owned(entity)] = appearance;
     }
 
-    void set_behaviour(EntityId entity, world::Behaviour behaviour) override {
-        entities_.behaviour[owned(entity)] = static_cast<std::uint8_t>(behaviour);
+    void set_stance(EntityId entity, world::Stance stance) override {
+        entities_.stance[owned(entity)] = static_cast<std::uint8_t>(stance);
     }
 
     /// Every entity is a ball of 0.9 m, the static world is a wall at x = wall_x.

@@ -22,7 +22,7 @@ void mark(Entities& entities, Row row, std::uint32_t tag) {
     entities.acceleration[row] = Vec3(f + 9, f + 10, f + 11);
     entities.yaw[row] = static_cast<std::uint16_t>(tag);
     entities.appearance[row] = static_cast<std::uint16_t>(tag + 1);
-    entities.behaviour[row] = static_cast<std::uint8_t>(tag);
+    entities.stance[row] = static_cast<std::uint8_t>(tag);
     entities.body[row] = BodyId(tag + 2);
     entities.set_client(row, ClientId(tag + 3));
     entities.command[row].tick = tag;
@@ -39,7 +39,7 @@ void expect_marked(const Entities& entities, Row row, std::uint32_t tag) {
     ASSERT_EQ(entities.acceleration[row], Vec3(f + 9, f + 10, f + 11));
     ASSERT_EQ(entities.yaw[row], static_cast<std::uint16_t>(tag));
     ASSERT_EQ(entities.appearance[row], static_cast<std::uint16_t>(tag + 1));
-    ASSERT_EQ(entities.behaviour[row], static_cast<std::uint8_t>(tag));
+    ASSERT_EQ(entities.stance[row], static_cast<std::uint8_t>(tag));
     ASSERT_EQ(entities.body[row], BodyId(tag + 2));
     ASSERT_EQ(entities.client[row], ClientId(tag + 3));
     ASSERT_EQ(entities.command[row].tick, tag);
@@ -57,7 +57,7 @@ void expect_columns_of_one_length(const Entities& e) {
     ASSERT_EQ(e.acceleration.size(), n);
     ASSERT_EQ(e.yaw.size(), n);
     ASSERT_EQ(e.appearance.size(), n);
-    ASSERT_EQ(e.behaviour.size(), n);
+    ASSERT_EQ(e.stance.size(), n);
     ASSERT_EQ(e.body.size(), n);
     ASSERT_EQ(e.client.size(), n);
     ASSERT_EQ(e.command.size(), n);
