@@ -436,12 +436,12 @@ AiReport AiUpdate::run(AgentStore& agents, const AiContext& world, const AiSetti
     return report_;
 }
 
-void AiUpdate::remember(const Memory& memory,
-                        const Nests::Memory& nests,
-                        const AgentStore& agents,
-                        const AiSettings& settings) {
-    memory_ = memory;
-    nests_.remember(nests);
+void AiUpdate::load(const SavedAiState& memory,
+                    const Nests::SavedNests& nests,
+                    const AgentStore& agents,
+                    const AiSettings& settings) {
+    saved_ = memory;
+    nests_.load(nests);
     perception_ranges_ = PerceptionRanges();  // who sleeps is found anew
     watch();
     waking_.clear();

@@ -117,7 +117,7 @@ class AiUpdate {
     AiReport run(AgentStore& agents, const AiContext& world, const AiSettings& settings);
 
     /// What a step knows of those before it, for snapshots.
-    struct Memory {
+    struct SavedAiState {
         std::vector<EntityId> viewers;  ///< of the last tick, ascending
         std::vector<Vec2>
             covered_from;            ///< x, z of viewers when it was found out what they can see
@@ -125,15 +125,15 @@ class AiUpdate {
         DifficultyState difficulty;  ///< on which difficulty, and what players have done there
     };
 
-    [[nodiscard]] const Memory& memory() const { return memory_; }
+    [[nodiscard]] const SavedAiState& saved_state() const { return saved_; }
 
-    [[nodiscard]] DifficultyState& difficulty() { return memory_.difficulty; }
+    [[nodiscard]] DifficultyState& difficulty() { return saved_.difficulty; }
 
     /// `agents` are those that the memory belongs to.
-    void remember(const Memory& memory,
-                  const Nests::Memory& nests,
-                  const AgentStore& agents,
-                  const AiSettings& settings);
+    void load(const SavedAiState& memory,
+              const Nests::SavedNests& nests,
+              const AgentStore& agents,
+              const AiSettings& settings);
 
     /// After `paths` were read: tells them where those who wait are.
     void wait_for(const PathService& paths, const AgentStore& agents);
@@ -282,7 +282,7 @@ class AiUpdate {
     ViewerCoverage viewer_coverage_;
     spatial::PointGrid nobody_;
     const spatial::PointGrid* others_ = &nobody_;
-    Memory memory_;
+    SavedAiState saved_;
     std::vector<EntityId> viewers_before_;
     Players players_;
     std::vector<world::Row> row_hints_;  // by slot: where the entity was last

@@ -35,30 +35,29 @@ void AiUpdate::follow_viewers(AgentStore& agents,
                               const AiContext& world,
                               const AiSettings& settings) {
     const world::Entities& e = world.entities;
-    viewers_before_.swap(memory_.viewers);
-    memory_.viewers.clear();
+    viewers_before_.swap(saved_.viewers);
+    saved_.viewers.clear();
     for (const world::Row row : players_.rows) {
-        memory_.viewers.push_back(e.id[row]);
+        saved_.viewers.push_back(e.id[row]);
     }
-    std::sort(memory_.viewers.begin(), memory_.viewers.end());
+    std::sort(saved_.viewers.begin(), saved_.viewers.end());
     const bool appeared = !std::includes(viewers_before_.begin(),
                                          viewers_before_.end(),
-                                         memory_.viewers.begin(),
-                                         memory_.viewers.end());
-    const bool jumped =
-        std::any_of(memory_.viewers.begin(), memory_.viewers.end(), [&](EntityId id) {
-            return e.discontinuity_tick[e.find(id)] >= world.now - 1;
-        });
+                                         saved_.viewers.begin(),
+                                         saved_.viewers.end());
+    const bool jumped = std::any_of(saved_.viewers.begin(), saved_.viewers.end(), [&](EntityId id) {
+        return e.discontinuity_tick[e.find(id)] >= world.now - 1;
+    });
     if (appeared || jumped || world.now % kLookPeriod == 0) {
-        memory_.covered_from.clear();
+        saved_.covered_from.clear();
         for (const Vec3& at : players_.at) {
-            memory_.covered_from.emplace_back(at.x(), at.z());
+            saved_.covered_from.emplace_back(at.x(), at.z());
         }
-        memory_.coverage_m = waking_radius(world, settings);
+        saved_.coverage_m = waking_radius(world, settings);
         watch();
     }
     // Without anybody to see them, and nowhere to go to, it does not matter where they are.
-    if (!memory_.viewers.empty() || world.half_size.allFinite()) {
+    if (!saved_.viewers.empty() || world.half_size.allFinite()) {
         follow_suspended(agents, world);
         check_suspended_seen(agents, world, appeared || jumped);
     }
@@ -68,9 +67,9 @@ void AiUpdate::follow_viewers(AgentStore& agents,
 void AiUpdate::watch() {
     // Who walks may be a rounding beside its squares, or what one walks in some ticks.
     constexpr float kRounding_m = 2.0F;
-    viewer_coverage_.build(memory_.covered_from, memory_.coverage_m);
-    OffscreenGrid::within(memory_.covered_from,
-                          memory_.coverage_m + OffscreenGrid::kAside_m + kRounding_m,
+    viewer_coverage_.build(saved_.covered_from, saved_.coverage_m);
+    OffscreenGrid::within(saved_.covered_from,
+                          saved_.coverage_m + OffscreenGrid::kAside_m + kRounding_m,
                           covered_squares_);
 }
 

@@ -84,8 +84,8 @@ Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
     return &nest;
 }
 
-Nests::Memory Nests::memory() const {
-    Memory memory{delivered_, turned_, {}};
+Nests::SavedNests Nests::save() const {
+    SavedNests memory{delivered_, turned_, {}};
     for (const auto& nest : nests_) {
         Scents scents{nest->brain, nest->current_action, nest->type, {}};
         nest->trails.for_each_scent([&scents](pathfinding::Place at, float home, float food) {
@@ -97,7 +97,7 @@ Nests::Memory Nests::memory() const {
     return memory;
 }
 
-void Nests::remember(const Memory& memory) {
+void Nests::load(const SavedNests& memory) {
     nests_.clear();
     delivered_ = memory.delivered;
     turned_ = memory.turned;

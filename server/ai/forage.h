@@ -85,17 +85,17 @@ class Nests {
     };
 
     /// For snapshots: nests in the order in which they were first used.
-    struct Memory {
+    struct SavedNests {
         std::uint64_t delivered = 0;
         bool turned = false;
         std::vector<Scents> nests{};
     };
 
-    [[nodiscard]] Memory memory() const;
+    [[nodiscard]] SavedNests save() const;
 
     /// Replaces everything. Maps are baked in the next step; what then is no nest of this zone, or
     /// no cell of its map, is forgotten.
-    void remember(const Memory& memory);
+    void load(const SavedNests& memory);
 
     /// All that was brought home so far.
     [[nodiscard]] std::uint64_t delivered() const { return delivered_; }

@@ -91,7 +91,7 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
     return nullptr;
 }
 
-void write_nests(const Nests::Memory& memory, FieldWriter& write) {
+void write_nests(const Nests::SavedNests& memory, FieldWriter& write) {
     write(memory.delivered);
     write(memory.turned);
     write(static_cast<std::uint32_t>(memory.nests.size()));
@@ -129,7 +129,7 @@ bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
 }
 
 /// Empty text: done.
-std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::Memory& memory) {
+std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::SavedNests& memory) {
     std::uint32_t count = 0;
     read(memory.delivered);
     read(memory.turned);
@@ -163,27 +163,27 @@ void save_agents(const AgentStore& agents,
                  std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kVersion);
-    visit_fields(step.memory().difficulty, write);
+    visit_fields(step.saved_state().difficulty, write);
     write(static_cast<std::uint32_t>(agents.size()));
     for (std::size_t n = 0; n < agents.size(); ++n) {
         visit_fields(agents.at(agents.nth(n)), write);
     }
-    write(static_cast<std::uint32_t>(step.memory().viewers.size()));
-    for (const EntityId viewer : step.memory().viewers) {
+    write(static_cast<std::uint32_t>(step.saved_state().viewers.size()));
+    for (const EntityId viewer : step.saved_state().viewers) {
         write(viewer.value);
     }
-    write(static_cast<std::uint32_t>(step.memory().covered_from.size()));
-    for (const Vec2& at : step.memory().covered_from) {
+    write(static_cast<std::uint32_t>(step.saved_state().covered_from.size()));
+    for (const Vec2& at : step.saved_state().covered_from) {
         write(at.x());
         write(at.y());
     }
-    write(step.memory().coverage_m);
+    write(step.saved_state().coverage_m);
     write(static_cast<std::uint32_t>(places.stocks().size()));
     for (const Places::Stock& stock : places.stocks()) {
         write(stock.amount);
         write(stock.at);
     }
-    write_nests(step.nests().memory(), write);
+    write_nests(step.nests().save(), write);
 }
 
 std::string load_agents(std::span<const std::uint8_t> bytes,
@@ -194,7 +194,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     FieldReader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
-    AiUpdate::Memory memory;
+    AiUpdate::SavedAiState memory;
     read(version);
     if (read.cut_short() || version != kVersion) {
         return "version " + std::to_string(version) + " of agents, not " + std::to_string(kVersion);
@@ -259,7 +259,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     if (read.cut_short() || !read.finite()) {
         return "stock is cut short, or has a number that is none";
     }
-    Nests::Memory nests;
+    Nests::SavedNests nests;
     const std::string wrong_nests = read_nests(read, settings, nests);
     if (!wrong_nests.empty()) {
         return wrong_nests;
@@ -270,7 +270,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     agents = std::move(fresh);
     places.set_stocks(stock);
     put_on_level(settings, memory.difficulty.level);
-    step.remember(memory, nests, agents, settings);
+    step.load(memory, nests, agents, settings);
     return {};
 }
 

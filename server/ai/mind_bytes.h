@@ -13,7 +13,7 @@ namespace zoned::ai {
 
 /// Appends on which difficulty they are (difficulty.h), all agents, ascending by entity, what their
 /// step remembers, what is in stock, and the scents of nests, whose maps are baked anew: little
-/// endian, field by field as mind_fields.h has them, after a version and counts. What reads them
+/// endian, field by field as agent_fields.h has them, after a version and counts. What reads them
 /// goes on bit for bit.
 void save_agents(const AgentStore& agents,
                  const AiUpdate& step,

@@ -82,7 +82,7 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.places.hash(state.hash);
     }
     if (!state.settings.ai.difficulty.levels.empty()) {
-        ai::visit_fields(state.ai_update.memory().difficulty,
+        ai::visit_fields(state.ai_update.saved_state().difficulty,
                          [&state](const auto& number) { state.hash.add(number); });
     }
     if (state.report.plan.has(Pass::kParticles)) {

@@ -130,7 +130,7 @@ TEST(ForageOffscreen, IsTheSameWhereSomeAreSeen) {
     EXPECT_GT(most, 0U) << "and some are";
 }
 
-TEST(ForageBytes, WhoIsReadAgainGoesOnBitForBit) {
+TEST(ForageSerialize, WhoIsReadAgainGoesOnBitForBit) {
     for (const float viewer_range_m : {kAntsSeen, 50.0F}) {
         AntHill one(viewer_range_m, true);
         one.field.run(100.0F);
@@ -155,7 +155,7 @@ TEST(ForageBytes, WhoIsReadAgainGoesOnBitForBit) {
     }
 }
 
-TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
+TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
     AntHill hill(50.0F);
     hill.field.run(60.0F);
     std::vector<std::uint8_t> whole;
@@ -168,7 +168,7 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
     };
     ASSERT_EQ(read(whole), "");
     // A nest at the end: brain, action, type, number of cells, then 12 bytes for each.
-    const std::size_t cells = hill.field.steps.nests().memory().nests[0].cells.size();
+    const std::size_t cells = hill.field.steps.nests().save().nests[0].cells.size();
     ASSERT_GT(cells, 10U);
     const std::size_t nest = whole.size() - 12 * cells - 4 - 6;
     std::vector<std::uint8_t> bytes = whole;
