@@ -50,7 +50,7 @@ state_machine::ActiveState carry_state(const state_machine::ActiveState& from,
     return to;
 }
 
-bool same_pace(const State& a, const State& b) {
+bool same_pace(const BrainState& a, const BrainState& b) {
     return a.speed_factor == b.speed_factor && a.sprint == b.sprint;
 }
 
@@ -61,7 +61,7 @@ void carry_variables(const Agent& from,
                      bool entered,
                      Agent& to) {
     for (std::size_t v = 0; v < after.variables.size(); ++v) {
-        const Variable& variable = after.variables[v];
+        const BrainVariable& variable = after.variables[v];
         const float given = entered ? to.variables[v] - variable.start : 0.0F;
         to.variables[v] = variable.start + given;
         for (std::size_t old = 0; old < before.variables.size(); ++old) {
@@ -95,7 +95,7 @@ void migrate(Agent& agent,
     if (leaf != state_machine::kNone) {
         agent.state_machine = carry_state(old.state_machine, before.table, after.table, leaf, now);
         agent.current_action = leaf;
-        const State& did = before.states[old.current_action];
+        const BrainState& did = before.states[old.current_action];
         for (std::size_t d = 0; d < after.states.size(); ++d) {
             const bool of_leaf =
                 d == leaf || (d >= after.choices[leaf].first &&

@@ -152,7 +152,7 @@ class AiUpdate {
         bool moved = false;    ///< offscreen: its row is another one than before
         bool roams = false;    ///< offscreen: it takes a step with its herd
         StepEnd end{};         ///< of that
-        std::optional<state_machine::Change> change{};
+        std::optional<state_machine::StateChange> change{};
         Tick next_event = kNever;
         Tick left = kNever;  ///< offscreen: when it leaves the square that it is in
     };
@@ -177,10 +177,11 @@ class AiUpdate {
 
     /// Offscreen agents that decide in this tick, and would trade if only the stock were so.
     struct WaitingTraders {
-        const StockWaitList::Group* group = nullptr;
-        bool may = false;                         ///< the stock is so
-        bool queued = false;                      ///< `next` is what it should be
-        std::vector<StockWaitList::Member> next;  ///< whose turn is still to come, a heap by entity
+        const StockWaitList::WaitGroup* group = nullptr;
+        bool may = false;     ///< the stock is so
+        bool queued = false;  ///< `next` is what it should be
+        std::vector<StockWaitList::WaitMember>
+            next;  ///< whose turn is still to come, a heap by entity
     };
 
     static constexpr std::size_t kLanes = 16;
@@ -196,7 +197,7 @@ class AiUpdate {
     void meet(AgentStore& agents, const AiContext& world);
     void look_around(const AgentStore& agents,
                      const AiContext& world,
-                     PerceptionRanges::Kind kind,
+                     PerceptionRanges::PerceiverKind kind,
                      world::Row row);
     void check_suspended(AgentStore& agents, const AiContext& world, Slot slot);
     void settle(AgentStore& agents,

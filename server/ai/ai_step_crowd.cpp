@@ -81,7 +81,7 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
         if (due.tier != Tier::kSuspended || !roams_on(agent, brain, world.now)) {
             continue;
         }
-        const State& state = brain.states[agent.current_action];
+        const BrainState& state = brain.states[agent.current_action];
         const Surroundings around = in.around(agent, due.row, due.slot);
         if (std::exchange(agent.entered, false)) {
             begin_action(agent, state, around);
@@ -237,7 +237,7 @@ void AiUpdate::local_avoidance(AgentStore& agents,
     for (std::size_t i = 0; i < active.size(); ++i) {
         if (rows_[i] != world::kNoRow) {
             const Agent& agent = agents.at(active[i]);
-            const State& state = settings.compiled[agent.brain].states[agent.current_action];
+            const BrainState& state = settings.compiled[agent.brain].states[agent.current_action];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(
                 {rows_[i], path_left(agent, state, world.places, Vec2(at.x(), at.z()))});

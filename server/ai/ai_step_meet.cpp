@@ -17,7 +17,7 @@ bool is_met(const world::Entities& entities, world::Row row) {
 /// Of one who is where its row says.
 ProximitySchedule::Body body_of(const AiContext& world,
                                 const PerceptionRanges& reaches,
-                                PerceptionRanges::Kind kind,
+                                PerceptionRanges::PerceiverKind kind,
                                 world::Row row) {
     const Vec3& at = world.entities.position[row];
     const Vec3& velocity = world.entities.velocity[row];
@@ -97,7 +97,7 @@ void AiUpdate::meet(AgentStore& agents, const AiContext& world) {
     }
     if (perception_ranges_.has_strangers(e.counts())) {
         for (world::Row row = 0; row < e.size(); ++row) {
-            const PerceptionRanges::Kind kind = perception_ranges_.kind_of(e.type[row]);
+            const PerceptionRanges::PerceiverKind kind = perception_ranges_.kind_of(e.type[row]);
             if (perception_ranges_.farthest(kind) >= 0.0F && is_met(e, row) &&
                 agent_at(agents, e, row) == nullptr) {
                 look_around(agents, world, kind, row);
@@ -111,7 +111,7 @@ void AiUpdate::meet(AgentStore& agents, const AiContext& world) {
 /// Of one who is simulated.
 void AiUpdate::look_around(const AgentStore& agents,
                            const AiContext& world,
-                           PerceptionRanges::Kind kind,
+                           PerceptionRanges::PerceiverKind kind,
                            world::Row row) {
     const world::Entities& e = world.entities;
     if (perception_ranges_.farthest(kind) < 0.0F) {
@@ -168,7 +168,7 @@ bool AiUpdate::meets_nobody(AgentStore& agents,
                             Tick calm) {
     Agent& agent = agents.at(due.slot);
     const world::Entities& e = world.entities;
-    const PerceptionRanges::Kind kind{e.type[due.row], agent.brain};
+    const PerceptionRanges::PerceiverKind kind{e.type[due.row], agent.brain};
     if (!perception_ranges_.any() || perception_ranges_.farthest(kind) < 0.0F) {
         return true;
     }
@@ -189,8 +189,8 @@ bool AiUpdate::meets_nobody(AgentStore& agents,
                 return;
             }
             const Agent* const its = agent_at(agents, e, row);
-            const PerceptionRanges::Kind other =
-                its != nullptr ? PerceptionRanges::Kind{e.type[row], its->brain}
+            const PerceptionRanges::PerceiverKind other =
+                its != nullptr ? PerceptionRanges::PerceiverKind{e.type[row], its->brain}
                                : perception_ranges_.kind_of(e.type[row]);
             const float reach = perception_ranges_.between(kind, other);
             alone = reach < 0.0F ||

@@ -9,12 +9,12 @@ namespace zoned::ai {
 namespace {
 
 /// The smallest entity is on top of the heap.
-bool comes_later(const StockWaitList::Member& a, const StockWaitList::Member& b) {
+bool comes_later(const StockWaitList::WaitMember& a, const StockWaitList::WaitMember& b) {
     return b.entity < a.entity;
 }
 
 /// Whether some trade that the group waits for can be done.
-bool some_trade_can(const StockWaitList::Key& key,
+bool some_trade_can(const StockWaitList::WaitKey& key,
                     const AiSettings& settings,
                     const Places& places,
                     Tick now) {
@@ -37,14 +37,14 @@ void AiUpdate::call_up_waiting(AgentStore& agents,
     const StockWaitList& waits = agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
     const std::size_t before = events_.size();
-    for (const StockWaitList::Group& group : waits.groups()) {
-        const StockWaitList::Key& key = group.key();
+    for (const StockWaitList::WaitGroup& group : waits.groups()) {
+        const StockWaitList::WaitKey& key = group.key();
         if (key.wait.clauses == 0 || group.near(world.now).empty() ||
             !stock_changed(
                 key.wait, settings.compiled[key.brain], key.leaf, world.places, world.now)) {
             continue;
         }
-        for (const StockWaitList::Member& member : group.near(world.now)) {
+        for (const StockWaitList::WaitMember& member : group.near(world.now)) {
             if (group.decides_at(member.entity, world.now)) {
                 events_.push_back({world.now, member.entity, member.slot});
             }
@@ -79,7 +79,7 @@ void AiUpdate::collect_waiting_traders(AgentStore& agents,
     waiting_trader_groups_ = 0;
     const StockWaitList& waits = agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
-    for (const StockWaitList::Group& group : waits.groups()) {
+    for (const StockWaitList::WaitGroup& group : waits.groups()) {
         if (group.key().wait.trades == 0 || group.near(world.now).empty()) {
             continue;
         }
@@ -103,7 +103,7 @@ void AiUpdate::look_at_stock(const AiContext& world, const AiSettings& settings,
         if (!waiting.queued) {
             waiting.queued = true;
             waiting.next.clear();
-            for (const StockWaitList::Member& member : waiting.group->near(world.now)) {
+            for (const StockWaitList::WaitMember& member : waiting.group->near(world.now)) {
                 if (waiting.group->decides_at(member.entity, world.now)) {
                     waiting.next.push_back(member);
                 }

@@ -43,7 +43,7 @@ void AiUpdate::request_paths(AgentStore& agents,
         agent.on_path = true;
         const pathfinding::Spot goal{agent.segment.goal.x(), agent.segment.goal.y()};
         const world::Row row = row_hints_[slot];
-        const State& state = brain_of(agent, settings).states[agent.current_action];
+        const BrainState& state = brain_of(agent, settings).states[agent.current_action];
         const float floor = goal_floor(agent, state, offscreen(world).around(agent, row, slot));
         world.paths->ask(slot, agent.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }

@@ -129,7 +129,7 @@ bool blends(const Agent& agent, const CompiledBrain& brain) {
 /// response_s where inputs stay (fuzzy::FuzzyStateMachine moves them by a bounded step).
 bool is_settled(const Agent& agent,
                 const CompiledBrain& brain,
-                const CompiledBrain::Choice& choice) {
+                const CompiledBrain::LeafChoice& choice) {
     if (agent.current_action < choice.first) {
         return false;
     }
@@ -222,8 +222,8 @@ Tick segment_or_decision(const Agent& agent, const OffscreenContext& in) {
 }  // namespace
 
 bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
-    const State& state = brain.states[agent.current_action];
-    const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
+    const BrainState& state = brain.states[agent.current_action];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
     // A policy does a little else at each tick.
     const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
@@ -275,7 +275,7 @@ bool walk_on(Agent& agent,
              const OffscreenContext& in,
              world::Row row,
              Slot slot) {
-    const State& state = brain.states[agent.current_action];
+    const BrainState& state = brain.states[agent.current_action];
     const bool entered = std::exchange(agent.entered, false);
     agent.fresh = false;
     Surroundings around = in.around(agent, row, slot);

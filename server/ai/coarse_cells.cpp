@@ -217,10 +217,10 @@ void OffscreenGrid::put(Slot slot,
         squares.add_anywhere();
     }
     // Many go to and fro in one square; its list is anywhere in memory.
-    const std::span<const Node> nodes(&nodes_[std::size_t{slot} * kMost], puts_[slot].squares);
+    const std::span<const GridNode> nodes(&nodes_[std::size_t{slot} * kMost], puts_[slot].squares);
     const std::span<const Cell> found = squares.found();
     if (!std::equal(
-            found.begin(), found.end(), nodes.begin(), nodes.end(), [](Cell c, const Node& n) {
+            found.begin(), found.end(), nodes.begin(), nodes.end(), [](Cell c, const GridNode& n) {
                 return n.cell == c;
             })) {
         take(slot);
@@ -245,7 +245,7 @@ void OffscreenGrid::link(Slot slot, const Squares& squares) {
 void OffscreenGrid::take(Slot slot) {
     const Index first = slot * kMost;
     for (Index at = first; at < first + puts_[slot].squares; ++at) {
-        const Node& node = nodes_[at];
+        const GridNode& node = nodes_[at];
         if (node.next != kNone) {
             nodes_[node.next].previous = node.previous;
         }

@@ -55,7 +55,7 @@ class OffscreenGrid {
 
     /// Asks for what put() and take() read of the slot soon.
     void prefetch(Slot slot) const {
-        const Node* const nodes = &nodes_[std::size_t{slot} * kMost];
+        const GridNode* const nodes = &nodes_[std::size_t{slot} * kMost];
         __builtin_prefetch(&puts_[slot], 1);
         __builtin_prefetch(nodes, 1);
         __builtin_prefetch(nodes + kMost / 2, 1);
@@ -99,7 +99,7 @@ class OffscreenGrid {
     /// Of slot * kMost + the how many-th of its squares.
     using Index = std::uint32_t;
 
-    struct Node {
+    struct GridNode {
         Cell cell = kNone;
         Index next = kNone;
         Index previous = kNone;
@@ -130,8 +130,8 @@ class OffscreenGrid {
 
     void link(Slot slot, const Squares& squares);
 
-    std::vector<Put> puts_;    // by slot
-    std::vector<Node> nodes_;  // kMost by slot
+    std::vector<Put> puts_;        // by slot
+    std::vector<GridNode> nodes_;  // kMost by slot
     std::vector<Index> heads_ = std::vector<Index>(kSide * kSide + 1, kNone);
 };
 

@@ -8,7 +8,7 @@ namespace zoned::ai {
 namespace {
 
 void add(Agent& agent, const CompiledBrain& brain, std::size_t variable, float amount) {
-    const Variable& of = brain.variables[variable];
+    const BrainVariable& of = brain.variables[variable];
     agent.variables[variable] = std::clamp(agent.variables[variable] + amount, of.low, of.high);
 }
 
@@ -39,9 +39,9 @@ std::uint16_t planned_action(Agent& agent,
                              std::uint16_t otherwise,
                              Known senses,
                              DecisionScratch& scratch) {
-    goap::World facts = 0;
+    goap::FactSet facts = 0;
     for (std::size_t f = 0; f < plans.facts.size(); ++f) {
-        facts |= static_cast<goap::World>(all_hold(plans.facts[f], senses)) << f;
+        facts |= static_cast<goap::FactSet>(all_hold(plans.facts[f], senses)) << f;
     }
     if (facts == agent.facts) {
         return agent.current_action;
@@ -95,7 +95,7 @@ void choose(Agent& agent,
             Tick now,
             DecisionScratch& scratch) {
     const std::uint16_t leaf = agent.state_machine.state();
-    const CompiledBrain::Choice& choice = brain.choices[leaf];
+    const CompiledBrain::LeafChoice& choice = brain.choices[leaf];
     if (entered) {
         agent.facts = kUnplanned;
         agent.degrees = {};
@@ -149,7 +149,7 @@ void begin(Agent& agent, const CompiledBrain& brain, Tick now) {
 }
 
 float variable_at(const Agent& agent, const CompiledBrain& brain, std::size_t v, Tick now) {
-    const Variable& of = brain.variables[v];
+    const BrainVariable& of = brain.variables[v];
     const float rate = brain.rates[agent.current_action * brain.variables.size() + v];
     const auto ticks = static_cast<float>(now - agent.variables_at);
     return std::clamp(agent.variables[v] + rate * ticks, of.low, of.high);
@@ -238,7 +238,7 @@ bool decide(Agent& agent,
     agent.far = percept.player_far;
     agent.fresh = true;
     const Known known(senses.data(), brain.senses);
-    const std::optional<state_machine::Change> change =
+    const std::optional<state_machine::StateChange> change =
         state_machine::step_one(brain.table, agent.state_machine, known, now);
     if (change) {
         const std::uint64_t then = brain.senses_of_leaf[agent.state_machine.state()];
@@ -254,12 +254,12 @@ bool decide(Agent& agent,
 bool able(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now) {
     return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
         const float then = variable_at(agent, brain, item.variable, now) + item.amount;
-        const Variable& of = brain.variables[item.variable];
+        const BrainVariable& of = brain.variables[item.variable];
         return then >= of.low && then <= of.high;
     });
 }
 
-std::uint8_t all_trades(const State& state) {
+std::uint8_t all_trades(const BrainState& state) {
     return static_cast<std::uint8_t>((1U << state.trades.size()) - 1U);
 }
 

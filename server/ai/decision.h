@@ -12,9 +12,9 @@ namespace zoned::ai {
 /// What decisions need while they are made, and count; holds no state.
 struct DecisionScratch {
     std::uint32_t max_plan_nodes = 1024;
-    std::optional<goap::Planner> planner{};  ///< once some agent plans
+    std::optional<goap::GoapPlanner> planner{};  ///< once some agent plans
     goap::Plan plan{};
-    std::optional<state_machine::Change> change{};  ///< of the last decision
+    std::optional<state_machine::StateChange> change{};  ///< of the last decision
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;
     std::uint32_t plans_unreachable = 0;
@@ -23,9 +23,9 @@ struct DecisionScratch {
 /// What an agent senses at a decision.
 using Senses = std::array<float, state_machine::kMaxSenses>;
 
-/// Variable v at `now`, not before variables_at: it has grown at the rate of what the agent does. A
-/// function of what it was when that began, so that it is the same to the last bit however often
-/// it was asked for.
+/// BrainVariable v at `now`, not before variables_at: it has grown at the rate of what the agent
+/// does. A function of what it was when that began, so that it is the same to the last bit however
+/// often it was asked for.
 float variable_at(const Agent& agent, const CompiledBrain& brain, std::size_t v, Tick now);
 
 /// Writes the variables down as they are at `now`: before what the agent does changes.
@@ -75,7 +75,7 @@ inline constexpr float kAtPlaceM = 2.0F;
 bool able(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now);
 
 /// All trades that what is done asks for, by bit.
-std::uint8_t all_trades(const State& state);
+std::uint8_t all_trades(const BrainState& state);
 
 struct TradeResult {
     std::uint32_t done = 0;

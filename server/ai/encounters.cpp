@@ -109,7 +109,7 @@ void ProximitySchedule::forget(Slot slot) {
     if (slot < members_.size() && members_[slot].entity) {
         cells_.take(slot);
         looks_.cancel(slot);
-        members_[slot] = Member();
+        members_[slot] = ScheduledAgent();
     }
 }
 

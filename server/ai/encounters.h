@@ -26,7 +26,7 @@ class PerceptionRanges {
     static constexpr std::uint16_t kNoBrain = 0xFFFF;
 
     /// Of one who meets others.
-    struct Kind {
+    struct PerceiverKind {
         TypeIndex type = 0;
         std::uint16_t brain = kNoBrain;
     };
@@ -35,12 +35,12 @@ class PerceptionRanges {
     [[nodiscard]] bool any() const { return any_; }
 
     /// Below 0: neither looks for the other. Else from how far off one may perceive the other, m.
-    [[nodiscard]] float between(Kind a, Kind b) const {
+    [[nodiscard]] float between(PerceiverKind a, PerceiverKind b) const {
         return std::max(looks(a.brain, b.type), looks(b.brain, a.type));
     }
 
     /// The farthest of between() with anybody; below 0: it meets nobody.
-    [[nodiscard]] float farthest(Kind of) const {
+    [[nodiscard]] float farthest(PerceiverKind of) const {
         return std::max(of.brain < sees_.size() ? sees_[of.brain] : -1.0F, seen_[of.type]);
     }
 
@@ -51,7 +51,7 @@ class PerceptionRanges {
     [[nodiscard]] float fastest() const { return fastest_; }
 
     /// Of an entity whose agent is in another zone, or that has none.
-    [[nodiscard]] Kind kind_of(TypeIndex type) const { return {type, brain_of_[type]}; }
+    [[nodiscard]] PerceiverKind kind_of(TypeIndex type) const { return {type, brain_of_[type]}; }
 
     /// Whether some may be met here whose agents are not here: ghosts, and the mindless.
     [[nodiscard]] bool has_strangers(const std::vector<world::Entities::Count>& counts) const;
@@ -94,7 +94,7 @@ class ProximitySchedule {
 
     /// What is met: where, and how fast it may go, m/s.
     struct Body {
-        PerceptionRanges::Kind kind;
+        PerceptionRanges::PerceiverKind kind;
         EntityId entity;
         Vec2 at = Vec2::Zero();
         float speed = 0.0F;
@@ -155,7 +155,7 @@ class ProximitySchedule {
     static float within(float reach_m, float speed, Tick ticks, float dt);
 
   private:
-    struct Member {
+    struct ScheduledAgent {
         EntityId entity;
         TypeIndex type = 0;
     };
@@ -170,7 +170,7 @@ class ProximitySchedule {
 
     OffscreenGrid cells_;
     AgentEventQueue looks_;
-    std::vector<Member> members_;  // by slot
+    std::vector<ScheduledAgent> members_;  // by slot
     std::vector<Slot> due_;
     std::vector<OffscreenGrid::Cell> squares_;
 };

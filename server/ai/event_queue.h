@@ -28,7 +28,7 @@ class AgentEventQueue {
         }
         // What should have been done before is found in the next tick that asks.
         const std::uint32_t day = day_of(std::max(at, asked_ + 1));
-        Node& node = nodes_[slot];
+        QueueNode& node = nodes_[slot];
         node = {at, heads_[day], kFirst | day};
         if (node.next != kNone) {
             nodes_[node.next].previous = slot;
@@ -37,7 +37,7 @@ class AgentEventQueue {
     }
 
     void cancel(Slot slot) {
-        Node& node = nodes_[slot];
+        QueueNode& node = nodes_[slot];
         if (node.at == kNever) {
             return;
         }
@@ -57,7 +57,7 @@ class AgentEventQueue {
 
     /// Asks for the slots that stand beside it in its day; once it was asked for itself.
     void prefetch_neighbours(Slot slot) const {
-        const Node& node = nodes_[slot];
+        const QueueNode& node = nodes_[slot];
         if (node.at == kNever) {
             return;
         }
@@ -80,7 +80,7 @@ class AgentEventQueue {
         asked_ = std::max(asked_, now);
         for (Tick day = first; day <= now; ++day) {
             for (Slot slot = heads_[day_of(day)]; slot != kNone;) {
-                const Node node = nodes_[slot];
+                const QueueNode node = nodes_[slot];
                 if (node.at <= now) {
                     cancel(slot);
                     visit(slot, node.at);
@@ -95,7 +95,7 @@ class AgentEventQueue {
     static constexpr std::uint32_t kFirst = 0x80000000U;  ///< of its day, whose number follows
     static constexpr std::size_t kDays = 4096;            ///< a power of two
 
-    struct Node {
+    struct QueueNode {
         Tick at = kNever;
         Slot next = kNone;
         std::uint32_t previous = kNone;
@@ -107,7 +107,7 @@ class AgentEventQueue {
 
     static std::vector<Slot> no_days() { return std::vector<Slot>(kDays, kNone); }
 
-    std::vector<Node> nodes_;  // by slot
+    std::vector<QueueNode> nodes_;  // by slot
     std::vector<Slot> heads_ = no_days();
     Tick asked_ = -1;
 };

@@ -95,14 +95,14 @@ const motion::CharacterLimits& body_of(const Surroundings& around) {
 }
 
 /// Of a body that does not hold back, m/s.
-double top_speed_of(const State& state, const Surroundings& around) {
+double top_speed_of(const BrainState& state, const Surroundings& around) {
     const motion::CharacterLimits& body = body_of(around);
     return static_cast<double>(body.speed) *
            static_cast<double>(state.sprint ? body.sprint_factor : 1.0F);
 }
 
 /// That of the timetable, m/s.
-double timetable_speed(const State& state, const Surroundings& around) {
+double timetable_speed(const BrainState& state, const Surroundings& around) {
     return top_speed_of(state, around) *
            std::min(static_cast<double>(state.speed_factor), kTimetableShare);
 }
@@ -329,7 +329,7 @@ bool find_place(Agent& agent, const SplineView& view, const Surroundings& around
 
 /// Sets the next segment, from the place that the timetable has for the end of the last one.
 void set_next_segment(Agent& agent,
-                      const State& state,
+                      const BrainState& state,
                       const SplineView& view,
                       const Surroundings& around) {
     const double top = top_speed_of(state, around);
@@ -354,7 +354,7 @@ void set_next_segment(Agent& agent,
 
 }  // namespace
 
-void begin_spline(Agent& agent, const State& state, const Surroundings& around) {
+void begin_spline(Agent& agent, const BrainState& state, const Surroundings& around) {
     ZONED_ASSERT(state.follow && around.places.tracks() != nullptr,
                  "who follows tracks has some to follow");
     const SplineView view(*state.follow, around);
@@ -366,7 +366,7 @@ void begin_spline(Agent& agent, const State& state, const Surroundings& around) 
     head_for_place(agent, kJoins, lane.at(near.s).at, view);
 }
 
-bool follow_spline(Agent& agent, const State& state, const Surroundings& around) {
+bool follow_spline(Agent& agent, const BrainState& state, const Surroundings& around) {
     const SplineView view(*state.follow, around);
     if (agent.corner == kTrackEnds || !(timetable_speed(state, around) > 0.0)) {
         return false;
@@ -399,7 +399,7 @@ bool follow_spline(Agent& agent, const State& state, const Surroundings& around)
     return true;
 }
 
-DesiredVelocity track_velocity(Agent& agent, const State& state, const Surroundings& around) {
+DesiredVelocity track_velocity(Agent& agent, const BrainState& state, const Surroundings& around) {
     const Vec2 target(agent.target.x(), agent.target.z());
     DesiredVelocity desired;
     desired.has_goal = true;

@@ -11,7 +11,7 @@ inline constexpr std::uint8_t kOnTrack = 1;
 inline constexpr std::uint8_t kTrackEnds = 2;  ///< it stands where its track ended: `target`
 
 /// A lane is drawn, by the agent's own stream of random numbers.
-void begin_spline(Agent& agent, const State& state, const Surroundings& around);
+void begin_spline(Agent& agent, const BrainState& state, const Surroundings& around);
 
 /// Once the segment is over, or is to be made anew: sets the next one along the track. A segment is
 /// as long as its line is within 0.5 error_m of the lane, its turn within what a body that
@@ -23,10 +23,10 @@ void begin_spline(Agent& agent, const State& state, const Surroundings& around);
 /// by another timetable.
 ///
 /// False: it is not on the track, and walks to Agent::target as to any goal.
-bool follow_spline(Agent& agent, const State& state, const Surroundings& around);
+bool follow_spline(Agent& agent, const BrainState& state, const Surroundings& around);
 
 /// For followers that go by no segments (in a blend): to a place ahead on the track.
-DesiredVelocity track_velocity(Agent& agent, const State& state, const Surroundings& around);
+DesiredVelocity track_velocity(Agent& agent, const BrainState& state, const Surroundings& around);
 
 /// Where on its track an agent is that goes along it, for people: the place that the timetable has
 /// for the end of its segment.

@@ -113,7 +113,7 @@ void Nests::restore(const Scene& scene) {
             continue;
         }
         follow_doors(*nest, scene.statics, scene.now - 1);
-        for (const Scents::Cell& cell : scents.cells) {
+        for (const Scents::ScentCell& cell : scents.cells) {
             nest->trails.put_scent(cell.place, cell.home, cell.food);
         }
     }

@@ -32,7 +32,7 @@ inline constexpr std::uint8_t kBegins = 0x40;
 inline constexpr float kAtCell = 0.4F;
 
 /// Whether it goes from cell to cell, straight from one to the next.
-inline bool goes_by_cells(const Agent& agent, const State& state) {
+inline bool goes_by_cells(const Agent& agent, const BrainState& state) {
     return state.action == ActionKind::kForage && (agent.corner & kLost) == 0;
 }
 
@@ -72,7 +72,7 @@ class Nests {
 
     /// What is known of a nest beside its map, which is baked anew.
     struct Scents {
-        struct Cell {
+        struct ScentCell {
             pathfinding::Place place = 0;
             float home = 0.0F;
             float food = 0.0F;
@@ -81,7 +81,7 @@ class Nests {
         std::uint16_t brain = 0;  ///< some brain and what it does say where the nest is
         std::uint16_t current_action = 0;
         TypeIndex type = 0;  ///< of the creatures that its map is for
-        std::vector<Cell> cells{};
+        std::vector<ScentCell> cells{};
     };
 
     /// For snapshots: nests in the order in which they were first used.

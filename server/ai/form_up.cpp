@@ -206,7 +206,7 @@ void Formations::place(AgentStore& agents,
 }
 
 void steer_in_formation(Agent& agent,
-                        const State& state,
+                        const BrainState& state,
                         bool entered,
                         const Surroundings& around) {
     const world::Entities& e = around.entities;

@@ -67,6 +67,9 @@ inline bool straggles(const Agent& agent) {
 }
 
 /// Steers a member in its place: with the captain, and to its slot.
-void steer_in_formation(Agent& agent, const State& state, bool entered, const Surroundings& around);
+void steer_in_formation(Agent& agent,
+                        const BrainState& state,
+                        bool entered,
+                        const Surroundings& around);
 
 }  // namespace zoned::ai

@@ -134,7 +134,7 @@ bool at_step_end(const Agent& agent, const Vec2& at) {
     return (at - agent.segment.goal).norm() <= kAtEndShare * step_of(agent);
 }
 
-float roam_speed(const State& state, const motion::CharacterLimits& limits) {
+float roam_speed(const BrainState& state, const motion::CharacterLimits& limits) {
     return limits.speed * std::clamp(state.speed_factor, 0.0F, 1.0F) *
            (state.sprint ? limits.sprint_factor : 1.0F);
 }

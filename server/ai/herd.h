@@ -17,7 +17,7 @@ inline bool roams(const Agent& agent, const CompiledBrain& brain) {
 }
 
 /// The fastest that one walks who roams so, m/s.
-float roam_speed(const State& state, const motion::CharacterLimits& limits);
+float roam_speed(const BrainState& state, const motion::CharacterLimits& limits);
 
 /// Of a command, as motion::apply_input() has it, x, z, m/s.
 Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits);

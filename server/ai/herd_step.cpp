@@ -67,7 +67,7 @@ void Herds::add_animal(const Agent* agent,
     }
     if (agent != nullptr) {
         const CompiledBrain& brain = scene.brains[agent->brain];
-        const State& state = brain.states[agent->current_action];
+        const BrainState& state = brain.states[agent->current_action];
         const motion::CharacterLimits& limits = scene.types[animal.type].character;
         const Vec2 wanted = wanted_by(agent->aim, limits);
         const bool hindered = animal.velocity.norm() < kHinderedShare * wanted.norm();
@@ -242,7 +242,7 @@ Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick n
     if (now < agent.detour_until) {
         return as_before;
     }
-    const State& state = scene.brains[agent.brain].states[agent.current_action];
+    const BrainState& state = scene.brains[agent.brain].states[agent.current_action];
     const motion::CharacterLimits& limits = scene.types[animal.type].character;
     const float time_s = static_cast<float>(now - scene.now) * scene.dt;
     const Vec2 here = place(n, time_s);

@@ -11,10 +11,10 @@ namespace zoned::ai {
 
 namespace {
 
-std::vector<state_machine::StateDef> state_defs(const std::vector<State>& states,
+std::vector<state_machine::StateDef> state_defs(const std::vector<BrainState>& states,
                                                 std::uint16_t& leaves) {
     std::vector<state_machine::StateDef> defs;
-    for (const State& state : states) {
+    for (const BrainState& state : states) {
         state_machine::StateDef def;
         def.name = state.name;
         def.history = state.history;
@@ -36,11 +36,11 @@ std::vector<state_machine::StateDef> state_defs(const std::vector<State>& states
 /// Nodes of the table in the order in which states are written, outside in, each with its state:
 /// states of one brain side by side, what is inside them behind (as state_machine::compile numbers
 /// them).
-void collect_nodes(const std::vector<State>& states, std::vector<const State*>& nodes) {
-    for (const State& state : states) {
+void collect_nodes(const std::vector<BrainState>& states, std::vector<const BrainState*>& nodes) {
+    for (const BrainState& state : states) {
         nodes.push_back(&state);
     }
-    for (const State& state : states) {
+    for (const BrainState& state : states) {
         if (!state.inside.empty()) {
             collect_nodes(state.inside, nodes);
         }
@@ -58,7 +58,7 @@ void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per
 /// What states and actions do to variables.
 void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
     ZONED_ASSERT(brain.variables.size() <= kMaxVariables, "an agent has few variables");
-    std::vector<const State*> nodes;
+    std::vector<const BrainState*> nodes;
     collect_nodes(brain.states, nodes);
     ZONED_ASSERT(nodes.size() == out.table.nodes.size(), "every state is a node");
     out.rates.assign(out.states.size() * brain.variables.size(), 0.0F);
@@ -75,7 +75,7 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
     const std::size_t count = brain.variables.size();
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         std::vector<float> per_s;
-        for (const Variable& variable : brain.variables) {
+        for (const BrainVariable& variable : brain.variables) {
             per_s.push_back(variable.per_s);
         }
         for (std::size_t level = 0; level < out.table.levels; ++level) {
@@ -87,7 +87,7 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
         for (std::size_t v = 0; v < count; ++v) {
             out.rates[leaf * count + v] = per_s[v] * dt;
         }
-        const CompiledBrain::Choice& choice = out.choices[leaf];
+        const CompiledBrain::LeafChoice& choice = out.choices[leaf];
         for (std::size_t d = 0; d < out.states[leaf].actions.size(); ++d) {
             std::vector<float> of_action = per_s;
             overlay(out.states[choice.first + d].changes, of_action);
@@ -102,9 +102,9 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
 void compile_choices(CompiledBrain& out, float dt) {
     const std::size_t leaves = out.states.size();
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-        CompiledBrain::Choice choice;
+        CompiledBrain::LeafChoice choice;
         choice.first = static_cast<std::uint16_t>(out.states.size());
-        const State& state = out.states[leaf];
+        const BrainState& state = out.states[leaf];
         if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
             choice.tree = static_cast<int>(out.trees.size());
             out.trees.emplace_back(by_tree->def, out.senses);
@@ -122,7 +122,7 @@ void compile_choices(CompiledBrain& out, float dt) {
         }
         out.choices.push_back(choice);
         const ActionStates actions = state.actions;
-        for (const State& action : actions) {
+        for (const BrainState& action : actions) {
             out.states.push_back(action);
             out.states.back().name = out.states[leaf].name + ":" + action.name;
         }
@@ -130,8 +130,8 @@ void compile_choices(CompiledBrain& out, float dt) {
 }
 
 /// Innermost states, in the order in which state_defs() numbers them.
-void collect_leaves(const std::vector<State>& states, std::vector<State>& leaves) {
-    for (const State& state : states) {
+void collect_leaves(const std::vector<BrainState>& states, std::vector<BrainState>& leaves) {
+    for (const BrainState& state : states) {
         if (state.inside.empty()) {
             leaves.push_back(state);
             leaves.back().transitions.clear();
@@ -141,7 +141,7 @@ void collect_leaves(const std::vector<State>& states, std::vector<State>& leaves
     }
 }
 
-Watch watch_of(const state_machine::FlatTest& test) {
+WatchedCondition watch_of(const state_machine::FlatTest& test) {
     return {test.sense,
             test.sign > 0.0F ? Compare::kBelow : Compare::kAbove,
             test.threshold * test.sign};
@@ -149,10 +149,13 @@ Watch watch_of(const state_machine::FlatTest& test) {
 
 /// Appends a clause; conditions on stock come last, and before them those on chance, which a
 /// forecast looks at the longest.
-void add_clause(std::vector<Watch> watches, Clause clause, CompiledBrain& out) {
-    const auto stock = std::partition(
-        watches.begin(), watches.end(), [&out](const Watch& w) { return !out.is_stock(w.sense); });
-    std::partition(watches.begin(), stock, [](const Watch& w) { return w.sense != kSenseRandom; });
+void add_clause(std::vector<WatchedCondition> watches, Clause clause, CompiledBrain& out) {
+    const auto stock =
+        std::partition(watches.begin(), watches.end(), [&out](const WatchedCondition& w) {
+            return !out.is_stock(w.sense);
+        });
+    std::partition(
+        watches.begin(), stock, [](const WatchedCondition& w) { return w.sense != kSenseRandom; });
     clause.first = static_cast<std::uint32_t>(out.watches.size());
     clause.others = static_cast<std::uint16_t>(stock - watches.begin());
     clause.on_stock = static_cast<std::uint16_t>(watches.end() - stock);
@@ -173,7 +176,7 @@ void compile_transition_clauses(std::size_t leaf, CompiledBrain& out) {
         if (test.transition == state_machine::kNone) {
             continue;
         }
-        std::vector<Watch> watches{watch_of(test)};
+        std::vector<WatchedCondition> watches{watch_of(test)};
         const state_machine::FlatTransition& transition = table.transitions[test.transition];
         for (std::size_t c = 0; c < transition.more_count; ++c) {
             watches.push_back(watch_of(table.more[transition.more + c]));
@@ -187,12 +190,12 @@ void compile_transition_clauses(std::size_t leaf, CompiledBrain& out) {
 /// What leaves depend on: their transitions, and what their trees and plans ask.
 void compile_clauses(CompiledBrain& out) {
     const auto watch = [](const Condition& condition) {
-        return Watch{condition.sense, condition.compare, condition.threshold};
+        return WatchedCondition{condition.sense, condition.compare, condition.threshold};
     };
     for (std::size_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         out.first_clause.push_back(static_cast<std::uint32_t>(out.clauses.size()));
         compile_transition_clauses(leaf, out);
-        const State& state = out.states[leaf];
+        const BrainState& state = out.states[leaf];
         if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
             for (const tree::NodeDef& node : by_tree->def.nodes) {
                 if (node.yes >= 0 || node.no >= 0) {
@@ -201,7 +204,7 @@ void compile_clauses(CompiledBrain& out) {
             }
         } else if (const auto* by_plan = std::get_if<PlanChoice>(&state.choice)) {
             for (std::size_t f = 0; f < by_plan->facts.size(); ++f) {
-                std::vector<Watch> watches;
+                std::vector<WatchedCondition> watches;
                 std::transform(by_plan->facts[f].begin(),
                                by_plan->facts[f].end(),
                                std::back_inserter(watches),
@@ -284,7 +287,7 @@ CompiledBrain compile(const Brain& brain, float dt) {
     out.first_place_sense = out.senses;
     out.senses += out.places.size();
     out.table = state_machine::compile(state_machine_of(brain), out.senses, dt);
-    std::vector<State> leaves;
+    std::vector<BrainState> leaves;
     collect_leaves(brain.states, leaves);
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         out.states.push_back(leaves[out.table.action(leaf)]);
@@ -292,7 +295,7 @@ CompiledBrain compile(const Brain& brain, float dt) {
     }
     compile_choices(out, dt);
     const auto some = [&out](ActionKind action) {
-        return std::any_of(out.states.begin(), out.states.end(), [action](const State& state) {
+        return std::any_of(out.states.begin(), out.states.end(), [action](const BrainState& state) {
             return state.action == action;
         });
     };

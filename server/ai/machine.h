@@ -110,7 +110,7 @@ struct Transition {
 };
 
 /// A number of each agent that grows with time.
-struct Variable {
+struct BrainVariable {
     std::string name;
     float start = 0.0F;
     float per_s = 0.0F;  ///< in states that say no other
@@ -158,12 +158,12 @@ struct BlendChoice {
     std::vector<SenseIndex> inputs;
 };
 
-struct State;
+struct BrainState;
 
 /// What is done under a name: as a state's action, without transitions.
-using ActionStates = std::vector<State>;
+using ActionStates = std::vector<BrainState>;
 
-struct State {
+struct BrainState {
     std::string name;
     ActionKind action = ActionKind::kIdle;
     float speed_factor = 1.0F;  ///< of the character's speed, [0, 1]
@@ -172,8 +172,9 @@ struct State {
     float leash_m = 30.0F;                ///< kGuard
     std::uint8_t stance = 0;              ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
-    std::vector<State> inside;  ///< a brain as a state: what is above but for transitions is theirs
-    state_machine::History history = state_machine::History::kNone;
+    std::vector<BrainState>
+        inside;  ///< a brain as a state: what is above but for transitions is theirs
+    state_machine::StateHistory history = state_machine::StateHistory::kNone;
     std::vector<VariableChange> changes{};
     std::uint16_t place = 0;                  ///< of kGo
     std::optional<FormationDef> formation{};  ///< of kFormUp, which has one
@@ -219,18 +220,18 @@ struct Perception {
 
 struct Brain {
     std::string name;
-    std::vector<State> states;          ///< the first is where an entity starts
-    float perception_m = 40.0F;         ///< how far players are noticed
-    float decide_every_s = 0.2F;        ///< period of decisions; steering runs every tick
-    std::vector<Variable> variables{};  ///< the first is sense kOwnSenses
-    std::vector<FuzzySense> fuzzy;      ///< the first output comes after the variables
-    std::vector<PlaceSense> places{};   ///< the first comes after the outputs of fuzzy systems
+    std::vector<BrainState> states;          ///< the first is where an entity starts
+    float perception_m = 40.0F;              ///< how far players are noticed
+    float decide_every_s = 0.2F;             ///< period of decisions; steering runs every tick
+    std::vector<BrainVariable> variables{};  ///< the first is sense kOwnSenses
+    std::vector<FuzzySense> fuzzy;           ///< the first output comes after the variables
+    std::vector<PlaceSense> places{};        ///< the first comes after the outputs of fuzzy systems
     bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
     Perception perception{};
 };
 
 /// A condition that some decision in a state may depend on.
-struct Watch {
+struct WatchedCondition {
     SenseIndex sense = 0;  ///< beyond the brain's senses: time in the state of that level
     Compare compare = Compare::kAbove;
     float threshold = 0.0F;
@@ -278,19 +279,19 @@ struct CompiledBrain {
 
     /// How a leaf chooses: by a tree, a plan or a blend, index into these, or by itself where all
     /// are below 0. ActionStates begin at `first`.
-    struct Choice {
+    struct LeafChoice {
         int tree = -1;
         int plan = -1;
         int blend = -1;
         std::uint16_t first = 0;
     };
 
-    std::vector<State> states;    ///< what is done: by leaf of the table, then actions of leaves
-    std::vector<Choice> choices;  ///< by leaf
+    std::vector<BrainState> states;  ///< what is done: by leaf of the table, then actions of leaves
+    std::vector<LeafChoice> choices;  ///< by leaf
     std::vector<tree::DecisionTree> trees;
     std::vector<Plans> plans;
     std::vector<Blend> blends;
-    std::vector<Variable> variables;
+    std::vector<BrainVariable> variables;
     std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
     std::vector<Gain> gains;   ///< by node
     std::vector<Fuzzy> fuzzy;
@@ -305,7 +306,7 @@ struct CompiledBrain {
     bool flocks = false;    ///< some state of it does
     bool forages = false;   ///< some state of it does
     bool forms_up = false;  ///< some state of it does
-    std::vector<Watch> watches;
+    std::vector<WatchedCondition> watches;
     std::vector<Clause> clauses;              ///< transitions of a leaf in the order of their tests
     std::vector<std::uint32_t> first_clause;  ///< by leaf, and the end of the last
     /// By leaf: what its clauses and its blend read, by bit.
@@ -319,11 +320,11 @@ struct CompiledBrain {
     }
 
     /// Those conditions of a clause that are not on stock, and those that are.
-    [[nodiscard]] std::span<const Watch> others(const Clause& clause) const {
+    [[nodiscard]] std::span<const WatchedCondition> others(const Clause& clause) const {
         return std::span(watches).subspan(clause.first, clause.others);
     }
 
-    [[nodiscard]] std::span<const Watch> on_stock(const Clause& clause) const {
+    [[nodiscard]] std::span<const WatchedCondition> on_stock(const Clause& clause) const {
         return std::span(watches).subspan(clause.first + clause.others, clause.on_stock);
     }
 

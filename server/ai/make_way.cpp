@@ -131,7 +131,10 @@ bool brakes_freely(const Vec3& from,
 
 }  // namespace
 
-float path_left(const Agent& agent, const State& state, const Places& places, const Vec2& here) {
+float path_left(const Agent& agent,
+                const BrainState& state,
+                const Places& places,
+                const Vec2& here) {
     switch (state.action) {
         case ActionKind::kWander:
             return (on_ground(agent.target) - here).norm();

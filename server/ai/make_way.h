@@ -22,7 +22,10 @@ struct AvoidingAgent {
 };
 
 /// How far an agent that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
-float path_left(const Agent& agent, const State& state, const Places& places, const Vec2& here);
+float path_left(const Agent& agent,
+                const BrainState& state,
+                const Places& places,
+                const Vec2& here);
 
 struct LocalAvoidanceReport {
     std::uint32_t crowded = 0;   ///< walkers that would have met somebody

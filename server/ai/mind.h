@@ -39,7 +39,7 @@ struct StockWait {
 };
 
 /// No plan was made yet: more facts than a domain may have.
-inline constexpr goap::World kUnplanned = ~goap::World{0};
+inline constexpr goap::FactSet kUnplanned = ~goap::FactSet{0};
 
 /// Where on a track one is who follows it, and when (follow_spline.h).
 struct SplineWalk {
@@ -59,7 +59,7 @@ struct Agent {
     std::uint16_t brain = 0;                   ///< index into AiSettings::brains
     state_machine::ActiveState state_machine;  ///< where it is in it
     std::uint16_t current_action = 0;          ///< index into CompiledBrain::states
-    goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
+    goap::FactSet facts = kUnplanned;  ///< as its last plan found them, where its state plans
     std::array<float, kMaxVariables> variables{};  ///< as of variables_at: they grow since
     std::array<float, kMaxBlended> degrees{};      ///< of a blend's states, while it runs
     Tick variables_at = 0;

@@ -62,7 +62,7 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
     if (leaf >= brain.table.leaves()) {
         return "is in a state that there is not";
     }
-    const CompiledBrain::Choice& choice = brain.choices[leaf];
+    const CompiledBrain::LeafChoice& choice = brain.choices[leaf];
     const bool action = agent.current_action >= choice.first &&
                         agent.current_action < choice.first + brain.states[leaf].actions.size();
     if (agent.current_action != leaf && !action) {
@@ -100,7 +100,7 @@ void write_nests(const Nests::SavedNests& memory, FieldWriter& write) {
         write(nest.current_action);
         write(nest.type);
         write(static_cast<std::uint32_t>(nest.cells.size()));
-        for (const Nests::Scents::Cell& cell : nest.cells) {
+        for (const Nests::Scents::ScentCell& cell : nest.cells) {
             write(cell.place);
             write(cell.home);
             write(cell.food);
@@ -113,7 +113,7 @@ bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
     if (nest.brain >= settings.compiled.size()) {
         return false;
     }
-    const std::vector<State>& states = settings.compiled[nest.brain].states;
+    const std::vector<BrainState>& states = settings.compiled[nest.brain].states;
     const auto known = [](float scent) {
         return scent >= 0.0F && scent <= 1.0F;
     };
@@ -142,7 +142,7 @@ std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::Sav
         read(nest.type);
         read(cells);
         for (std::uint32_t c = 0; c < cells && !read.cut_short(); ++c) {
-            Nests::Scents::Cell& cell = nest.cells.emplace_back();
+            Nests::Scents::ScentCell& cell = nest.cells.emplace_back();
             read(cell.place);
             read(cell.home);
             read(cell.food);

@@ -16,8 +16,8 @@ constexpr float kToAndFroS = 2.0F;
 }  // namespace
 
 std::size_t AgentStore::place_of(EntityId entity) const {
-    const auto at =
-        std::lower_bound(order_.begin(), order_.end(), entity, [](const Place& p, EntityId wanted) {
+    const auto at = std::lower_bound(
+        order_.begin(), order_.end(), entity, [](const AgentPlace& p, EntityId wanted) {
             return p.entity < wanted;
         });
     return static_cast<std::size_t>(at - order_.begin());
@@ -147,7 +147,7 @@ void AgentStore::take_due(Tick now, std::vector<Event>& due) {
         Agent& agent = agents_[due[i].slot];
         agent.next_event = kNever;
         due[i].entity = agent.entity;
-        if (const StockWaitList::Group* const group = waits_.group_of(due[i].slot)) {
+        if (const StockWaitList::WaitGroup* const group = waits_.group_of(due[i].slot)) {
             const Tick period = group->key().period;
             agent.next_decision =
                 std::min(agent.next_decision, next_decision(agent.entity, period, now - 1));
@@ -187,7 +187,7 @@ void AgentStore::forget_suspended(Slot slot) {
     waits_.leave(slot);
 }
 
-void AgentStore::watch(Slot slot, state_machine::Change change, Tick now, float dt) {
+void AgentStore::watch(Slot slot, state_machine::StateChange change, Tick now, float dt) {
     const Agent& agent = agents_[slot];
     if (state_flapping_.size() <= agent.brain) {
         state_machine::FlappingSettings settings;
@@ -210,7 +210,7 @@ void AgentStore::forget_flapping() {
 
 void AgentStore::hash(core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(order_.size()));
-    for (const Place& place : order_) {
+    for (const AgentPlace& place : order_) {
         ai::hash(hash, agents_[place.slot]);
     }
 }

@@ -14,7 +14,7 @@
 
 namespace zoned::ai {
 
-/// Place of an agent in memory; stays while the agent is here.
+/// AgentPlace of an agent in memory; stays while the agent is here.
 using Slot = std::uint32_t;
 
 class AgentStore {
@@ -122,7 +122,7 @@ class AgentStore {
     }
 
     /// The agent changed its state: remembered for state_flapping(). `dt` in s.
-    void watch(Slot slot, state_machine::Change change, Tick now, float dt);
+    void watch(Slot slot, state_machine::StateChange change, Tick now, float dt);
 
     /// Pairs of states between which agents of that brain have gone to and fro, six times within
     /// 2 s each; `agent` is an entity's id. For reports: no state of the zone.
@@ -136,7 +136,7 @@ class AgentStore {
     void hash(core::StateHash& hash) const;
 
   private:
-    struct Place {
+    struct AgentPlace {
         EntityId entity;
         Slot slot;
     };
@@ -152,7 +152,7 @@ class AgentStore {
     std::vector<state_machine::FlappingDetector::Trace> traces_;   // by slot
     std::vector<state_machine::FlappingDetector> state_flapping_;  // by brain
     std::vector<Slot> free_;
-    std::vector<Place> order_;  // ascending by entity
+    std::vector<AgentPlace> order_;  // ascending by entity
     std::vector<Slot> active_;
     // Of suspended agents:
     AgentEventQueue events_;

@@ -14,7 +14,7 @@ Places::Places(const PlaceSettings& settings, const Vec2d& origin, float dt)
       dawn_ticks_(std::llround(settings.dawn_s / static_cast<double>(dt))),
       dt_(dt) {
     for (const PlaceDef& def : settings.places) {
-        Place place;
+        PointOfInterest place;
         place.at = (def.at - origin).cast<float>();
         place.y = static_cast<float>(def.y_m);
         place.radius_m = def.radius_m;

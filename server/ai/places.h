@@ -119,7 +119,7 @@ class Places {
     void set_stocks(std::span<const Stock> stocks) { stocks_.assign(stocks.begin(), stocks.end()); }
 
   private:
-    struct Place {
+    struct PointOfInterest {
         Vec2 at = Vec2::Zero();
         float y = 0.0F;
         float radius_m = 0.0F;
@@ -128,7 +128,7 @@ class Places {
 
     [[nodiscard]] float amount(const Stock& stock, Tick now) const;
 
-    std::vector<Place> places_;
+    std::vector<PointOfInterest> places_;
     std::shared_ptr<const splines::SplineNetwork> tracks_;
     Vec2d origin_ = Vec2d::Zero();
     std::vector<Stock> stocks_;

@@ -77,7 +77,7 @@ learning::Situation situation_of(const Agent& agent, const Surroundings& around)
 
 void steer_by_policy(Agent& agent,
                      const CompiledBrain& brain,
-                     const State& state,
+                     const BrainState& state,
                      const PolicyChoice& choice,
                      const Surroundings& around) {
     ZONED_ASSERT(choice.policy != nullptr, "a policy is given before its brain is compiled");
@@ -102,7 +102,7 @@ void steer_by_policy(Agent& agent,
     }
 }
 
-void follow_band(Agent& agent, const State& state, const Surroundings& around) {
+void follow_band(Agent& agent, const BrainState& state, const Surroundings& around) {
     if (!state.rubber_band) {
         agent.band = 1.0F;
         return;

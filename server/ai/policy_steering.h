@@ -15,12 +15,12 @@ learning::Situation situation_of(const Agent& agent, const Surroundings& around)
 /// others are left out. Allocates nothing.
 void steer_by_policy(Agent& agent,
                      const CompiledBrain& brain,
-                     const State& state,
+                     const BrainState& state,
                      const PolicyChoice& choice,
                      const Surroundings& around);
 
 /// Moves agent.band by the distance to its prey, once per tick that steers: who chases becomes
 /// faster the farther off that is, who flees slower. 1 in states without a rubber band.
-void follow_band(Agent& agent, const State& state, const Surroundings& around);
+void follow_band(Agent& agent, const BrainState& state, const Surroundings& around);
 
 }  // namespace zoned::ai

@@ -42,11 +42,11 @@ float rate_of(const Agent& agent, const CompiledBrain& brain, std::size_t variab
     return brain.rates[agent.current_action * brain.variables.size() + variable];
 }
 
-bool stock_holds(std::span<const Watch> watches,
+bool stock_holds(std::span<const WatchedCondition> watches,
                  const CompiledBrain& brain,
                  const Places& places,
                  Tick now) {
-    return std::all_of(watches.begin(), watches.end(), [&](const Watch& watch) {
+    return std::all_of(watches.begin(), watches.end(), [&](const WatchedCondition& watch) {
         const PlaceSense& of = brain.places[watch.sense - brain.first_place_sense];
         return holds({watch.sense, watch.compare, watch.threshold},
                      places.stock(of.place, static_cast<std::size_t>(of.stock), now));
@@ -78,9 +78,9 @@ class Forecast {
     /// A tick before which the clause stays as the agent found it while `wait` lasts, to which it
     /// adds.
     [[nodiscard]] Tick change_of(const Clause& clause, StockWait& wait) const {
-        const std::span<const Watch> others = brain_.others(clause);
-        const std::span<const Watch> stock = brain_.on_stock(clause);
-        const auto now_holds = [this](const Watch& watch) {
+        const std::span<const WatchedCondition> others = brain_.others(clause);
+        const std::span<const WatchedCondition> stock = brain_.on_stock(clause);
+        const auto now_holds = [this](const WatchedCondition& watch) {
             return holds_now(watch);
         };
         const bool stock_too = std::all_of(stock.begin(), stock.end(), now_holds);
@@ -89,7 +89,7 @@ class Forecast {
             return now_ + 1;
         }
         Tick at = whole ? kNever : now_ + 1;
-        for (const Watch& watch : others) {
+        for (const WatchedCondition& watch : others) {
             if (whole) {
                 at = std::min(at, change_of(watch));
             } else if (at < limit_ && !holds_now(watch)) {
@@ -110,13 +110,15 @@ class Forecast {
     }
 
   private:
-    [[nodiscard]] float value_of(const Watch& watch) const {
+    [[nodiscard]] float value_of(const WatchedCondition& watch) const {
         return watch.sense < brain_.senses ? senses_[watch.sense] : time_in_state(watch, now_);
     }
 
-    [[nodiscard]] bool holds_now(const Watch& watch) const { return is(watch, value_of(watch)); }
+    [[nodiscard]] bool holds_now(const WatchedCondition& watch) const {
+        return is(watch, value_of(watch));
+    }
 
-    static bool is(const Watch& watch, float value) {
+    static bool is(const WatchedCondition& watch, float value) {
         return holds({watch.sense, watch.compare, watch.threshold}, value);
     }
 
@@ -131,7 +133,7 @@ class Forecast {
     }
 
     /// A tick before which the condition stays as it is.
-    [[nodiscard]] Tick change_of(const Watch& watch) const {
+    [[nodiscard]] Tick change_of(const WatchedCondition& watch) const {
         if (watch.sense >= brain_.senses) {
             return elapsed(watch);
         }
@@ -173,7 +175,7 @@ class Forecast {
     }
 
     /// Of a distance to `place` (x, z, m).
-    [[nodiscard]] Tick passed(const Watch& watch, const Vec2& place) const {
+    [[nodiscard]] Tick passed(const WatchedCondition& watch, const Vec2& place) const {
         const Tick by_speed = after(std::abs(senses_[watch.sense] - watch.threshold), step_m_);
         return segment_ == nullptr
                    ? by_speed
@@ -181,12 +183,12 @@ class Forecast {
     }
 
     /// Time in a state, which begins at the tick in which the state was entered, s.
-    [[nodiscard]] float time_in_state(const Watch& watch, Tick at) const {
+    [[nodiscard]] float time_in_state(const WatchedCondition& watch, Tick at) const {
         const Tick since = agent_.state_machine.since[watch.sense - brain_.senses][0];
         return static_cast<float>(static_cast<std::int32_t>(at - since)) * dt_;
     }
 
-    [[nodiscard]] Tick elapsed(const Watch& watch) const {
+    [[nodiscard]] Tick elapsed(const WatchedCondition& watch) const {
         const float in_state = time_in_state(watch, now_);
         if (in_state > watch.threshold) {
             return kNever;
@@ -201,11 +203,11 @@ class Forecast {
     [[nodiscard]] bool settled(std::size_t variable) const {
         const float per_tick = rate_of(agent_, brain_, variable);
         const float value = senses_[kOwnSenses + variable];
-        const Variable& of = brain_.variables[variable];
+        const BrainVariable& of = brain_.variables[variable];
         return per_tick == 0.0F || (per_tick > 0.0F ? value >= of.high : value <= of.low);
     }
 
-    [[nodiscard]] Tick grown(std::size_t variable, const Watch& watch) const {
+    [[nodiscard]] Tick grown(std::size_t variable, const WatchedCondition& watch) const {
         const float per_tick = rate_of(agent_, brain_, variable);
         const float value = senses_[kOwnSenses + variable];
         const float way = watch.threshold - value;
@@ -219,7 +221,7 @@ class Forecast {
     }
 
     /// The next decision at which the number drawn says otherwise.
-    [[nodiscard]] Tick drawn(const Watch& watch) const {
+    [[nodiscard]] Tick drawn(const WatchedCondition& watch) const {
         const bool now_is = holds_now(watch);
         Tick at = next_decision(agent_.entity, period_, now_);
         for (int k = 0; k < kLookAhead && at < limit_; ++k, at += period_) {
@@ -273,7 +275,7 @@ class Forecast {
 
 /// Whether the agent would choose what it does by what it senses and remembers.
 bool does_as_chosen(const Agent& agent, const CompiledBrain& brain, const Senses& senses) {
-    const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
     if (choice.tree >= 0) {
         const tree::DecisionTree& tree = brain.trees[static_cast<std::size_t>(choice.tree)];
         const std::span<const float> known(senses.data(), brain.senses);
@@ -340,7 +342,7 @@ bool stock_changed(const StockWait& wait,
 Tick able_from(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now) {
     Tick from = now + 1;
     for (const TradeItem& item : trade.items) {
-        const Variable& of = brain.variables[item.variable];
+        const BrainVariable& of = brain.variables[item.variable];
         const auto then = [&](Tick at) {
             return variable_at(agent, brain, item.variable, at) + item.amount;
         };

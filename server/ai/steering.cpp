@@ -68,7 +68,7 @@ void step_aside(Agent& agent, const Pace& pace, const Vec2& direction, const Sur
 
 /// What is in the way is passed by another target, the next corner, or a walk along it.
 void get_around(Agent& agent,
-                const State& state,
+                const BrainState& state,
                 const Vec2& direction,
                 const Surroundings& around) {
     if (state.action == ActionKind::kWander) {
@@ -110,7 +110,7 @@ bool turns(const Agent& agent,
 
 /// The same, or the speed.
 bool needs_aim(const Agent& agent,
-               const State& state,
+               const BrainState& state,
                const DesiredVelocity& desired,
                const Vec2& direction,
                bool entered) {
@@ -124,7 +124,7 @@ bool needs_aim(const Agent& agent,
 /// its own speed along its own direction, or to stand, with its degree as its weight.
 Vec2 blended_velocity(Agent& agent,
                       const CompiledBrain& brain,
-                      const CompiledBrain::Choice& choice,
+                      const CompiledBrain::LeafChoice& choice,
                       std::size_t count,
                       const Surroundings& around) {
     const float sprint_factor =
@@ -135,7 +135,7 @@ Vec2 blended_velocity(Agent& agent,
         if (!(agent.degrees[d] > 0.0F)) {
             continue;
         }
-        const State& action = brain.states[choice.first + d];
+        const BrainState& action = brain.states[choice.first + d];
         const DesiredVelocity desired =
             desired_velocity(agent, action, full_speed(action, around), around);
         const float length = desired.direction.norm();
@@ -150,7 +150,7 @@ Vec2 blended_velocity(Agent& agent,
 
 void steer_blend(Agent& agent,
                  const CompiledBrain& brain,
-                 const CompiledBrain::Choice& choice,
+                 const CompiledBrain::LeafChoice& choice,
                  bool entered,
                  const Surroundings& around) {
     const std::size_t count = brain.blends[static_cast<std::size_t>(choice.blend)].brain.states();
@@ -186,7 +186,7 @@ void steer_blend(Agent& agent,
 }
 
 /// What hangs on others: looked at anew whenever it steers. True: it needs a path.
-bool steer_freely(Agent& agent, const State& state, bool entered, const Surroundings& around) {
+bool steer_freely(Agent& agent, const BrainState& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
     DesiredVelocity desired = desired_velocity(agent, state, speed, around);
     const Vec2 goal = desired.goal;
@@ -220,7 +220,7 @@ bool steer_freely(Agent& agent, const State& state, bool entered, const Surround
 
 /// A command that leads the body to where the segment is at its end, or some time on: so soon that
 /// the correction is worth a step of the command.
-void correct_drift(Agent& agent, const State& state, const Surroundings& around) {
+void correct_drift(Agent& agent, const BrainState& state, const Surroundings& around) {
     const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
     const float soon_s = std::max(kPutRightS, kOffSegmentM * kFullMove / full);
     const float left_s = time_on(agent.segment, arrival_of(agent.segment, around.dt), around.dt) -
@@ -246,7 +246,10 @@ bool falls(const Surroundings& around) {
 
 /// Keeps the body to the segment, which is set anew where it has come to its end, or the body was
 /// pushed away or held up. True: it needs a path.
-bool steer_by_segment(Agent& agent, const State& state, bool entered, const Surroundings& around) {
+bool steer_by_segment(Agent& agent,
+                      const BrainState& state,
+                      bool entered,
+                      const Surroundings& around) {
     Surroundings self = around;
     const Vec2 off = position_at(agent.segment, around.now - 1, around.dt) - around.body();
     const bool anew = !agent.timed || off.norm() > kDriftM;
@@ -296,16 +299,16 @@ Tick next_turn(const Agent& agent, Tick now) {
     return now + kFarPeriod - (now + static_cast<Tick>(agent.entity.value)) % kFarPeriod;
 }
 
-void get_unstuck(Agent& agent, const State& state, const Surroundings& around) {
+void get_unstuck(Agent& agent, const BrainState& state, const Surroundings& around) {
     if (moving(agent) && blocked(agent, DesiredVelocity(), full_speed(state, around), around)) {
         get_around(agent, state, aim_direction(agent), around);
     }
 }
 
 bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around) {
-    const State& state = brain.states[agent.current_action];
+    const BrainState& state = brain.states[agent.current_action];
     const bool entered = std::exchange(agent.entered, false);
-    const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
     const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
     if (choice.blend >= 0 && agent.current_action >= choice.first) {
         agent.timed = false;

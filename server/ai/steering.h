@@ -23,6 +23,6 @@ Tick next_turn(const Agent& agent, Tick now);
 
 /// One of a herd that makes no progress for kPatienceS walks across its path for a while
 /// (agent.detour_until).
-void get_unstuck(Agent& agent, const State& state, const Surroundings& around);
+void get_unstuck(Agent& agent, const BrainState& state, const Surroundings& around);
 
 }  // namespace zoned::ai

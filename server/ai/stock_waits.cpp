@@ -13,12 +13,12 @@ constexpr Tick kMostPhases = 64;
 
 }  // namespace
 
-StockWaitList::Group::Group(const Key& key)
+StockWaitList::WaitGroup::WaitGroup(const WaitKey& key)
     : key_(key),
       phases_(static_cast<std::size_t>(std::min(key.period, kMostPhases))) {
 }
 
-std::size_t StockWaitList::HashOfKey::operator()(const Key& key) const {
+std::size_t StockWaitList::HashOfKey::operator()(const WaitKey& key) const {
     const std::uint64_t kind =
         static_cast<std::uint64_t>(key.brain) << 48U | static_cast<std::uint64_t>(key.leaf) << 32U |
         static_cast<std::uint64_t>(key.current_action) << 16U | key.wait.trades;
@@ -31,18 +31,18 @@ void StockWaitList::grow(std::size_t slots) {
     places_.resize(std::max(places_.size(), slots));
 }
 
-void StockWaitList::join(Slot slot, EntityId entity, const Key& key) {
+void StockWaitList::join(Slot slot, EntityId entity, const WaitKey& key) {
     leave(slot);
     const auto [found, fresh] =
         by_key_.try_emplace(key, static_cast<std::uint32_t>(groups_.size()));
     if (fresh) {
         groups_.emplace_back(key);
     }
-    Group& group = groups_[found->second];
+    WaitGroup& group = groups_[found->second];
     const std::size_t phase =
         static_cast<std::size_t>(static_cast<Tick>(entity.value) % key.period) %
         group.phases_.size();
-    std::vector<Member>& members = group.phases_[phase];
+    std::vector<WaitMember>& members = group.phases_[phase];
     places_[slot] = {found->second,
                      static_cast<std::uint32_t>(phase),
                      static_cast<std::uint32_t>(members.size())};
@@ -50,15 +50,15 @@ void StockWaitList::join(Slot slot, EntityId entity, const Key& key) {
 }
 
 void StockWaitList::leave(Slot slot) {
-    const Place place = places_[slot];
+    const WaitPlace place = places_[slot];
     if (place.group == kNone) {
         return;
     }
-    std::vector<Member>& members = groups_[place.group].phases_[place.phase];
+    std::vector<WaitMember>& members = groups_[place.group].phases_[place.phase];
     members[place.index] = members.back();
     places_[members[place.index].slot].index = place.index;
     members.pop_back();
-    places_[slot] = Place{};
+    places_[slot] = WaitPlace{};
 }
 
 }  // namespace zoned::ai

@@ -22,29 +22,29 @@ class StockWaitList {
     using Slot = std::uint32_t;
 
     /// What a group has in common.
-    struct Key {
+    struct WaitKey {
         std::uint16_t brain = 0;
         std::uint16_t leaf = 0;
         std::uint16_t current_action = 0;
         StockWait wait;
         Tick period = 1;  ///< of its decisions, ticks
 
-        friend bool operator==(const Key&, const Key&) = default;
+        friend bool operator==(const WaitKey&, const WaitKey&) = default;
     };
 
-    struct Member {
+    struct WaitMember {
         EntityId entity;
         Slot slot = 0;
     };
 
-    class Group {
+    class WaitGroup {
       public:
-        explicit Group(const Key& key);
+        explicit WaitGroup(const WaitKey& key);
 
-        [[nodiscard]] const Key& key() const { return key_; }
+        [[nodiscard]] const WaitKey& key() const { return key_; }
 
         /// Who may decide at `tick`, in no order: all who do, see decides_at().
-        [[nodiscard]] std::span<const Member> near(Tick tick) const {
+        [[nodiscard]] std::span<const WaitMember> near(Tick tick) const {
             return phases_[static_cast<std::size_t>(tick % key_.period) % phases_.size()];
         }
 
@@ -55,44 +55,44 @@ class StockWaitList {
       private:
         friend class StockWaitList;
 
-        Key key_;
-        std::vector<std::vector<Member>> phases_;
+        WaitKey key_;
+        std::vector<std::vector<WaitMember>> phases_;
     };
 
     /// Slots below `slots` exist, new ones wait for nothing.
     void grow(std::size_t slots);
 
     /// Leaves the group that it was in.
-    void join(Slot slot, EntityId entity, const Key& key);
+    void join(Slot slot, EntityId entity, const WaitKey& key);
     void leave(Slot slot);
 
     /// Asks for what group_of() and leave() read of the slot soon.
     void prefetch(Slot slot) const { __builtin_prefetch(&places_[slot], 1); }
 
     /// Null: it waits for nothing.
-    [[nodiscard]] const Group* group_of(Slot slot) const {
+    [[nodiscard]] const WaitGroup* group_of(Slot slot) const {
         return places_[slot].group == kNone ? nullptr : &groups_[places_[slot].group];
     }
 
     /// In no order that means anything; some may be empty.
-    [[nodiscard]] std::span<const Group> groups() const { return groups_; }
+    [[nodiscard]] std::span<const WaitGroup> groups() const { return groups_; }
 
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    struct Place {
+    struct WaitPlace {
         std::uint32_t group = kNone;
         std::uint32_t phase = 0;
         std::uint32_t index = 0;
     };
 
     struct HashOfKey {
-        std::size_t operator()(const Key& key) const;
+        std::size_t operator()(const WaitKey& key) const;
     };
 
-    std::vector<Place> places_;  // by slot
-    std::vector<Group> groups_;
-    std::unordered_map<Key, std::uint32_t, HashOfKey> by_key_;
+    std::vector<WaitPlace> places_;  // by slot
+    std::vector<WaitGroup> groups_;
+    std::unordered_map<WaitKey, std::uint32_t, HashOfKey> by_key_;
 };
 
 }  // namespace zoned::ai

@@ -70,7 +70,7 @@ void head_for(const Vec2& goal, float near_m, const Vec2& heading, PathSegment& 
 /// The command that leads to within `near_m` of `goal`, and the segment that it makes. Getting up
 /// to speed, or turning, leads a little aside: the second try allows for that.
 void set_out(Agent& agent,
-             const State& state,
+             const BrainState& state,
              const Surroundings& around,
              const Vec2& goal,
              float near_m) {
@@ -111,7 +111,7 @@ bool has_path(const Agent& agent, const Surroundings& around) {
 
 /// So near to its goal a straight walk is over, m.
 float reach_of(const Agent& agent,
-               const State& state,
+               const BrainState& state,
                const DesiredVelocity& desired,
                const Surroundings& around) {
     if (state.action != ActionKind::kForage) {
@@ -146,7 +146,7 @@ Vec2 whereabouts(const Agent& agent, const Vec2& body, Tick now, float dt) {
     return keeps_to_segment(agent, body, now, dt) ? position_at(agent.segment, now - 1, dt) : body;
 }
 
-bool goes_by_segments(const Agent& agent, const State& state) {
+bool goes_by_segments(const Agent& agent, const BrainState& state) {
     const bool banded = state.rubber_band && (agent.prey || agent.band != 1.0F);
     switch (state.action) {
         case ActionKind::kFollowTrack:
@@ -185,7 +185,7 @@ void start_segment(Agent& agent, const Surroundings& around) {
     agent.on_path = false;
 }
 
-void follow_path(Agent& agent, const State& state, const Surroundings& around) {
+void follow_path(Agent& agent, const BrainState& state, const Surroundings& around) {
     const Vec2 next = flat_of(around.paths->heading(around.slot, spot_of(around.at), kCornerM));
     const bool last = (next - agent.segment.goal).norm() < kTurnM;
     const float near_m = last ? kArriveM : kTurnM;
@@ -199,7 +199,7 @@ void follow_path(Agent& agent, const State& state, const Surroundings& around) {
     look_again(agent, kAskAgain_s, around);
 }
 
-bool plan_segment(Agent& agent, const State& state, bool entered, const Surroundings& from) {
+bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
     around.there = !entered && path_is_over(agent, around);
     if (state.action == ActionKind::kFollowTrack && follow_spline(agent, state, around)) {
@@ -238,7 +238,7 @@ bool plan_segment(Agent& agent, const State& state, bool entered, const Surround
 }
 
 bool turn_to_path(Agent& agent,
-                  const State& state,
+                  const BrainState& state,
                   DesiredVelocity& desired,
                   const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];

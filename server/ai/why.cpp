@@ -97,7 +97,7 @@ class Account {
 
     /// What a policy is allowed, and what adapts.
     void learned() {
-        const State& state = compiled_.states[agent_.current_action];
+        const BrainState& state = compiled_.states[agent_.current_action];
         if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
             const learning::Guard& guard = choice->policy->guard;
             text_ += print("as policy %s says, within %.3g of full speed%s, %.3g rad/s, ",
@@ -120,7 +120,7 @@ class Account {
     /// Of a blend, by state.
     void degrees() {
         const std::uint16_t leaf = agent_.state_machine.state();
-        const CompiledBrain::Choice& choice = compiled_.choices[leaf];
+        const CompiledBrain::LeafChoice& choice = compiled_.choices[leaf];
         if (choice.blend < 0) {
             return;
         }
@@ -157,7 +157,7 @@ class Account {
             text += def.inputs[p.variable].name + (p.negated ? " is not " : " is ") +
                     def.inputs[p.variable].terms[p.term].name;
         }
-        const fuzzy::Output& output = def.outputs[rule.output];
+        const fuzzy::FuzzyOutput& output = def.outputs[rule.output];
         return text + ", then " + output.name + " is " +
                (output.inference == fuzzy::Inference::kSugeno ? output.values[rule.then].name
                                                               : output.terms[rule.then].name);
@@ -219,11 +219,11 @@ std::vector<std::string> sense_names(const Brain& brain) {
     if (brain.perception.given) {
         names[kSensePlayerDistance] = "target distance";
     }
-    for (const Variable& variable : brain.variables) {
+    for (const BrainVariable& variable : brain.variables) {
         names.push_back(variable.name);
     }
     for (const FuzzySense& fuzzy : brain.fuzzy) {
-        for (const fuzzy::Output& output : fuzzy.def.outputs) {
+        for (const fuzzy::FuzzyOutput& output : fuzzy.def.outputs) {
             names.push_back(fuzzy.def.name + "." + output.name);
         }
     }

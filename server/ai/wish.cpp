@@ -64,7 +64,7 @@ DesiredVelocity go_to(const Vec2& goal, const Vec2& here) {
     return desired;
 }
 
-DesiredVelocity wander_velocity(Agent& agent, const State& state, const Surroundings& around) {
+DesiredVelocity wander_velocity(Agent& agent, const BrainState& state, const Surroundings& around) {
     const Vec2 here = around.at;
     if (around.there || (flat(agent.target) - here).norm() < kArriveM) {
         pick_wander_target(agent, state.radius_m, around);
@@ -72,7 +72,7 @@ DesiredVelocity wander_velocity(Agent& agent, const State& state, const Surround
     return go_to(flat(agent.target), here);
 }
 
-DesiredVelocity patrol_velocity(Agent& agent, const State& state, const Surroundings& around) {
+DesiredVelocity patrol_velocity(Agent& agent, const BrainState& state, const Surroundings& around) {
     Vec2 goal = corner_of(agent, state.radius_m, agent.corner);
     if (around.there || (goal - around.at).norm() < kArriveM) {
         agent.corner = static_cast<std::uint8_t>((agent.corner + 1) & 3);
@@ -84,7 +84,7 @@ DesiredVelocity patrol_velocity(Agent& agent, const State& state, const Surround
 
 /// Whether a goal that is near over the ground is on another floor, as far as maps tell floors.
 bool on_other_floor(const Agent& agent,
-                    const State& state,
+                    const BrainState& state,
                     const Vec2& goal,
                     const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
@@ -102,7 +102,7 @@ bool on_other_floor(const Agent& agent,
 
 /// To stand at: left only when pushed away from it.
 DesiredVelocity go_and_stay(const Agent& agent,
-                            const State& state,
+                            const BrainState& state,
                             const Vec2& goal,
                             const Surroundings& around) {
     const float over_ground = (goal - around.at).norm();
@@ -115,12 +115,14 @@ DesiredVelocity go_and_stay(const Agent& agent,
 }
 
 DesiredVelocity return_velocity(const Agent& agent,
-                                const State& state,
+                                const BrainState& state,
                                 const Surroundings& around) {
     return go_and_stay(agent, state, flat(agent.home), around);
 }
 
-DesiredVelocity place_velocity(const Agent& agent, const State& state, const Surroundings& around) {
+DesiredVelocity place_velocity(const Agent& agent,
+                               const BrainState& state,
+                               const Surroundings& around) {
     return go_and_stay(agent, state, around.places.spot(state.place, agent.entity), around);
 }
 
@@ -148,7 +150,7 @@ std::optional<Other> target_of(const Agent& agent, const Surroundings& around) {
 
 /// Chase and flee: `sign` is +1 towards, -1 away.
 DesiredVelocity prey_velocity(const Agent& agent,
-                              const State& state,
+                              const BrainState& state,
                               const Surroundings& around,
                               float sign) {
     const std::optional<Other> target = target_of(agent, around);
@@ -170,7 +172,7 @@ DesiredVelocity prey_velocity(const Agent& agent,
 }
 
 DesiredVelocity flock_velocity(Agent& agent,
-                               const State& state,
+                               const BrainState& state,
                                float speed,
                                const Surroundings& around) {
     DesiredVelocity desired;
@@ -193,7 +195,7 @@ DesiredVelocity flock_velocity(Agent& agent,
 /// Within `radius_m` of its ward, else of its target; it sets out when it is beyond, and stops well
 /// within, so that who goes beside somebody does not stop and go with every step.
 DesiredVelocity follow_velocity(const Agent& agent,
-                                const State& state,
+                                const BrainState& state,
                                 const Surroundings& around) {
     const std::optional<Other> whom =
         agent.ward ? other_of(agent.ward, around) : target_of(agent, around);
@@ -207,7 +209,7 @@ DesiredVelocity follow_velocity(const Agent& agent,
 }
 
 DesiredVelocity escort_velocity(const Agent& agent,
-                                const State& state,
+                                const BrainState& state,
                                 const Surroundings& around) {
     const std::optional<Other> ward = other_of(agent.ward, around);
     if (!ward) {
@@ -224,7 +226,7 @@ DesiredVelocity escort_velocity(const Agent& agent,
                                                                                : go_to(goal, here);
 }
 
-DesiredVelocity guard_velocity(Agent& agent, const State& state, const Surroundings& around) {
+DesiredVelocity guard_velocity(Agent& agent, const BrainState& state, const Surroundings& around) {
     const std::optional<Other> target = target_of(agent, around);
     const float from_post = target ? (target->place - flat(agent.home)).norm() : 0.0F;
     const float reach = agent.corner == kEngaged ? state.leash_m : state.radius_m;
@@ -260,7 +262,7 @@ DesiredVelocity::DesiredVelocity() : fresh_cos(kReaimFreshCos) {
 }
 
 FlockPull flock_pull(const Agent& agent,
-                     const State& state,
+                     const BrainState& state,
                      float speed,
                      const Vec2& here,
                      const Places& places) {
@@ -320,7 +322,7 @@ void pick_wander_target(Agent& agent, float radius, const Surroundings& around) 
     restart_progress(agent, around.entities.position[around.self], around.now);
 }
 
-void begin_action(Agent& agent, const State& state, const Surroundings& around) {
+void begin_action(Agent& agent, const BrainState& state, const Surroundings& around) {
     agent.detour_until = 0;
     restart_progress(agent, around.entities.position[around.self], around.now);
     if (state.action == ActionKind::kWander) {
@@ -342,7 +344,7 @@ void begin_action(Agent& agent, const State& state, const Surroundings& around) 
 }
 
 DesiredVelocity desired_velocity(Agent& agent,
-                                 const State& state,
+                                 const BrainState& state,
                                  float speed,
                                  const Surroundings& around) {
     switch (state.action) {
@@ -380,7 +382,7 @@ DesiredVelocity desired_velocity(Agent& agent,
     return {};
 }
 
-float goal_floor(const Agent& agent, const State& state, const Surroundings& around) {
+float goal_floor(const Agent& agent, const BrainState& state, const Surroundings& around) {
     const auto below = [&](float middle, TypeIndex type) {
         const motion::CharacterLimits& body = around.types[type].character;
         return middle - body.radius - body.half_segment;
@@ -421,7 +423,7 @@ float goal_floor(const Agent& agent, const State& state, const Surroundings& aro
     return pathfinding::kOnGround;
 }
 
-void aim_along(Agent& agent, const State& state, const Vec2& direction) {
+void aim_along(Agent& agent, const BrainState& state, const Vec2& direction) {
     aim_along(agent, Pace{state.speed_factor * agent.band, state.sprint}, direction);
 }
 
@@ -448,7 +450,7 @@ void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& directio
     face_along(aim, direction);
 }
 
-float full_speed(const State& state, const Surroundings& around) {
+float full_speed(const BrainState& state, const Surroundings& around) {
     const motion::CharacterLimits& limits =
         around.types[around.entities.type[around.self]].character;
     return limits.speed * state.speed_factor * (state.sprint ? limits.sprint_factor : 1.0F);

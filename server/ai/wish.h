@@ -59,7 +59,7 @@ struct DesiredVelocity {
 };
 
 /// Begins what the agent does anew, which it has just turned to.
-void begin_action(Agent& agent, const State& state, const Surroundings& around);
+void begin_action(Agent& agent, const BrainState& state, const Surroundings& around);
 
 /// Where an escort goes, m: between its ward and a threat, `radius_m` from the ward but no farther
 /// than half way; without a threat beside a ward that moves, across its path, on the side on which
@@ -72,13 +72,13 @@ Vec2 escort_place(const Vec2& here,
 
 /// What `state` wants; `speed` in m/s. Moves on targets that are reached.
 DesiredVelocity desired_velocity(Agent& agent,
-                                 const State& state,
+                                 const BrainState& state,
                                  float speed,
                                  const Surroundings& around);
 
 /// How high the feet are of who is where such a desired leads, m: as at home for what begins there,
 /// as those of whom it is about, as a place has it; not a number: on the ground.
-float goal_floor(const Agent& agent, const State& state, const Surroundings& around);
+float goal_floor(const Agent& agent, const BrainState& state, const Surroundings& around);
 
 /// At a decision a herd animal re-aims when the cosine of what its heading is off by is below this:
 /// 10 degrees, for herds are many and may be sloppy.
@@ -86,7 +86,7 @@ inline constexpr float kReaimFlockCos = 0.98481F;
 
 /// Where a herd animal at `here` (x, z, m) wants to go on its own account; `speed` in m/s.
 FlockPull flock_pull(const Agent& agent,
-                     const State& state,
+                     const BrainState& state,
                      float speed,
                      const Vec2& here,
                      const Places& places);
@@ -95,7 +95,7 @@ FlockPull flock_pull(const Agent& agent,
 void pick_wander_target(Agent& agent, float radius, const Surroundings& around);
 
 /// Of a walker in that state, m/s.
-float full_speed(const State& state, const Surroundings& around);
+float full_speed(const BrainState& state, const Surroundings& around);
 
 /// Whether its command moves it.
 bool moving(const Agent& agent);
@@ -119,7 +119,7 @@ void face_along(motion::InputCommand& aim, const Vec2& direction);
 /// Both.
 void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
 void aim_along(Agent& agent, const Pace& pace, const Vec2& direction);
-void aim_along(Agent& agent, const State& state, const Vec2& direction);
+void aim_along(Agent& agent, const BrainState& state, const Vec2& direction);
 
 void restart_progress(Agent& agent, const Vec3& here, Tick now);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr float kBandWorthTelling = 0.1F;
 
 bool has_band(const ai::CompiledBrain& brain) {
-    return std::any_of(brain.states.begin(), brain.states.end(), [](const ai::State& state) {
+    return std::any_of(brain.states.begin(), brain.states.end(), [](const ai::BrainState& state) {
         return state.rubber_band.has_value();
     });
 }

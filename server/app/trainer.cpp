@@ -196,7 +196,7 @@ class ImitationTrainer final : public Trainer {
   private:
     Training config_;
     Lessons lessons_;
-    learning::Network network_;
+    learning::NeuralNetwork network_;
     learning::Descent descent_;
     std::uint64_t rounds_ = 0;
     double training_error_ = 0.0;

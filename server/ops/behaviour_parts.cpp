@@ -11,7 +11,7 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::state_machine::DefectKind;
+using ai::state_machine::StateMachineDefectKind;
 using proto::Config;
 
 void collect(const Config& config, int brain, BrainParts& parts) {
@@ -140,7 +140,7 @@ void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& c
         auto defects =
             ai::state_machine::defects_of(ai::state_machine_of(brain), ai::senses_of(brain));
         std::reverse(defects.begin(), defects.end());  // from behind, so that places stay
-        for (const ai::state_machine::Defect& defect : defects) {
+        for (const ai::state_machine::StateMachineDefect& defect : defects) {
             const bool idle =
                 defect.kind == DefectKind::kNeverTried || defect.kind == DefectKind::kNeverHolds;
             if (!idle || defect.state.size() != 1 || defect.transition < 0) {

@@ -110,7 +110,7 @@ void expand_blend(const Config& config,
                   const Config::Blend& blend,
                   const std::function<ai::SenseIndex(const Config::FuzzyInput&)>& sense_of,
                   const VariableOf& variable_of,
-                  ai::State& out) {
+                  ai::BrainState& out) {
     const ai::fuzzy::FuzzyDef system = expand_fuzzy(system_of(blend));
     ai::BlendChoice choice;
     choice.def.name = blend.name();

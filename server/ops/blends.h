@@ -18,7 +18,7 @@ void expand_blend(const proto::Config& config,
                   const proto::Config::Blend& blend,
                   const std::function<ai::SenseIndex(const proto::Config::FuzzyInput&)>& sense_of,
                   const VariableOf& variable_of,
-                  ai::State& out);
+                  ai::BrainState& out);
 
 /// Names, inputs and terms, propositions, states that nothing leads to, actions that cannot be done
 /// at the same time.

@@ -14,7 +14,7 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::state_machine::DefectKind;
+using ai::state_machine::StateMachineDefectKind;
 using proto::Config;
 
 /// What a state does is said in one way. False where it names a tree or plan that is none.
@@ -338,15 +338,15 @@ class RootCheck {
     /// Innermost states and actions have numbers of 16 bits.
     static constexpr std::size_t kMostActions = 60000;
 
-    static std::size_t actions_of(const std::vector<ai::State>& states) {
+    static std::size_t actions_of(const std::vector<ai::BrainState>& states) {
         std::size_t actions = 0;
-        for (const ai::State& state : states) {
+        for (const ai::BrainState& state : states) {
             actions += 1 + state.actions.size() + actions_of(state.inside);
         }
         return actions;
     }
 
-    [[nodiscard]] std::string path_of(const ai::state_machine::Defect& defect) const {
+    [[nodiscard]] std::string path_of(const ai::state_machine::StateMachineDefect& defect) const {
         int index = root_;
         std::string path = join_path("", "brain", index);
         for (std::size_t level = 0; level < defect.state.size(); ++level) {

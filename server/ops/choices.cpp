@@ -37,7 +37,7 @@ ai::goap::Literals literals(const Config::Domain& domain, const Names& names) {
         const auto [name, negated] = literal(text);
         const int fact = index_of(domain.fact(), name);
         if (fact >= 0) {
-            (negated ? out.no : out.yes) |= ai::goap::World{1} << fact;
+            (negated ? out.no : out.yes) |= ai::goap::FactSet{1} << fact;
         }
     }
     return out;
@@ -272,11 +272,11 @@ ai::VariableChange expand_change(const proto::Config::Change& change,
     return out;
 }
 
-ai::State expand_action(const proto::Config& config,
-                        const std::string& name,
-                        const proto::Config::Action& action,
-                        const VariableOf& variable_of) {
-    ai::State out;
+ai::BrainState expand_action(const proto::Config& config,
+                             const std::string& name,
+                             const proto::Config::Action& action,
+                             const VariableOf& variable_of) {
+    ai::BrainState out;
     out.name = name;
     out.action = static_cast<ai::ActionKind>(action.action());
     out.speed_factor = narrow(action.speed_factor());
@@ -299,7 +299,7 @@ void expand_choice(const proto::Config& config,
                    const proto::Config::State& state,
                    const SenseOf& sense_of,
                    const VariableOf& variable_of,
-                   ai::State& out) {
+                   ai::BrainState& out) {
     const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
     const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
     if (tree >= 0) {

@@ -35,10 +35,10 @@ ai::VariableChange expand_change(const proto::Config::Change& change,
                                  const VariableOf& variable_of);
 
 /// ActionKind, speed and all else that a action says.
-ai::State expand_action(const proto::Config& config,
-                        const std::string& name,
-                        const proto::Config::Action& action,
-                        const VariableOf& variable_of);
+ai::BrainState expand_action(const proto::Config& config,
+                             const std::string& name,
+                             const proto::Config::Action& action,
+                             const VariableOf& variable_of);
 
 /// Fills in what an innermost state chooses among, where it does. Names that mean nothing lead
 /// nowhere.
@@ -46,7 +46,7 @@ void expand_choice(const proto::Config& config,
                    const proto::Config::State& state,
                    const SenseOf& sense_of,
                    const VariableOf& variable_of,
-                   ai::State& out);
+                   ai::BrainState& out);
 
 /// Trees and domains by themselves: names, ways, effects, goals.
 void check_choices(const proto::Config& config, Diagnostics& diagnostics);

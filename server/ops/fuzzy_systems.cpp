@@ -9,8 +9,8 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::fuzzy::DefectKind;
-using ai::fuzzy::Part;
+using ai::fuzzy::FuzzyDefectKind;
+using ai::fuzzy::FuzzyPart;
 using proto::Config;
 
 constexpr std::uint16_t kUnnamed = 0xFFFF;
@@ -167,7 +167,7 @@ class FuzzyNames {
 
 std::string path_of(const Config::Fuzzy& fuzzy,
                     const std::string& path,
-                    const ai::fuzzy::Defect& defect) {
+                    const ai::fuzzy::FuzzyDefect& defect) {
     switch (defect.part) {
         case Part::kInput: {
             const std::string here = join_path(path, "input", defect.index);
@@ -192,14 +192,15 @@ ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy) {
     ai::fuzzy::FuzzyDef out;
     out.name = fuzzy.name();
     for (const auto& input : fuzzy.input()) {
-        ai::fuzzy::Variable variable{input.name(), narrow(input.low()), narrow(input.high()), {}};
+        ai::fuzzy::FuzzyVariable variable{
+            input.name(), narrow(input.low()), narrow(input.high()), {}};
         for (const auto& term : input.term()) {
             variable.terms.push_back(expand_term(term));
         }
         out.inputs.push_back(std::move(variable));
     }
     for (const auto& from : fuzzy.output()) {
-        ai::fuzzy::Output output;
+        ai::fuzzy::FuzzyOutput output;
         output.name = from.name();
         output.inference = static_cast<ai::fuzzy::Inference>(from.inference());
         output.low = narrow(from.low());

@@ -173,10 +173,10 @@ class BrainExpansion {
         return out;
     }
 
-    std::vector<ai::State> states(const Config::Brain& brain, std::size_t depth) {
-        std::vector<ai::State> out;
+    std::vector<ai::BrainState> states(const Config::Brain& brain, std::size_t depth) {
+        std::vector<ai::BrainState> out;
         for (const auto& state : brain.state()) {
-            ai::State s;
+            ai::BrainState s;
             s.name = state.name();
             s.action = static_cast<ai::ActionKind>(state.action());
             s.speed_factor = narrow(state.speed_factor());
@@ -188,7 +188,7 @@ class BrainExpansion {
                 const int stance = find_stance(config_, state.named_stance());
                 s.stance = static_cast<std::uint8_t>(std::max(stance, 0));
             }
-            s.history = static_cast<ai::state_machine::History>(state.history());
+            s.history = static_cast<ai::state_machine::StateHistory>(state.history());
             if (state.has_rubber_band()) {
                 const Config::RubberBand& band = state.rubber_band();
                 s.rubber_band = {narrow(band.gap_m()),
@@ -258,8 +258,8 @@ static_assert(static_cast<int>(ai::ActionKind::kFormUp) == Config::FORM_UP);
 static_assert(static_cast<int>(ai::FormationShape::kRing) == Config::RING);
 static_assert(static_cast<int>(ai::Sensor::kFoes) == Config::FOES);
 static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
-static_assert(static_cast<int>(ai::state_machine::History::kShallow) == Config::SHALLOW);
-static_assert(static_cast<int>(ai::state_machine::History::kDeep) == Config::DEEP);
+static_assert(static_cast<int>(ai::state_machine::StateHistory::kShallow) == Config::SHALLOW);
+static_assert(static_cast<int>(ai::state_machine::StateHistory::kDeep) == Config::DEEP);
 
 }  // namespace
 

@@ -32,8 +32,8 @@ std::vector<TypeIndex> expand_types(const Config& config, const Names& names) {
     return out;
 }
 
-bool any_does(const std::vector<ai::State>& states, ai::ActionKind action) {
-    return std::any_of(states.begin(), states.end(), [action](const ai::State& state) {
+bool any_does(const std::vector<ai::BrainState>& states, ai::ActionKind action) {
+    return std::any_of(states.begin(), states.end(), [action](const ai::BrainState& state) {
         return (state.inside.empty() && state.action == action) || any_does(state.inside, action) ||
                any_does(state.actions, action);
     });

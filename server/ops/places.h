@@ -38,7 +38,7 @@ template <class ActionSpec>
 void expand_action_details(const proto::Config& config,
                            const ActionSpec& action,
                            const VariableOf& variable_of,
-                           ai::State& out) {
+                           ai::BrainState& out) {
     if (action.action() == proto::Config::GO) {
         out.place = static_cast<std::uint16_t>(std::max(find_place(config, action.place()), 0));
     }

@@ -66,8 +66,8 @@ class PolicyGiver {
         : policies_(policies),
           variables_(brain.variables) {}
 
-    void give(std::vector<ai::State>& states) {
-        for (ai::State& state : states) {
+    void give(std::vector<ai::BrainState>& states) {
+        for (ai::BrainState& state : states) {
             if (auto* choice = std::get_if<ai::PolicyChoice>(&state.choice)) {
                 if (choice->number < policies_.size() && policies_[choice->number] != nullptr) {
                     give(*choice);
@@ -102,7 +102,7 @@ class PolicyGiver {
     }
 
     const Policies& policies_;
-    const std::vector<ai::Variable>& variables_;
+    const std::vector<ai::BrainVariable>& variables_;
 };
 
 }  // namespace

@@ -50,10 +50,10 @@ std::string bytes_in_order(const proto::PolicyFile& file) {
 
 }  // namespace
 
-proto::FlatNetwork message_of(const learning::Network& network) {
+proto::FlatNetwork message_of(const learning::NeuralNetwork& network) {
     proto::FlatNetwork message;
     message.set_inputs(static_cast<std::uint32_t>(network.inputs));
-    for (const learning::Network::Node& node : network.nodes) {
+    for (const learning::NeuralNetwork::Neuron& node : network.nodes) {
         proto::FlatNetwork::Node& out = *message.add_node();
         if (node.activation == learning::Activation::kLinear) {
             out.set_linear(true);
@@ -70,9 +70,9 @@ proto::FlatNetwork message_of(const learning::Network& network) {
     return message;
 }
 
-core::Result<learning::Network> network_of(const proto::FlatNetwork& message) {
-    using Failed = core::Result<learning::Network>;
-    learning::Network network;
+core::Result<learning::NeuralNetwork> network_of(const proto::FlatNetwork& message) {
+    using Failed = core::Result<learning::NeuralNetwork>;
+    learning::NeuralNetwork network;
     network.inputs = message.inputs();
     const auto narrow_value = [](std::uint32_t value) {
         // Beyond all values that a network may have: it is found below.

@@ -13,10 +13,10 @@ inline constexpr std::uint32_t kPolicyVersion = 1;
 /// Larger files are no policies.
 inline constexpr std::size_t kMaxPolicyBytes = 8U << 20;
 
-proto::FlatNetwork message_of(const ai::learning::Network& network);
+proto::FlatNetwork message_of(const ai::learning::NeuralNetwork& network);
 
 /// Fails with what is wrong with it.
-core::Result<ai::learning::Network> network_of(const proto::FlatNetwork& message);
+core::Result<ai::learning::NeuralNetwork> network_of(const proto::FlatNetwork& message);
 
 /// SHA-256 of all but the digest itself, hex.
 std::string digest_of(const proto::PolicyFile& file);

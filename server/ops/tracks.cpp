@@ -77,8 +77,8 @@ void check_track(const Config& config, int index, Diagnostics& diagnostics) {
 
 /// Calls visit(state or action) for all of a brain.
 template <class Visit>
-void for_each_action(const std::vector<ai::State>& states, Visit&& visit) {
-    for (const ai::State& state : states) {
+void for_each_action(const std::vector<ai::BrainState>& states, Visit&& visit) {
+    for (const ai::BrainState& state : states) {
         visit(state);
         for_each_action(state.inside, visit);
         for_each_action(state.actions, visit);
@@ -103,7 +103,7 @@ class LaneSurvey {
         }
     }
 
-    void look(const world::EntityType& type, const ai::State& state, LaneId id) {
+    void look(const world::EntityType& type, const ai::BrainState& state, LaneId id) {
         const motion::CharacterLimits& body = type.character;
         const double speed = static_cast<double>(body.speed * state.speed_factor *
                                                  (state.sprint ? body.sprint_factor : 1.0F));
@@ -284,16 +284,17 @@ std::vector<std::string> track_warnings(const Settings& settings) {
         if (type.brain == 0) {
             continue;
         }
-        for_each_action(settings.ai.brains[type.brain - 1U].states, [&](const ai::State& state) {
-            if (!state.follow) {
-                return;
-            }
-            for (const ai::LaneDraw& draw : state.follow->draws) {
-                for (std::uint16_t k = 0; k < draw.count; ++k) {
-                    survey.look(type, state, static_cast<LaneId>(draw.first + k));
-                }
-            }
-        });
+        for_each_action(settings.ai.brains[type.brain - 1U].states,
+                        [&](const ai::BrainState& state) {
+                            if (!state.follow) {
+                                return;
+                            }
+                            for (const ai::LaneDraw& draw : state.follow->draws) {
+                                for (std::uint16_t k = 0; k < draw.count; ++k) {
+                                    survey.look(type, state, static_cast<LaneId>(draw.first + k));
+                                }
+                            }
+                        });
     }
     return std::move(survey).run();
 }

@@ -18,8 +18,8 @@ namespace {
 
 namespace learning = ai::learning;
 using proto::TrainingCheckpoint;
-using EvolutionResult = core::Result<learning::Evolution::State>;
-using DescentResult = core::Result<learning::Descent::State>;
+using EvolutionResult = core::Result<learning::Evolution::EvolutionState>;
+using DescentResult = core::Result<learning::Descent::DescentState>;
 using CheckpointResult = core::Result<TrainingCheckpoint>;
 
 constexpr std::string_view kMagic = "zonedtr1";
@@ -49,7 +49,7 @@ std::vector<float> genes_of(const TrainingCheckpoint::Genes& message) {
 void fill(const learning::Genome& genome, TrainingCheckpoint::Genome& out) {
     out.set_inputs(genome.inputs);
     out.set_outputs(genome.outputs);
-    for (const learning::Genome::Link& link : genome.links) {
+    for (const learning::Genome::GeneLink& link : genome.links) {
         TrainingCheckpoint::Link& to = *out.add_link();
         to.set_innovation(link.innovation);
         to.set_from(link.from);
@@ -97,7 +97,7 @@ bool read_genome(const TrainingCheckpoint::Genome& message,
     return true;
 }
 
-void fill(const learning::Neat::State& neat, TrainingCheckpoint& out) {
+void fill(const learning::Neat::NeatState& neat, TrainingCheckpoint& out) {
     out.set_round(neat.generation);
     fill(neat.rng, out);
     for (const learning::Genome& genome : neat.genomes) {
@@ -126,7 +126,7 @@ void fill(const learning::Neat::State& neat, TrainingCheckpoint& out) {
 
 /// False where the same number stands for two inventions, or a genome has what nobody invented: it
 /// would grow into one that has a link twice.
-bool read_inventions(const TrainingCheckpoint& message, learning::Neat::State& neat) {
+bool read_inventions(const TrainingCheckpoint& message, learning::Neat::NeatState& neat) {
     learning::Inventions& inventions = neat.inventions;
     inventions.next_node = message.next_node();
     const std::uint32_t first_hidden = neat.genomes.front().first_hidden();
@@ -152,7 +152,7 @@ bool read_inventions(const TrainingCheckpoint& message, learning::Neat::State& n
     const auto invented = [&inventions, &named](const learning::Genome& genome) {
         return std::all_of(genome.links.begin(),
                            genome.links.end(),
-                           [&inventions](const learning::Genome::Link& link) {
+                           [&inventions](const learning::Genome::GeneLink& link) {
                                const auto at = inventions.links.find({link.from, link.to});
                                return at != inventions.links.end() && at->second == link.innovation;
                            }) &&
@@ -168,7 +168,7 @@ bool read_neat(const TrainingCheckpoint& message,
                const learning::NeatSettings& settings,
                std::size_t inputs,
                std::size_t outputs,
-               learning::Neat::State& neat) {
+               learning::Neat::NeatState& neat) {
     neat.generation = message.round();
     neat.rng = rng_of(message);
     if (message.genome_size() != static_cast<int>(settings.population) ||
@@ -204,22 +204,22 @@ std::string reason_of_errno() {
 
 }  // namespace
 
-void fill(const learning::Evolution::State& state, TrainingCheckpoint& out) {
+void fill(const learning::Evolution::EvolutionState& state, TrainingCheckpoint& out) {
     *out.mutable_best() = message_of(state.best);
     out.set_score(state.score);
     out.set_fitness(state.fitness);
-    if (const auto* genetic = std::get_if<learning::Genetic::State>(&state.population)) {
+    if (const auto* genetic = std::get_if<learning::Genetic::GeneticState>(&state.population)) {
         out.set_round(genetic->generation);
         fill(genetic->rng, out);
         for (const std::vector<float>& genes : genetic->genes) {
             fill(genes, *out.add_individual());
         }
     } else {
-        fill(std::get<learning::Neat::State>(state.population), out);
+        fill(std::get<learning::Neat::NeatState>(state.population), out);
     }
 }
 
-void fill(const learning::Descent::State& state, TrainingCheckpoint& out) {
+void fill(const learning::Descent::DescentState& state, TrainingCheckpoint& out) {
     fill(state.rng, out);
     fill(state.mean, *out.mutable_mean());
     fill(state.square, *out.mutable_square());
@@ -231,7 +231,7 @@ EvolutionResult evolution_state(const TrainingCheckpoint& message,
                                 const learning::BreedingSettings& settings,
                                 std::size_t inputs,
                                 std::size_t outputs) {
-    learning::Evolution::State state;
+    learning::Evolution::EvolutionState state;
     auto best = network_of(message.best());
     if (!best) {
         return EvolutionResult::failure(best.error());
@@ -243,7 +243,7 @@ EvolutionResult evolution_state(const TrainingCheckpoint& message,
         return EvolutionResult::failure("its best network is of another task");
     }
     if (const auto* neat = std::get_if<learning::NeatSettings>(&settings)) {
-        learning::Neat::State population;
+        learning::Neat::NeatState population;
         if (!read_neat(message, *neat, inputs, outputs, population)) {
             return EvolutionResult::failure("its genomes are no population of this training");
         }
@@ -251,7 +251,7 @@ EvolutionResult evolution_state(const TrainingCheckpoint& message,
         return state;
     }
     const auto& fixed = std::get<learning::FixedTopology>(settings);
-    learning::Genetic::State population;
+    learning::Genetic::GeneticState population;
     population.generation = message.round();
     population.rng = rng_of(message);
     for (const auto& individual : message.individual()) {
@@ -268,7 +268,7 @@ EvolutionResult evolution_state(const TrainingCheckpoint& message,
 }
 
 DescentResult descent_state(const TrainingCheckpoint& message, std::size_t parameters) {
-    learning::Descent::State state;
+    learning::Descent::DescentState state;
     state.mean = genes_of(message.mean());
     state.square = genes_of(message.square());
     state.mean_decay = message.mean_decay();

@@ -146,10 +146,10 @@ bool load_training(const std::string& file, TrainingPlan& plan, std::vector<Conf
     return parse_training(text, file, plan, errors);
 }
 
-learning::Network layers_of(const Training& config,
-                            std::size_t inputs,
-                            std::size_t outputs,
-                            learning::Activation last) {
+learning::NeuralNetwork layers_of(const Training& config,
+                                  std::size_t inputs,
+                                  std::size_t outputs,
+                                  learning::Activation last) {
     std::vector<std::size_t> layers{inputs};
     for (const Training::Layer& layer : config.hidden()) {
         layers.push_back(layer.nodes());

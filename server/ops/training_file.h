@@ -35,24 +35,25 @@ ai::learning::BreedingSettings breeding_of(const proto::Training& config,
                                            std::size_t outputs);
 
 /// The layers that the file asks for, parameters 0.
-ai::learning::Network layers_of(const proto::Training& config,
-                                std::size_t inputs,
-                                std::size_t outputs,
-                                ai::learning::Activation last);
+ai::learning::NeuralNetwork layers_of(const proto::Training& config,
+                                      std::size_t inputs,
+                                      std::size_t outputs,
+                                      ai::learning::Activation last);
 
 /// What a checkpoint holds beside its digest: one of the two states by method.
-void fill(const ai::learning::Evolution::State& state, proto::TrainingCheckpoint& out);
-void fill(const ai::learning::Descent::State& state, proto::TrainingCheckpoint& out);
+void fill(const ai::learning::Evolution::EvolutionState& state, proto::TrainingCheckpoint& out);
+void fill(const ai::learning::Descent::DescentState& state, proto::TrainingCheckpoint& out);
 
 /// The reverse: fails on what does not fit `shape` (GENETIC, GRADIENT) or is no sound genome of so
 /// many `inputs` and `outputs` (NEAT).
-core::Result<ai::learning::Evolution::State> evolution_state(
+core::Result<ai::learning::Evolution::EvolutionState> evolution_state(
     const proto::TrainingCheckpoint& message,
     const ai::learning::BreedingSettings& settings,
     std::size_t inputs,
     std::size_t outputs);
-core::Result<ai::learning::Descent::State> descent_state(const proto::TrainingCheckpoint& message,
-                                                         std::size_t parameters);
+core::Result<ai::learning::Descent::DescentState> descent_state(
+    const proto::TrainingCheckpoint& message,
+    std::size_t parameters);
 
 /// Replaces the file at once or not at all: what is written is renamed when it is whole. Fails with
 /// the reason.

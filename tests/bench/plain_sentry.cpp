@@ -7,7 +7,7 @@ namespace zoned::bench {
 void sentry_by_switch(ai::state_machine::ActiveStates& states,
                       const ai::SenseColumns& senses,
                       Tick now,
-                      std::vector<ai::state_machine::Change>& changes) {
+                      std::vector<ai::state_machine::StateChange>& changes) {
     ai::state_machine::step_coded(
         states,
         now,
@@ -20,7 +20,7 @@ void sentry_by_switch(ai::state_machine::ActiveStates& states,
 void sentry_by_class(ai::state_machine::ActiveStates& states,
                      const ai::SenseColumns& senses,
                      Tick now,
-                     std::vector<ai::state_machine::Change>& changes) {
+                     std::vector<ai::state_machine::StateChange>& changes) {
     ai::state_machine::step_coded(states, scenario::sentry_objects(), senses, now, changes);
 }
 

@@ -9,11 +9,11 @@ namespace zoned::bench {
 void sentry_by_switch(ai::state_machine::ActiveStates& states,
                       const ai::SenseColumns& senses,
                       Tick now,
-                      std::vector<ai::state_machine::Change>& changes);
+                      std::vector<ai::state_machine::StateChange>& changes);
 
 void sentry_by_class(ai::state_machine::ActiveStates& states,
                      const ai::SenseColumns& senses,
                      Tick now,
-                     std::vector<ai::state_machine::Change>& changes);
+                     std::vector<ai::state_machine::StateChange>& changes);
 
 }  // namespace zoned::bench

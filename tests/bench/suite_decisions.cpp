@@ -99,7 +99,7 @@ class AgentCrowd {
     void put_back() {
         changed += changes.size();
         ++ticks;
-        for (const state_machine::Change& change : changes) {
+        for (const state_machine::StateChange& change : changes) {
             states.leaf[change.agent] = change.from;
             for (std::size_t level = 0; level < machine.levels; ++level) {
                 states.since[level][change.agent] = since[level][change.agent];
@@ -113,7 +113,7 @@ class AgentCrowd {
     std::array<std::vector<Tick>, state_machine::kMaxLevels> since;
     std::vector<std::unique_ptr<scenario::Sensed>> sensed;
     std::vector<ai::SenseColumns> views;
-    std::vector<state_machine::Change> changes;
+    std::vector<state_machine::StateChange> changes;
     std::size_t changed = 0;
     std::size_t ticks = 0;
 
@@ -173,7 +173,7 @@ class MachineTrial final : public JudgedTrial {
         std::vector<scenario::WalkedMachine> walked(kCount,
                                                     scenario::WalkedMachine(scene.def, scene.dt));
         scenario::Sensed sensed(scene.senses, kCount);
-        std::vector<state_machine::Change> changes;
+        std::vector<state_machine::StateChange> changes;
         core::Rng rng(73);
         for (Tick now = 0; now < kTicks; ++now) {
             if (form_ == Form::kLevels) {
@@ -195,7 +195,7 @@ class MachineTrial final : public JudgedTrial {
     void tick(state_machine::ActiveStates& states,
               const ai::SenseColumns& senses,
               Tick now,
-              std::vector<state_machine::Change>& changes) {
+              std::vector<state_machine::StateChange>& changes) {
         switch (form_) {
             case Form::kSwitch:
                 sentry_by_switch(states, senses, now, changes);
@@ -243,7 +243,7 @@ void run_machine(Session& session, const std::string& scene, Form form) {
 
 class PlanTrial final : public JudgedTrial {
   public:
-    PlanTrial(ai::goap::Domain domain, ai::goap::World from, std::uint32_t cost)
+    PlanTrial(ai::goap::Domain domain, ai::goap::FactSet from, std::uint32_t cost)
         : domain_(std::move(domain)),
           actions_(domain_),
           from_(from),
@@ -267,9 +267,9 @@ class PlanTrial final : public JudgedTrial {
   private:
     ai::goap::Domain domain_;
     ai::goap::Actions actions_;
-    ai::goap::World from_;
+    ai::goap::FactSet from_;
     std::uint32_t cost_;
-    ai::goap::Planner planner_;
+    ai::goap::GoapPlanner planner_;
     ai::goap::Plan plan_;
 };
 

@@ -31,7 +31,7 @@ struct Lesson {
 
 /// What ten seeds learned.
 struct Learned {
-    learning::Network first;
+    learning::NeuralNetwork first;
     double mean_missing = 0.0;
     double worst_missing = 0.0;
     double train_ms_mean = 0.0;

@@ -16,7 +16,7 @@ namespace {
 
 namespace learning = ai::learning;
 
-std::string hash_of(const learning::Network& network, double score) {
+std::string hash_of(const learning::NeuralNetwork& network, double score) {
     core::StateHash hash;
     for (const float parameter : network.parameters) {
         hash.add(parameter);
@@ -54,7 +54,7 @@ std::string fitted() {
         const std::array<float, 3> x{rng.unit(), rng.unit(), rng.unit()};
         samples.add(x, std::array{x[0] * x[1] - x[2]});
     }
-    learning::Network network = learning::dense(std::array<std::size_t, 3>{3, 8, 1});
+    learning::NeuralNetwork network = learning::dense(std::array<std::size_t, 3>{3, 8, 1});
     randomise(network, rng);
     learning::Descent descent({}, network, 9);
     double error = 0.0;

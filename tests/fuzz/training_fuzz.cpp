@@ -58,7 +58,7 @@ void try_checkpoint(const std::string& bytes) {
     if (grown) {
         learning::Neat neat(
             std::get<learning::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
-        neat.restore(std::move(std::get<learning::Neat::State>(grown->population)));
+        neat.restore(std::move(std::get<learning::Neat::NeatState>(grown->population)));
         neat.breed(std::array{1.0, 2.0});
     }
     config.set_method(proto::Training::GENETIC);
@@ -84,7 +84,7 @@ std::vector<Bytes> seeds() {
     config.mutable_neat()->set_population(2);
     const learning::Neat neat(
         std::get<learning::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
-    learning::Evolution::State state;
+    learning::Evolution::EvolutionState state;
     state.population = neat.state();
     state.best = network_of(neat.genomes()[0]);
     proto::TrainingCheckpoint checkpoint;

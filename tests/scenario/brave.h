@@ -24,7 +24,7 @@ inline ai::fuzzy::FuzzyDef brave_def(ai::fuzzy::Inference inference) {
          {{"low", -infinity, 0.2F, 0.2F, 0.5F},
           {"fair", 0.2F, 0.5F, 0.5F, 0.8F},
           {"good", 0.5F, 0.8F, 0.8F, infinity}}}};
-    ai::fuzzy::Output bold;
+    ai::fuzzy::FuzzyOutput bold;
     bold.name = "boldness";
     bold.inference = inference;
     bold.low = 0;

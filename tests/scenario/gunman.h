@@ -43,7 +43,7 @@ inline ai::goap::Domain gunman_domain() {
     return domain;
 }
 
-inline constexpr ai::goap::World kGunmanWorld =
+inline constexpr ai::goap::FactSet kGunmanWorld =
     fact(kHasGun) | fact(kFoeAlive) | fact(kHasBomb) | fact(kAlive);
 
 /// 40 actions among 32 facts, of which 31 can be made true in many paths; nothing makes the last,
@@ -95,7 +95,7 @@ inline ai::goap::Domain random_domain(unsigned facts, unsigned actions, core::Rn
             "a" + std::to_string(a), literals(1, 3), literals(1, 2), 1 + rng.below(4)};
         domain.actions.push_back(std::move(action));
     }
-    ai::goap::Goal goal{"goal", literals(2, 5)};
+    ai::goap::GoapGoal goal{"goal", literals(2, 5)};
     domain.goals.push_back(goal);
     return domain;
 }

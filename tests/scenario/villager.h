@@ -16,8 +16,8 @@ enum VillagerSense : ai::SenseIndex {
 /// day { labour { fetch, carry, sell }, eat, sleep }, danger { flee, fight { close_in, strike } }:
 /// two transitions for each state.
 inline ai::state_machine::StateMachineDef villager_def(
-    ai::state_machine::History labour_history = ai::state_machine::History::kShallow,
-    ai::state_machine::History day_history = ai::state_machine::History::kDeep) {
+    ai::state_machine::StateHistory labour_history = ai::state_machine::StateHistory::kShallow,
+    ai::state_machine::StateHistory day_history = ai::state_machine::StateHistory::kDeep) {
     using ai::Compare;
     using ai::state_machine::StateDef;
     using ai::state_machine::TransitionDef;

@@ -93,7 +93,7 @@ class WalkedMachine {
         const States* states = &siblings;
         for (std::size_t l = level; l < path_.size(); ++l) {
             const ai::state_machine::StateDef* state = &(*states)[path_[l]];
-            if (state->history != ai::state_machine::History::kNone) {
+            if (state->history != ai::state_machine::StateHistory::kNone) {
                 last_[state] = {path_.begin() + static_cast<std::ptrdiff_t>(l) + 1, path_.end()};
             }
             states = &state->inside;
@@ -113,7 +113,7 @@ class WalkedMachine {
         const auto last = last_.find(&state);
         if (last == last_.end()) {
             enter(state.inside, 0, now);
-        } else if (state.history == ai::state_machine::History::kShallow) {
+        } else if (state.history == ai::state_machine::StateHistory::kShallow) {
             enter(state.inside, last->second[0], now);
         } else {
             for (const std::uint16_t s : last->second) {

@@ -43,10 +43,10 @@ bool group_by_state(const std::uint16_t* leaf,
     return true;
 }
 
-void sort_changes(std::vector<Change>& changes, std::size_t first) {
+void sort_changes(std::vector<StateChange>& changes, std::size_t first) {
     std::sort(changes.begin() + static_cast<std::ptrdiff_t>(first),
               changes.end(),
-              [](const Change& a, const Change& b) { return a.agent < b.agent; });
+              [](const StateChange& a, const StateChange& b) { return a.agent < b.agent; });
 }
 
 }  // namespace zoned::ai::state_machine

@@ -12,7 +12,7 @@ namespace zoned::ai::state_machine {
 
 /// The columns of ActiveStates that code writes, and where changes go.
 struct CodedColumns {
-    CodedColumns(ActiveStates& states, Tick at, std::vector<Change>& to)
+    CodedColumns(ActiveStates& states, Tick at, std::vector<StateChange>& to)
         : leaf(states.leaf.data()),
           pending(states.pending.data()),
           pending_since(states.pending_since.data()),
@@ -30,7 +30,7 @@ struct CodedColumns {
     Tick* pending_since;
     Tick* since;
     Tick now;
-    std::vector<Change>& changes;
+    std::vector<StateChange>& changes;
 };
 
 /// One agent's decision. Usage, in order of transitions:
@@ -103,12 +103,15 @@ bool group_by_state(const std::uint16_t* leaf,
                     std::array<std::uint8_t, kCodedBlock>& order);
 
 /// Puts the changes from `first` on in order of agents.
-void sort_changes(std::vector<Change>& changes, std::size_t first);
+void sort_changes(std::vector<StateChange>& changes, std::size_t first);
 
 /// One decision of every agent. `decide(CodedTurn&)` makes it, most often by a switch; it is called
 /// for an agent at a time, in no particular order. Changes are in order of agents.
 template <class Decide>
-void step_coded(ActiveStates& states, Tick now, std::vector<Change>& changes, Decide&& decide) {
+void step_coded(ActiveStates& states,
+                Tick now,
+                std::vector<StateChange>& changes,
+                Decide&& decide) {
     const CodedColumns columns(states, now, changes);
     const std::size_t count = states.size();
     std::array<std::uint8_t, kCodedBlock> order;  // written before it is read
@@ -135,7 +138,7 @@ inline void step_coded(ActiveStates& states,
                        std::span<const CodedState* const> objects,
                        const SenseColumns& senses,
                        Tick now,
-                       std::vector<Change>& changes) {
+                       std::vector<StateChange>& changes) {
     step_coded(states, now, changes, [&](CodedTurn& turn) {
         objects[turn.state()]->decide(turn, senses);
     });

@@ -51,7 +51,7 @@ class Compiler {
                 machine_.leaf_node.push_back(at);
                 continue;
             }
-            if (states[s].history != History::kNone) {
+            if (states[s].history != StateHistory::kNone) {
                 machine_.nodes[at].memory = static_cast<std::uint16_t>(machine_.memories++);
             }
             add_states(states[s].inside,

@@ -52,9 +52,9 @@ class Drawing {
                 text_ += indent + quoted(name) + " [label=" + quoted(state.name) + "];\n";
                 continue;
             }
-            const char* const mark = state.history == History::kDeep      ? " (H*)"
-                                     : state.history == History::kShallow ? " (H)"
-                                                                          : "";
+            const char* const mark = state.history == StateHistory::kDeep      ? " (H*)"
+                                     : state.history == StateHistory::kShallow ? " (H)"
+                                                                               : "";
             text_ += indent + "subgraph " + quoted("cluster_" + name) + " {\n";
             text_ += indent + "  label=\"\";\n";
             text_ += indent + "  " + quoted(name) + " [label=" + quoted(state.name + mark) +

@@ -39,7 +39,7 @@ struct FlatNode {
     std::uint16_t level = 0;
     std::uint16_t first = kNone;   ///< its first state, kNone: nothing is inside
     std::uint16_t memory = kNone;  ///< column of its history
-    History history = History::kNone;
+    StateHistory history = StateHistory::kNone;
     std::uint16_t leaf = kNone;  ///< its number among the innermost states
     std::uint16_t action = 0;
 };
@@ -94,12 +94,12 @@ void step(const FlatStateMachine& machine,
           ActiveStates& states,
           const SenseColumns& senses,
           Tick now,
-          std::vector<Change>& changes);
+          std::vector<StateChange>& changes);
 
 /// The same for one agent, which senses `values`; the transition that fired.
-std::optional<Change> step_one(const FlatStateMachine& machine,
-                               ActiveState& state,
-                               std::span<const float> values,
-                               Tick now);
+std::optional<StateChange> step_one(const FlatStateMachine& machine,
+                                    ActiveState& state,
+                                    std::span<const float> values,
+                                    Tick now);
 
 }  // namespace zoned::ai::state_machine

@@ -13,7 +13,7 @@ class Inspection {
 
     void machine(const std::vector<StateDef>& states) {
         if (states.empty()) {
-            add(DefectKind::kNoStates);
+            add(StateMachineDefectKind::kNoStates);
             return;
         }
         const std::vector<bool> reached = reached_states(states);
@@ -24,10 +24,10 @@ class Inspection {
         }
     }
 
-    std::vector<Defect> defects;
+    std::vector<StateMachineDefect> defects;
 
   private:
-    void add(DefectKind kind, int transition = -1, int condition = -1) {
+    void add(StateMachineDefectKind kind, int transition = -1, int condition = -1) {
         defects.push_back({kind, place_, transition, condition});
     }
 
@@ -50,12 +50,12 @@ class Inspection {
 
     void state(const StateDef& state, std::size_t siblings, bool reached) {
         if (!reached) {
-            add(DefectKind::kUnreachable);
+            add(StateMachineDefectKind::kUnreachable);
         }
         for (std::size_t t = 0; t < state.transitions.size(); ++t) {
             transition(state, static_cast<int>(t), siblings);
             if (tried_ + t == kMaxTransitions) {
-                add(DefectKind::kTooMany, static_cast<int>(t));
+                add(StateMachineDefectKind::kTooMany, static_cast<int>(t));
             }
         }
         tried_ += state.transitions.size();
@@ -65,19 +65,19 @@ class Inspection {
 
     void inside(const StateDef& state) {
         if (state.inside.empty()) {
-            if (state.history != History::kNone) {
-                add(DefectKind::kIdleMemory);
+            if (state.history != StateHistory::kNone) {
+                add(StateMachineDefectKind::kIdleMemory);
             }
             if (++leaves_ == kMaxLeaves + 1) {
-                add(DefectKind::kTooMany);
+                add(StateMachineDefectKind::kTooMany);
             }
             return;
         }
-        if (state.history != History::kNone && ++memories_ == kMaxMemories + 1) {
-            add(DefectKind::kTooMany);
+        if (state.history != StateHistory::kNone && ++memories_ == kMaxMemories + 1) {
+            add(StateMachineDefectKind::kTooMany);
         }
         if (place_.size() >= kMaxLevels) {
-            add(DefectKind::kTooDeep);
+            add(StateMachineDefectKind::kTooDeep);
             return;
         }
         machine(state.inside);
@@ -86,24 +86,24 @@ class Inspection {
     void transition(const StateDef& state, int index, std::size_t siblings) {
         const TransitionDef& transition = state.transitions[static_cast<std::size_t>(index)];
         if (transition.to >= siblings) {
-            add(DefectKind::kUnknownState, index);
+            add(StateMachineDefectKind::kUnknownState, index);
         }
         if (transition.when.empty()) {
-            add(DefectKind::kNoCondition, index);
+            add(StateMachineDefectKind::kNoCondition, index);
             return;
         }
         for (std::size_t c = 0; c < transition.when.size(); ++c) {
             const SenseIndex sense = transition.when[c].sense;
             if (sense != kStateTime && sense >= senses_) {
-                add(DefectKind::kUnknownSense, index, static_cast<int>(c));
+                add(StateMachineDefectKind::kUnknownSense, index, static_cast<int>(c));
             }
             if (excluded(transition.when, c)) {
-                add(DefectKind::kNeverHolds, index, static_cast<int>(c));
+                add(StateMachineDefectKind::kNeverHolds, index, static_cast<int>(c));
             }
         }
         for (int earlier = 0; earlier < index; ++earlier) {
             if (covers(state.transitions[static_cast<std::size_t>(earlier)], transition)) {
-                add(DefectKind::kNeverTried, index);
+                add(StateMachineDefectKind::kNeverTried, index);
                 return;
             }
         }
@@ -146,37 +146,37 @@ class Inspection {
 
 }  // namespace
 
-std::vector<Defect> defects_of(const StateMachineDef& def, std::size_t senses) {
+std::vector<StateMachineDefect> defects_of(const StateMachineDef& def, std::size_t senses) {
     Inspection inspection(senses);
     inspection.machine(def.states);
     return std::move(inspection.defects);
 }
 
-std::string text_of(const Defect& defect) {
+std::string text_of(const StateMachineDefect& defect) {
     switch (defect.kind) {
-        case DefectKind::kNoStates:
+        case StateMachineDefectKind::kNoStates:
             return "a machine needs at least one state";
-        case DefectKind::kUnknownState:
+        case StateMachineDefectKind::kUnknownState:
             return "leads to a state that does not exist";
-        case DefectKind::kUnreachable:
+        case StateMachineDefectKind::kUnreachable:
             return "is never entered: no chain of transitions leads here from the first state";
-        case DefectKind::kUnknownSense:
+        case StateMachineDefectKind::kUnknownSense:
             return "reads a sense that these agents do not have";
-        case DefectKind::kNoCondition:
+        case StateMachineDefectKind::kNoCondition:
             return "needs at least one condition";
-        case DefectKind::kNeverTried:
+        case StateMachineDefectKind::kNeverTried:
             return "never fires: an earlier transition without hold_s fires whenever it could";
-        case DefectKind::kNeverHolds:
+        case StateMachineDefectKind::kNeverHolds:
             return "excludes an earlier condition of the same transition";
-        case DefectKind::kTooDeep:
+        case StateMachineDefectKind::kTooDeep:
             return "is a machine at level " + std::to_string(kMaxLevels + 1) + "; at most " +
                    std::to_string(kMaxLevels) + " levels";
-        case DefectKind::kTooMany:
+        case StateMachineDefectKind::kTooMany:
             return "is one too many: at most " + std::to_string(kMaxLeaves) +
                    " states that hold no others, " + std::to_string(kMaxMemories) +
                    " with a history, and " + std::to_string(kMaxTransitions) +
                    " transitions of a state with those that it is inside";
-        case DefectKind::kIdleMemory:
+        case StateMachineDefectKind::kIdleMemory:
             return "has a history, but nothing inside that it could remember";
     }
     return "is wrong";

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxTransitions = 64;
 
 /// Where a state that holds a machine begins when it is entered again (Harel, "Statecharts: a
 /// visual formalism for complex systems", Science of Computer Programming 8, 1987, section 2.4).
-enum class History : std::uint8_t {
+enum class StateHistory : std::uint8_t {
     kNone,     ///< at the first of its states
     kShallow,  ///< at the one of its states that was last active; that one begins at its own first
     kDeep,     ///< where it was left, all the way down
@@ -39,9 +39,9 @@ struct TransitionDef {
 struct StateDef {
     std::string name;
     std::uint16_t action = 0;  ///< what it does, for whoever reads the machine's state
-    std::vector<TransitionDef> transitions;  ///< tried in order
-    std::vector<StateDef> inside;            ///< a machine as a state; begins at the first
-    History history = History::kNone;        ///< of what is inside
+    std::vector<TransitionDef> transitions;      ///< tried in order
+    std::vector<StateDef> inside;                ///< a machine as a state; begins at the first
+    StateHistory history = StateHistory::kNone;  ///< of what is inside
 };
 
 struct StateMachineDef {
@@ -49,7 +49,7 @@ struct StateMachineDef {
     std::vector<StateDef> states;  ///< begins at the first
 };
 
-enum class DefectKind : std::uint8_t {
+enum class StateMachineDefectKind : std::uint8_t {
     kNoStates,
     kUnknownState,  ///< a transition leads to no state
     kUnreachable,   ///< no transition leads to the state from where its machine begins
@@ -63,8 +63,8 @@ enum class DefectKind : std::uint8_t {
 };
 
 /// A mistake in a definition and where it lies.
-struct Defect {
-    DefectKind kind = DefectKind::kNoStates;
+struct StateMachineDefect {
+    StateMachineDefectKind kind = StateMachineDefectKind::kNoStates;
     std::vector<std::uint16_t> state;  ///< indices from the outermost machine inwards
     int transition = -1;               ///< of that state; -1: the state itself
     int condition = -1;                ///< of that transition; -1: the transition itself
@@ -72,9 +72,9 @@ struct Defect {
 
 /// All mistakes in `def` for agents with `senses` senses, in order of states. Without any,
 /// compile() (flat_machine.h) takes it.
-std::vector<Defect> defects_of(const StateMachineDef& def, std::size_t senses);
+std::vector<StateMachineDefect> defects_of(const StateMachineDef& def, std::size_t senses);
 
 /// What is wrong, for a person: "no transition leads here".
-std::string text_of(const Defect& defect);
+std::string text_of(const StateMachineDefect& defect);
 
 }  // namespace zoned::ai::state_machine

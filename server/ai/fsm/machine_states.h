@@ -60,7 +60,7 @@ struct ActiveState {
 };
 
 /// A transition that fired.
-struct Change {
+struct StateChange {
     std::uint32_t agent = 0;
     std::uint16_t from = 0;  ///< innermost states
     std::uint16_t to = 0;

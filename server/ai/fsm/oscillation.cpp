@@ -18,13 +18,13 @@ void FlappingDetector::reset(std::size_t count) {
     lost_ = 0;
 }
 
-void FlappingDetector::watch(std::span<const Change> changes, Tick now) {
-    for (const Change& change : changes) {
+void FlappingDetector::watch(std::span<const StateChange> changes, Tick now) {
+    for (const StateChange& change : changes) {
         watch(last_[change.agent], change, now);
     }
 }
 
-void FlappingDetector::watch(Trace& last, const Change& change, Tick now) {
+void FlappingDetector::watch(Trace& last, const StateChange& change, Tick now) {
     const bool back = change.from != change.to && last.from == change.to &&
                       last.to == change.from && now - last.at <= settings_.window;
     const auto streak = static_cast<std::uint16_t>(back ? last.streak + 1 : 1);
@@ -39,7 +39,7 @@ void FlappingDetector::watch(Trace& last, const Change& change, Tick now) {
             now};
 }
 
-void FlappingDetector::report(const Trace& last, const Change& change, Tick now) {
+void FlappingDetector::report(const Trace& last, const StateChange& change, Tick now) {
     const auto pair = std::minmax(change.from, change.to);
     auto at = std::lower_bound(
         found_.begin(), found_.end(), pair, [](const FlappingPair& known, const auto& wanted) {

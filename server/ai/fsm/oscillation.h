@@ -43,9 +43,9 @@ class FlappingDetector {
 
     /// The changes of one step. An agent is reported once for each `changes` changes that it keeps
     /// at it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
-    void watch(std::span<const Change> changes, Tick now);
+    void watch(std::span<const StateChange> changes, Tick now);
     /// One change, of an agent whose trace the caller keeps; `change.agent` is only for reports.
-    void watch(Trace& trace, const Change& change, Tick now);
+    void watch(Trace& trace, const StateChange& change, Tick now);
 
     /// By states; those of pairs beyond the 64th are counted in lost().
     [[nodiscard]] std::span<const FlappingPair> found() const { return found_; }
@@ -53,7 +53,7 @@ class FlappingDetector {
     [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
   private:
-    void report(const Trace& last, const Change& change, Tick now);
+    void report(const Trace& last, const StateChange& change, Tick now);
 
     FlappingSettings settings_;
     std::vector<Trace> last_;

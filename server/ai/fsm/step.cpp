@@ -30,9 +30,9 @@ struct OneRead {
 
 /// Takes the change of one agent.
 struct OneChange {
-    std::optional<Change> change;
+    std::optional<StateChange> change;
 
-    void push_back(const Change& taken) { change = taken; }
+    void push_back(const StateChange& taken) { change = taken; }
 };
 
 template <class Read>
@@ -124,8 +124,9 @@ class Walker {
         for (; level < machine_.levels && path[level] != kNone; ++level) {
             const FlatNode& node = machine_.nodes[path[level]];
             if (node.memory != kNone) {
-                states_.memory[node.memory][agent] =
-                    node.history == History::kDeep ? machine_.leaf_node[leaf] : path[level + 1];
+                states_.memory[node.memory][agent] = node.history == StateHistory::kDeep
+                                                         ? machine_.leaf_node[leaf]
+                                                         : path[level + 1];
             }
         }
     }
@@ -175,7 +176,7 @@ void update_agents(const FlatStateMachine& machine,
                    ActiveStates& states,
                    const SenseColumns& senses,
                    Tick now,
-                   std::vector<Change>& changes) {
+                   std::vector<StateChange>& changes) {
     Walker walker(machine, states, now, changes);
     Block block;
     const std::size_t width = Width == 0 ? machine.width : Width;
@@ -205,7 +206,7 @@ void step(const FlatStateMachine& machine,
           ActiveStates& states,
           const SenseColumns& senses,
           Tick now,
-          std::vector<Change>& changes) {
+          std::vector<StateChange>& changes) {
     ZONED_ASSERT(senses.column.size() >= machine.senses && senses.count == states.size(),
                  "agents sense what their machine reads");
     switch (machine.width) {
@@ -222,10 +223,10 @@ void step(const FlatStateMachine& machine,
     }
 }
 
-std::optional<Change> step_one(const FlatStateMachine& machine,
-                               ActiveState& state,
-                               std::span<const float> values,
-                               Tick now) {
+std::optional<StateChange> step_one(const FlatStateMachine& machine,
+                                    ActiveState& state,
+                                    std::span<const float> values,
+                                    Tick now) {
     ZONED_ASSERT(values.size() >= machine.senses, "an agent senses what its machine reads");
     OneRead read;
     std::copy_n(values.begin(), machine.senses, read.values.begin());

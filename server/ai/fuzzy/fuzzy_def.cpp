@@ -16,16 +16,16 @@ bool well_formed(const Term& term) {
 
 class FuzzyInspection {
   public:
-    void inputs(const std::vector<Variable>& inputs) {
+    void inputs(const std::vector<FuzzyVariable>& inputs) {
         std::size_t terms = 0;
         for (std::size_t i = 0; i < inputs.size(); ++i) {
-            const Variable& variable = inputs[i];
+            const FuzzyVariable& variable = inputs[i];
             const auto at = static_cast<int>(i);
-            range_and_terms(Part::kInput, at, variable.low, variable.high, variable.terms);
+            range_and_terms(FuzzyPart::kInput, at, variable.low, variable.high, variable.terms);
             terms += variable.terms.size();
             if (i == kMaxInputs ||
                 (terms > kMaxTerms && terms - variable.terms.size() <= kMaxTerms)) {
-                add(DefectKind::kTooMany, Part::kInput, at);
+                add(FuzzyDefectKind::kTooMany, FuzzyPart::kInput, at);
             }
         }
     }
@@ -33,27 +33,27 @@ class FuzzyInspection {
     void outputs(const FuzzyDef& def) {
         for (std::size_t o = 0; o < def.outputs.size(); ++o) {
             const auto at = static_cast<int>(o);
-            const Output& output = def.outputs[o];
+            const FuzzyOutput& output = def.outputs[o];
             const bool sugeno = output.inference == Inference::kSugeno;
             const std::size_t count = sugeno ? output.values.size() : output.terms.size();
             if (sugeno) {
                 if (!(output.high > output.low)) {
-                    add(DefectKind::kBadRange, Part::kOutput, at);
+                    add(FuzzyDefectKind::kBadRange, FuzzyPart::kOutput, at);
                 }
                 if (count == 0) {
-                    add(DefectKind::kNoTerms, Part::kOutput, at);
+                    add(FuzzyDefectKind::kNoTerms, FuzzyPart::kOutput, at);
                 }
             } else {
-                terms(Part::kOutput, at, output.low, output.high, output.terms);
+                terms(FuzzyPart::kOutput, at, output.low, output.high, output.terms);
                 if (output.samples < 10 || output.samples > 1000) {
-                    add(DefectKind::kBadSamples, Part::kOutput, at);
+                    add(FuzzyDefectKind::kBadSamples, FuzzyPart::kOutput, at);
                 }
             }
             if (count > kMaxOutputTerms) {
-                add(DefectKind::kTooMany, Part::kOutput, at);
+                add(FuzzyDefectKind::kTooMany, FuzzyPart::kOutput, at);
             }
             if (!(output.otherwise >= output.low && output.otherwise <= output.high)) {
-                add(DefectKind::kBadOtherwise, Part::kOutput, at);
+                add(FuzzyDefectKind::kBadOtherwise, FuzzyPart::kOutput, at);
             }
             for (std::size_t v = 0; v < count; ++v) {
                 const bool said =
@@ -61,7 +61,7 @@ class FuzzyInspection {
                         return rule.output == o && rule.then == v;
                     });
                 if (!said) {
-                    add(DefectKind::kNeverSaid, Part::kOutput, at, static_cast<int>(v));
+                    add(FuzzyDefectKind::kNeverSaid, FuzzyPart::kOutput, at, static_cast<int>(v));
                 }
             }
         }
@@ -72,30 +72,30 @@ class FuzzyInspection {
             const Rule& rule = def.rules[r];
             const auto at = static_cast<int>(r);
             if (rule.when.empty()) {
-                add(DefectKind::kNoProposition, Part::kRule, at);
+                add(FuzzyDefectKind::kNoProposition, FuzzyPart::kRule, at);
             }
             for (std::size_t p = 0; p < rule.when.size(); ++p) {
                 if (!known(rule.when[p], def.inputs)) {
-                    add(DefectKind::kUnknownName, Part::kRule, at, static_cast<int>(p));
+                    add(FuzzyDefectKind::kUnknownName, FuzzyPart::kRule, at, static_cast<int>(p));
                 }
             }
             if (!(rule.weight > 0.0F && rule.weight <= 1.0F)) {
-                add(DefectKind::kBadWeight, Part::kRule, at);
+                add(FuzzyDefectKind::kBadWeight, FuzzyPart::kRule, at);
             }
             if (rule.output >= def.outputs.size() ||
                 rule.then >= (def.outputs[rule.output].inference == Inference::kSugeno
                                   ? def.outputs[rule.output].values.size()
                                   : def.outputs[rule.output].terms.size())) {
-                add(DefectKind::kUnknownName, Part::kRule, at);
+                add(FuzzyDefectKind::kUnknownName, FuzzyPart::kRule, at);
             }
         }
     }
 
-    std::vector<Defect> defects;
+    std::vector<FuzzyDefect> defects;
 
   private:
-    void add(DefectKind kind,
-             Part part,
+    void add(FuzzyDefectKind kind,
+             FuzzyPart part,
              int index,
              int element = -1,
              float from = 0.0F,
@@ -103,26 +103,30 @@ class FuzzyInspection {
         defects.push_back({kind, part, index, element, from, to});
     }
 
-    void range_and_terms(Part part, int at, float low, float high, const std::vector<Term>& all) {
+    void range_and_terms(FuzzyPart part,
+                         int at,
+                         float low,
+                         float high,
+                         const std::vector<Term>& all) {
         if (terms(part, at, low, high, all)) {
             gaps(part, at, low, high, all);
         }
     }
 
-    bool terms(Part part, int at, float low, float high, const std::vector<Term>& all) {
+    bool terms(FuzzyPart part, int at, float low, float high, const std::vector<Term>& all) {
         const std::size_t before = defects.size();
         if (!(high > low) || !std::isfinite(low) || !std::isfinite(high)) {
-            add(DefectKind::kBadRange, part, at);
+            add(FuzzyDefectKind::kBadRange, part, at);
         }
         if (all.empty()) {
-            add(DefectKind::kNoTerms, part, at);
+            add(FuzzyDefectKind::kNoTerms, part, at);
         }
         for (std::size_t t = 0; t < all.size(); ++t) {
             if (!well_formed(all[t])) {
-                add(DefectKind::kBadTerm, part, at, static_cast<int>(t));
+                add(FuzzyDefectKind::kBadTerm, part, at, static_cast<int>(t));
             } else if ((all[t].b > high && !(all[t].a < high)) ||
                        (all[t].c < low && !(all[t].d > low))) {
-                add(DefectKind::kOutside, part, at, static_cast<int>(t));
+                add(FuzzyDefectKind::kOutside, part, at, static_cast<int>(t));
             }
         }
         return defects.size() == before;
@@ -130,7 +134,7 @@ class FuzzyInspection {
 
     /// Between two neighbouring corners either all values belong to a term or none does, so that
     /// corners and the middles between them tell all.
-    void gaps(Part part, int at, float low, float high, const std::vector<Term>& all) {
+    void gaps(FuzzyPart part, int at, float low, float high, const std::vector<Term>& all) {
         std::vector<float> corners{low, high};
         for (const Term& term : all) {
             for (const float corner : {term.a, term.d}) {
@@ -148,7 +152,7 @@ class FuzzyInspection {
             } else if (open) {
                 defects.back().to = to;
             } else {
-                add(DefectKind::kGap, part, at, -1, from, to);
+                add(FuzzyDefectKind::kGap, part, at, -1, from, to);
                 open = true;
             }
         };
@@ -170,7 +174,7 @@ class FuzzyInspection {
 
 }  // namespace
 
-std::vector<Defect> defects_of(const FuzzyDef& def) {
+std::vector<FuzzyDefect> defects_of(const FuzzyDef& def) {
     FuzzyInspection inspection;
     inspection.inputs(def.inputs);
     inspection.outputs(def);
@@ -178,28 +182,28 @@ std::vector<Defect> defects_of(const FuzzyDef& def) {
     return std::move(inspection.defects);
 }
 
-std::vector<Defect> input_defects(const std::vector<Variable>& inputs) {
+std::vector<FuzzyDefect> input_defects(const std::vector<FuzzyVariable>& inputs) {
     FuzzyInspection inspection;
     inspection.inputs(inputs);
     return std::move(inspection.defects);
 }
 
-bool known(const Proposition& proposition, const std::vector<Variable>& inputs) {
+bool known(const Proposition& proposition, const std::vector<FuzzyVariable>& inputs) {
     return proposition.variable < inputs.size() &&
            proposition.term < inputs[proposition.variable].terms.size();
 }
 
-std::string text_of(const Defect& defect) {
+std::string text_of(const FuzzyDefect& defect) {
     switch (defect.kind) {
-        case DefectKind::kBadRange:
+        case FuzzyDefectKind::kBadRange:
             return "high must be above low";
-        case DefectKind::kNoTerms:
+        case FuzzyDefectKind::kNoTerms:
             return "needs at least one term or value";
-        case DefectKind::kBadTerm:
+        case FuzzyDefectKind::kBadTerm:
             return "corners must ascend";
-        case DefectKind::kOutside:
+        case FuzzyDefectKind::kOutside:
             return "lies outside of the variable's range";
-        case DefectKind::kGap: {
+        case FuzzyDefectKind::kGap: {
             std::array<char, 120> text{};
             std::snprintf(text.data(),
                           text.size(),
@@ -209,19 +213,19 @@ std::string text_of(const Defect& defect) {
                           static_cast<double>(defect.to));
             return text.data();
         }
-        case DefectKind::kNoProposition:
+        case FuzzyDefectKind::kNoProposition:
             return "needs at least one proposition";
-        case DefectKind::kUnknownName:
+        case FuzzyDefectKind::kUnknownName:
             return "speaks of something that does not exist";
-        case DefectKind::kBadWeight:
+        case FuzzyDefectKind::kBadWeight:
             return "a weight is above 0 and at most 1";
-        case DefectKind::kNeverSaid:
+        case FuzzyDefectKind::kNeverSaid:
             return "no rule ever says this";
-        case DefectKind::kBadOtherwise:
+        case FuzzyDefectKind::kBadOtherwise:
             return "`otherwise` must lie within the range";
-        case DefectKind::kBadSamples:
+        case FuzzyDefectKind::kBadSamples:
             return "10 to 1000 samples";
-        case DefectKind::kTooMany:
+        case FuzzyDefectKind::kTooMany:
             return "is one too many: at most " + std::to_string(kMaxInputs) + " inputs with " +
                    std::to_string(kMaxTerms) + " terms in all, and " +
                    std::to_string(kMaxOutputTerms) + " terms of an output";

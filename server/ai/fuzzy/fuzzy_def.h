@@ -25,7 +25,7 @@ struct Term {
 };
 
 /// What an input may be. Values beyond the range count as its ends.
-struct Variable {
+struct FuzzyVariable {
     std::string name;
     float low = 0.0F;
     float high = 1.0F;  ///< > low
@@ -55,7 +55,7 @@ struct Linear {
     std::vector<float> of_input;  ///< by input; missing ones are 0
 };
 
-struct Output {
+struct FuzzyOutput {
     std::string name;
     Inference inference = Inference::kSugeno;
     float low = 0.0F;  ///< the output never leaves [low, high]
@@ -76,12 +76,12 @@ struct Rule {
 
 struct FuzzyDef {
     std::string name;
-    std::vector<Variable> inputs;
-    std::vector<Output> outputs;
+    std::vector<FuzzyVariable> inputs;
+    std::vector<FuzzyOutput> outputs;
     std::vector<Rule> rules;
 };
 
-enum class DefectKind : std::uint8_t {
+enum class FuzzyDefectKind : std::uint8_t {
     kBadRange,  ///< high is not above low
     kNoTerms,
     kBadTerm,  ///< a, b, c, d do not ascend, or b or c are no numbers
@@ -96,16 +96,16 @@ enum class DefectKind : std::uint8_t {
     kTooMany,
 };
 
-enum class Part : std::uint8_t {
+enum class FuzzyPart : std::uint8_t {
     kInput,
     kOutput,
     kRule
 };
 
 /// A mistake and where it lies.
-struct Defect {
-    DefectKind kind = DefectKind::kGap;
-    Part part = Part::kInput;
+struct FuzzyDefect {
+    FuzzyDefectKind kind = FuzzyDefectKind::kGap;
+    FuzzyPart part = FuzzyPart::kInput;
     int index = 0;      ///< of the input, output or rule
     int element = -1;   ///< its term, value or proposition
     float from = 0.0F;  ///< kGap: the values between
@@ -113,15 +113,15 @@ struct Defect {
 };
 
 /// Without any, FuzzySystem takes it.
-std::vector<Defect> defects_of(const FuzzyDef& def);
+std::vector<FuzzyDefect> defects_of(const FuzzyDef& def);
 
 /// Defects of inputs and of propositions alone, for others that speak in fuzzy terms.
-std::vector<Defect> input_defects(const std::vector<Variable>& inputs);
+std::vector<FuzzyDefect> input_defects(const std::vector<FuzzyVariable>& inputs);
 
 /// True where variable and term exist.
-bool known(const Proposition& proposition, const std::vector<Variable>& inputs);
+bool known(const Proposition& proposition, const std::vector<FuzzyVariable>& inputs);
 
 /// What is wrong, for a person.
-std::string text_of(const Defect& defect);
+std::string text_of(const FuzzyDefect& defect);
 
 }  // namespace zoned::ai::fuzzy

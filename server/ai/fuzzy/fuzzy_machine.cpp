@@ -45,7 +45,7 @@ FuzzyStateMachine::FuzzyStateMachine(const FuzzyStateMachineDef& def, float dt)
     if (def.response_s > 0.0F) {
         most_per_step_ = std::min(1.0F, dt / def.response_s);
     }
-    for (const Variable& variable : def.inputs) {
+    for (const FuzzyVariable& variable : def.inputs) {
         inputs_.push_back({variable.low,
                            variable.high,
                            static_cast<std::uint16_t>(terms_.size()),
@@ -119,7 +119,7 @@ void FuzzyStateMachine::step_one(std::span<const float> values, std::span<float>
 void FuzzyStateMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, States& degrees) const {
     std::array<Lanes, kMaxTerms> terms;
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
-        const Input& input = inputs_[k];
+        const StateMachineInput& input = inputs_[k];
         const Lanes x = clamped(in[k], input.low, input.high);
         for (std::size_t t = input.first; t < input.first + std::size_t{input.count}; ++t) {
             terms[t] = degree(terms_[t], x);
@@ -131,8 +131,8 @@ void FuzzyStateMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, Stat
         leaves[s].setZero();
         comes[s].setZero();
     }
-    for (const FlatTransition& transition : transitions_) {
-        const FlatProposition* p = &propositions_[transition.first];
+    for (const FlatFuzzyTransition& transition : transitions_) {
+        const StateMachineProposition* p = &propositions_[transition.first];
         Lanes fires = Lanes::Constant(transition.any ? 0.0F : 1.0F);
         for (std::size_t k = 0; k < transition.count; ++k, ++p) {
             const Lanes is = p->negated ? Lanes(1.0F - terms[p->term]) : terms[p->term];

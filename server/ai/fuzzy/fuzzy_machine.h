@@ -29,7 +29,7 @@ struct FuzzyTransition {
 
 struct FuzzyStateMachineDef {
     std::string name;
-    std::vector<Variable> inputs;
+    std::vector<FuzzyVariable> inputs;
     std::vector<FuzzyState> states;  ///< agents begin in the first alone
     std::vector<FuzzyTransition> transitions;
     float response_s = 0.0F;  ///< s in which a degree can go from 0 to 1; 0: at once
@@ -69,14 +69,14 @@ class FuzzyStateMachine {
     void blend(const FuzzyDegrees& degrees, std::size_t count, std::span<float* const> out) const;
 
   private:
-    struct Input {
+    struct StateMachineInput {
         float low = 0.0F;
         float high = 1.0F;
         std::uint16_t first = 0;
         std::uint16_t count = 0;
     };
 
-    struct FlatTransition {
+    struct FlatFuzzyTransition {
         std::uint16_t from = 0;
         std::uint16_t to = 0;
         std::uint16_t first = 0;  ///< of its propositions
@@ -84,7 +84,7 @@ class FuzzyStateMachine {
         bool any = false;
     };
 
-    struct FlatProposition {
+    struct StateMachineProposition {
         std::uint16_t term = 0;
         bool negated = false;
     };
@@ -95,10 +95,10 @@ class FuzzyStateMachine {
 
     std::size_t states_;
     float most_per_step_ = 1.0F;
-    std::vector<Input> inputs_;
+    std::vector<StateMachineInput> inputs_;
     std::vector<FlatTerm> terms_;
-    std::vector<FlatTransition> transitions_;
-    std::vector<FlatProposition> propositions_;
+    std::vector<FlatFuzzyTransition> transitions_;
+    std::vector<StateMachineProposition> propositions_;
     std::vector<std::vector<float>> wants_;  ///< by output, by state
 };
 

@@ -9,7 +9,7 @@ namespace zoned::ai::fuzzy {
 FuzzySystem::FuzzySystem(const FuzzyDef& def) {
     ZONED_ASSERT(def.inputs.size() <= kMaxInputs && def.outputs.size() <= kMaxOutputs,
                  "a fuzzy system has few inputs and outputs");
-    for (const Variable& variable : def.inputs) {
+    for (const FuzzyVariable& variable : def.inputs) {
         inputs_.push_back({variable.low,
                            variable.high,
                            static_cast<std::uint16_t>(terms_.size()),
@@ -25,7 +25,7 @@ FuzzySystem::FuzzySystem(const FuzzyDef& def) {
 }
 
 void FuzzySystem::add_output(const FuzzyDef& def, std::size_t index) {
-    const Output& output = def.outputs[index];
+    const FuzzyOutput& output = def.outputs[index];
     FlatOutput flat;
     flat.inference = output.inference;
     flat.low = output.low;
@@ -67,7 +67,7 @@ void FuzzySystem::add_output(const FuzzyDef& def, std::size_t index) {
     outputs_.push_back(std::move(flat));
 }
 
-void FuzzySystem::lay_out_samples(const Output& output, FlatOutput& to) const {
+void FuzzySystem::lay_out_samples(const FuzzyOutput& output, FlatOutput& to) const {
     to.samples = output.samples;
     const float piece = (output.high - output.low) / static_cast<float>(output.samples);
     for (std::size_t s = 0; s < output.samples; ++s) {
@@ -121,7 +121,7 @@ void FuzzySystem::evaluate(std::span<const float* const> in,
 
 void FuzzySystem::fuzzify(const Inputs& in, Inputs& within, Degrees& degrees) const {
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
-        const Input& input = inputs_[k];
+        const SystemInput& input = inputs_[k];
         within[k] = clamped(in[k], input.low, input.high);
         for (std::size_t t = input.first; t < input.first + std::size_t{input.count}; ++t) {
             degrees[t] = degree(terms_[t], within[k]);

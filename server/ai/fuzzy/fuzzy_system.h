@@ -34,7 +34,7 @@ class FuzzySystem {
     void explain(std::span<const float> in, std::vector<float>& degrees) const;
 
   private:
-    struct Input {
+    struct SystemInput {
         float low = 0.0F;
         float high = 1.0F;
         std::uint16_t first = 0;  ///< of its terms
@@ -82,7 +82,7 @@ class FuzzySystem {
     using Degrees = std::array<Lanes, kMaxTerms>;
 
     void add_output(const FuzzyDef& def, std::size_t index);
-    void lay_out_samples(const Output& output, FlatOutput& to) const;
+    void lay_out_samples(const FuzzyOutput& output, FlatOutput& to) const;
     void evaluate_lanes(const Inputs& in, std::span<Lanes> out) const;
     [[nodiscard]] Lanes fire(const FlatRule& rule, const Degrees& degrees) const;
     [[nodiscard]] Lanes sugeno(const FlatOutput& output,
@@ -91,7 +91,7 @@ class FuzzySystem {
     [[nodiscard]] Lanes mamdani(const FlatOutput& output, const Degrees& degrees) const;
     void fuzzify(const Inputs& in, Inputs& within, Degrees& degrees) const;
 
-    std::vector<Input> inputs_;
+    std::vector<SystemInput> inputs_;
     std::vector<FlatTerm> terms_;
     std::vector<FlatProposition> propositions_;
     std::vector<FlatRule> rules_;             ///< by output

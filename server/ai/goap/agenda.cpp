@@ -7,7 +7,7 @@ namespace zoned::ai::goap {
 namespace {
 
 /// Takes up the plan where the world stands; false where nothing of it is of use.
-bool resume(Agenda& agenda, World world) {
+bool resume(Agenda& agenda, FactSet world) {
     const Plan& plan = agenda.plan;
     for (std::size_t k = plan.size + 1U; k-- > 0;) {
         if (plan.kernel[k].hold_in(world)) {
@@ -32,8 +32,8 @@ void aim(Agenda& agenda, std::uint16_t goal) {
 bool follow(Agenda& agenda,
             const Domain& domain,
             const Actions& actions,
-            World world,
-            Planner& planner) {
+            FactSet world,
+            GoapPlanner& planner) {
     ZONED_ASSERT(agenda.goal < domain.goals.size(), "a goal of the domain");
     if (agenda.plan.verdict == Verdict::kPlanned && resume(agenda, world)) {
         return false;

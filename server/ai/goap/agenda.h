@@ -21,7 +21,7 @@ struct Agenda {
     std::uint8_t step = 0;    ///< of the plan
     std::uint16_t goal = 0;   ///< index in the domain
     std::uint32_t plans = 0;  ///< made so far
-    World tried = 0;          ///< the world when a plan was last made
+    FactSet tried = 0;        ///< the world when a plan was last made
     Plan plan;
 };
 
@@ -34,7 +34,7 @@ void aim(Agenda& agenda, std::uint16_t goal);
 bool follow(Agenda& agenda,
             const Domain& domain,
             const Actions& actions,
-            World world,
-            Planner& planner);
+            FactSet world,
+            GoapPlanner& planner);
 
 }  // namespace zoned::ai::goap

@@ -20,18 +20,18 @@ class DomainInspection {
             wanted_.yes |= action.needs.yes;
             wanted_.no |= action.needs.no;
         }
-        for (const Goal& goal : domain.goals) {
+        for (const GoapGoal& goal : domain.goals) {
             wanted_.yes |= goal.wants.yes;
             wanted_.no |= goal.wants.no;
         }
     }
 
-    std::vector<Defect> run() {
+    std::vector<GoapDefect> run() {
         if (domain_.facts.size() > kMaxFacts) {
-            found_.push_back({DefectKind::kTooManyFacts});
+            found_.push_back({GoapDefectKind::kTooManyFacts});
         }
         if (domain_.actions.size() > kMaxActions) {
-            found_.push_back({DefectKind::kTooManyActions});
+            found_.push_back({GoapDefectKind::kTooManyActions});
         }
         for (std::size_t a = 0; a < domain_.actions.size(); ++a) {
             action(static_cast<int>(a), domain_.actions[a]);
@@ -46,11 +46,11 @@ class DomainInspection {
     void literals(int action, int goal, const Literals& literals) {
         const std::uint64_t unknown = (literals.yes | literals.no) & ~domain_.all_facts();
         if (unknown != 0) {
-            found_.push_back({DefectKind::kUnknownFact, action, goal, lowest(unknown)});
+            found_.push_back({GoapDefectKind::kUnknownFact, action, goal, lowest(unknown)});
         }
         if ((literals.yes & literals.no) != 0) {
             found_.push_back(
-                {DefectKind::kContradiction, action, goal, lowest(literals.yes & literals.no)});
+                {GoapDefectKind::kContradiction, action, goal, lowest(literals.yes & literals.no)});
         }
     }
 
@@ -60,12 +60,12 @@ class DomainInspection {
         const bool effect = (action.makes.yes & ~action.needs.yes) != 0 ||
                             (action.makes.no & ~action.needs.no) != 0;
         if (!effect) {
-            found_.push_back({DefectKind::kNoEffect, index});
+            found_.push_back({GoapDefectKind::kNoEffect, index});
         } else if ((action.makes.yes & wanted_.yes) == 0 && (action.makes.no & wanted_.no) == 0) {
-            found_.push_back({DefectKind::kNeverWanted, index});
+            found_.push_back({GoapDefectKind::kNeverWanted, index});
         }
         if (action.cost < 1 || action.cost > 1000000) {
-            found_.push_back({DefectKind::kBadCost, index});
+            found_.push_back({GoapDefectKind::kBadCost, index});
         }
     }
 
@@ -78,19 +78,20 @@ class DomainInspection {
         // To keep a fact is a wish too: "and stays alive". A goal of nothing else cannot be
         // reached.
         if (unmade == (wants.yes | wants.no) || wants.empty()) {
-            found_.push_back({DefectKind::kNothingMakesIt, -1, index, lowest(unmade)});
+            found_.push_back({GoapDefectKind::kNothingMakesIt, -1, index, lowest(unmade)});
         } else if ((unmade & ~undone & domain_.all_facts()) != 0) {
-            found_.push_back({DefectKind::kNothingMakesIt, -1, index, lowest(unmade & ~undone)});
+            found_.push_back(
+                {GoapDefectKind::kNothingMakesIt, -1, index, lowest(unmade & ~undone)});
         }
     }
 
     const Domain& domain_;
     Literals made_;
     Literals wanted_;
-    std::vector<Defect> found_;
+    std::vector<GoapDefect> found_;
 };
 
-std::string fact_name(const Defect& defect, const Domain& domain) {
+std::string fact_name(const GoapDefect& defect, const Domain& domain) {
     const auto fact = static_cast<std::size_t>(defect.fact);
     return defect.fact >= 0 && fact < domain.facts.size() ? "'" + domain.facts[fact] + "'"
                                                           : "a fact";
@@ -98,27 +99,27 @@ std::string fact_name(const Defect& defect, const Domain& domain) {
 
 }  // namespace
 
-std::vector<Defect> defects_of(const Domain& domain) {
+std::vector<GoapDefect> defects_of(const Domain& domain) {
     return DomainInspection(domain).run();
 }
 
-std::string text_of(const Defect& defect, const Domain& domain) {
+std::string text_of(const GoapDefect& defect, const Domain& domain) {
     switch (defect.kind) {
-        case DefectKind::kTooManyFacts:
+        case GoapDefectKind::kTooManyFacts:
             return "at most " + std::to_string(kMaxFacts) + " facts";
-        case DefectKind::kTooManyActions:
+        case GoapDefectKind::kTooManyActions:
             return "at most " + std::to_string(kMaxActions) + " actions";
-        case DefectKind::kUnknownFact:
+        case GoapDefectKind::kUnknownFact:
             return "speaks of a fact that is not listed";
-        case DefectKind::kContradiction:
+        case GoapDefectKind::kContradiction:
             return fact_name(defect, domain) + " cannot be both true and false";
-        case DefectKind::kNoEffect:
+        case GoapDefectKind::kNoEffect:
             return "changes nothing: it makes only what it needs already";
-        case DefectKind::kBadCost:
+        case GoapDefectKind::kBadCost:
             return "costs 1 to 1000000";
-        case DefectKind::kNeverWanted:
+        case GoapDefectKind::kNeverWanted:
             return "makes nothing that a goal or another action needs";
-        case DefectKind::kNothingMakesIt:
+        case GoapDefectKind::kNothingMakesIt:
             return defect.fact < 0 ? "wants nothing"
                                    : "no action makes " + fact_name(defect, domain) +
                                          " what the goal wants it to be";

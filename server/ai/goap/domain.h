@@ -12,7 +12,7 @@ inline constexpr std::size_t kMaxFacts = 64;
 inline constexpr std::size_t kMaxActions = 64;
 
 /// All facts, a bit each.
-using World = std::uint64_t;
+using FactSet = std::uint64_t;
 
 /// Facts that must be, or become, true or false; of the others nothing is said.
 struct Literals {
@@ -21,7 +21,7 @@ struct Literals {
 
     bool operator==(const Literals&) const = default;
 
-    [[nodiscard]] bool hold_in(World world) const {
+    [[nodiscard]] bool hold_in(FactSet world) const {
         return (yes & ~world) == 0 && (no & world) == 0;
     }
 
@@ -35,7 +35,7 @@ struct Action {
     std::uint32_t cost = 1;  ///< [1, 1,000,000]
 };
 
-struct Goal {
+struct GoapGoal {
     std::string name;
     Literals wants;
 };
@@ -43,19 +43,19 @@ struct Goal {
 struct Domain {
     std::vector<std::string> facts;
     std::vector<Action> actions;
-    std::vector<Goal> goals;
+    std::vector<GoapGoal> goals;
 
-    [[nodiscard]] World all_facts() const {
-        return facts.size() >= kMaxFacts ? ~World{0} : (World{1} << facts.size()) - 1;
+    [[nodiscard]] FactSet all_facts() const {
+        return facts.size() >= kMaxFacts ? ~FactSet{0} : (FactSet{1} << facts.size()) - 1;
     }
 };
 
 /// `world` after the action, whose needs hold.
-inline World after(const Action& action, World world) {
+inline FactSet after(const Action& action, FactSet world) {
     return (world | action.makes.yes) & ~action.makes.no;
 }
 
-enum class DefectKind : std::uint8_t {
+enum class GoapDefectKind : std::uint8_t {
     kTooManyFacts,
     kTooManyActions,
     kUnknownFact,    ///< a bit beyond the facts
@@ -66,16 +66,16 @@ enum class DefectKind : std::uint8_t {
     kNothingMakesIt,  ///< a goal wants what no action makes
 };
 
-struct Defect {
-    DefectKind kind = DefectKind::kNoEffect;
+struct GoapDefect {
+    GoapDefectKind kind = GoapDefectKind::kNoEffect;
     int action = -1;  ///< index, or -1
     int goal = -1;    ///< index, or -1
     int fact = -1;    ///< the fact in question, or -1
 };
 
-std::vector<Defect> defects_of(const Domain& domain);
+std::vector<GoapDefect> defects_of(const Domain& domain);
 
 /// What is wrong, for a person; names facts.
-std::string text_of(const Defect& defect, const Domain& domain);
+std::string text_of(const GoapDefect& defect, const Domain& domain);
 
 }  // namespace zoned::ai::goap

@@ -33,16 +33,16 @@ Actions::Actions(const Domain& domain) : all_facts_(domain.all_facts()) {
     }
 }
 
-Planner::Planner(std::uint32_t bound) : bound_(bound) {
+GoapPlanner::GoapPlanner(std::uint32_t bound) : bound_(bound) {
     ZONED_ASSERT(bound >= 1 && bound <= 65536, "a search may create some nodes");
     nodes_.resize(bound + 1);
     slots_.resize(std::bit_ceil(2 * (bound + 1)));
     open_.reserve(4 * (bound + 1));
 }
 
-void Planner::plan(const Actions& actions, World from, const Literals& goal, Plan& plan) {
+void GoapPlanner::plan(const Actions& actions, FactSet from, const Literals& goal, Plan& plan) {
     if (++search_ == 0) {
-        std::fill(slots_.begin(), slots_.end(), Slot{});
+        std::fill(slots_.begin(), slots_.end(), PlanSlot{});
         search_ = 1;
     }
     plan.size = 0;
@@ -72,7 +72,7 @@ void Planner::plan(const Actions& actions, World from, const Literals& goal, Pla
 
 /// Layers of facts by what they cost at least, each fact as if it were alone, cheapest first
 /// (Dijkstra's algorithm over actions).
-void Planner::relax(const Actions& actions, World from) {
+void GoapPlanner::relax(const Actions& actions, FactSet from) {
     Literals reached{from & actions.all_facts_, ~from & actions.all_facts_};
     std::array<std::uint32_t, kMaxActions> due;  // written before it is read
     const std::size_t count = actions.actions_.size();
@@ -116,7 +116,7 @@ void Planner::relax(const Actions& actions, World from) {
     }
 }
 
-std::uint32_t Planner::guess(const Literals& needs) const {
+std::uint32_t GoapPlanner::guess(const Literals& needs) const {
     for (std::size_t k = 0; k < layer_count_; ++k) {
         if (within(needs, layers_[k].reached)) {
             return layers_[k].cost;
@@ -127,7 +127,7 @@ std::uint32_t Planner::guess(const Literals& needs) const {
 
 /// The cheapest node is not put in the heap where it is known to be the cheapest: the best child of
 /// a node whose sum is that of its parent.
-bool Planner::search(const Actions& actions, Plan& plan) {
+bool GoapPlanner::search(const Actions& actions, Plan& plan) {
     std::uint32_t at = 0;
     while (at != kNobody) {
         if (nodes_[at].guess == 0) {  // actions cost something: the world is as this node needs it
@@ -146,7 +146,7 @@ bool Planner::search(const Actions& actions, Plan& plan) {
     return false;
 }
 
-std::uint64_t Planner::makers(const Actions& actions, const Literals& needs) const {
+std::uint64_t GoapPlanner::makers(const Actions& actions, const Literals& needs) const {
     std::uint64_t makers = 0;
     for (std::uint64_t rest = needs.yes; rest != 0; rest &= rest - 1) {
         makers |= actions.makers_yes_[static_cast<std::size_t>(std::countr_zero(rest))];
@@ -159,8 +159,8 @@ std::uint64_t Planner::makers(const Actions& actions, const Literals& needs) con
 
 /// Creates the nodes from which one action leads to node `at`. Returns the one to look at next
 /// where no other can be better, or kNobody.
-std::uint32_t Planner::expand(const Actions& actions, std::uint32_t at) {
-    const Node from = nodes_[at];
+std::uint32_t GoapPlanner::expand(const Actions& actions, std::uint32_t at) {
+    const PlanNode from = nodes_[at];
     if (from.steps == kMaxSteps) {
         too_long_ = true;
         return kNobody;
@@ -182,7 +182,7 @@ std::uint32_t Planner::expand(const Actions& actions, std::uint32_t at) {
             continue;
         }
         const std::uint32_t cost = from.cost + action.cost;
-        Slot& slot = slot_of(needs);
+        PlanSlot& slot = slot_of(needs);
         std::uint32_t node = slot.node;
         if (slot.search != search_) {
             if (node_count_ > bound_) {
@@ -211,7 +211,7 @@ std::uint32_t Planner::expand(const Actions& actions, std::uint32_t at) {
     return best;
 }
 
-Planner::Slot& Planner::slot_of(const Literals& needs) {
+GoapPlanner::PlanSlot& GoapPlanner::slot_of(const Literals& needs) {
     const std::size_t last = slots_.size() - 1;
     const std::uint64_t bits =
         needs.yes * 0x9E3779B97F4A7C15ull ^ std::rotr(needs.no * 0xC2B2AE3D27D4EB4Full, 29);
@@ -222,7 +222,7 @@ Planner::Slot& Planner::slot_of(const Literals& needs) {
     return slots_[at];
 }
 
-void Planner::push(std::uint32_t node) {
+void GoapPlanner::push(std::uint32_t node) {
     const std::uint64_t sum = nodes_[node].cost + nodes_[node].guess;
     if (open_.size() == open_.capacity()) {
         full_ = true;
@@ -234,7 +234,7 @@ void Planner::push(std::uint32_t node) {
     std::push_heap(open_.begin(), open_.end(), std::greater<>());
 }
 
-std::uint32_t Planner::pop() {
+std::uint32_t GoapPlanner::pop() {
     while (!open_.empty()) {
         std::pop_heap(open_.begin(), open_.end(), std::greater<>());
         const auto node = static_cast<std::uint32_t>(open_.back() & 0x1FFFF);
@@ -246,7 +246,7 @@ std::uint32_t Planner::pop() {
     return kNobody;
 }
 
-void Planner::write(std::uint32_t node, Plan& plan) const {
+void GoapPlanner::write(std::uint32_t node, Plan& plan) const {
     plan.verdict = Verdict::kPlanned;
     plan.cost = nodes_[node].cost;
     for (; nodes_[node].parent != kNobody; node = nodes_[node].parent) {

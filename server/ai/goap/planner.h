@@ -1,5 +1,5 @@
-// Planner: the cheapest sequence of actions that makes a goal true (goal-oriented action planning:
-// Orkin, "Three states and a plan: the AI of F.E.A.R.", Game Developers Conference 2006).
+// GoapPlanner: the cheapest sequence of actions that makes a goal true (goal-oriented action
+// planning: Orkin, "Three states and a plan: the AI of F.E.A.R.", Game Developers Conference 2006).
 #pragma once
 
 #include "server/ai/goap/domain.h"
@@ -40,7 +40,7 @@ class Actions {
     explicit Actions(const Domain& domain);
 
   private:
-    friend class Planner;
+    friend class GoapPlanner;
 
     struct Flat {
         Literals needs;
@@ -48,7 +48,7 @@ class Actions {
         std::uint32_t cost = 1;
     };
 
-    World all_facts_ = 0;
+    FactSet all_facts_ = 0;
     std::vector<Flat> actions_;
     /// By fact: actions that make it true, and such that make it false, a bit each.
     std::array<std::uint64_t, kMaxFacts> makers_yes_{};
@@ -62,23 +62,23 @@ class Actions {
 /// new results", ECP 1999; h_max of Bonet and Geffner, "Planning as heuristic search", Artificial
 /// Intelligence 129, 2001, section 4). Holds working memory only: a plan depends on nothing before
 /// it, and making one allocates nothing.
-class Planner {
+class GoapPlanner {
   public:
     /// `bound`: nodes that a search may create, [1, 65536].
-    explicit Planner(std::uint32_t bound = 1024);
+    explicit GoapPlanner(std::uint32_t bound = 1024);
 
     [[nodiscard]] std::uint32_t bound() const { return bound_; }
 
     /// The cheapest plan; of equally cheap ones the same each time.
-    void plan(const Actions& actions, World from, const Literals& goal, Plan& plan);
+    void plan(const Actions& actions, FactSet from, const Literals& goal, Plan& plan);
 
   private:
-    struct Layer {
+    struct PlanLayer {
         Literals reached;
         std::uint32_t cost = 0;
     };
 
-    struct Node {
+    struct PlanNode {
         Literals needs;
         std::uint32_t cost = 0;   ///< from here to the goal
         std::uint32_t guess = 0;  ///< at least this from the world to here
@@ -88,29 +88,29 @@ class Planner {
         bool closed = false;
     };
 
-    struct Slot {
+    struct PlanSlot {
         std::uint32_t search = 0;  ///< filled in this search
         std::uint32_t node = 0;
     };
 
-    void relax(const Actions& actions, World from);
+    void relax(const Actions& actions, FactSet from);
     [[nodiscard]] std::uint32_t guess(const Literals& needs) const;
     bool search(const Actions& actions, Plan& plan);
     std::uint32_t expand(const Actions& actions, std::uint32_t at);
     [[nodiscard]] std::uint64_t makers(const Actions& actions, const Literals& needs) const;
-    Slot& slot_of(const Literals& needs);
+    PlanSlot& slot_of(const Literals& needs);
     void push(std::uint32_t node);
     std::uint32_t pop();
     void write(std::uint32_t node, Plan& plan) const;
 
     std::uint32_t bound_;
     std::uint32_t search_ = 0;
-    std::array<Layer, kMaxActions + 1> layers_;
+    std::array<PlanLayer, kMaxActions + 1> layers_;
     std::size_t layer_count_ = 0;
     std::uint64_t usable_ = 0;  ///< actions whose needs can be met at all
-    std::vector<Node> nodes_;
+    std::vector<PlanNode> nodes_;
     std::uint32_t node_count_ = 0;
-    std::vector<Slot> slots_;
+    std::vector<PlanSlot> slots_;
     std::vector<std::uint64_t> open_;  ///< heap of guess + cost, guess, node
     bool too_long_ = false;            ///< a way of kMaxSteps steps was not followed further
     bool full_ = false;                ///< the heap is

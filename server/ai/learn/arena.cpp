@@ -65,7 +65,7 @@ double mean_points(const Arena& arena, const Policy* policy, core::Rng rng, int 
 
 }  // namespace
 
-Policy arena_policy(const Arena& arena, Network network) {
+Policy arena_policy(const Arena& arena, NeuralNetwork network) {
     Policy policy;
     policy.name = "arena";
     const float scale = 1.0F / arena.wall_m;
@@ -108,7 +108,7 @@ ArenaResult play(const Arena& arena, const Policy* policy, core::Rng rng) {
     return result;
 }
 
-double ArenaTask::fitness(const Network& network, std::uint64_t course) const {
+double ArenaTask::fitness(const NeuralNetwork& network, std::uint64_t course) const {
     const Policy policy = arena_policy(arena_, network);
     core::Rng rng(course, 0xA2E4A);
     double sum = 0.0;
@@ -122,7 +122,7 @@ double ArenaTask::fitness(const Network& network, std::uint64_t course) const {
     return std::max(0.0, sum / kJudged + worst);
 }
 
-double ArenaTask::score(const Network& network, std::uint64_t course) const {
+double ArenaTask::score(const NeuralNetwork& network, std::uint64_t course) const {
     const Policy policy = arena_policy(arena_, network);
     return mean_points(arena_, &policy, core::Rng(course, 0x7E57), kScored);
 }

@@ -33,7 +33,7 @@ struct ArenaResult {
 
 /// The policy of a network for the arena: target distance, the way home along and across, home
 /// distance, the goal's speed across.
-Policy arena_policy(const Arena& arena, Network network);
+Policy arena_policy(const Arena& arena, NeuralNetwork network);
 
 /// `policy` null: walks straight at the goal.
 ArenaResult play(const Arena& arena, const Policy* policy, core::Rng rng);
@@ -47,10 +47,10 @@ class ArenaTask final : public Task {
     [[nodiscard]] std::size_t outputs() const override { return 2; }
 
     /// Points of four episodes and, as long as there are none, nearness: above 0.
-    [[nodiscard]] double fitness(const Network& network, std::uint64_t course) const override;
+    [[nodiscard]] double fitness(const NeuralNetwork& network, std::uint64_t course) const override;
 
     /// Mean points of fifty episodes that no fitness() uses.
-    [[nodiscard]] double score(const Network& network, std::uint64_t course) const override;
+    [[nodiscard]] double score(const NeuralNetwork& network, std::uint64_t course) const override;
 
     /// What walking straight at the goal brings.
     [[nodiscard]] double solved_at() const override;

@@ -19,7 +19,7 @@ constexpr double kStep = 0.02;       // s
 constexpr double kWidest = 12.0 * std::numbers::pi / 180.0;
 constexpr double kTrack = 2.4;
 
-double mean_steps(const Network& network, core::Rng rng, int episodes) {
+double mean_steps(const NeuralNetwork& network, core::Rng rng, int episodes) {
     int steps = 0;
     for (int e = 0; e < episodes; ++e) {
         steps += steps_held(network, CartPole::start(rng));
@@ -54,7 +54,7 @@ bool CartPole::over() const {
     return !(std::abs(x) <= kTrack && std::abs(angle) <= kWidest);
 }
 
-int steps_held(const Network& network, CartPole pole) {
+int steps_held(const NeuralNetwork& network, CartPole pole) {
     std::array<float, kMaxValues> values;
     int steps = 0;
     while (steps < kCartPoleSteps) {
@@ -73,11 +73,11 @@ int steps_held(const Network& network, CartPole pole) {
     return steps;
 }
 
-double CartPoleTask::fitness(const Network& network, std::uint64_t course) const {
+double CartPoleTask::fitness(const NeuralNetwork& network, std::uint64_t course) const {
     return mean_steps(network, core::Rng(course, 0xCA27), kEpisodes);
 }
 
-double CartPoleTask::score(const Network& network, std::uint64_t course) const {
+double CartPoleTask::score(const NeuralNetwork& network, std::uint64_t course) const {
     return mean_steps(network, core::Rng(course, 0x7E57), 100);
 }
 

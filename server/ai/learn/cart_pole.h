@@ -28,7 +28,7 @@ inline constexpr int kCartPoleSteps = 500;  ///< an episode that holds out so lo
 
 /// Steps, at most kCartPoleSteps, that a network holds out from `pole`: it gets the four numbers,
 /// each scaled to about 1 where it is over, and pushes right where its output is above 0.
-int steps_held(const Network& network, CartPole pole);
+int steps_held(const NeuralNetwork& network, CartPole pole);
 
 class CartPoleTask final : public Task {
   public:
@@ -37,10 +37,10 @@ class CartPoleTask final : public Task {
     [[nodiscard]] std::size_t outputs() const override { return 1; }
 
     /// Mean steps of kEpisodes episodes.
-    [[nodiscard]] double fitness(const Network& network, std::uint64_t course) const override;
+    [[nodiscard]] double fitness(const NeuralNetwork& network, std::uint64_t course) const override;
 
     /// Mean steps of a hundred episodes that no fitness() uses.
-    [[nodiscard]] double score(const Network& network, std::uint64_t course) const override;
+    [[nodiscard]] double score(const NeuralNetwork& network, std::uint64_t course) const override;
 
     [[nodiscard]] double solved_at() const override { return 475.0; }
 

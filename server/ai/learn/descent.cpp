@@ -23,7 +23,7 @@ void Samples::add(std::span<const float> from, std::span<const float> wanted) {
     out.insert(out.end(), wanted.begin(), wanted.end());
 }
 
-double mean_squared_error(const Network& network, const Samples& samples) {
+double mean_squared_error(const NeuralNetwork& network, const Samples& samples) {
     std::vector<float> values(network.values());
     std::vector<float> out(samples.outputs);
     double sum = 0.0;
@@ -53,7 +53,7 @@ double error_of_best_constant(const Samples& samples) {
     return samples.size() == 0 ? 0.0 : sum / static_cast<double>(samples.out.size());
 }
 
-float add_gradient(const Network& network,
+float add_gradient(const NeuralNetwork& network,
                    std::span<const float> in,
                    std::span<const float> wanted,
                    std::span<float> values,
@@ -63,7 +63,7 @@ float add_gradient(const Network& network,
     const std::size_t inputs = network.inputs;
     std::copy(in.begin(), in.end(), values.begin());
     for (std::size_t n = 0; n < network.nodes.size(); ++n) {
-        const Network::Node& node = network.nodes[n];
+        const NeuralNetwork::Neuron& node = network.nodes[n];
         float sum = network.parameters[node.first];
         for (std::uint32_t p = node.first + 1; p <= node.first + node.links; ++p) {
             sum += network.parameters[p] * values[network.source[p]];
@@ -79,7 +79,7 @@ float add_gradient(const Network& network,
         blame[network.outputs[o]] += 2.0F * off;
     }
     for (std::size_t n = network.nodes.size(); n-- > 0;) {
-        const Network::Node& node = network.nodes[n];
+        const NeuralNetwork::Neuron& node = network.nodes[n];
         const float slope =
             node.activation == Activation::kSquash ? squash_slope(sums[inputs + n]) : 1.0F;
         const float here = blame[inputs + n] * slope;
@@ -92,7 +92,7 @@ float add_gradient(const Network& network,
     return error;
 }
 
-Descent::Descent(const DescentSettings& settings, const Network& network, std::uint64_t seed)
+Descent::Descent(const DescentSettings& settings, const NeuralNetwork& network, std::uint64_t seed)
     : settings_(settings),
       values_(network.values()),
       sums_(network.values()),
@@ -103,13 +103,13 @@ Descent::Descent(const DescentSettings& settings, const Network& network, std::u
     state_.rng = core::Rng(seed, 0xDE5CE47);
 }
 
-void Descent::restore(State state) {
+void Descent::restore(DescentState state) {
     ZONED_ASSERT(state.mean.size() == gradient_.size() && state.square.size() == gradient_.size(),
                  "a state belongs to its network");
     state_ = std::move(state);
 }
 
-double Descent::epoch(Network& network, const Samples& samples) {
+double Descent::epoch(NeuralNetwork& network, const Samples& samples) {
     ZONED_ASSERT(samples.size() > 0 && samples.outputs == network.outputs.size(),
                  "there is something to learn");
     order_.resize(samples.size());
@@ -135,7 +135,7 @@ double Descent::epoch(Network& network, const Samples& samples) {
     return error / static_cast<double>(samples.out.size());
 }
 
-void Descent::step(Network& network, std::size_t samples) {
+void Descent::step(NeuralNetwork& network, std::size_t samples) {
     state_.mean_decay *= static_cast<double>(kMeanDecay);
     state_.square_decay *= static_cast<double>(kSquareDecay);
     const auto mean_scale = static_cast<float>(1.0 / (1.0 - state_.mean_decay));

@@ -30,7 +30,7 @@ struct Samples {
 };
 
 /// Mean over samples and outputs of the squared difference.
-double mean_squared_error(const Network& network, const Samples& samples);
+double mean_squared_error(const NeuralNetwork& network, const Samples& samples);
 
 /// The same for the constant that errs least: the mean of the wanted outputs.
 double error_of_best_constant(const Samples& samples);
@@ -39,7 +39,7 @@ double error_of_best_constant(const Samples& samples);
 /// and returns that difference. Back-propagation (Rumelhart, Hinton, Williams, "Learning
 /// representations by back-propagating errors", Nature 323, 1986). `values`, `sums` and `blame`
 /// are working memory of network.values() places.
-float add_gradient(const Network& network,
+float add_gradient(const NeuralNetwork& network,
                    std::span<const float> in,
                    std::span<const float> wanted,
                    std::span<float> values,
@@ -57,35 +57,35 @@ struct DescentSettings {
 class Descent {
   public:
     /// What goes on is this, the network, and the settings: a copy resumes bit for bit.
-    struct State {
+    struct DescentState {
         std::vector<float> mean;    ///< of gradients, by parameter
         std::vector<float> square;  ///< of their squares
         double mean_decay = 1.0;    ///< products of the decays so far
         double square_decay = 1.0;
         core::Rng rng;  ///< shuffles samples
 
-        friend bool operator==(const State& a, const State& b) {
+        friend bool operator==(const DescentState& a, const DescentState& b) {
             return a.mean == b.mean && a.square == b.square && a.mean_decay == b.mean_decay &&
                    a.square_decay == b.square_decay && a.rng.state == b.rng.state &&
                    a.rng.stream == b.rng.stream;
         }
     };
 
-    Descent(const DescentSettings& settings, const Network& network, std::uint64_t seed);
+    Descent(const DescentSettings& settings, const NeuralNetwork& network, std::uint64_t seed);
 
     /// Every sample once, in an order drawn anew. Returns the mean squared error on the way.
-    double epoch(Network& network, const Samples& samples);
+    double epoch(NeuralNetwork& network, const Samples& samples);
 
-    [[nodiscard]] const State& state() const { return state_; }
+    [[nodiscard]] const DescentState& state() const { return state_; }
 
     /// `state` is of a network with as many parameters.
-    void restore(State state);
+    void restore(DescentState state);
 
   private:
-    void step(Network& network, std::size_t samples);
+    void step(NeuralNetwork& network, std::size_t samples);
 
     DescentSettings settings_;
-    State state_;
+    DescentState state_;
     std::vector<std::uint32_t> order_;
     std::vector<float> values_, sums_, blame_, gradient_;
 };

@@ -43,9 +43,9 @@ std::size_t Evolution::individuals() const {
                               : std::get<Neat>(population_).genomes().size();
 }
 
-Network Evolution::network_of_individual(std::size_t index) const {
+NeuralNetwork Evolution::network_of_individual(std::size_t index) const {
     if (const auto* genetic = std::get_if<Genetic>(&population_)) {
-        Network network = shape_;
+        NeuralNetwork network = shape_;
         network.parameters = genetic->individuals()[index];
         return network;
     }
@@ -61,7 +61,7 @@ void Evolution::step(const RunRanges& run) {
     });
     const std::size_t fittest = Genetic::fittest(judged_);
     fitness_ = judged_[fittest];
-    const Network champion = network_of_individual(fittest);
+    const NeuralNetwork champion = network_of_individual(fittest);
     const double score = task_.score(champion, core::mix(seed_));
     if (score > score_) {
         score_ = score;
@@ -79,8 +79,8 @@ std::size_t Evolution::species() const {
     return neat != nullptr ? neat->species().size() : 1;
 }
 
-Evolution::State Evolution::state() const {
-    State state;
+Evolution::EvolutionState Evolution::state() const {
+    EvolutionState state;
     if (const auto* genetic = std::get_if<Genetic>(&population_)) {
         state.population = genetic->state();
     } else {
@@ -92,11 +92,11 @@ Evolution::State Evolution::state() const {
     return state;
 }
 
-void Evolution::restore(State state) {
+void Evolution::restore(EvolutionState state) {
     if (auto* genetic = std::get_if<Genetic>(&population_)) {
-        genetic->restore(std::move(std::get<Genetic::State>(state.population)));
+        genetic->restore(std::move(std::get<Genetic::GeneticState>(state.population)));
     } else {
-        std::get<Neat>(population_).restore(std::move(std::get<Neat::State>(state.population)));
+        std::get<Neat>(population_).restore(std::move(std::get<Neat::NeatState>(state.population)));
     }
     judged_.resize(individuals());
     best_ = std::move(state.best);

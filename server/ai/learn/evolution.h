@@ -13,7 +13,7 @@ namespace zoned::ai::learning {
 
 /// The parameters of a network of fixed topology are the genes.
 struct FixedTopology {
-    Network shape;  ///< with the parameters around which the first generation lies
+    NeuralNetwork shape;  ///< with the parameters around which the first generation lies
     float spread = 1.0F;
     GeneticSettings genetic;
 };
@@ -24,9 +24,9 @@ using BreedingSettings = std::variant<FixedTopology, NeatSettings>;
 /// for any number of threads.
 class Evolution {
   public:
-    struct State {
-        std::variant<Genetic::State, Neat::State> population;
-        Network best;          ///< by score
+    struct EvolutionState {
+        std::variant<Genetic::GeneticState, Neat::NeatState> population;
+        NeuralNetwork best;    ///< by score
         double score = -1.0;   ///< of `best`
         double fitness = 0.0;  ///< of the fittest of the last generation
     };
@@ -40,7 +40,7 @@ class Evolution {
 
     [[nodiscard]] std::uint64_t generation() const;
 
-    [[nodiscard]] const Network& best() const { return best_; }
+    [[nodiscard]] const NeuralNetwork& best() const { return best_; }
 
     [[nodiscard]] double score() const { return score_; }
 
@@ -49,20 +49,20 @@ class Evolution {
     /// Species of a population that grows, else 1.
     [[nodiscard]] std::size_t species() const;
 
-    [[nodiscard]] State state() const;
+    [[nodiscard]] EvolutionState state() const;
 
     /// `state` is of the same settings and task.
-    void restore(State state);
+    void restore(EvolutionState state);
 
   private:
-    [[nodiscard]] Network network_of_individual(std::size_t index) const;
+    [[nodiscard]] NeuralNetwork network_of_individual(std::size_t index) const;
     [[nodiscard]] std::size_t individuals() const;
 
     const Task& task_;
     std::uint64_t seed_;
-    Network shape_;
+    NeuralNetwork shape_;
     std::variant<Genetic, Neat> population_;
-    Network best_;
+    NeuralNetwork best_;
     double score_ = -1.0;
     double fitness_ = 0.0;
     std::vector<double> judged_;

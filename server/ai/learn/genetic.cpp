@@ -44,7 +44,7 @@ std::size_t Genetic::fittest(std::span<const double> fitness) {
     return best;
 }
 
-void Genetic::restore(State state) {
+void Genetic::restore(GeneticState state) {
     ZONED_ASSERT(state.genes.size() == settings_.population, "a state has all individuals");
     state_ = std::move(state);
 }

@@ -31,7 +31,7 @@ struct GeneticSettings {
 /// algorithms, tournament selection, and the effects of noise", Complex Systems 9, 1995.)
 class Genetic {
   public:
-    struct State {
+    struct GeneticState {
         std::uint64_t generation = 0;
         std::vector<std::vector<float>> genes;  ///< by individual, all of one length
         core::Rng rng;
@@ -54,15 +54,15 @@ class Genetic {
     /// Index of the fittest, as breed() sees it.
     static std::size_t fittest(std::span<const double> fitness);
 
-    [[nodiscard]] const State& state() const { return state_; }
+    [[nodiscard]] const GeneticState& state() const { return state_; }
 
-    void restore(State state);
+    void restore(GeneticState state);
 
   private:
     std::size_t choose_parent(std::span<const std::size_t> rank_of);
 
     GeneticSettings settings_;
-    State state_;
+    GeneticState state_;
 };
 
 }  // namespace zoned::ai::learning

@@ -20,7 +20,7 @@ bool has_link(const Genome& genome, std::uint32_t from, std::uint32_t to) {
     });
 }
 
-void insert(Genome& genome, const Genome::Link& link) {
+void insert(Genome& genome, const Genome::GeneLink& link) {
     const auto at = std::lower_bound(
         genome.links.begin(), genome.links.end(), link, [](const auto& a, const auto& b) {
             return a.innovation < b.innovation;
@@ -38,7 +38,7 @@ std::vector<std::uint32_t> order_of(const Genome& genome) {
         wanted.push_back(genome.first_output() + o);
     }
     for (std::size_t k = 0; k < wanted.size(); ++k) {
-        for (const Genome::Link& link : genome.links) {
+        for (const Genome::GeneLink& link : genome.links) {
             const bool inner = link.from >= genome.first_output();
             if (link.on && inner && link.to == wanted[k] &&
                 std::find(wanted.begin(), wanted.end(), link.from) == wanted.end()) {
@@ -97,20 +97,20 @@ Genome simplest(std::uint32_t inputs, std::uint32_t outputs, Inventions& inventi
     return genome;
 }
 
-Network network_of(const Genome& genome) {
+NeuralNetwork network_of(const Genome& genome) {
     const std::vector<std::uint32_t> order = order_of(genome);
     const auto value_of = [&genome, &order](std::uint32_t node) {
         const auto at = std::find(order.begin(), order.end(), node) - order.begin();
         return static_cast<std::uint16_t>(
             node < genome.inputs ? node : genome.inputs + static_cast<std::size_t>(at));
     };
-    Network network;
+    NeuralNetwork network;
     network.inputs = genome.inputs;
     for (const std::uint32_t node : order) {
         const auto first = static_cast<std::uint32_t>(network.parameters.size());
         network.parameters.push_back(0.0F);
         network.source.push_back(0);
-        for (const Genome::Link& link : genome.links) {
+        for (const Genome::GeneLink& link : genome.links) {
             if (!link.on || link.to != node) {
                 continue;
             }
@@ -136,7 +136,7 @@ bool closes_circle(const Genome& genome, std::uint32_t from, std::uint32_t to) {
         if (reached[k] == from) {
             return true;
         }
-        for (const Genome::Link& link : genome.links) {
+        for (const Genome::GeneLink& link : genome.links) {
             if (link.from == reached[k] &&
                 std::find(reached.begin(), reached.end(), link.to) == reached.end()) {
                 reached.push_back(link.to);
@@ -155,7 +155,7 @@ float distance_of(const Genome& a, const Genome& b, const Distance& distance) {
     std::size_t excess = 0;
     std::size_t both = 0;
     float difference = 0.0F;
-    const auto alone = [&](const Genome::Link& link) {
+    const auto alone = [&](const Genome::GeneLink& link) {
         ++(link.innovation > end ? excess : disjoint);
     };
     auto in_a = a.links.begin();
@@ -183,7 +183,7 @@ float distance_of(const Genome& a, const Genome& b, const Distance& distance) {
 Genome cross(const Genome& fitter, const Genome& other, core::Rng& rng) {
     Genome child = fitter;
     auto from = other.links.begin();
-    for (Genome::Link& link : child.links) {
+    for (Genome::GeneLink& link : child.links) {
         while (from != other.links.end() && from->innovation < link.innovation) {
             ++from;
         }
@@ -229,9 +229,9 @@ bool add_node(Genome& genome, Inventions& inventions, core::Rng& rng) {
     if (on.empty() || genome.first_hidden() + genome.hidden.size() + 1 >= kMaxValues) {
         return false;
     }
-    Genome::Link& split = genome.links[on[rng.below(static_cast<std::uint32_t>(on.size()))]];
+    Genome::GeneLink& split = genome.links[on[rng.below(static_cast<std::uint32_t>(on.size()))]];
     split.on = false;
-    const Genome::Link old = split;
+    const Genome::GeneLink old = split;
     const std::uint32_t node = inventions.node(genome, old.innovation);
     genome.hidden.insert(std::upper_bound(genome.hidden.begin(), genome.hidden.end(), node), node);
     insert(genome, {inventions.link(old.from, node), old.from, node, 1.0F, true});

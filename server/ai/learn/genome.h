@@ -13,19 +13,19 @@ namespace zoned::ai::learning {
 /// Nodes are numbered: inputs, then one that is always 1 (the bias), outputs, hidden ones. Links
 /// never close a circle, those that are off included.
 struct Genome {
-    struct Link {
+    struct GeneLink {
         std::uint32_t innovation = 0;  ///< historical marking: the same for the same invention
         std::uint32_t from = 0;
         std::uint32_t to = 0;
         float weight = 0.0F;
         bool on = true;
 
-        friend bool operator==(const Link&, const Link&) = default;
+        friend bool operator==(const GeneLink&, const GeneLink&) = default;
     };
 
     std::uint32_t inputs = 0;
     std::uint32_t outputs = 0;
-    std::vector<Link> links;            ///< ascending by innovation
+    std::vector<GeneLink> links;        ///< ascending by innovation
     std::vector<std::uint32_t> hidden;  ///< nodes, ascending
 
     [[nodiscard]] std::uint32_t bias() const { return inputs; }
@@ -58,7 +58,7 @@ Genome simplest(std::uint32_t inputs, std::uint32_t outputs, Inventions& inventi
 
 /// The genome as a network: what leads to no output is left out. Parameters are sums in the order
 /// of innovations, so that equal genomes give equal bits.
-Network network_of(const Genome& genome);
+NeuralNetwork network_of(const Genome& genome);
 
 /// True where a link from one to the other would close a circle.
 bool closes_circle(const Genome& genome, std::uint32_t from, std::uint32_t to);

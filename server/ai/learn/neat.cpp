@@ -19,7 +19,7 @@ Neat::Neat(const NeatSettings& settings,
     const Genome seed_genome = simplest(inputs, outputs, state_.inventions);
     state_.genomes.assign(settings.population, seed_genome);
     for (Genome& genome : state_.genomes) {
-        for (Genome::Link& link : genome.links) {
+        for (Genome::GeneLink& link : genome.links) {
             link.weight = state_.rng.range(-1.0F, 1.0F);
         }
     }
@@ -178,7 +178,7 @@ void Neat::mutate(Genome& genome) {
 void Neat::mutate_weights(Genome& genome) {
     core::Rng& rng = state_.rng;
     const float range = settings_.weight_range;
-    for (Genome::Link& link : genome.links) {
+    for (Genome::GeneLink& link : genome.links) {
         if (rng.unit() < settings_.perturbed) {
             link.weight = std::clamp(
                 link.weight + settings_.perturbation * bell(rng), -2.0F * range, 2.0F * range);

@@ -39,7 +39,7 @@ class Neat {
         std::vector<std::uint32_t> members;
     };
 
-    struct State {
+    struct NeatState {
         std::uint64_t generation = 0;
         std::vector<Genome> genomes;
         std::vector<Species> species;
@@ -61,9 +61,9 @@ class Neat {
     /// Makes the next generation; `fitness` of each genome, >= 0.
     void breed(std::span<const double> fitness);
 
-    [[nodiscard]] const State& state() const { return state_; }
+    [[nodiscard]] const NeatState& state() const { return state_; }
 
-    void restore(State state) { state_ = std::move(state); }
+    void restore(NeatState state) { state_ = std::move(state); }
 
   private:
     void sort_into_species();
@@ -80,7 +80,7 @@ class Neat {
     void mutate_weights(Genome& genome);
 
     NeatSettings settings_;
-    State state_;
+    NeatState state_;
 };
 
 }  // namespace zoned::ai::learning

@@ -7,9 +7,9 @@
 
 namespace zoned::ai::learning {
 
-Network dense(std::span<const std::size_t> layers, Activation output) {
+NeuralNetwork dense(std::span<const std::size_t> layers, Activation output) {
     ZONED_ASSERT(layers.size() >= 2, "a network has inputs and outputs");
-    Network network;
+    NeuralNetwork network;
     network.inputs = layers[0];
     std::size_t begin = 0;  // of the layer before, among values
     for (std::size_t layer = 1; layer < layers.size(); ++layer) {
@@ -35,8 +35,8 @@ Network dense(std::span<const std::size_t> layers, Activation output) {
     return network;
 }
 
-void randomise(Network& network, core::Rng& rng) {
-    for (const Network::Node& node : network.nodes) {
+void randomise(NeuralNetwork& network, core::Rng& rng) {
+    for (const NeuralNetwork::Neuron& node : network.nodes) {
         const float reach = std::sqrt(6.0F / static_cast<float>(node.links + 1));
         network.parameters[node.first] = 0.0F;
         for (std::uint32_t k = 1; k <= node.links; ++k) {
@@ -45,7 +45,7 @@ void randomise(Network& network, core::Rng& rng) {
     }
 }
 
-std::string defect_of(const Network& network) {
+std::string defect_of(const NeuralNetwork& network) {
     if (network.inputs == 0 || network.outputs.empty()) {
         return "it has no inputs or no outputs";
     }
@@ -63,7 +63,7 @@ std::string defect_of(const Network& network) {
     }
     std::size_t next = 0;
     for (std::size_t n = 0; n < network.nodes.size(); ++n) {
-        const Network::Node& node = network.nodes[n];
+        const NeuralNetwork::Neuron& node = network.nodes[n];
         const std::string name = "node " + std::to_string(n);
         if (node.first != next || node.links >= network.parameters.size() - next) {
             return name + " has parameters that do not exist";
@@ -95,7 +95,7 @@ std::string defect_of(const Network& network) {
     return {};
 }
 
-void evaluate(const Network& network,
+void evaluate(const NeuralNetwork& network,
               std::span<const float> in,
               std::span<float> values,
               std::span<float> out) {
@@ -106,7 +106,7 @@ void evaluate(const Network& network,
     const float* const parameters = network.parameters.data();
     const std::uint16_t* const source = network.source.data();
     float* value = values.data() + network.inputs;
-    for (const Network::Node& node : network.nodes) {
+    for (const NeuralNetwork::Neuron& node : network.nodes) {
         float sum = parameters[node.first];
         const std::uint32_t end = node.first + node.links;
         for (std::uint32_t p = node.first + 1; p <= end; ++p) {
@@ -119,7 +119,7 @@ void evaluate(const Network& network,
     }
 }
 
-void evaluate_many(const Network& network,
+void evaluate_many(const NeuralNetwork& network,
                    std::span<const float* const> in,
                    std::size_t count,
                    std::span<float> scratch,
@@ -136,7 +136,7 @@ void evaluate_many(const Network& network,
             std::fill(row + here, row + kLanes, 0.0F);
         }
         float* row = &scratch[network.inputs * kLanes];
-        for (const Network::Node& node : network.nodes) {
+        for (const NeuralNetwork::Neuron& node : network.nodes) {
             float sum[kLanes];
             std::fill(sum, sum + kLanes, parameters[node.first]);
             const std::uint32_t end = node.first + node.links;

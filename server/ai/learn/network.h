@@ -1,5 +1,5 @@
-// Network: a feed-forward network of any topology, flat: evaluated for one or in columns, the same
-// bits on every machine.
+// NeuralNetwork: a feed-forward network of any topology, flat: evaluated for one or in columns, the
+// same bits on every machine.
 #pragma once
 
 #include "shared/core/rng.h"
@@ -42,41 +42,41 @@ inline float squash_slope(float x) {
 }
 
 /// Values are numbered: inputs, then nodes as they stand. A node reads only values before it.
-struct Network {
-    struct Node {
+struct NeuralNetwork {
+    struct Neuron {
         std::uint32_t first = 0;  ///< parameter that is its bias; the weights of its links follow
         std::uint32_t links = 0;
         Activation activation = Activation::kSquash;
 
-        friend bool operator==(const Node&, const Node&) = default;
+        friend bool operator==(const Neuron&, const Neuron&) = default;
     };
 
     std::size_t inputs = 0;
-    std::vector<Node> nodes;
+    std::vector<Neuron> nodes;
     std::vector<float> parameters;       ///< of all nodes, in their order
     std::vector<std::uint16_t> source;   ///< by parameter: the value that it weighs (bias: unused)
     std::vector<std::uint16_t> outputs;  ///< values
 
     [[nodiscard]] std::size_t values() const { return inputs + nodes.size(); }
 
-    friend bool operator==(const Network&, const Network&) = default;
+    friend bool operator==(const NeuralNetwork&, const NeuralNetwork&) = default;
 };
 
 /// All of a layer to all of the next; `layers` are the numbers of inputs, of nodes of each hidden
 /// layer, and of outputs: at least two, each > 0. Parameters are 0.
-Network dense(std::span<const std::size_t> layers, Activation output = Activation::kSquash);
+NeuralNetwork dense(std::span<const std::size_t> layers, Activation output = Activation::kSquash);
 
 /// Weights uniform within sqrt(6 / (links in + 1)) of 0, biases 0, which keeps the spread of sums
 /// near 1 (after Glorot, Bengio, "Understanding the difficulty of training deep feedforward neural
 /// networks", AISTATS 2010, section 4.2, with the links in alone: a flat network has no layers).
-void randomise(Network& network, core::Rng& rng);
+void randomise(NeuralNetwork& network, core::Rng& rng);
 
 /// What is wrong with a network from outside; empty: it can be evaluated.
-std::string defect_of(const Network& network);
+std::string defect_of(const NeuralNetwork& network);
 
 /// `in`: inputs; `values`: network.values() places, holds all values afterwards; `out`: as many as
 /// outputs. Sums begin with the bias and go through the links in their order. Allocates nothing.
-void evaluate(const Network& network,
+void evaluate(const NeuralNetwork& network,
               std::span<const float> in,
               std::span<float> values,
               std::span<float> out);
@@ -86,7 +86,7 @@ inline constexpr std::size_t kLanes = 16;
 
 /// `in` and `out`: a column for each input and output, `count` long; `scratch`: values() * kLanes
 /// places. The same bits as evaluate() for each. Allocates nothing.
-void evaluate_many(const Network& network,
+void evaluate_many(const NeuralNetwork& network,
                    std::span<const float* const> in,
                    std::size_t count,
                    std::span<float> scratch,

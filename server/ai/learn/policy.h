@@ -66,7 +66,7 @@ struct Policy {
     std::string name;
     Facing facing = Facing::kTarget;
     std::vector<PolicyInput> inputs;
-    Network network;
+    NeuralNetwork network;
 };
 
 /// What is wrong with a policy from outside; empty: it can decide.

@@ -33,11 +33,13 @@ class Task {
 
     /// >= 0, finite, more is better. `course` numbers the circumstances (starts, paths of others):
     /// who is compared is judged on the same course.
-    [[nodiscard]] virtual double fitness(const Network& network, std::uint64_t course) const = 0;
+    [[nodiscard]] virtual double fitness(const NeuralNetwork& network,
+                                         std::uint64_t course) const = 0;
 
     /// Figure by which people judge the task, over many circumstances that fitness() never uses;
     /// `course` chooses them. More is better.
-    [[nodiscard]] virtual double score(const Network& network, std::uint64_t course) const = 0;
+    [[nodiscard]] virtual double score(const NeuralNetwork& network,
+                                       std::uint64_t course) const = 0;
 
     /// A score that counts as solved.
     [[nodiscard]] virtual double solved_at() const = 0;

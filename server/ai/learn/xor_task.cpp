@@ -8,7 +8,7 @@ namespace zoned::ai::learning {
 namespace {
 
 /// Output in each case, for inputs (0,0) (1,0) (0,1) (1,1).
-std::array<float, 4> answers_of(const Network& network) {
+std::array<float, 4> answers_of(const NeuralNetwork& network) {
     std::array<float, kMaxValues> values;
     std::array<float, 4> answers{};
     for (unsigned k = 0; k < 4; ++k) {
@@ -22,7 +22,7 @@ constexpr std::array<float, 4> kWanted{-1.0F, 1.0F, 1.0F, -1.0F};
 
 }  // namespace
 
-double XorTask::fitness(const Network& network, std::uint64_t /*course*/) const {
+double XorTask::fitness(const NeuralNetwork& network, std::uint64_t /*course*/) const {
     const std::array<float, 4> answers = answers_of(network);
     double left = 4.0;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -31,7 +31,7 @@ double XorTask::fitness(const Network& network, std::uint64_t /*course*/) const 
     return left > 0.0 ? left * left : 0.0;
 }
 
-double XorTask::score(const Network& network, std::uint64_t /*course*/) const {
+double XorTask::score(const NeuralNetwork& network, std::uint64_t /*course*/) const {
     const std::array<float, 4> answers = answers_of(network);
     int right = 0;
     for (std::size_t k = 0; k < 4; ++k) {

@@ -13,10 +13,10 @@ class XorTask final : public Task {
 
     [[nodiscard]] std::size_t outputs() const override { return 1; }
 
-    [[nodiscard]] double fitness(const Network& network, std::uint64_t course) const override;
+    [[nodiscard]] double fitness(const NeuralNetwork& network, std::uint64_t course) const override;
 
     /// Cases on the right side of 0.
-    [[nodiscard]] double score(const Network& network, std::uint64_t course) const override;
+    [[nodiscard]] double score(const NeuralNetwork& network, std::uint64_t course) const override;
 
     [[nodiscard]] double solved_at() const override { return 4.0; }
 };

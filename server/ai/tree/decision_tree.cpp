@@ -20,19 +20,19 @@ class TreeInspection {
           senses_(senses),
           ways_in_(def.nodes.size(), 0) {}
 
-    std::vector<Defect> run() {
+    std::vector<TreeDefect> run() {
         if (def_.nodes.empty()) {
-            add(DefectKind::kNoNodes, 0);
+            add(TreeDefectKind::kNoNodes, 0);
             return std::move(found_);
         }
         if (def_.nodes.size() > kMaxNodes) {
-            add(DefectKind::kTooMany, static_cast<int>(kMaxNodes));
+            add(TreeDefectKind::kTooMany, static_cast<int>(kMaxNodes));
         }
         ways_in_[0] = 1;
         walk(0, 1);
         for (std::size_t n = 0; n < def_.nodes.size(); ++n) {
             if (ways_in_[n] == 0) {
-                add(DefectKind::kUnreachable, static_cast<int>(n));
+                add(TreeDefectKind::kUnreachable, static_cast<int>(n));
             }
         }
         return std::move(found_);
@@ -44,7 +44,7 @@ class TreeInspection {
         bool yes;
     };
 
-    void add(DefectKind kind, int node) { found_.push_back({kind, node}); }
+    void add(TreeDefectKind kind, int node) { found_.push_back({kind, node}); }
 
     void walk(int at, std::size_t depth) {
         const NodeDef& node = def_.nodes[static_cast<std::size_t>(at)];
@@ -52,11 +52,11 @@ class TreeInspection {
             return;
         }
         if (depth == kMaxDepth) {
-            add(DefectKind::kTooMany, at);
+            add(TreeDefectKind::kTooMany, at);
             return;
         }
         if (node.test.sense >= senses_) {
-            add(DefectKind::kUnknownSense, at);
+            add(TreeDefectKind::kUnknownSense, at);
         }
         judge(at, node.test);
         known_.push_back({node.test, true});
@@ -68,9 +68,9 @@ class TreeInspection {
 
     void step(int from, int to, std::size_t depth) {
         if (to < 0 || static_cast<std::size_t>(to) >= def_.nodes.size()) {
-            add(DefectKind::kUnknownNode, from);
+            add(TreeDefectKind::kUnknownNode, from);
         } else if (++ways_in_[static_cast<std::size_t>(to)] > 1) {
-            add(DefectKind::kTwoWaysIn, to);
+            add(TreeDefectKind::kTwoWaysIn, to);
         } else {
             walk(to, depth + 1);
         }
@@ -89,13 +89,13 @@ class TreeInspection {
             if (known_below == known.yes) {  // value < a, or value <= a
                 const bool strict = known_below;
                 if (below ? a <= b && (strict || a < b) : a <= b) {
-                    add(below ? DefectKind::kNeverNo : DefectKind::kNeverYes, at);
+                    add(below ? TreeDefectKind::kNeverNo : TreeDefectKind::kNeverYes, at);
                     return;
                 }
             } else {  // value > a, or value >= a
                 const bool strict = !known_below;
                 if (below ? a >= b : a >= b && (strict || a > b)) {
-                    add(below ? DefectKind::kNeverYes : DefectKind::kNeverNo, at);
+                    add(below ? TreeDefectKind::kNeverYes : TreeDefectKind::kNeverNo, at);
                     return;
                 }
             }
@@ -106,32 +106,32 @@ class TreeInspection {
     std::size_t senses_;
     std::vector<int> ways_in_;
     std::vector<Known> known_;
-    std::vector<Defect> found_;
+    std::vector<TreeDefect> found_;
 };
 
 }  // namespace
 
-std::vector<Defect> defects_of(const TreeDef& def, std::size_t senses) {
+std::vector<TreeDefect> defects_of(const TreeDef& def, std::size_t senses) {
     return TreeInspection(def, senses).run();
 }
 
-std::string text_of(const Defect& defect) {
+std::string text_of(const TreeDefect& defect) {
     switch (defect.kind) {
-        case DefectKind::kNoNodes:
+        case TreeDefectKind::kNoNodes:
             return "a tree needs at least one node";
-        case DefectKind::kUnknownNode:
+        case TreeDefectKind::kUnknownNode:
             return "leads to a node that does not exist";
-        case DefectKind::kUnknownSense:
+        case TreeDefectKind::kUnknownSense:
             return "reads a sense that these agents do not have";
-        case DefectKind::kUnreachable:
+        case TreeDefectKind::kUnreachable:
             return "is never reached: no question leads here";
-        case DefectKind::kTwoWaysIn:
+        case TreeDefectKind::kTwoWaysIn:
             return "is reached in two ways, which makes it no tree";
-        case DefectKind::kNeverYes:
+        case TreeDefectKind::kNeverYes:
             return "is always answered no: a question above leaves nothing else";
-        case DefectKind::kNeverNo:
+        case TreeDefectKind::kNeverNo:
             return "is always answered yes: a question above leaves nothing else";
-        case DefectKind::kTooMany:
+        case TreeDefectKind::kTooMany:
             return "is one too many: at most " + std::to_string(kMaxNodes) + " nodes, " +
                    std::to_string(kMaxDepth) + " deep";
     }
@@ -144,7 +144,7 @@ DecisionTree::DecisionTree(const TreeDef& def, std::size_t senses) : senses_(sen
     std::vector<std::pair<std::size_t, std::size_t>> line{{0, 0}};  // node, depth
     for (std::size_t at = 0; at < line.size(); ++at) {
         const NodeDef& from = def.nodes[line[at].first];
-        Node node;
+        DecisionNode node;
         node.number = static_cast<std::uint16_t>(line[at].first);
         node.action = from.action;
         node.next = static_cast<std::uint16_t>(at);
@@ -168,7 +168,7 @@ void DecisionTree::decide(const SenseColumns& senses, std::span<std::uint16_t> a
     for (std::size_t i = 0; i < senses.count; ++i) {
         std::size_t at = 0;
         for (std::size_t level = 0; level < depth_; ++level) {
-            const Node& node = nodes_[at];
+            const DecisionNode& node = nodes_[at];
             const bool yes = senses.column[node.sense][i] * node.sign < node.threshold;
             at = node.next + static_cast<std::size_t>(yes);
         }
@@ -179,7 +179,7 @@ void DecisionTree::decide(const SenseColumns& senses, std::span<std::uint16_t> a
 std::uint16_t DecisionTree::decide(std::span<const float> values) const {
     std::size_t at = 0;
     while (nodes_[at].next != at) {
-        const Node& node = nodes_[at];
+        const DecisionNode& node = nodes_[at];
         at = node.next + static_cast<std::size_t>(values[node.sense] * node.sign < node.threshold);
     }
     return nodes_[at].action;
@@ -190,7 +190,7 @@ std::uint16_t DecisionTree::explain(std::span<const float> values,
     way.clear();
     std::size_t at = 0;
     while (nodes_[at].next != at) {
-        const Node& node = nodes_[at];
+        const DecisionNode& node = nodes_[at];
         way.push_back(node.number);
         at = node.next + static_cast<std::size_t>(values[node.sense] * node.sign < node.threshold);
     }

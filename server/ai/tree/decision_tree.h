@@ -28,7 +28,7 @@ struct TreeDef {
     std::vector<NodeDef> nodes;  ///< begins at the first
 };
 
-enum class DefectKind : std::uint8_t {
+enum class TreeDefectKind : std::uint8_t {
     kNoNodes,
     kUnknownNode,  ///< leads to no node, or only one of yes and no does
     kUnknownSense,
@@ -39,15 +39,15 @@ enum class DefectKind : std::uint8_t {
     kTooMany,  ///< beyond kMaxNodes or kMaxDepth
 };
 
-struct Defect {
-    DefectKind kind = DefectKind::kNoNodes;
+struct TreeDefect {
+    TreeDefectKind kind = TreeDefectKind::kNoNodes;
     int node = 0;
 };
 
 /// Without any, DecisionTree takes it.
-std::vector<Defect> defects_of(const TreeDef& def, std::size_t senses);
+std::vector<TreeDefect> defects_of(const TreeDef& def, std::size_t senses);
 
-std::string text_of(const Defect& defect);
+std::string text_of(const TreeDefect& defect);
 
 /// Both answers to a question stand side by side, so that the answer is added to a place in the
 /// table (predicated trees: Asadi, Lin, de Vries, "Runtime optimizations for tree-based machine
@@ -62,8 +62,8 @@ class DecisionTree {
     /// The action of one agent that senses `values`.
     [[nodiscard]] std::uint16_t decide(std::span<const float> values) const;
 
-    /// Node of the definition in which the agent that senses `values` ends; `way` gets those on the
-    /// way there.
+    /// DecisionNode of the definition in which the agent that senses `values` ends; `way` gets
+    /// those on the way there.
     std::uint16_t explain(std::span<const float> values, std::vector<std::uint16_t>& way) const;
 
     [[nodiscard]] std::size_t depth() const { return depth_; }
@@ -71,7 +71,7 @@ class DecisionTree {
   private:
     /// The question is value * sign < threshold; an answer is one that is never so and leads to
     /// itself.
-    struct Node {
+    struct DecisionNode {
         float threshold = -1.0F;
         float sign = 0.0F;
         SenseIndex sense = 0;
@@ -82,7 +82,7 @@ class DecisionTree {
 
     std::size_t depth_ = 0;
     std::size_t senses_ = 0;
-    std::vector<Node> nodes_;
+    std::vector<DecisionNode> nodes_;
 };
 
 }  // namespace zoned::ai::tree

@@ -36,8 +36,8 @@ class Imitation : public GameTest {
     }
 
     /// A network after `epochs` passes over the lessons.
-    static learning::Network fitted(const app::Lessons& lessons, int epochs) {
-        learning::Network network = learning::dense(
+    static learning::NeuralNetwork fitted(const app::Lessons& lessons, int epochs) {
+        learning::NeuralNetwork network = learning::dense(
             std::array<std::size_t, 4>{lessons.training.inputs, 16, 8, lessons.training.outputs},
             learning::Activation::kLinear);
         core::Rng rng(3);
@@ -154,7 +154,7 @@ double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& tick
 
 /// What the policy of a network wants at a distance from its target, which is at +x.
 learning::Wanted desired_velocity_at(const proto::Training::Imitation& settings,
-                                     const learning::Network& network,
+                                     const learning::NeuralNetwork& network,
                                      float distance) {
     learning::Policy policy;
     policy.inputs = ops::inputs_of(settings.input());
@@ -184,7 +184,7 @@ TEST_F(Imitation, OfAHuntComesNearItsOwnRule) {
     const auto lessons = app::lessons_of(ticks, settings);
     ASSERT_TRUE(lessons.ok());
     ASSERT_GT(lessons->held_out.size(), 200u);
-    const learning::Network network = fitted(*lessons, 60);
+    const learning::NeuralNetwork network = fitted(*lessons, 60);
     const double learned = mean_squared_error(network, lessons->held_out);
     const double constant = error_of_best_constant(lessons->held_out);
     // As client-sim/bot/behaviour.cpp has it: at the target beyond 4 m, and anywhere within (the
@@ -233,7 +233,7 @@ TEST_F(Imitation, OfAWalkToASpotGoesThere) {
     const auto ticks = played("crowd", settings);
     const auto lessons = app::lessons_of(ticks, settings);
     ASSERT_TRUE(lessons.ok());
-    const learning::Network network = fitted(*lessons, 60);
+    const learning::NeuralNetwork network = fitted(*lessons, 60);
     const double learned = mean_squared_error(network, lessons->held_out);
     const double constant = error_of_best_constant(lessons->held_out);
     const double rule =

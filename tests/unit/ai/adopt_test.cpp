@@ -11,8 +11,8 @@
 namespace zoned::ai::test {
 namespace {
 
-State named(const std::string& name, ActionKind action) {
-    State state;
+BrainState named(const std::string& name, ActionKind action) {
+    BrainState state;
     state.name = name;
     state.action = action;
     return state;
@@ -23,13 +23,13 @@ Brain layered() {
     Brain brain;
     brain.name = "layered";
     brain.variables = {{"hunger", 0.2F, 0.1F}, {"coins", 1.0F, 0.0F, 0.0F, 10.0F}};
-    State day = named("day", ActionKind::kIdle);
-    day.history = state_machine::History::kDeep;
+    BrainState day = named("day", ActionKind::kIdle);
+    day.history = state_machine::StateHistory::kDeep;
     day.inside = {named("walk", ActionKind::kPatrol), named("stand", ActionKind::kIdle)};
     day.inside[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F}};
     day.inside[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 9.0F}};
     day.transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 10.0F}};
-    State alarm = named("alarm", ActionKind::kChase);
+    BrainState alarm = named("alarm", ActionKind::kChase);
     alarm.transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 20.0F}};
     brain.states = {day, alarm};
     return brain;

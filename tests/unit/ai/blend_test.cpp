@@ -19,7 +19,7 @@ namespace {
 Brain shy(float response_s) {
     Brain brain;
     brain.name = "shy";
-    State state;
+    BrainState state;
     state.name = "live";
     BlendChoice blend;
     blend.def.name = "shyness";
@@ -34,11 +34,11 @@ Brain shy(float response_s) {
     blend.def.response_s = response_s;
     blend.inputs = {kSensePlayerDistance};
     state.choice = blend;
-    State home;
+    BrainState home;
     home.name = "home";
     home.action = ActionKind::kReturn;
     home.speed_factor = 0.5F;
-    State flee;
+    BrainState flee;
     flee.name = "flee";
     flee.action = ActionKind::kFlee;
     flee.stance = 2;

@@ -41,7 +41,7 @@ TEST(Decision, DoesNotOscillateWithAPlayerAtTheThresholdAndNoise) {
 TEST(Decision, WouldOscillateWithoutHysteresis) {
     // The same noise with one threshold and no hold: this is what the test above protects from.
     Brain brain = guard_brain();
-    for (State& state : brain.states) {
+    for (BrainState& state : brain.states) {
         for (Transition& transition : state.transitions) {
             transition.hold_s = 0.0F;
             if (transition.sensor == Sensor::kPlayerDistance) {

@@ -182,17 +182,17 @@ inline Brain guard_brain() {
     brain.name = "guard";
     brain.perception_m = 40.0F;
     brain.states.resize(3);
-    State& patrol = brain.states[kOnPatrol];
+    BrainState& patrol = brain.states[kOnPatrol];
     patrol.action = ActionKind::kPatrol;
     patrol.radius_m = 8.0F;
     patrol.speed_factor = 0.5F;
     patrol.transitions = {{kOnChase, Sensor::kPlayerDistance, Compare::kBelow, 15.0F, 0.4F}};
-    State& chase = brain.states[kOnChase];
+    BrainState& chase = brain.states[kOnChase];
     chase.action = ActionKind::kChase;
     chase.sprint = true;
     chase.stance = 2;
     chase.transitions = {{kOnReturn, Sensor::kPlayerDistance, Compare::kAbove, 20.0F, 0.4F}};
-    State& back = brain.states[kOnReturn];
+    BrainState& back = brain.states[kOnReturn];
     back.action = ActionKind::kReturn;
     back.transitions = {{kOnChase, Sensor::kPlayerDistance, Compare::kBelow, 15.0F, 0.4F},
                         {kOnPatrol, Sensor::kHomeDistance, Compare::kBelow, 2.0F, 0.0F}};

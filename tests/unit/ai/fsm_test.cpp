@@ -38,7 +38,7 @@ class Lone {
     ActiveStates states;
     Sensed sensed;
     Tick now = 0;
-    std::vector<Change> changes;
+    std::vector<StateChange> changes;
 };
 
 TransitionDef go(std::uint16_t to, std::vector<Condition> when, float hold_s = 0.0F) {
@@ -150,7 +150,7 @@ class Forms {
           sensed(scenario::kSentrySenses, count) {}
 
     void tick(Tick now) {
-        for (std::vector<Change>* changes : {&of_tables, &of_switch, &of_class}) {
+        for (std::vector<StateChange>* changes : {&of_tables, &of_switch, &of_class}) {
             changes->clear();
         }
         const SenseColumns senses = sensed.view();
@@ -175,9 +175,9 @@ class Forms {
     ActiveStates by_switch;
     ActiveStates by_class;
     Sensed sensed;
-    std::vector<Change> of_tables;
-    std::vector<Change> of_switch;
-    std::vector<Change> of_class;
+    std::vector<StateChange> of_tables;
+    std::vector<StateChange> of_switch;
+    std::vector<StateChange> of_class;
 };
 
 TEST(FsmForms, AgreeInEveryTickOfEveryAgent) {
@@ -193,7 +193,7 @@ TEST(FsmForms, AgreeInEveryTickOfEveryAgent) {
         const std::uint64_t hash = Forms::hash_of(forms.tables);
         ASSERT_EQ(hash, Forms::hash_of(forms.by_switch)) << now;
         ASSERT_EQ(hash, Forms::hash_of(forms.by_class)) << now;
-        for (const Change& change : forms.of_tables) {
+        for (const StateChange& change : forms.of_tables) {
             taken.insert(change.transition);
         }
         ASSERT_EQ(forms.of_tables.size(), forms.of_switch.size());
@@ -280,9 +280,9 @@ TEST(FlappingDetector, AreNotSeenInARound) {
 
 // ---------------------------------------------------------------- definitions
 
-std::vector<DefectKind> kinds(const StateMachineDef& def, std::size_t senses) {
-    std::vector<DefectKind> kinds;
-    for (const Defect& defect : defects_of(def, senses)) {
+std::vector<StateMachineDefectKind> kinds(const StateMachineDef& def, std::size_t senses) {
+    std::vector<StateMachineDefectKind> kinds;
+    for (const StateMachineDefect& defect : defects_of(def, senses)) {
         kinds.push_back(defect.kind);
     }
     return kinds;
@@ -296,27 +296,28 @@ TEST(FsmDefects, NameTheStateThatNobodyEnters) {
     const auto defects =
         defects_of({"m", {leaf("a"), leaf("b", {go(2, {below(0, 1)})}), leaf("c")}}, 1);
     ASSERT_EQ(defects.size(), 2U);  // c is entered from b alone
-    EXPECT_EQ(defects[0].kind, DefectKind::kUnreachable);
+    EXPECT_EQ(defects[0].kind, StateMachineDefectKind::kUnreachable);
     EXPECT_THAT(defects[0].state, ElementsAre(1));
     EXPECT_THAT(defects[1].state, ElementsAre(2));
 }
 
 TEST(FsmDefects, AreEachFound) {
-    EXPECT_THAT(kinds({"m", {}}, 1), ElementsAre(DefectKind::kNoStates));
+    EXPECT_THAT(kinds({"m", {}}, 1), ElementsAre(StateMachineDefectKind::kNoStates));
     EXPECT_THAT(kinds({"m", {leaf("a", {go(7, {below(0, 1)})})}}, 1),
-                ElementsAre(DefectKind::kUnknownState));
+                ElementsAre(StateMachineDefectKind::kUnknownState));
     EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(3, 1)})})}}, 1),
-                ElementsAre(DefectKind::kUnknownSense));
-    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {})})}}, 1), ElementsAre(DefectKind::kNoCondition));
+                ElementsAre(StateMachineDefectKind::kUnknownSense));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {})})}}, 1),
+                ElementsAre(StateMachineDefectKind::kNoCondition));
     EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(0, 1), above(0, 2)})})}}, 1),
-                ElementsAre(DefectKind::kNeverHolds));
+                ElementsAre(StateMachineDefectKind::kNeverHolds));
     EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(0, 2)}), go(0, {below(0, 1)})})}}, 1),
-                ElementsAre(DefectKind::kNeverTried));
+                ElementsAre(StateMachineDefectKind::kNeverTried));
     EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(0, 1)}), go(0, {below(0, 2)})})}}, 1),
                 testing::IsEmpty());
     StateDef remembers = leaf("a");
-    remembers.history = History::kDeep;
-    EXPECT_THAT(kinds({"m", {remembers}}, 1), ElementsAre(DefectKind::kIdleMemory));
+    remembers.history = StateHistory::kDeep;
+    EXPECT_THAT(kinds({"m", {remembers}}, 1), ElementsAre(StateMachineDefectKind::kIdleMemory));
 }
 
 TEST(FsmDefects, BoundDepthAndNumber) {
@@ -326,12 +327,12 @@ TEST(FsmDefects, BoundDepthAndNumber) {
         outer.inside = {nest};
         nest = outer;
     }
-    EXPECT_THAT(kinds({"m", {nest}}, 1), ElementsAre(DefectKind::kTooDeep));
+    EXPECT_THAT(kinds({"m", {nest}}, 1), ElementsAre(StateMachineDefectKind::kTooDeep));
     StateDef busy = leaf("busy");
     for (std::size_t t = 0; t <= kMaxTransitions; ++t) {
         busy.transitions.push_back(go(0, {below(0, static_cast<float>(t))}));
     }
-    EXPECT_THAT(kinds({"m", {busy}}, 1), ElementsAre(DefectKind::kTooMany));
+    EXPECT_THAT(kinds({"m", {busy}}, 1), ElementsAre(StateMachineDefectKind::kTooMany));
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ TEST(Membership, IsTheTrapezoid) {
 FuzzyDef line_def() {
     FuzzyDef def;
     def.inputs = {{"x", 0, 1, {{"low", -kInfinity, 0, 0, 1}, {"high", 0, 1, 1, kInfinity}}}};
-    Output out;
+    FuzzyOutput out;
     out.name = "y";
     out.low = -10;
     out.high = 10;
@@ -156,7 +156,7 @@ double closed_centroid(double a, double b, double d, double cut) {
 FuzzyDef cut_def(std::vector<Term> terms, std::uint16_t samples) {
     FuzzyDef def;
     def.inputs = {{"x", 0, 1, {{"is", 0, 1, 1, kInfinity}}}};
-    Output out;
+    FuzzyOutput out;
     out.inference = Inference::kMamdani;
     out.terms = std::move(terms);
     out.samples = samples;
@@ -393,7 +393,7 @@ TEST(FuzzyDefects, NameTheGap) {
     def.inputs[0].terms[1] = {"middle", 14.0F, 20.0F, 20.0F, 30.0F};
     const auto defects = defects_of(def);
     ASSERT_EQ(defects.size(), 1U);
-    EXPECT_EQ(defects[0].kind, DefectKind::kGap);
+    EXPECT_EQ(defects[0].kind, FuzzyDefectKind::kGap);
     EXPECT_EQ(defects[0].from, 12.0F);
     EXPECT_EQ(defects[0].to, 14.0F);
     EXPECT_EQ(text_of(defects[0]), "values between 12 and 14 belong to no term");
@@ -423,9 +423,9 @@ TEST(FuzzyDefects, SeeGapsAtBothEnds) {
     EXPECT_EQ(defects[1].to, 1.0F);
 }
 
-std::vector<DefectKind> kinds(const FuzzyDef& def) {
-    std::vector<DefectKind> kinds;
-    for (const Defect& defect : defects_of(def)) {
+std::vector<FuzzyDefectKind> kinds(const FuzzyDef& def) {
+    std::vector<FuzzyDefectKind> kinds;
+    for (const FuzzyDefect& defect : defects_of(def)) {
         kinds.push_back(defect.kind);
     }
     return kinds;
@@ -435,34 +435,34 @@ TEST(FuzzyDefects, AreEachFound) {
     const FuzzyDef good = brave_def(Inference::kSugeno);
     FuzzyDef def = good;
     def.inputs[0].high = 0.0F;
-    EXPECT_THAT(kinds(def), testing::Contains(DefectKind::kBadRange));
+    EXPECT_THAT(kinds(def), testing::Contains(FuzzyDefectKind::kBadRange));
     def = good;
     def.inputs[0].terms[1].b = 100.0F;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kBadTerm));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kBadTerm));
     def = good;
     def.inputs[0].terms.push_back({"beyond", 50, 60, 60, 70});
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kOutside));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kOutside));
     def = good;
     def.rules[4].when.clear();
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kNoProposition));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kNoProposition));
     def = good;
     def.rules[4].when[1].term = 3;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kUnknownName));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kUnknownName));
     def = good;
     def.rules[4].then = 3;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kUnknownName));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kUnknownName));
     def = good;
     def.rules[4].weight = 0.0F;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kBadWeight));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kBadWeight));
     def = good;
     def.outputs[0].values.push_back({"unsaid", 0.3F, {}});
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kNeverSaid));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kNeverSaid));
     def = good;
     def.outputs[0].otherwise = 2.0F;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kBadOtherwise));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kBadOtherwise));
     def = brave_def(Inference::kMamdani);
     def.outputs[0].samples = 3;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kBadSamples));
+    EXPECT_THAT(kinds(def), ElementsAre(FuzzyDefectKind::kBadSamples));
 }
 
 }  // namespace

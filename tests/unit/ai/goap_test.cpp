@@ -22,8 +22,8 @@ std::vector<std::string> names(const Plan& plan, const Domain& domain) {
     return names;
 }
 
-Plan plan_for(const Domain& domain, World from, std::uint32_t bound = 4096) {
-    Planner planner(bound);
+Plan plan_for(const Domain& domain, FactSet from, std::uint32_t bound = 4096) {
+    GoapPlanner planner(bound);
     Plan plan;
     planner.plan(Actions(domain), from, domain.goals[0].wants, plan);
     return plan;
@@ -32,18 +32,18 @@ Plan plan_for(const Domain& domain, World from, std::uint32_t bound = 4096) {
 constexpr std::uint32_t kNoPath = std::numeric_limits<std::uint32_t>::max();
 
 /// Cost of the cheapest plan by relaxing all worlds until nothing changes: no search, no heuristic.
-std::uint32_t brute_force(const Domain& domain, World from) {
+std::uint32_t brute_force(const Domain& domain, FactSet from) {
     const std::size_t worlds = std::size_t{1} << domain.facts.size();
     std::vector<std::uint32_t> cost(worlds, kNoPath);
     cost[from] = 0;
     for (bool changed = true; changed;) {
         changed = false;
-        for (World world = 0; world < worlds; ++world) {
+        for (FactSet world = 0; world < worlds; ++world) {
             if (cost[world] == kNoPath) {
                 continue;
             }
             for (const Action& action : domain.actions) {
-                const World to = after(action, world);
+                const FactSet to = after(action, world);
                 if (action.needs.hold_in(world) && cost[world] + action.cost < cost[to]) {
                     cost[to] = cost[world] + action.cost;
                     changed = true;
@@ -52,7 +52,7 @@ std::uint32_t brute_force(const Domain& domain, World from) {
         }
     }
     std::uint32_t best = kNoPath;
-    for (World world = 0; world < worlds; ++world) {
+    for (FactSet world = 0; world < worlds; ++world) {
         if (domain.goals[0].wants.hold_in(world)) {
             best = std::min(best, cost[world]);
         }
@@ -61,7 +61,7 @@ std::uint32_t brute_force(const Domain& domain, World from) {
 }
 
 /// Carries the plan out; false where a step's needs do not hold or the goal does not come true.
-bool works(const Plan& plan, const Domain& domain, World world) {
+bool works(const Plan& plan, const Domain& domain, FactSet world) {
     std::uint32_t cost = 0;
     for (std::size_t k = 0; k < plan.size; ++k) {
         const Action& action = domain.actions[plan.action[k]];
@@ -74,7 +74,7 @@ bool works(const Plan& plan, const Domain& domain, World world) {
     return cost == plan.cost && domain.goals[0].wants.hold_in(world);
 }
 
-TEST(Planner, FindsTheFourStepsOfTheGunman) {
+TEST(GoapPlanner, FindsTheFourStepsOfTheGunman) {
     const Domain domain = scenario::gunman_domain();
     const Plan plan = plan_for(domain, scenario::kGunmanWorld);
     ASSERT_EQ(plan.verdict, Verdict::kPlanned);
@@ -88,7 +88,7 @@ TEST(Planner, FindsTheFourStepsOfTheGunman) {
     EXPECT_EQ(steps[3], "shoot");
 }
 
-TEST(Planner, PlansASuicideOnlyWhereLifeIsNotWanted) {
+TEST(GoapPlanner, PlansASuicideOnlyWhereLifeIsNotWanted) {
     Domain domain = scenario::gunman_domain();
     domain.actions[3].cost = 10;  // shooting is dear: the bomb would be cheaper
     EXPECT_THAT(names(plan_for(domain, scenario::kGunmanWorld), domain),
@@ -98,7 +98,7 @@ TEST(Planner, PlansASuicideOnlyWhereLifeIsNotWanted) {
                 ElementsAre("scout", "approach", "detonate"));
 }
 
-TEST(Planner, HasNothingToDoWhereTheGoalHolds) {
+TEST(GoapPlanner, HasNothingToDoWhereTheGoalHolds) {
     const Domain domain = scenario::gunman_domain();
     const Plan plan = plan_for(domain, fact(scenario::kAlive));
     EXPECT_EQ(plan.verdict, Verdict::kPlanned);
@@ -106,14 +106,14 @@ TEST(Planner, HasNothingToDoWhereTheGoalHolds) {
     EXPECT_TRUE(plan.kernel[0] == domain.goals[0].wants);
 }
 
-TEST(Planner, IsOptimalOnRandomDomains) {
+TEST(GoapPlanner, IsOptimalOnRandomDomains) {
     core::Rng rng(23);
-    Planner planner(4096);
+    GoapPlanner planner(4096);
     int reachable = 0;
     int long_plans = 0;
     for (int trial = 0; trial < 20000; ++trial) {
         const Domain domain = scenario::random_domain(3 + rng.below(4), 4 + rng.below(10), rng);
-        const World from = rng.next() & domain.all_facts();
+        const FactSet from = rng.next() & domain.all_facts();
         const std::uint32_t best = brute_force(domain, from);
         Plan plan;
         planner.plan(Actions(domain), from, domain.goals[0].wants, plan);
@@ -131,13 +131,13 @@ TEST(Planner, IsOptimalOnRandomDomains) {
     EXPECT_GT(long_plans, 100) << "the domains are not all trivial";
 }
 
-TEST(Planner, RecognisesAnUnreachableGoalWithoutASearch) {
+TEST(GoapPlanner, RecognisesAnUnreachableGoalWithoutASearch) {
     const Plan plan = plan_for(scenario::unreachable_domain(), 0);
     EXPECT_EQ(plan.verdict, Verdict::kUnreachable);
     EXPECT_EQ(plan.created, 0U);
 }
 
-TEST(Planner, CanReachAllElseInThatDomain) {
+TEST(GoapPlanner, CanReachAllElseInThatDomain) {
     Domain domain = scenario::unreachable_domain();
     domain.goals[0].wants.yes &= ~fact(31);
     const Plan plan = plan_for(domain, 0, 65536);
@@ -161,7 +161,7 @@ Domain counter(unsigned n) {
     return domain;
 }
 
-TEST(Planner, CutsALongSearchOffAtItsBound) {
+TEST(GoapPlanner, CutsALongSearchOffAtItsBound) {
     // 2^12 - 1 steps would reach the goal; the plan may have 32.
     const Plan plan = plan_for(counter(12), 0, 500);
     EXPECT_EQ(plan.verdict, Verdict::kCutOff);
@@ -173,11 +173,11 @@ TEST(Planner, CutsALongSearchOffAtItsBound) {
     EXPECT_EQ(plan_for(counter(6), 0, 65536).verdict, Verdict::kCutOff);
 }
 
-TEST(Planner, CutsOffAtEveryBoundInsteadOfFailing) {
+TEST(GoapPlanner, CutsOffAtEveryBoundInsteadOfFailing) {
     core::Rng rng(29);
     for (int trial = 0; trial < 300; ++trial) {
         const Domain domain = scenario::random_domain(6, 10, rng);
-        const World from = rng.next() & domain.all_facts();
+        const FactSet from = rng.next() & domain.all_facts();
         const std::uint32_t best = brute_force(domain, from);
         for (const std::uint32_t bound : {1U, 2U, 3U, 5U, 9U, 17U}) {
             const Plan plan = plan_for(domain, from, bound);
@@ -192,12 +192,12 @@ TEST(Planner, CutsOffAtEveryBoundInsteadOfFailing) {
     }
 }
 
-TEST(Planner, RemembersNothingOfThePlanBefore) {
+TEST(GoapPlanner, RemembersNothingOfThePlanBefore) {
     core::Rng rng(31);
-    Planner used(4096);
+    GoapPlanner used(4096);
     for (int trial = 0; trial < 300; ++trial) {
         const Domain domain = scenario::random_domain(6, 9, rng);
-        const World from = rng.next() & domain.all_facts();
+        const FactSet from = rng.next() & domain.all_facts();
         Plan plan;
         used.plan(Actions(domain), from, domain.goals[0].wants, plan);
         const Plan fresh = plan_for(domain, from);
@@ -207,7 +207,7 @@ TEST(Planner, RemembersNothingOfThePlanBefore) {
     }
 }
 
-TEST(Planner, AllocatesNothing) {
+TEST(GoapPlanner, AllocatesNothing) {
     core::Rng rng(37);
     std::vector<Domain> domains;
     std::vector<Actions> actions;
@@ -215,7 +215,7 @@ TEST(Planner, AllocatesNothing) {
         domains.push_back(scenario::random_domain(8, 20, rng));
         actions.emplace_back(domains.back());
     }
-    Planner planner(512);
+    GoapPlanner planner(512);
     Plan plan;
     const std::uint64_t before = allocation_count();
     for (int trial = 0; trial < 2000; ++trial) {
@@ -231,7 +231,7 @@ class ActionSpec {
   public:
     explicit ActionSpec(const Domain& of) : domain(of), actions(of) { aim(agenda, 0); }
 
-    std::string next(World world) {
+    std::string next(FactSet world) {
         follow(agenda, domain, actions, world, planner);
         switch (agenda.state) {
             case AgendaState::kActing:
@@ -248,14 +248,14 @@ class ActionSpec {
 
     Domain domain;
     Actions actions;
-    Planner planner{1024};
+    GoapPlanner planner{1024};
     Agenda agenda;
 };
 
 TEST(Agenda, DoesOneStepAfterTheOtherWithOnePlan) {
     const Domain domain = scenario::gunman_domain();
     ActionSpec current_action(domain);
-    World world = scenario::kGunmanWorld;
+    FactSet world = scenario::kGunmanWorld;
     std::vector<std::string> done;
     for (std::string name = current_action.next(world); name != "reached";
          name = current_action.next(world)) {
@@ -278,7 +278,7 @@ TEST(Agenda, SkipsWhatHasComeTrueByItself) {
 
 TEST(Agenda, DoesAgainWhatWasUndone) {
     ActionSpec current_action(scenario::gunman_domain());
-    const World ready =
+    const FactSet ready =
         scenario::kGunmanWorld | fact(scenario::kFoeVisible) | fact(scenario::kLoaded);
     current_action.next(scenario::kGunmanWorld);
     EXPECT_EQ(current_action.next(ready), "aim");
@@ -291,19 +291,19 @@ TEST(Agenda, PlansAnewWhenWhatItReliesOnBreaks) {
     Domain domain = scenario::gunman_domain();
     domain.goals[0].wants.yes = 0;
     ActionSpec current_action(domain);
-    const World no_bomb = scenario::kGunmanWorld & ~fact(scenario::kHasBomb);
+    const FactSet no_bomb = scenario::kGunmanWorld & ~fact(scenario::kHasBomb);
     EXPECT_THAT(current_action.next(no_bomb), testing::AnyOf("scout", "load"));
     const std::uint32_t plans = current_action.agenda.plans;
     // The gun is lost, but a bomb found and the foe in sight.
-    const World disarmed = fact(scenario::kFoeVisible) | fact(scenario::kHasBomb) |
-                           fact(scenario::kFoeAlive) | fact(scenario::kAlive);
+    const FactSet disarmed = fact(scenario::kFoeVisible) | fact(scenario::kHasBomb) |
+                             fact(scenario::kFoeAlive) | fact(scenario::kAlive);
     EXPECT_EQ(current_action.next(disarmed), "approach");
     EXPECT_EQ(current_action.agenda.plans, plans + 1);
 }
 
 TEST(Agenda, TriesAgainOnlyWhenTheWorldHasChanged) {
     ActionSpec current_action(scenario::gunman_domain());
-    const World helpless = fact(scenario::kFoeAlive) | fact(scenario::kAlive);
+    const FactSet helpless = fact(scenario::kFoeAlive) | fact(scenario::kAlive);
     EXPECT_EQ(current_action.next(helpless), "unreachable");
     EXPECT_EQ(current_action.next(helpless), "unreachable");
     EXPECT_EQ(current_action.agenda.plans, 1U);
@@ -314,9 +314,9 @@ TEST(Agenda, TriesAgainOnlyWhenTheWorldHasChanged) {
 
 // ---------------------------------------------------------------- definitions
 
-std::vector<DefectKind> kinds(const Domain& domain) {
-    std::vector<DefectKind> kinds;
-    for (const Defect& defect : defects_of(domain)) {
+std::vector<GoapDefectKind> kinds(const Domain& domain) {
+    std::vector<GoapDefectKind> kinds;
+    for (const GoapDefect& defect : defects_of(domain)) {
         kinds.push_back(defect.kind);
     }
     return kinds;
@@ -327,7 +327,7 @@ TEST(DomainDefects, AreNoneForTheGunmanButHisFlight) {
     const Domain domain = scenario::gunman_domain();
     const auto defects = defects_of(domain);
     ASSERT_EQ(defects.size(), 1U);
-    EXPECT_EQ(defects[0].kind, DefectKind::kNeverWanted);
+    EXPECT_EQ(defects[0].kind, GoapDefectKind::kNeverWanted);
     EXPECT_EQ(domain.actions[static_cast<std::size_t>(defects[0].action)].name, "flee");
 }
 
@@ -338,17 +338,18 @@ TEST(DomainDefects, AreEachFound) {
     domain.goals = {{"b", {2, 0}}};
     EXPECT_TRUE(kinds(domain).empty());
     domain.actions[0].makes = {1, 0};
-    EXPECT_THAT(kinds(domain), ElementsAre(DefectKind::kNoEffect, DefectKind::kNothingMakesIt));
+    EXPECT_THAT(kinds(domain),
+                ElementsAre(GoapDefectKind::kNoEffect, GoapDefectKind::kNothingMakesIt));
     domain.actions[0].makes = {2, 2};
-    EXPECT_THAT(kinds(domain), testing::Contains(DefectKind::kContradiction));
+    EXPECT_THAT(kinds(domain), testing::Contains(GoapDefectKind::kContradiction));
     domain.actions[0].makes = {2 | 4, 0};
-    EXPECT_THAT(kinds(domain), ElementsAre(DefectKind::kUnknownFact));
+    EXPECT_THAT(kinds(domain), ElementsAre(GoapDefectKind::kUnknownFact));
     domain.actions[0].makes = {2, 0};
     domain.actions[0].cost = 0;
-    EXPECT_THAT(kinds(domain), ElementsAre(DefectKind::kBadCost));
+    EXPECT_THAT(kinds(domain), ElementsAre(GoapDefectKind::kBadCost));
     domain.actions[0].cost = 1;
     domain.facts.resize(65);
-    EXPECT_THAT(kinds(domain), ElementsAre(DefectKind::kTooManyFacts));
+    EXPECT_THAT(kinds(domain), ElementsAre(GoapDefectKind::kTooManyFacts));
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ using scenario::villager_def;
 /// One villager; each tick is a second. Senses: alarm, foe distance, hunger, load.
 class Villager {
   public:
-    explicit Villager(History labour = History::kNone, History day = History::kNone)
+    explicit Villager(StateHistory labour = StateHistory::kNone,
+                      StateHistory day = StateHistory::kNone)
         : machine(compile(villager_def(labour, day), scenario::kVillagerSenses, 1.0F)),
           states(begin(machine, 1, 0)),
           sensed(scenario::kVillagerSenses, 1) {}
@@ -33,7 +34,7 @@ class Villager {
     ActiveStates states;
     Sensed sensed;
     Tick now = 0;
-    std::vector<Change> changes;
+    std::vector<StateChange> changes;
 };
 
 TEST(HierarchicalFsm, BeginsAtTheFirstOfTheFirst) {
@@ -63,7 +64,7 @@ TEST(HierarchicalFsm, HearsTheOutermostStateFirst) {
 }
 
 TEST(HierarchicalFsm, ComesBackToTheLastStateWithShallowHistory) {
-    Villager villager(History::kNone, History::kShallow);
+    Villager villager(StateHistory::kNone, StateHistory::kShallow);
     villager.tick(0, 50, 0.8F, 0);
     EXPECT_EQ(villager.tick(0, 50, 0.8F, 0), "day/eat");
     villager.tick(1, 50, 0.8F, 0);
@@ -71,14 +72,14 @@ TEST(HierarchicalFsm, ComesBackToTheLastStateWithShallowHistory) {
 }
 
 TEST(HierarchicalFsm, BeginsAnewBelowAShallowHistory) {
-    Villager villager(History::kNone, History::kShallow);
+    Villager villager(StateHistory::kNone, StateHistory::kShallow);
     EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
     villager.tick(1, 50, 0, 0.9F);
     EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/fetch");
 }
 
 TEST(HierarchicalFsm, ComesBackAllTheWayDownWithDeepHistory) {
-    Villager villager(History::kNone, History::kDeep);
+    Villager villager(StateHistory::kNone, StateHistory::kDeep);
     EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
     villager.tick(1, 50, 0, 0.9F);
     EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/carry");
@@ -87,7 +88,7 @@ TEST(HierarchicalFsm, ComesBackAllTheWayDownWithDeepHistory) {
 TEST(HierarchicalFsm, RemembersInsideOfWhatItEntersAnew) {
     // Labour remembers, day does not: out of day and back, day begins with labour, and labour where
     // it was.
-    Villager villager(History::kShallow, History::kNone);
+    Villager villager(StateHistory::kShallow, StateHistory::kNone);
     EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
     villager.tick(1, 50, 0, 0.9F);
     EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/carry");
@@ -116,7 +117,7 @@ TEST(HierarchicalFsm, KeepsAnOuterHoldThroughInnerTransitions) {
     Sensed sensed(2, 1);
     sensed.at(0, 0) = 1.0F;
     std::vector<std::string> trace;
-    std::vector<Change> changes;
+    std::vector<StateChange> changes;
     for (Tick now = 0; now < 5; ++now) {
         sensed.at(1, 0) = now % 2 == 0 ? 0.0F : 1.0F;
         step(machine, states, sensed.view(), now, changes);
@@ -132,7 +133,7 @@ TEST(HierarchicalFsm, DropsAnInnerHoldWithItsState) {
     const FlatStateMachine machine = compile({"m", {outer}}, 2, 1.0F);
     ActiveStates states = begin(machine, 1, 0);
     Sensed sensed(2, 1);
-    std::vector<Change> changes;
+    std::vector<StateChange> changes;
     sensed.at(0, 0) = 1.0F;
     step(machine, states, sensed.view(), 0, changes);  // holds since 0
     sensed.at(1, 0) = 1.0F;
@@ -148,15 +149,17 @@ TEST(HierarchicalFsm, DropsAnInnerHoldWithItsState) {
 
 TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
     constexpr std::size_t kCount = 300;
-    for (const History labour : {History::kNone, History::kShallow, History::kDeep}) {
-        for (const History day : {History::kNone, History::kShallow, History::kDeep}) {
+    for (const StateHistory labour :
+         {StateHistory::kNone, StateHistory::kShallow, StateHistory::kDeep}) {
+        for (const StateHistory day :
+             {StateHistory::kNone, StateHistory::kShallow, StateHistory::kDeep}) {
             const StateMachineDef def = villager_def(labour, day);
             const FlatStateMachine machine = compile(def, scenario::kVillagerSenses, 1.0F);
             ActiveStates states = begin(machine, kCount, 0);
             std::vector<scenario::WalkedMachine> walked(kCount, scenario::WalkedMachine(def, 1.0F));
             std::vector<ActiveState> ones(kCount, ActiveState(0));
             Sensed sensed(scenario::kVillagerSenses, kCount);
-            std::vector<Change> changes;
+            std::vector<StateChange> changes;
             core::Rng rng(3);
             for (Tick now = 0; now < 400; ++now) {
                 scenario::villager_walk(sensed, kCount, rng);
@@ -187,7 +190,7 @@ TEST(FsmStep, AgreesWithAWalkThroughTheDefinitionWithHoldsToo) {
     std::vector<scenario::WalkedMachine> walked(kCount,
                                                 scenario::WalkedMachine(def, scenario::kSentryDt));
     Sensed sensed(scenario::kSentrySenses, kCount);
-    std::vector<Change> changes;
+    std::vector<StateChange> changes;
     core::Rng rng(9);
     for (Tick now = 0; now < 1000; ++now) {
         scenario::sentry_walk(sensed, kCount, rng);

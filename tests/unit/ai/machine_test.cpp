@@ -20,22 +20,22 @@ Brain eater() {
     brain.name = "eater";
     brain.decide_every_s = 1.0F;
     brain.variables = {{"hunger", 0.25F, 0.01F, 0.0F, 1.0F}, {"bread", 3.0F, 0.0F, 0.0F, 10.0F}};
-    State rest;
+    BrainState rest;
     rest.name = "rest";
     rest.changes = {{0, 0.005F, 0.0F}};
     Transition hungry{1, Sensor::kTimeInState, Compare::kAbove, 0.5F, 0.0F, kHunger};
     hungry.also = {{kBread, Compare::kAbove, 0.5F}};
     rest.transitions = {hungry};
-    State eat;
+    BrainState eat;
     eat.name = "eat";
     eat.changes = {{0, -0.1F, 0.0F}, {1, {}, -1.0F}};
     eat.transitions = {{0, Sensor::kTimeInState, Compare::kBelow, 0.1F, 0.0F, kHunger}};
-    State home;
+    BrainState home;
     home.name = "at_home";
     home.inside = {rest, eat};
     home.changes = {{0, 0.02F, 0.0F}};
     home.transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 5.0F}};
-    State out;
+    BrainState out;
     out.name = "out";
     out.changes = {{1, {}, 5.0F}};
     out.transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 5.0F}};
@@ -106,8 +106,8 @@ TEST(Variables, StopAWayThatNeedsWhatIsNotThere) {
     EXPECT_GT(eater.variable(0), 0.5F);
 }
 
-State action_named(const char* name, ActionKind action) {
-    State state;
+BrainState action_named(const char* name, ActionKind action) {
+    BrainState state;
     state.name = name;
     state.action = action;
     return state;
@@ -118,7 +118,7 @@ Brain chooser() {
     Brain brain;
     brain.name = "chooser";
     brain.variables = {{"vigour", 1.0F, 0.0F, 0.0F, 1.0F}};
-    State alert = action_named("alert", ActionKind::kIdle);
+    BrainState alert = action_named("alert", ActionKind::kIdle);
     TreeChoice by_tree;
     by_tree.def.nodes = {{"near", {kSensePlayerDistance, Compare::kBelow, 10.0F}, 1, 2, 0},
                          {"strong", {kOwnSenses, Compare::kAbove, 0.5F}, 3, 4, 0},
@@ -167,7 +167,7 @@ Brain buyer() {
     Brain brain;
     brain.name = "buyer";
     brain.variables = {{"coins", 0, 0, 0, 10}, {"bread", 0, 0, 0, 10}, {"food", 0, -0.01F, 0, 1}};
-    State live = action_named("live", ActionKind::kIdle);
+    BrainState live = action_named("live", ActionKind::kIdle);
     PlanChoice plan;
     plan.domain.facts = {"has_coins", "has_bread", "fed"};
     plan.domain.actions = {{"earn", {}, {1, 0}, 1},
@@ -285,7 +285,7 @@ TEST(Explain, TellsWhichRulesFireAndWhatIsHeld) {
     def.name = "fear";
     def.inputs = {
         {"distance", 0, 10, {{"near", -infinity, 0, 0, 10}, {"far", 0, 10, 10, infinity}}}};
-    fuzzy::Output much;
+    fuzzy::FuzzyOutput much;
     much.name = "much";
     much.values = {{"none", 0, {}}, {"all", 1, {}}};
     def.outputs = {much};

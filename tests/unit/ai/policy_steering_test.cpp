@@ -106,7 +106,7 @@ TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
     // A hundredth below full speed is less than what rounding may hide.
     const learning::Guard guard{0.99F, 6.0F, 0.0F, false};
     Brain brain = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
-    State chase;
+    BrainState chase;
     chase.action = ActionKind::kChase;
     chase.transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F, 0.0F}};
     brain.states.insert(brain.states.begin(), chase);
@@ -214,7 +214,7 @@ TEST(RubberBand, EndsWithItsState) {
     brain.states[0].speed_factor = 0.8F;
     brain.states[0].rubber_band = learning::RubberBand{};
     brain.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 5.0F, 0.0F}};
-    brain.states.push_back(State{});
+    brain.states.push_back(BrainState{});
     Field field;
     field.settings.brains = {brain};
     field.add_player(1, {30.0F, 0.0F, 0.0F});

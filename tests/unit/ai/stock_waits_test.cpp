@@ -56,7 +56,7 @@ class MachineMaker {
         }
         m.states.resize(4);
         for (std::uint16_t s = 0; s < 4; ++s) {
-            State& state = m.states[s];
+            BrainState& state = m.states[s];
             state.name = "state" + std::to_string(s);
             // Some walk to and fro meanwhile, out of the places and back.
             state.action = rng_.below(3) == 0 ? ActionKind::kWander : ActionKind::kIdle;
@@ -112,7 +112,7 @@ class MachineMaker {
     }
 
     /// What is done: trades and changes.
-    void fill(State& state) {
+    void fill(BrainState& state) {
         for (std::uint32_t t = rng_.below(3); t > 0; --t) {
             const auto place = static_cast<std::uint16_t>(rng_.below(kStocks));
             const float amount = pick({1.0F, -1.0F, 0.5F, -2.0F, 2.0F});
@@ -127,8 +127,8 @@ class MachineMaker {
         state.changes = {{v, rate(), pick({0.0F, 0.4F, -0.4F})}};
     }
 
-    State action_named(const std::string& name) {
-        State state;
+    BrainState action_named(const std::string& name) {
+        BrainState state;
         state.name = name;
         fill(state);
         return state;

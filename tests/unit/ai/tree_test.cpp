@@ -115,9 +115,9 @@ TEST(DecisionTree, AgreesWithAWalkThroughTheDefinition) {
     }
 }
 
-std::vector<DefectKind> kinds(const TreeDef& def) {
-    std::vector<DefectKind> kinds;
-    for (const Defect& defect : defects_of(def, 3)) {
+std::vector<TreeDefectKind> kinds(const TreeDef& def) {
+    std::vector<TreeDefectKind> kinds;
+    for (const TreeDefect& defect : defects_of(def, 3)) {
         kinds.push_back(defect.kind);
     }
     return kinds;
@@ -125,23 +125,25 @@ std::vector<DefectKind> kinds(const TreeDef& def) {
 
 TEST(TreeDefects, AreEachFound) {
     EXPECT_TRUE(kinds(choice_def()).empty());
-    EXPECT_THAT(kinds({"t", {}}), ElementsAre(DefectKind::kNoNodes));
+    EXPECT_THAT(kinds({"t", {}}), ElementsAre(TreeDefectKind::kNoNodes));
     TreeDef def = choice_def();
     def.nodes[2].no = -1;
-    EXPECT_THAT(kinds(def),
-                testing::UnorderedElementsAre(DefectKind::kUnknownNode, DefectKind::kUnreachable));
+    EXPECT_THAT(
+        kinds(def),
+        testing::UnorderedElementsAre(TreeDefectKind::kUnknownNode, TreeDefectKind::kUnreachable));
     def = choice_def();
     def.nodes[2].test.sense = 3;
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kUnknownSense));
+    EXPECT_THAT(kinds(def), ElementsAre(TreeDefectKind::kUnknownSense));
     def = choice_def();
     def.nodes[2].no = 0;
-    EXPECT_THAT(kinds(def),
-                testing::UnorderedElementsAre(DefectKind::kTwoWaysIn, DefectKind::kUnreachable));
+    EXPECT_THAT(
+        kinds(def),
+        testing::UnorderedElementsAre(TreeDefectKind::kTwoWaysIn, TreeDefectKind::kUnreachable));
     def = choice_def();
     def.nodes[1].test = {0, Compare::kBelow, 12};
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kNeverNo));
+    EXPECT_THAT(kinds(def), ElementsAre(TreeDefectKind::kNeverNo));
     def.nodes[1].test = {0, Compare::kAbove, 10};
-    EXPECT_THAT(kinds(def), ElementsAre(DefectKind::kNeverYes));
+    EXPECT_THAT(kinds(def), ElementsAre(TreeDefectKind::kNeverYes));
     def.nodes[1].test = {0, Compare::kAbove, 9};
     EXPECT_TRUE(kinds(def).empty());
     TreeDef deep{"deep", {answer(0)}};
@@ -157,7 +159,7 @@ TEST(TreeDefects, AreEachFound) {
         }
         deep.nodes.push_back(answer(1));
     }
-    EXPECT_THAT(kinds(deep), testing::Contains(DefectKind::kTooMany));
+    EXPECT_THAT(kinds(deep), testing::Contains(TreeDefectKind::kTooMany));
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ TEST(Bell, HasTheMomentsOfItsFormula) {
 Genome split_once(Inventions& inventions, std::uint64_t seed) {
     Genome genome = simplest(2, 1, inventions);
     core::Rng rng(seed);
-    for (Genome::Link& link : genome.links) {
+    for (Genome::GeneLink& link : genome.links) {
         link.weight = rng.range(-1.0F, 1.0F);
     }
     add_node(genome, inventions, rng);
@@ -95,7 +95,7 @@ TEST(Genome, NamesTheSameInventionAlikeAndAnotherOtherwise) {
 TEST(Genome, SplittingALinkAgainGivesAnotherNode) {
     Inventions inventions;
     Genome genome = split_once(inventions, 1);
-    for (Genome::Link& link : genome.links) {
+    for (Genome::GeneLink& link : genome.links) {
         link.on = !link.on;  // only the one that was split
     }
     core::Rng rng(3);
@@ -126,14 +126,14 @@ TEST(Genome, ComputesTheSameAfterALinkIsSplitWhereTheSquashIsNearlyAStraightLine
     Inventions inventions;
     Genome genome = simplest(1, 1, inventions);
     genome.links[0].weight = 0.02F;
-    const Network before = network_of(genome);
+    const NeuralNetwork before = network_of(genome);
     Genome grown = genome;
     core::Rng rng(1);
     while (grown.links[0].on) {
         grown = genome;
         add_node(grown, inventions, rng);
     }
-    const Network after = network_of(grown);
+    const NeuralNetwork after = network_of(grown);
     EXPECT_EQ(after.nodes.size(), before.nodes.size() + 1);
     EXPECT_EQ(defect_of(after), "");
     float a = 0.0F;
@@ -210,7 +210,7 @@ TEST(CartPole, FollowsTheEquationsOfMotion) {
 }
 
 TEST(CartPole, IsSolvedByWhoeverLeansAgainstTheFallAndNotByAConstant) {
-    Network network = dense(std::array<std::size_t, 2>{4, 1});
+    NeuralNetwork network = dense(std::array<std::size_t, 2>{4, 1});
     const CartPoleTask task;
     EXPECT_LT(task.score(network, 1), 20.0);  // always left
     network.parameters = {0.0F, 0.1F, 0.3F, 1.0F, 1.0F};
@@ -236,7 +236,9 @@ TEST(Genetic, BalancesThePoleForTenOfTenSeedsOnEpisodesThatItNeverSaw) {
 }
 
 /// The same course of breeding on `threads` threads.
-Evolution::State bred(const BreedingSettings& settings, unsigned threads, int generations) {
+Evolution::EvolutionState bred(const BreedingSettings& settings,
+                               unsigned threads,
+                               int generations) {
     const CartPoleTask task;
     Evolution evolution(task, settings, 3);
     compute::WorkerPool pool(threads);
@@ -250,12 +252,12 @@ Evolution::State bred(const BreedingSettings& settings, unsigned threads, int ge
 }
 
 TEST(Evolution, GivesTheSameBitsForAnyNumberOfThreads) {
-    const auto fixed = std::get<Genetic::State>(bred(cart_pole_topology(), 1, 6).population);
-    const auto same = std::get<Genetic::State>(bred(cart_pole_topology(), 3, 6).population);
+    const auto fixed = std::get<Genetic::GeneticState>(bred(cart_pole_topology(), 1, 6).population);
+    const auto same = std::get<Genetic::GeneticState>(bred(cart_pole_topology(), 3, 6).population);
     EXPECT_EQ(fixed.genes, same.genes);
     EXPECT_EQ(fixed.rng.state, same.rng.state);
-    const auto neat = std::get<Neat::State>(bred(NeatSettings{}, 1, 4).population);
-    const auto alike = std::get<Neat::State>(bred(NeatSettings{}, 3, 4).population);
+    const auto neat = std::get<Neat::NeatState>(bred(NeatSettings{}, 1, 4).population);
+    const auto alike = std::get<Neat::NeatState>(bred(NeatSettings{}, 3, 4).population);
     EXPECT_EQ(neat.genomes, alike.genomes);
 }
 

@@ -12,11 +12,11 @@
 namespace zoned::ai::learning {
 namespace {
 
-Network random_network(std::span<const std::size_t> layers, std::uint64_t seed) {
-    Network network = dense(layers);
+NeuralNetwork random_network(std::span<const std::size_t> layers, std::uint64_t seed) {
+    NeuralNetwork network = dense(layers);
     core::Rng rng(seed);
     randomise(network, rng);
-    for (const Network::Node& node : network.nodes) {
+    for (const NeuralNetwork::Neuron& node : network.nodes) {
         network.parameters[node.first] = rng.range(-0.5F, 0.5F);
     }
     return network;
@@ -54,9 +54,9 @@ TEST(Squash, HasTheSlopeOfItsDifferences) {
     }
 }
 
-TEST(Network, EvaluatesWhatItsDefinitionSays) {
+TEST(NeuralNetwork, EvaluatesWhatItsDefinitionSays) {
     // Two inputs; a node 1 + 2 a - b, linear; a node squash(0.5 + node); the output is the second.
-    Network network;
+    NeuralNetwork network;
     network.inputs = 2;
     network.nodes = {{0, 2, Activation::kLinear}, {3, 1, Activation::kSquash}};
     network.parameters = {1.0F, 2.0F, -1.0F, 0.5F, 1.0F};
@@ -70,8 +70,8 @@ TEST(Network, EvaluatesWhatItsDefinitionSays) {
     EXPECT_EQ(out, 28.0F / 36.0F);  // squash(1) = (27 + 1) / (27 + 9)
 }
 
-TEST(Network, GivesTheSameBitsOneByOneAndInColumns) {
-    const Network network = random_network(kShape, 3);
+TEST(NeuralNetwork, GivesTheSameBitsOneByOneAndInColumns) {
+    const NeuralNetwork network = random_network(kShape, 3);
     constexpr std::size_t kCount = 2 * kLanes + 5;
     std::vector<std::vector<float>> in(5, std::vector<float>(kCount));
     core::Rng rng(11);
@@ -101,35 +101,35 @@ TEST(Network, GivesTheSameBitsOneByOneAndInColumns) {
     EXPECT_EQ(allocation_count(), allocated);
 }
 
-TEST(Network, FromOutsideIsCheckedAgainstEveryKindOfDamage) {
-    const Network good = random_network(kShape, 3);
+TEST(NeuralNetwork, FromOutsideIsCheckedAgainstEveryKindOfDamage) {
+    const NeuralNetwork good = random_network(kShape, 3);
     EXPECT_EQ(defect_of(good), "");
     const auto broken = [&good](const auto& change) {
-        Network network = good;
+        NeuralNetwork network = good;
         change(network);
         return !defect_of(network).empty();
     };
-    EXPECT_TRUE(broken([](Network& n) { n.inputs = 0; }));
-    EXPECT_TRUE(broken([](Network& n) { n.inputs = ~std::size_t{0}; }));
-    EXPECT_TRUE(broken([](Network& n) { n.inputs = 4; }));  // then a node reads itself
-    EXPECT_TRUE(broken([](Network& n) { n.outputs.clear(); }));
-    EXPECT_TRUE(broken([](Network& n) { n.outputs[1] = 999; }));
-    EXPECT_TRUE(broken([](Network& n) { n.parameters.pop_back(); }));
-    EXPECT_TRUE(broken([](Network& n) {
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.inputs = 0; }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.inputs = ~std::size_t{0}; }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.inputs = 4; }));  // then a node reads itself
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.outputs.clear(); }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.outputs[1] = 999; }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.parameters.pop_back(); }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) {
         n.nodes.pop_back();
         n.outputs.pop_back();
     }));
-    EXPECT_TRUE(broken([](Network& n) { n.nodes[2].first += 1; }));
-    EXPECT_TRUE(broken([](Network& n) { n.nodes[2].links = 0xFFFFFFFFU; }));
-    EXPECT_TRUE(broken([](Network& n) { n.nodes.back().links += 1; }));
-    EXPECT_TRUE(broken([](Network& n) { n.source[2] = 5; }));  // the first node: itself
-    EXPECT_TRUE(
-        broken([](Network& n) { n.parameters[4] = std::numeric_limits<float>::quiet_NaN(); }));
-    EXPECT_TRUE(broken([](Network& n) { n.nodes.resize(kMaxValues + 1); }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.nodes[2].first += 1; }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.nodes[2].links = 0xFFFFFFFFU; }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.nodes.back().links += 1; }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.source[2] = 5; }));  // the first node: itself
+    EXPECT_TRUE(broken(
+        [](NeuralNetwork& n) { n.parameters[4] = std::numeric_limits<float>::quiet_NaN(); }));
+    EXPECT_TRUE(broken([](NeuralNetwork& n) { n.nodes.resize(kMaxValues + 1); }));
 }
 
 TEST(AddGradient, IsTheSlopeOfTheErrorInEveryParameter) {
-    Network network = random_network(kShape, 5);
+    NeuralNetwork network = random_network(kShape, 5);
     const std::array<float, 5> in{0.3F, -0.7F, 1.1F, 0.2F, -0.4F};
     const std::array<float, 3> wanted{0.5F, -0.5F, 0.1F};
     std::vector<float> values(network.values());
@@ -160,12 +160,12 @@ TEST(Descent, FitsASmoothFunctionAndResumesBitForBit) {
         const std::array<float, 2> x{rng.range(-1.0F, 1.0F), rng.range(-1.0F, 1.0F)};
         samples.add(x, std::array{0.8F * x[0] * x[1]});
     }
-    Network network = random_network(std::array<std::size_t, 3>{2, 12, 1}, 7);
+    NeuralNetwork network = random_network(std::array<std::size_t, 3>{2, 12, 1}, 7);
     Descent descent({0.01F, 16}, network, 9);
     for (int epoch = 0; epoch < 100; ++epoch) {
         descent.epoch(network, samples);
     }
-    Network resumed = network;
+    NeuralNetwork resumed = network;
     Descent other({0.01F, 16}, resumed, 1);
     other.restore(descent.state());
     for (int epoch = 0; epoch < 100; ++epoch) {

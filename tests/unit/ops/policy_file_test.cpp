@@ -234,7 +234,7 @@ TEST(Checkpoint, OfAnotherTaskOrWithUnsoundGenomesIsRefused) {
     config.mutable_neat()->set_population(4);
     const learning::BreedingSettings settings = breeding_of(config, 2, 1);
     learning::Neat neat(std::get<learning::NeatSettings>(settings), 2, 1, 3);
-    learning::Evolution::State state;
+    learning::Evolution::EvolutionState state;
     state.population = neat.state();
     state.best = network_of(neat.genomes()[0]);
     proto::TrainingCheckpoint good;
