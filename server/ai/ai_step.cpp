@@ -40,7 +40,7 @@ OffscreenContext AiUpdate::offscreen(const AiContext& world) const {
     return {world.entities,
             world.types,
             nobody_,
-            world.places,
+            world.points_of_interest,
             world.statics,
             world.now,
             world.dt,
@@ -178,7 +178,7 @@ void AiUpdate::decide_one(AgentStore& agents,
                                    : Percept::none();
     const Vec2 body(e.position[due.row].x(), e.position[due.row].z());
     const Vec2 here = whereabouts(agent, body, world.now, world.dt);
-    if (decide(agent, brain, percept, here, world.places, world.now, lane.scratch)) {
+    if (decide(agent, brain, percept, here, world.points_of_interest, world.now, lane.scratch)) {
         ++lane.transitions;
         due.change = lane.scratch.change;
     }
@@ -370,7 +370,7 @@ void AiUpdate::steer_active(AgentStore& agents,
                 Surroundings around{world.entities,
                                     world.types,
                                     *others_,
-                                    world.places,
+                                    world.points_of_interest,
                                     row,
                                     world.now,
                                     world.dt,

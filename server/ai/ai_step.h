@@ -42,7 +42,7 @@ struct AiSettings {
     /// Beyond it nobody may hear of an entity.
     float viewer_range_m = std::numeric_limits<float>::infinity();
     float suspend_after_s = 2.0F;  ///< only after so long out of sight
-    PlaceSettings places{};
+    PoiSettings points_of_interest{};
     PathfindingSettings pathfinding{};
     /// How agents make way for each other; its step is the world's: compile(). None: they do not.
     std::optional<steering::AvoidanceSettings> avoidance{};
@@ -59,7 +59,7 @@ struct AiContext {
     /// Indexes entities.position by row; asked for at most once, and only where somebody needs to
     /// know of others than players.
     std::function<const spatial::PointGrid&()> grid;
-    Places& places;
+    PointsOfInterest& points_of_interest;
     const motion::StaticGeometry& statics;
     compute::Team& team;  ///< helps; results do not depend on it
     /// x, z: who has left the square of this half size around the origin is to be woken, m.
@@ -107,12 +107,12 @@ class AiUpdate {
     void hash(const AgentStore& agents, core::StateHash& hash) const;
 
     /// `settings` are compiled for world.dt. Writes `command`, `stance` of the rows of active
-    /// agents, and places those of offscreen ones. Players are the rows with a client and without
-    /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n agents that
-    /// decide in every tick and a budget of b decisions none waits longer than ceil(n / b) ticks.
-    /// Results depend neither on the order of rows, nor on the history of add() and take(), nor on
-    /// threads. A budget of 0 counts as 1, and one of less than kRaysPerLook rays as that: who
-    /// finds no rays left waits, and goes on with what it knew, at most ceil(n / (rays /
+    /// agents, and points_of_interest those of offscreen ones. Players are the rows with a client
+    /// and without kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n
+    /// agents that decide in every tick and a budget of b decisions none waits longer than ceil(n /
+    /// b) ticks. Results depend neither on the order of rows, nor on the history of add() and
+    /// take(), nor on threads. A budget of 0 counts as 1, and one of less than kRaysPerLook rays as
+    /// that: who finds no rays left waits, and goes on with what it knew, at most ceil(n / (rays /
     /// kRaysPerLook)) ticks. Steps of herds that nobody sees are no decisions.
     AiReport run(AgentStore& agents, const AiContext& world, const AiSettings& settings);
 

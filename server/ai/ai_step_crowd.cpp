@@ -51,7 +51,7 @@ void AiUpdate::forage(AgentStore& agents, const AiContext& world, const AiSettin
     nests_.step(agents,
                 {world.entities,
                  world.types,
-                 world.places,
+                 world.points_of_interest,
                  world.statics,
                  settings.compiled,
                  world.half_size,
@@ -99,7 +99,7 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
     herds_.step(agents,
                 {world.entities,
                  world.types,
-                 world.places,
+                 world.points_of_interest,
                  world.statics,
                  settings.compiled,
                  drift,
@@ -240,7 +240,8 @@ void AiUpdate::local_avoidance(AgentStore& agents,
             const BrainState& state = settings.compiled[agent.brain].states[agent.current_action];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(
-                {rows_[i], path_left(agent, state, world.places, Vec2(at.x(), at.z()))});
+                {rows_[i],
+                 path_left(agent, state, world.points_of_interest, Vec2(at.x(), at.z()))});
         }
     }
     report_.avoidance = local_avoidance_.step(

@@ -16,12 +16,12 @@ bool comes_later(const StockWaitList::WaitMember& a, const StockWaitList::WaitMe
 /// Whether some trade that the group waits for can be done.
 bool some_trade_can(const StockWaitList::WaitKey& key,
                     const AiSettings& settings,
-                    const Places& places,
+                    const PointsOfInterest& points_of_interest,
                     Tick now) {
     const std::vector<Trade>& trades =
         settings.compiled[key.brain].states[key.current_action].trades;
     for (std::size_t t = 0; t < trades.size(); ++t) {
-        if ((key.wait.trades & 1U << t) != 0 && places.can(trades[t], now)) {
+        if ((key.wait.trades & 1U << t) != 0 && points_of_interest.can(trades[t], now)) {
             return true;
         }
     }
@@ -40,8 +40,11 @@ void AiUpdate::call_up_waiting(AgentStore& agents,
     for (const StockWaitList::WaitGroup& group : waits.groups()) {
         const StockWaitList::WaitKey& key = group.key();
         if (key.wait.clauses == 0 || group.near(world.now).empty() ||
-            !stock_changed(
-                key.wait, settings.compiled[key.brain], key.leaf, world.places, world.now)) {
+            !stock_changed(key.wait,
+                           settings.compiled[key.brain],
+                           key.leaf,
+                           world.points_of_interest,
+                           world.now)) {
             continue;
         }
         for (const StockWaitList::WaitMember& member : group.near(world.now)) {
@@ -96,7 +99,8 @@ void AiUpdate::collect_waiting_traders(AgentStore& agents,
 void AiUpdate::look_at_stock(const AiContext& world, const AiSettings& settings, EntityId after) {
     for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
         WaitingTraders& waiting = waiting_traders_[w];
-        waiting.may = some_trade_can(waiting.group->key(), settings, world.places, world.now);
+        waiting.may =
+            some_trade_can(waiting.group->key(), settings, world.points_of_interest, world.now);
         if (!waiting.may) {
             continue;
         }
@@ -168,7 +172,7 @@ void AiUpdate::trade(AgentStore& agents,
     const TradeResult bargain = ai::settle_trades(agent,
                                                   brain_of(agent, settings),
                                                   whereabouts(agent, body, world.now, world.dt),
-                                                  world.places,
+                                                  world.points_of_interest,
                                                   world.now);
     report_.trades += bargain.done;
     report_.trades_refused += bargain.refused;

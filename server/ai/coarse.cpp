@@ -157,7 +157,7 @@ Tick trade_from(const Agent& agent,
                 const OffscreenContext& in,
                 StockWait& wait) {
     const Trade& trade = brain.states[agent.current_action].trades[t];
-    const bool in_stock = in.places.can(trade, in.now);
+    const bool in_stock = in.points_of_interest.can(trade, in.now);
     if (!able(agent, brain, trade, in.now)) {
         const Tick from = able_from(agent, brain, trade, in.now);
         if (in_stock || from > in.now + decision_period(brain, in.dt)) {
@@ -177,19 +177,20 @@ Tick at_place_from(const Agent& agent,
                    const Course& course,
                    const OffscreenContext& in) {
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
-    const float way = in.places.outside(place, here) - kAtPlaceM;
+    const float way = in.points_of_interest.outside(place, here) - kAtPointM;
     const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
-    return course.segment == nullptr ? by_speed
-                                     : std::max(by_speed,
-                                                stays_until(*course.segment,
-                                                            in.places.centre(place),
-                                                            in.places.radius_m(place) + kAtPlaceM,
-                                                            in.now,
-                                                            in.dt));
+    return course.segment == nullptr
+               ? by_speed
+               : std::max(by_speed,
+                          stays_until(*course.segment,
+                                      in.points_of_interest.centre(place),
+                                      in.points_of_interest.radius_m(place) + kAtPointM,
+                                      in.now,
+                                      in.dt));
 }
 
 /// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
-/// it adds: at other places not before it can have walked there.
+/// it adds: at other points_of_interest not before it can have walked there.
 Tick trades_from(const Agent& agent,
                  const CompiledBrain& brain,
                  const Course& course,
@@ -202,7 +203,7 @@ Tick trades_from(const Agent& agent,
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     Tick from = kNever;
     for (std::size_t t = 0; t < trades.size(); ++t) {
-        const bool away = in.places.outside(trades[t].place, here) > kAtPlaceM;
+        const bool away = in.points_of_interest.outside(trades[t].place, here) > kAtPointM;
         if ((agent.wants & 1U << t) == 0 || (away && !(course.speed * in.dt > 0.0F))) {
             continue;
         }
@@ -292,9 +293,10 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const OffscreenContext
     Senses senses;
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
-    sense(agent, brain, Percept::none(), here, in.places, in.now, senses, wanted);
+    sense(agent, brain, Percept::none(), here, in.points_of_interest, in.now, senses, wanted);
     const Course course = course_of(agent, brain, in);
-    const ForecastInputs inputs{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
+    const ForecastInputs inputs{
+        course.speed, in.points_of_interest.day_s(), in.dt, in.points_of_interest, course.segment};
     NextChange next_change = forecast_next_change(agent, brain, senses, inputs, in.now);
     next_change.until =
         std::min(next_change.until, trades_from(agent, brain, course, in, next_change.wait));
@@ -310,8 +312,8 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const OffscreenContext
 Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
     const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
     const bool trades = agent.wants != 0 && !brain.states[agent.current_action].trades.empty();
-    return trades || (reads & brain.senses_of_place) != 0 ? next_event(agent, brain, in)
-                                                          : segment_or_decision(agent, in);
+    return trades || (reads & brain.senses_of_poi) != 0 ? next_event(agent, brain, in)
+                                                        : segment_or_decision(agent, in);
 }
 
 void resume(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {

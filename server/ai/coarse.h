@@ -12,14 +12,14 @@ struct OffscreenContext {
     world::Entities& entities;
     const world::TypeTable& types;
     const spatial::PointGrid& grid;
-    const Places& places;
+    const PointsOfInterest& points_of_interest;
     const motion::StaticGeometry& statics;
     Tick now;
     float dt;                      ///< s
     PathService* paths = nullptr;  ///< where they are planned
 
     [[nodiscard]] Surroundings around(const Agent& agent, world::Row row, Slot slot = 0) const {
-        Surroundings around{entities, types, grid, places, row, now, dt, paths, slot};
+        Surroundings around{entities, types, grid, points_of_interest, row, now, dt, paths, slot};
         around.at = whereabouts(agent, around.body(), now, dt);
         return around;
     }

@@ -172,13 +172,13 @@ void sense(const Agent& agent,
            const CompiledBrain& brain,
            const Percept& percept,
            const Vec2& here,
-           const Places& places,
+           const PointsOfInterest& points_of_interest,
            Tick now,
            Senses& senses,
            std::uint64_t wanted) {
     senses[kSensePlayerDistance] = percept.distance;
     senses[kSenseHomeDistance] = (here - Vec2(agent.home.x(), agent.home.z())).norm();
-    senses[kSenseTimeOfDay] = places.time_of_day(now);
+    senses[kSenseTimeOfDay] = points_of_interest.time_of_day(now);
     senses[kSenseRandom] = drawn_at(agent, now);
     senses[kSenseConfidence] = percept.confidence;
     senses[kSenseAllies] = percept.allies;
@@ -186,13 +186,13 @@ void sense(const Agent& agent,
     for (std::size_t v = 0; v < brain.variables.size(); ++v) {
         senses[kOwnSenses + v] = variable_at(agent, brain, v, now);
     }
-    sense_more(agent, brain, here, places, now, senses, wanted);
+    sense_more(agent, brain, here, points_of_interest, now, senses, wanted);
 }
 
 void sense_more(const Agent& agent,
                 const CompiledBrain& brain,
                 const Vec2& here,
-                const Places& places,
+                const PointsOfInterest& points_of_interest,
                 Tick now,
                 Senses& senses,
                 std::uint64_t wanted) {
@@ -213,14 +213,15 @@ void sense_more(const Agent& agent,
                               1,
                               std::span(out.data(), fuzzy.system.outputs()));
     }
-    for (std::size_t k = 0; k < brain.places.size(); ++k) {
-        if ((wanted >> (brain.first_place_sense + k) & 1U) == 0) {
+    for (std::size_t k = 0; k < brain.points_of_interest.size(); ++k) {
+        if ((wanted >> (brain.first_poi_sense + k) & 1U) == 0) {
             continue;
         }
-        const PlaceSense& of = brain.places[k];
-        senses[brain.first_place_sense + k] =
-            of.stock < 0 ? (here - places.spot(of.place, agent.entity)).norm()
-                         : places.stock(of.place, static_cast<std::size_t>(of.stock), now);
+        const PointOfInterestSense& of = brain.points_of_interest[k];
+        senses[brain.first_poi_sense + k] =
+            of.stock < 0
+                ? (here - points_of_interest.spot(of.place, agent.entity)).norm()
+                : points_of_interest.stock(of.place, static_cast<std::size_t>(of.stock), now);
     }
 }
 
@@ -228,12 +229,12 @@ bool decide(Agent& agent,
             const CompiledBrain& brain,
             const Percept& percept,
             const Vec2& here,
-            const Places& places,
+            const PointsOfInterest& points_of_interest,
             Tick now,
             DecisionScratch& scratch) {
     Senses senses;
     const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
-    sense(agent, brain, percept, here, places, now, senses, wanted);
+    sense(agent, brain, percept, here, points_of_interest, now, senses, wanted);
     take_notice(agent, percept, brain, now);
     agent.far = percept.player_far;
     agent.fresh = true;
@@ -242,7 +243,7 @@ bool decide(Agent& agent,
         state_machine::step_one(brain.table, agent.state_machine, known, now);
     if (change) {
         const std::uint64_t then = brain.senses_of_leaf[agent.state_machine.state()];
-        sense_more(agent, brain, here, places, now, senses, then & ~wanted);
+        sense_more(agent, brain, here, points_of_interest, now, senses, then & ~wanted);
         grow(agent, brain, now);
         gain(agent, brain, brain.table.transitions[change->transition].level);
     }
@@ -266,16 +267,17 @@ std::uint8_t all_trades(const BrainState& state) {
 TradeResult settle_trades(Agent& agent,
                           const CompiledBrain& brain,
                           const Vec2& here,
-                          Places& places,
+                          PointsOfInterest& points_of_interest,
                           Tick now) {
     const std::vector<Trade>& trades = brain.states[agent.current_action].trades;
     TradeResult bargain;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const unsigned bit = 1U << t;
-        if ((agent.wants & bit) == 0 || places.outside(trades[t].place, here) > kAtPlaceM) {
+        if ((agent.wants & bit) == 0 ||
+            points_of_interest.outside(trades[t].place, here) > kAtPointM) {
             continue;
         }
-        if (!able(agent, brain, trades[t], now) || !places.can(trades[t], now)) {
+        if (!able(agent, brain, trades[t], now) || !points_of_interest.can(trades[t], now)) {
             ++bargain.refused;
             continue;
         }
@@ -283,7 +285,7 @@ TradeResult settle_trades(Agent& agent,
         for (const TradeItem& item : trades[t].items) {
             agent.variables[item.variable] += item.amount;
         }
-        places.commit(trades[t], now);
+        points_of_interest.commit(trades[t], now);
         agent.wants = static_cast<std::uint8_t>(agent.wants & ~bit);
         ++bargain.done;
     }

@@ -36,13 +36,14 @@ void grow(Agent& agent, const CompiledBrain& brain, Tick now);
 float drawn_at(const Agent& agent, Tick now);
 
 /// Fills in what `brain` reads at `now`: its own senses, the variables, the outputs of its fuzzy
-/// systems, then what it knows of places. `here`: x, z where it takes itself to be, zone-local, m.
-/// Of fuzzy outputs and places only those `wanted`, by bit; others stay as they are.
+/// systems, then what it knows of points_of_interest. `here`: x, z where it takes itself to be,
+/// zone-local, m. Of fuzzy outputs and points_of_interest only those `wanted`, by bit; others stay
+/// as they are.
 void sense(const Agent& agent,
            const CompiledBrain& brain,
            const Percept& percept,
            const Vec2& here,
-           const Places& places,
+           const PointsOfInterest& points_of_interest,
            Tick now,
            Senses& senses,
            std::uint64_t wanted = ~std::uint64_t{0});
@@ -51,7 +52,7 @@ void sense(const Agent& agent,
 void sense_more(const Agent& agent,
                 const CompiledBrain& brain,
                 const Vec2& here,
-                const Places& places,
+                const PointsOfInterest& points_of_interest,
                 Tick now,
                 Senses& senses,
                 std::uint64_t wanted);
@@ -64,12 +65,12 @@ bool decide(Agent& agent,
             const CompiledBrain& brain,
             const Percept& percept,
             const Vec2& here,
-            const Places& places,
+            const PointsOfInterest& points_of_interest,
             Tick now,
             DecisionScratch& scratch);
 
 /// Who has come to its spot is within so much of it, m.
-inline constexpr float kAtPlaceM = 2.0F;
+inline constexpr float kAtPointM = 2.0F;
 
 /// Whether the agent has at `now` what it gives and room for what it takes.
 bool able(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now);
@@ -87,7 +88,7 @@ struct TradeResult {
 TradeResult settle_trades(Agent& agent,
                           const CompiledBrain& brain,
                           const Vec2& here,
-                          Places& places,
+                          PointsOfInterest& points_of_interest,
                           Tick now);
 
 /// Ticks between decisions, >= 1.

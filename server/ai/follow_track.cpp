@@ -46,8 +46,8 @@ class SplineView {
   public:
     SplineView(const FollowDef& def, const Surroundings& around)
         : def_(def),
-          net_(*around.places.tracks()),
-          origin_(around.places.origin()) {}
+          net_(*around.points_of_interest.tracks()),
+          origin_(around.points_of_interest.origin()) {}
 
     [[nodiscard]] Vec2d world(const Vec2& at) const { return at.cast<double>() + origin_; }
 
@@ -306,7 +306,7 @@ PathSegment segment_in_time(const Vec2& goal,
 
 /// Whether the agent is where its segment was to end; else it boards again from where it is.
 /// False: it is too far off.
-bool find_place(Agent& agent, const SplineView& view, const Surroundings& around) {
+bool find_point_of_interest(Agent& agent, const SplineView& view, const Surroundings& around) {
     const auto on_it = [](float distance) {
         return static_cast<double>(distance) <= kBoardM;
     };
@@ -355,7 +355,7 @@ void set_next_segment(Agent& agent,
 }  // namespace
 
 void begin_spline(Agent& agent, const BrainState& state, const Surroundings& around) {
-    ZONED_ASSERT(state.follow && around.places.tracks() != nullptr,
+    ZONED_ASSERT(state.follow && around.points_of_interest.tracks() != nullptr,
                  "who follows tracks has some to follow");
     const SplineView view(*state.follow, around);
     agent.track = SplineWalk{};
@@ -378,7 +378,7 @@ bool follow_spline(Agent& agent, const BrainState& state, const Surroundings& ar
             return false;
         }
         board(agent, lane, near.s, view, around);
-    } else if (!find_place(agent, view, around)) {
+    } else if (!find_point_of_interest(agent, view, around)) {
         return false;
     }
     if (!changes_lanes(agent)) {
@@ -429,12 +429,13 @@ DesiredVelocity track_velocity(Agent& agent, const BrainState& state, const Surr
     return desired;
 }
 
-SplinePlace spline_place(const Agent& agent, const Places& places) {
+SplinePlace spline_place(const Agent& agent, const PointsOfInterest& points_of_interest) {
     const SplineWalk& walk = agent.track;
-    if (places.tracks() == nullptr || walk.lane >= places.tracks()->lanes()) {
+    if (points_of_interest.tracks() == nullptr ||
+        walk.lane >= points_of_interest.tracks()->lanes()) {
         return {};
     }
-    const Lane& lane = places.tracks()->lane(walk.lane);
+    const Lane& lane = points_of_interest.tracks()->lane(walk.lane);
     const double s = static_cast<double>(walk.s) +
                      (changes_lanes(agent) ? static_cast<double>(walk.changed) : 0.0);
     return {walk.lane, lane.on_lane(s), lane.length()};

@@ -36,6 +36,7 @@ struct SplinePlace {
     double length = 0.0;  ///< of it, m
 };
 
-[[nodiscard]] SplinePlace spline_place(const Agent& agent, const Places& places);
+[[nodiscard]] SplinePlace spline_place(const Agent& agent,
+                                       const PointsOfInterest& points_of_interest);
 
 }  // namespace zoned::ai

@@ -46,9 +46,9 @@ bool is_guided(const Agent& agent, const ForageDef& def) {
     return !scouts && (agent.steps / def.trails.patience) % 2 == 0;
 }
 
-bool finds_food(const ForageDef& def, const Places& places, const Vec2& at) {
+bool finds_food(const ForageDef& def, const PointsOfInterest& points_of_interest, const Vec2& at) {
     return std::any_of(def.food.begin(), def.food.end(), [&](std::uint16_t place) {
-        return places.outside(place, at) <= 0.0F;
+        return points_of_interest.outside(place, at) <= 0.0F;
     });
 }
 
@@ -63,7 +63,7 @@ Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
             return nest.get();
         }
     }
-    const Vec2 centre = scene.places.centre(def.nest);
+    const Vec2 centre = scene.points_of_interest.centre(def.nest);
     if (std::abs(centre.x()) > scene.half_size.x() || std::abs(centre.y()) > scene.half_size.y()) {
         return nullptr;
     }
@@ -174,10 +174,11 @@ void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene)
                          nest.ground.cells.place(here),
                          agent.steps);
     }
-    if (!carries && finds_food(def, scene.places, at)) {
+    if (!carries && finds_food(def, scene.points_of_interest, at)) {
         agent.corner |= kCarries;
         turn_back(agent);
-    } else if ((carries || agent.steps > 1) && scene.places.outside(def.nest, at) <= 0.0F) {
+    } else if ((carries || agent.steps > 1) &&
+               scene.points_of_interest.outside(def.nest, at) <= 0.0F) {
         delivered_ += carries ? 1U : 0U;
         agent.corner &= static_cast<std::uint8_t>(~kCarries);
         turn_back(agent);
@@ -190,8 +191,8 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const S
     const float cell_m = nest.ground.grid.cell_m();
     const Vec2 target(agent.target.x(), agent.target.z());
     if ((agent.corner & kLost) != 0) {
-        if (scene.places.outside(nest.place, at) > 0.0F) {
-            aim_at(agent, scene.places.centre(nest.place));
+        if (scene.points_of_interest.outside(nest.place, at) > 0.0F) {
+            aim_at(agent, scene.points_of_interest.centre(nest.place));
             return;
         }
         agent.corner &= static_cast<std::uint8_t>(~kCarries);
@@ -203,7 +204,7 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const S
         choose(agent, nest, at);
     } else if (!nest.ground.grid.contains(spot_of(at))) {
         agent.corner |= kLost;
-        aim_at(agent, scene.places.centre(nest.place));
+        aim_at(agent, scene.points_of_interest.centre(nest.place));
     } else if (arrived) {
         arrive(agent, nest, at, scene);
     } else if ((target - at).norm() > kAstrayCells * cell_m ||
@@ -231,7 +232,7 @@ void Nests::take_turn(Agent& agent, const Forager& forager, const Scene& scene) 
         walk(agent, *nest, at, by_segment ? over : near, scene);
     } else {
         agent.corner |= kLost;
-        aim_at(agent, scene.places.centre(def.nest));
+        aim_at(agent, scene.points_of_interest.centre(def.nest));
     }
     if (by_segment && target != Vec2(agent.target.x(), agent.target.z())) {
         end_segment(agent, scene.now);

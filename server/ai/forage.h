@@ -48,7 +48,7 @@ class Nests {
     struct Scene {
         const world::Entities& entities;
         const world::TypeTable& types;
-        const Places& places;
+        const PointsOfInterest& points_of_interest;
         const motion::StaticGeometry& statics;
         const std::vector<CompiledBrain>& brains;
         Vec2 half_size;  ///< of the zone: nests beyond it are another's

@@ -146,7 +146,7 @@ class Herds {
     struct Scene {
         const world::Entities& entities;
         const world::TypeTable& types;
-        const Places& places;
+        const PointsOfInterest& points_of_interest;
         const motion::StaticGeometry& statics;
         const std::vector<CompiledBrain>& brains;
         const Drift& drift;

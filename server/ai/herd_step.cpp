@@ -265,7 +265,7 @@ Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick n
     const Vec2 heading = aim_direction(animal.aim);
     const bool stands = heading == Vec2::Zero();
     const float speed = std::max(0.01F, roam_speed(state, limits));
-    FlockPull pull = flock_pull(agent, state, speed, here, scene.places);
+    FlockPull pull = flock_pull(agent, state, speed, here, scene.points_of_interest);
     pull.heading = heading;
     Vec2 desired = sum.heading(here, pull);
     if (desired.norm() < 1e-3F) {

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kNoTime = std::numeric_limits<double>::infinity();
 
-/// How far places of a walk and their distances are off by floats, of the numbers that they are
-/// made of: a product, two sums and a norm round six times, each by half of 2^-23.
+/// How far points_of_interest of a walk and their distances are off by floats, of the numbers that
+/// they are made of: a product, two sums and a norm round six times, each by half of 2^-23.
 constexpr double kRounded = 0x1.0p-20;
 
 /// A walk at constant velocity, seen from the middle of a circle; m, s.

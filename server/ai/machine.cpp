@@ -238,18 +238,18 @@ void compile_senses(CompiledBrain& out) {
         }
         out.senses_of_leaf.push_back(senses);
     }
-    out.senses_of_place = bit(kSenseHomeDistance);
-    for (std::size_t k = 0; k < out.places.size(); ++k) {
-        const auto sense = static_cast<SenseIndex>(out.first_place_sense + k);
-        out.senses_of_place |= out.is_stock(sense) ? std::uint64_t{0} : bit(sense);
+    out.senses_of_poi = bit(kSenseHomeDistance);
+    for (std::size_t k = 0; k < out.points_of_interest.size(); ++k) {
+        const auto sense = static_cast<SenseIndex>(out.first_poi_sense + k);
+        out.senses_of_poi |= out.is_stock(sense) ? std::uint64_t{0} : bit(sense);
     }
     for (const CompiledBrain::Fuzzy& fuzzy : out.fuzzy) {
         const bool by_place =
             std::any_of(fuzzy.inputs.begin(), fuzzy.inputs.end(), [&](SenseIndex in) {
-                return (out.senses_of_place & bit(in)) != 0;
+                return (out.senses_of_poi & bit(in)) != 0;
             });
         for (std::size_t o = 0; o < fuzzy.system.outputs(); ++o) {
-            out.senses_of_place |=
+            out.senses_of_poi |=
                 by_place ? bit(static_cast<SenseIndex>(fuzzy.first + o)) : std::uint64_t{0};
         }
     }
@@ -267,7 +267,7 @@ std::size_t senses_of(const Brain& brain) {
     for (const FuzzySense& fuzzy : brain.fuzzy) {
         senses += fuzzy.def.outputs.size();
     }
-    return senses + brain.places.size();
+    return senses + brain.points_of_interest.size();
 }
 
 CompiledBrain compile(const Brain& brain, float dt) {
@@ -283,9 +283,9 @@ CompiledBrain compile(const Brain& brain, float dt) {
             {fuzzy::FuzzySystem(fuzzy.def), fuzzy.inputs, static_cast<SenseIndex>(out.senses)});
         out.senses += fuzzy.def.outputs.size();
     }
-    out.places = brain.places;
-    out.first_place_sense = out.senses;
-    out.senses += out.places.size();
+    out.points_of_interest = brain.points_of_interest;
+    out.first_poi_sense = out.senses;
+    out.senses += out.points_of_interest.size();
     out.table = state_machine::compile(state_machine_of(brain), out.senses, dt);
     std::vector<BrainState> leaves;
     collect_leaves(brain.states, leaves);

@@ -58,7 +58,7 @@ enum class Sensor : std::uint8_t {
 };
 
 /// What every agent senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
-/// systems, then what it knows of places.
+/// systems, then what it knows of points_of_interest.
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
 inline constexpr SenseIndex kSenseRandom = 2;
@@ -180,7 +180,8 @@ struct BrainState {
     std::optional<FormationDef> formation{};  ///< of kFormUp, which has one
     std::optional<ForageDef> forage{};        ///< of kForage, which has one
     std::optional<FollowDef> follow{};        ///< of kFollowTrack, which has one
-    std::vector<std::uint16_t> along{};       ///< of kFlock: places that the herd goes to in turn
+    std::vector<std::uint16_t>
+        along{};  ///< of kFlock: points_of_interest that the herd goes to in turn
     std::vector<Trade>
         trades{};  ///< once, as soon as they can be done; of an innermost state or action
     /// Of an innermost state.
@@ -225,8 +226,9 @@ struct Brain {
     float decide_every_s = 0.2F;             ///< period of decisions; steering runs every tick
     std::vector<BrainVariable> variables{};  ///< the first is sense kOwnSenses
     std::vector<FuzzySense> fuzzy;           ///< the first output comes after the variables
-    std::vector<PlaceSense> places{};        ///< the first comes after the outputs of fuzzy systems
-    bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
+    std::vector<PointOfInterestSense>
+        points_of_interest{};  ///< the first comes after the outputs of fuzzy systems
+    bool inner = false;        ///< only ever a state of others, whose senses it reads: not compiled
     Perception perception{};
 };
 
@@ -295,8 +297,8 @@ struct CompiledBrain {
     std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
     std::vector<Gain> gains;   ///< by node
     std::vector<Fuzzy> fuzzy;
-    std::vector<PlaceSense> places;
-    std::size_t first_place_sense = 0;
+    std::vector<PointOfInterestSense> points_of_interest;
+    std::size_t first_poi_sense = 0;
     std::size_t senses = kOwnSenses;
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
@@ -311,7 +313,7 @@ struct CompiledBrain {
     std::vector<std::uint32_t> first_clause;  ///< by leaf, and the end of the last
     /// By leaf: what its clauses and its blend read, by bit.
     std::vector<std::uint64_t> senses_of_leaf;
-    std::uint64_t senses_of_place = 0;  ///< those that change where an agent walks, by bit
+    std::uint64_t senses_of_poi = 0;  ///< those that change where an agent walks, by bit
 
     /// All that decisions in a leaf depend on.
     [[nodiscard]] std::span<const Clause> clauses_of(std::size_t leaf) const {
@@ -330,8 +332,8 @@ struct CompiledBrain {
 
     /// Whether a sense is what a place has in stock.
     [[nodiscard]] bool is_stock(SenseIndex sense) const {
-        return sense >= first_place_sense && sense < senses &&
-               places[sense - first_place_sense].stock >= 0;
+        return sense >= first_poi_sense && sense < senses &&
+               points_of_interest[sense - first_poi_sense].stock >= 0;
     }
 };
 

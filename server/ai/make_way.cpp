@@ -21,7 +21,7 @@ constexpr std::uint8_t kHeld = 2;
 constexpr float kMarginShare = 0.01F;
 /// Whoever would come nearer than this to another gives way, m.
 constexpr float kBerth = 0.05F;
-/// What places may be beyond their side by, m: rounding far from the zone's centre.
+/// What points_of_interest may be beyond their side by, m: rounding far from the zone's centre.
 constexpr float kRounding = 1e-4F;
 /// Who comes to stand within this is not turned aside by walls on the way, m.
 constexpr float kShortStop = 0.1F;
@@ -133,7 +133,7 @@ bool brakes_freely(const Vec3& from,
 
 float path_left(const Agent& agent,
                 const BrainState& state,
-                const Places& places,
+                const PointsOfInterest& points_of_interest,
                 const Vec2& here) {
     switch (state.action) {
         case ActionKind::kWander:
@@ -142,7 +142,7 @@ float path_left(const Agent& agent,
         case ActionKind::kGuard:
             return (on_ground(agent.home) - here).norm();
         case ActionKind::kGo:
-            return (places.spot(state.place, agent.entity) - here).norm();
+            return (points_of_interest.spot(state.place, agent.entity) - here).norm();
         default:
             return 0.0F;
     }
@@ -184,7 +184,7 @@ void LocalAvoidance::add_other(world::Row row, const Scene& scene) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = velocity.x();
     seen_.want_z.back() = velocity.y();
-    // Its own zone lets it make way likewise, by the same places and velocities.
+    // Its own zone lets it make way likewise, by the same points_of_interest and velocities.
     const bool yields = e.has(row, world::kGhost) && e.has(row, world::kGrounded) &&
                         type.kind == world::EntityKind::kCharacter && type.brain != 0 &&
                         !e.client[row];

@@ -24,7 +24,7 @@ struct AvoidingAgent {
 /// How far an agent that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
 float path_left(const Agent& agent,
                 const BrainState& state,
-                const Places& places,
+                const PointsOfInterest& points_of_interest,
                 const Vec2& here);
 
 struct LocalAvoidanceReport {
@@ -33,14 +33,14 @@ struct LocalAvoidanceReport {
     std::uint32_t held = 0;      ///< of these: that could but brake
 };
 
-/// Commands are what characters make of them (motion::apply_input), so a promise about places has
-/// to know about acceleration and quantised commands. Between two that both yield lies a line half
-/// path between where they are and where they would come to stand if they braked now. A command is
-/// given only if its character, after this tick and after braking from then on, keeps to its side,
-/// as apply_input itself says, and nobody who keeps to the ground is led off it. To brake is always
-/// among these, so whoever does not overlap will not, unless moved by others. The idea of sets that
-/// can be kept for ever by stopping: Fraichard and Asama, "Inevitable collision states", Advanced
-/// Robotics 18, 2004; the lines: steering::OrcaAvoidance.
+/// Commands are what characters make of them (motion::apply_input), so a promise about
+/// points_of_interest has to know about acceleration and quantised commands. Between two that both
+/// yield lies a line half path between where they are and where they would come to stand if they
+/// braked now. A command is given only if its character, after this tick and after braking from
+/// then on, keeps to its side, as apply_input itself says, and nobody who keeps to the ground is
+/// led off it. To brake is always among these, so whoever does not overlap will not, unless moved
+/// by others. The idea of sets that can be kept for ever by stopping: Fraichard and Asama,
+/// "Inevitable collision states", Advanced Robotics 18, 2004; the lines: steering::OrcaAvoidance.
 class LocalAvoidance {
   public:
     struct Scene {
@@ -70,7 +70,7 @@ class LocalAvoidance {
         float half_height = 0.0F;
     };
 
-    /// n . x >= c for all places x of a walker.
+    /// n . x >= c for all points_of_interest x of a walker.
     struct DividingLine {
         Vec2 n = Vec2::Zero();
         float c = 0.0F;

@@ -41,7 +41,7 @@ bool is_difficulty(const DifficultyState& difficulty, const DifficultyLevels& se
                      difficulty.position <= cap.most;
 }
 
-/// Whether it is on lanes of the world that there are, at places of them.
+/// Whether it is on lanes of the world that there are, at points_of_interest of them.
 bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
     const auto known = [net](splines::LaneId id, float s) {
         return net != nullptr && id < net->lanes() && s >= 0.0F &&
@@ -82,7 +82,7 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
         return "is at a corner that there is not";
     }
     if (!agent.entered && brain.states[agent.current_action].action == ActionKind::kFollowTrack &&
-        !is_on_tracks(agent.track, settings.places.tracks.get())) {
+        !is_on_tracks(agent.track, settings.points_of_interest.tracks.get())) {
         return "is on a track that there is not";
     }
     if (agent.tier > Tier::kSuspended || (agent.tier == Tier::kSuspended && !agent.timed)) {
@@ -159,7 +159,7 @@ std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::Sav
 
 void save_agents(const AgentStore& agents,
                  const AiUpdate& step,
-                 const Places& places,
+                 const PointsOfInterest& points_of_interest,
                  std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kVersion);
@@ -178,8 +178,8 @@ void save_agents(const AgentStore& agents,
         write(at.y());
     }
     write(step.saved_state().coverage_m);
-    write(static_cast<std::uint32_t>(places.stocks().size()));
-    for (const Places::Stock& stock : places.stocks()) {
+    write(static_cast<std::uint32_t>(points_of_interest.stocks().size()));
+    for (const PointsOfInterest::Stock& stock : points_of_interest.stocks()) {
         write(stock.amount);
         write(stock.at);
     }
@@ -190,7 +190,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
                         AiSettings& settings,
                         AgentStore& agents,
                         AiUpdate& step,
-                        Places& places) {
+                        PointsOfInterest& points_of_interest) {
     FieldReader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
@@ -247,12 +247,13 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     }
     std::uint32_t stocks = 0;
     read(stocks);
-    if (read.cut_short() || stocks != places.stocks().size()) {
+    if (read.cut_short() || stocks != points_of_interest.stocks().size()) {
         return std::to_string(stocks) + " goods in stock, not " +
-               std::to_string(places.stocks().size());
+               std::to_string(points_of_interest.stocks().size());
     }
-    std::vector<Places::Stock> stock(places.stocks().begin(), places.stocks().end());
-    for (Places::Stock& one : stock) {
+    std::vector<PointsOfInterest::Stock> stock(points_of_interest.stocks().begin(),
+                                               points_of_interest.stocks().end());
+    for (PointsOfInterest::Stock& one : stock) {
         read(one.amount);
         read(one.at);
     }
@@ -268,7 +269,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
         return std::to_string(read.left()) + " bytes are left over";
     }
     agents = std::move(fresh);
-    places.set_stocks(stock);
+    points_of_interest.set_stocks(stock);
     put_on_level(settings, memory.difficulty.level);
     step.load(memory, nests, agents, settings);
     return {};

@@ -17,18 +17,18 @@ namespace zoned::ai {
 /// goes on bit for bit.
 void save_agents(const AgentStore& agents,
                  const AiUpdate& step,
-                 const Places& places,
+                 const PointsOfInterest& points_of_interest,
                  std::vector<std::uint8_t>& out);
 
-/// Reads what save_agents() wrote into empty `agents`, `step`, and the stock into `places`, which
-/// have those of the settings; these are put on the level on which the agents were. Empty text:
-/// done. Otherwise nothing was changed, and the text says what is wrong: another version, cut
-/// short, bytes left over, or numbers that mean nothing to `settings` (which are compiled), with
-/// the agent and the field.
+/// Reads what save_agents() wrote into empty `agents`, `step`, and the stock into
+/// `points_of_interest`, which have those of the settings; these are put on the level on which the
+/// agents were. Empty text: done. Otherwise nothing was changed, and the text says what is wrong:
+/// another version, cut short, bytes left over, or numbers that mean nothing to `settings` (which
+/// are compiled), with the agent and the field.
 std::string load_agents(std::span<const std::uint8_t> bytes,
                         AiSettings& settings,
                         AgentStore& agents,
                         AiUpdate& step,
-                        Places& places);
+                        PointsOfInterest& points_of_interest);
 
 }  // namespace zoned::ai

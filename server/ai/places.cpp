@@ -7,13 +7,13 @@
 
 namespace zoned::ai {
 
-Places::Places(const PlaceSettings& settings, const Vec2d& origin, float dt)
+PointsOfInterest::PointsOfInterest(const PoiSettings& settings, const Vec2d& origin, float dt)
     : tracks_(settings.tracks),
       origin_(origin),
       day_ticks_(std::max<Tick>(1, std::llround(settings.day_s / static_cast<double>(dt)))),
       dawn_ticks_(std::llround(settings.dawn_s / static_cast<double>(dt))),
       dt_(dt) {
-    for (const PlaceDef& def : settings.places) {
+    for (const PointOfInterestDef& def : settings.points_of_interest) {
         PointOfInterest place;
         place.at = (def.at - origin).cast<float>();
         place.y = static_cast<float>(def.y_m);
@@ -26,7 +26,7 @@ Places::Places(const PlaceSettings& settings, const Vec2d& origin, float dt)
     }
 }
 
-Vec2 Places::spot(std::size_t place, EntityId entity) const {
+Vec2 PointsOfInterest::spot(std::size_t place, EntityId entity) const {
     core::Rng rng(place, entity.value);
     Vec2 offset = Vec2::Zero();
     // Rejection from the square needs no trigonometry.
@@ -37,20 +37,20 @@ Vec2 Places::spot(std::size_t place, EntityId entity) const {
     return places_[place].at + offset * places_[place].radius_m;
 }
 
-float Places::outside(std::size_t place, const Vec2& at) const {
+float PointsOfInterest::outside(std::size_t place, const Vec2& at) const {
     return std::max(0.0F, (places_[place].at - at).norm() - places_[place].radius_m);
 }
 
-float Places::amount(const Stock& stock, Tick now) const {
+float PointsOfInterest::amount(const Stock& stock, Tick now) const {
     return std::clamp(
         stock.amount + stock.per_tick * static_cast<float>(now - stock.at), 0.0F, stock.high);
 }
 
-float Places::stock(std::size_t place, std::size_t stock, Tick now) const {
+float PointsOfInterest::stock(std::size_t place, std::size_t stock, Tick now) const {
     return amount(stocks_[places_[place].first_stock + stock], now);
 }
 
-bool Places::can(const Trade& trade, Tick now) const {
+bool PointsOfInterest::can(const Trade& trade, Tick now) const {
     return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
         if (item.stock < 0) {
             return true;
@@ -62,7 +62,7 @@ bool Places::can(const Trade& trade, Tick now) const {
     });
 }
 
-void Places::commit(const Trade& trade, Tick now) {
+void PointsOfInterest::commit(const Trade& trade, Tick now) {
     for (const TradeItem& item : trade.items) {
         if (item.stock >= 0) {
             Stock& stock =
@@ -73,11 +73,11 @@ void Places::commit(const Trade& trade, Tick now) {
     }
 }
 
-float Places::time_of_day(Tick now) const {
+float PointsOfInterest::time_of_day(Tick now) const {
     return static_cast<float>((now + dawn_ticks_) % day_ticks_) * dt_;
 }
 
-void Places::hash(core::StateHash& hash) const {
+void PointsOfInterest::hash(core::StateHash& hash) const {
     for (const Stock& stock : stocks_) {
         hash.add(stock.amount);
         hash.add(stock.at);

@@ -1,4 +1,4 @@
-// Places: where agents go to, what is in stock there, and the time of day.
+// PointsOfInterest: where agents go to, what is in stock there, and the time of day.
 #pragma once
 
 #include "server/ai/tracks/track_net.h"
@@ -22,7 +22,7 @@ struct StockDef {
     float per_s = 0.0F;  ///< growth by itself
 };
 
-struct PlaceDef {
+struct PointOfInterestDef {
     std::string name;
     Vec2d at = Vec2d::Zero();  ///< x, z, world coordinates, m
     float radius_m = 3.0F;     ///< agents have spots of their own within it
@@ -31,9 +31,9 @@ struct PlaceDef {
     double y_m = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// The places of a world, for all its zones, and how long a day takes.
-struct PlaceSettings {
-    std::vector<PlaceDef> places;
+/// The points_of_interest of a world, for all its zones, and how long a day takes.
+struct PoiSettings {
+    std::vector<PointOfInterestDef> points_of_interest;
     double day_s = 86400.0;
     double dawn_s = 0.0;                                     ///< time of day at tick 0
     std::shared_ptr<const splines::SplineNetwork> tracks{};  ///< null: there are none
@@ -52,20 +52,20 @@ struct Trade {
     std::vector<TradeItem> items;
 };
 
-/// A sense of places: how far the agent's spot is, or what is in stock.
-struct PlaceSense {
+/// A sense of points_of_interest: how far the agent's spot is, or what is in stock.
+struct PointOfInterestSense {
     std::uint16_t place = 0;
     std::int16_t stock = -1;  ///< below 0: distance, m
     std::string name{};       ///< "PLACE.distance", "PLACE.GOOD"
 };
 
-/// Places as one zone knows them: all of them by position, and stock, which counts where the place
-/// lies in the zone alone. Part of the zone's state.
-class Places {
+/// PointsOfInterest as one zone knows them: all of them by position, and stock, which counts where
+/// the place lies in the zone alone. Part of the zone's state.
+class PointsOfInterest {
   public:
-    Places() = default;
+    PointsOfInterest() = default;
     /// `origin`: world coordinates x, z of the zone's (0, 0); `dt` in s, > 0.
-    Places(const PlaceSettings& settings, const Vec2d& origin, float dt);
+    PointsOfInterest(const PoiSettings& settings, const Vec2d& origin, float dt);
 
     /// x, z of the spot of an entity there: the same for ever, uniform in the place's circle.
     [[nodiscard]] Vec2 spot(std::size_t place, EntityId entity) const;
@@ -112,7 +112,7 @@ class Places {
         float high = 0.0F;
     };
 
-    /// All stock of all places, for snapshots.
+    /// All stock of all points_of_interest, for snapshots.
     [[nodiscard]] std::span<const Stock> stocks() const { return stocks_; }
 
     /// As many as there are.

@@ -44,12 +44,13 @@ float rate_of(const Agent& agent, const CompiledBrain& brain, std::size_t variab
 
 bool stock_holds(std::span<const WatchedCondition> watches,
                  const CompiledBrain& brain,
-                 const Places& places,
+                 const PointsOfInterest& points_of_interest,
                  Tick now) {
     return std::all_of(watches.begin(), watches.end(), [&](const WatchedCondition& watch) {
-        const PlaceSense& of = brain.places[watch.sense - brain.first_place_sense];
+        const PointOfInterestSense& of =
+            brain.points_of_interest[watch.sense - brain.first_poi_sense];
         return holds({watch.sense, watch.compare, watch.threshold},
-                     places.stock(of.place, static_cast<std::size_t>(of.stock), now));
+                     points_of_interest.stock(of.place, static_cast<std::size_t>(of.stock), now));
     });
 }
 
@@ -69,7 +70,7 @@ class Forecast {
           period_(decision_period(brain, inputs.dt)),
           now_(now),
           dt_(inputs.dt),
-          places_(inputs.places),
+          places_(inputs.points_of_interest),
           segment_(inputs.segment) {}
 
     /// What comes at this tick or later need not be told apart.
@@ -157,8 +158,9 @@ class Forecast {
         if (own < brain_.variables.size()) {
             return grown(own, watch);
         }
-        if (watch.sense >= brain_.first_place_sense) {
-            const PlaceSense& of = brain_.places[watch.sense - brain_.first_place_sense];
+        if (watch.sense >= brain_.first_poi_sense) {
+            const PointOfInterestSense& of =
+                brain_.points_of_interest[watch.sense - brain_.first_poi_sense];
             return passed(watch, places_.spot(of.place, agent_.entity));
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
@@ -269,7 +271,7 @@ class Forecast {
     Tick now_;
     Tick limit_ = kNever;
     float dt_;
-    const Places& places_;
+    const PointsOfInterest& places_;
     const PathSegment* segment_;
 };
 
@@ -326,7 +328,7 @@ NextChange forecast_next_change(const Agent& agent,
 bool stock_changed(const StockWait& wait,
                    const CompiledBrain& brain,
                    std::size_t leaf,
-                   const Places& places,
+                   const PointsOfInterest& points_of_interest,
                    Tick now) {
     const std::span<const Clause> clauses = brain.clauses_of(leaf);
     return std::any_of(clauses.begin(), clauses.end(), [&](const Clause& clause) {
@@ -335,7 +337,7 @@ bool stock_changed(const StockWait& wait,
             return false;
         }
         const bool held = (wait.held >> clause.stock_number & 1U) != 0;
-        return stock_holds(brain.on_stock(clause), brain, places, now) != held;
+        return stock_holds(brain.on_stock(clause), brain, points_of_interest, now) != held;
     });
 }
 

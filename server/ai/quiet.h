@@ -10,7 +10,7 @@ struct ForecastInputs {
     float speed = 0.0F;  ///< of its entity, m/s
     float day_s = 0.0F;
     float dt = 0.0F;  ///< s
-    const Places& places;
+    const PointsOfInterest& points_of_interest;
     const PathSegment* segment =
         nullptr;  ///< that it goes along until it is asked again; null: anywhere
 };
@@ -48,7 +48,7 @@ NextChange forecast_next_change(const Agent& agent,
 bool stock_changed(const StockWait& wait,
                    const CompiledBrain& brain,
                    std::size_t leaf,
-                   const Places& places,
+                   const PointsOfInterest& points_of_interest,
                    Tick now);
 
 /// A tick > now before which able() says no of a trade that it does not say yes of at `now`, as

@@ -122,7 +122,7 @@ float reach_of(const Agent& agent,
                ? kAtCell * state.forage->cell_m
                : std::max(kTurnM,
                           desired.direction.norm() -
-                              around.places.outside(state.forage->nest, around.at));
+                              around.points_of_interest.outside(state.forage->nest, around.at));
 }
 
 /// Whether the agent has come to where its path ends.

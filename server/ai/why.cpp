@@ -15,12 +15,12 @@ class Account {
     Account(const Agent& agent,
             const Brain& brain,
             const CompiledBrain& compiled,
-            const Places& places,
+            const PointsOfInterest& points_of_interest,
             Tick now)
         : agent_(agent),
           brain_(brain),
           compiled_(compiled),
-          places_(places),
+          places_(points_of_interest),
           names_(sense_names(brain)),
           now_(now) {}
 
@@ -200,7 +200,7 @@ class Account {
     const Agent& agent_;
     const Brain& brain_;
     const CompiledBrain& compiled_;
-    const Places& places_;
+    const PointsOfInterest& places_;
     std::vector<std::string> names_;
     Tick now_;
     std::string text_;
@@ -227,7 +227,7 @@ std::vector<std::string> sense_names(const Brain& brain) {
             names.push_back(fuzzy.def.name + "." + output.name);
         }
     }
-    for (const PlaceSense& place : brain.places) {
+    for (const PointOfInterestSense& place : brain.points_of_interest) {
         names.push_back(place.name);
     }
     return names;
@@ -267,12 +267,12 @@ std::string explain(const Agent& agent,
                     const CompiledBrain& compiled,
                     const Percept& percept,
                     const Vec2& here,
-                    const Places& places,
+                    const PointsOfInterest& points_of_interest,
                     Tick now,
                     float dt) {
     Senses senses;
-    sense(agent, compiled, percept, here, places, now, senses);
-    return Account(agent, brain, compiled, places, now).write(senses, dt);
+    sense(agent, compiled, percept, here, points_of_interest, now, senses);
+    return Account(agent, brain, compiled, points_of_interest, now).write(senses, dt);
 }
 
 }  // namespace zoned::ai

@@ -27,7 +27,7 @@ std::string explain(const Agent& agent,
                     const CompiledBrain& compiled,
                     const Percept& percept,
                     const Vec2& here,
-                    const Places& places,
+                    const PointsOfInterest& points_of_interest,
                     Tick now,
                     float dt);
 

@@ -26,7 +26,7 @@ constexpr float kStrollMps = 0.1F;
 constexpr float kNearShare = 1.5F;
 /// Who follows stops within this share of the radius.
 constexpr float kFollowStop = 0.7F;
-/// Places that a herd goes along, at most.
+/// PointsOfInterest that a herd goes along, at most.
 constexpr std::size_t kMostStops = 32;
 /// How far beside its path a herd turns back by half a right angle, as a share of its radius.
 constexpr float kTrackShare = 0.5F;
@@ -123,7 +123,8 @@ DesiredVelocity return_velocity(const Agent& agent,
 DesiredVelocity place_velocity(const Agent& agent,
                                const BrainState& state,
                                const Surroundings& around) {
-    return go_and_stay(agent, state, around.places.spot(state.place, agent.entity), around);
+    return go_and_stay(
+        agent, state, around.points_of_interest.spot(state.place, agent.entity), around);
 }
 
 /// Somebody as an agent takes them to be.
@@ -181,7 +182,9 @@ DesiredVelocity flock_velocity(Agent& agent,
         return desired;
     }
     const FlockQuery query{
-        flock_pull(agent, state, speed, around.body(), around.places), around.self, around.drift};
+        flock_pull(agent, state, speed, around.body(), around.points_of_interest),
+        around.self,
+        around.drift};
     desired.direction = flock_heading(around.entities, around.grid, query);
     desired.fresh_cos = kReaimFlockCos;
     if (desired.direction.norm() < 1e-3F) {
@@ -265,7 +268,7 @@ FlockPull flock_pull(const Agent& agent,
                      const BrainState& state,
                      float speed,
                      const Vec2& here,
-                     const Places& places) {
+                     const PointsOfInterest& points_of_interest) {
     FlockPull pull;
     pull.home = flat(agent.home);
     pull.heading = aim_direction(agent);
@@ -275,7 +278,7 @@ FlockPull flock_pull(const Agent& agent,
         std::array<Vec2, kMostStops> stops;
         const std::size_t count = std::min(state.along.size(), kMostStops);
         for (std::size_t i = 0; i < count; ++i) {
-            stops[i] = places.centre(state.along[i]);
+            stops[i] = points_of_interest.centre(state.along[i]);
         }
         pull.path = round_trip(std::span(stops.data(), count), here, kTrackShare * state.radius_m);
         pull.home = stops[0];
@@ -399,7 +402,7 @@ float goal_floor(const Agent& agent, const BrainState& state, const Surroundings
     };
     switch (state.action) {
         case ActionKind::kGo:
-            return around.places.floor(state.place);
+            return around.points_of_interest.floor(state.place);
         case ActionKind::kChase:
         case ActionKind::kFlee:
             return of_prey();

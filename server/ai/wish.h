@@ -27,7 +27,7 @@ struct Surroundings {
     const world::Entities& entities;
     const world::TypeTable& types;
     const spatial::PointGrid& grid;
-    const Places& places;
+    const PointsOfInterest& points_of_interest;
     world::Row self;
     Tick now;
     float dt;                      ///< s
@@ -89,7 +89,7 @@ FlockPull flock_pull(const Agent& agent,
                      const BrainState& state,
                      float speed,
                      const Vec2& here,
-                     const Places& places);
+                     const PointsOfInterest& points_of_interest);
 
 /// Another point for a wanderer.
 void pick_wander_target(Agent& agent, float radius, const Surroundings& around);

@@ -191,7 +191,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                                 compiled,
                                 sight,
                                 here,
-                                state.places,
+                                state.points_of_interest,
                                 now,
                                 state.settings.dt)
                         .c_str());

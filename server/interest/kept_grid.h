@@ -33,7 +33,7 @@ class KeptGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Places of eight slots: one line of the cache.
+    /// PointsOfInterest of eight slots: one line of the cache.
     struct alignas(64) Block {
         std::array<float, spatial::kLanes> x;
         std::array<float, spatial::kLanes> z;

@@ -83,7 +83,7 @@ class Strips {
   private:
     class List;
 
-    /// Places of eight slots: one line of the cache.
+    /// PointsOfInterest of eight slots: one line of the cache.
     struct alignas(64) Block {
         std::array<float, spatial::kLanes> x;
         std::array<float, spatial::kLanes> z;

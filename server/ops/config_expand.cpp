@@ -366,7 +366,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.max_sight_rays_per_tick = config.ai().max_sight_rays_per_tick();
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
     settings.ai.avoidance = expand_avoidance(config);
-    settings.ai.places = expand_places(config);
+    settings.ai.points_of_interest = expand_points_of_interest(config);
     if (config.ai().has_pathfinding()) {
         settings.ai.pathfinding = expand_pathfinding(config);
     }

@@ -73,7 +73,7 @@ class BrainExpansion {
             out.fuzzy.push_back(std::move(sense));
         }
         for (const std::string& sense : place_senses_) {
-            out.places.push_back(*find_place_sense(config_, sense));
+            out.points_of_interest.push_back(*find_poi_sense(config_, sense));
         }
         return out;
     }
@@ -88,7 +88,7 @@ class BrainExpansion {
             if (system >= 0) {
                 systems_.insert(system);
             } else if (find_variable(config_.brain(index_), sense) < 0 &&
-                       find_place_sense(config_, sense)) {
+                       find_poi_sense(config_, sense)) {
                 place_senses_.insert(sense);
             }
         };
@@ -327,7 +327,7 @@ std::string why_not_sensed(const proto::Config& config, int root, const std::str
         return {};
     }
     const int system = find_sense(config, sense).system;
-    if (system < 0 && find_place_sense(config, sense)) {
+    if (system < 0 && find_poi_sense(config, sense)) {
         return {};
     }
     if (system < 0) {

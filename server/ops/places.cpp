@@ -13,7 +13,7 @@ namespace {
 
 using proto::Config;
 
-int find_stock(const Config::Place& place, const std::string& good) {
+int find_stock(const Config::PointOfInterest& place, const std::string& good) {
     for (int s = 0; s < place.stock_size(); ++s) {
         if (place.stock(s).good() == good) {
             return s;
@@ -27,8 +27,9 @@ void check_trade(const Config& config,
                  const Config::Trade& trade,
                  const std::string& path,
                  Diagnostics& diagnostics) {
-    if (find_place(config, trade.place()) < 0) {
-        diagnostics.add(path + ".place", "there is no place named '" + trade.place() + "'");
+    if (find_point_of_interest(config, trade.point_of_interest()) < 0) {
+        diagnostics.add(path + ".point_of_interest",
+                        "there is no place named '" + trade.point_of_interest() + "'");
     }
     if (trade.give_size() + trade.take_size() == 0) {
         diagnostics.add(path, "gives nothing and takes nothing");
@@ -55,7 +56,7 @@ void check_trade(const Config& config,
 /// Cells from a nest to the side of its map, at most.
 constexpr double kMostCells = 500.0;
 
-bool in_one_zone(const Config::Place& place, const std::vector<ZoneRegion>& zones) {
+bool in_one_zone(const Config::PointOfInterest& place, const std::vector<ZoneRegion>& zones) {
     const double r = place.radius_m();
     return zones.size() < 2 ||
            std::any_of(
@@ -69,21 +70,21 @@ bool in_one_zone(const Config::Place& place, const std::vector<ZoneRegion>& zone
 
 }  // namespace
 
-int find_place(const proto::Config& config, const std::string& name) {
-    for (int p = 0; p < config.place_size(); ++p) {
-        if (config.place(p).name() == name) {
+int find_point_of_interest(const proto::Config& config, const std::string& name) {
+    for (int p = 0; p < config.point_of_interest_size(); ++p) {
+        if (config.point_of_interest(p).name() == name) {
             return p;
         }
     }
     return -1;
 }
 
-ai::PlaceSettings expand_places(const proto::Config& config) {
-    ai::PlaceSettings out;
+ai::PoiSettings expand_points_of_interest(const proto::Config& config) {
+    ai::PoiSettings out;
     out.day_s = config.ai().day_s();
     out.dawn_s = config.ai().dawn_s();
-    for (const auto& place : config.place()) {
-        ai::PlaceDef def;
+    for (const auto& place : config.point_of_interest()) {
+        ai::PointOfInterestDef def;
         def.name = place.name();
         def.at = {place.x_m(), place.z_m()};
         if (place.has_y_m()) {
@@ -94,22 +95,22 @@ ai::PlaceSettings expand_places(const proto::Config& config) {
             def.stock.push_back(
                 {stock.good(), narrow(stock.start()), narrow(stock.high()), narrow(stock.per_s())});
         }
-        out.places.push_back(std::move(def));
+        out.points_of_interest.push_back(std::move(def));
     }
     return out;
 }
 
-std::optional<ai::PlaceSense> find_place_sense(const proto::Config& config,
-                                               const std::string& sense) {
+std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::Config& config,
+                                                       const std::string& sense) {
     // Names may have dots of their own: whatever fits.
-    for (int p = 0; p < config.place_size(); ++p) {
-        const std::string& name = config.place(p).name();
+    for (int p = 0; p < config.point_of_interest_size(); ++p) {
+        const std::string& name = config.point_of_interest(p).name();
         if (sense == name + ".distance") {
-            return ai::PlaceSense{static_cast<std::uint16_t>(p), -1, sense};
+            return ai::PointOfInterestSense{static_cast<std::uint16_t>(p), -1, sense};
         }
-        for (int s = 0; s < config.place(p).stock_size(); ++s) {
-            if (sense == name + "." + config.place(p).stock(s).good()) {
-                return ai::PlaceSense{
+        for (int s = 0; s < config.point_of_interest(p).stock_size(); ++s) {
+            if (sense == name + "." + config.point_of_interest(p).stock(s).good()) {
+                return ai::PointOfInterestSense{
                     static_cast<std::uint16_t>(p), static_cast<std::int16_t>(s), sense};
             }
         }
@@ -121,14 +122,15 @@ ai::Trade expand_trade(const proto::Config& config,
                        const proto::Config::Trade& trade,
                        const VariableOf& variable_of) {
     ai::Trade out;
-    const int place = find_place(config, trade.place());
+    const int place = find_point_of_interest(config, trade.point_of_interest());
     out.place = static_cast<std::uint16_t>(std::max(place, 0));
     const auto add = [&](const Config::Amount& amount, float sign) {
         ai::TradeItem item;
         item.variable = variable_of(amount.good());
         item.amount = sign * narrow(amount.amount());
         if (place >= 0) {
-            item.stock = static_cast<std::int16_t>(find_stock(config.place(place), amount.good()));
+            item.stock = static_cast<std::int16_t>(
+                find_stock(config.point_of_interest(place), amount.good()));
         }
         out.items.push_back(item);
     };
@@ -144,7 +146,7 @@ ai::Trade expand_trade(const proto::Config& config,
 ai::ForageDef expand_forage(const proto::Config& config, const Config::Forage& forage) {
     ai::ForageDef out;
     const auto place = [&config](const std::string& name) {
-        return static_cast<std::uint16_t>(std::max(find_place(config, name), 0));
+        return static_cast<std::uint16_t>(std::max(find_point_of_interest(config, name), 0));
     };
     out.nest = place(forage.nest());
     for (const std::string& food : forage.food()) {
@@ -169,14 +171,14 @@ ai::FormationDef expand_formation(const Config::Formation& formation) {
     return out;
 }
 
-void check_places(const proto::Config& config,
-                  const std::vector<ZoneRegion>& zones,
-                  Diagnostics& diagnostics) {
+void check_points_of_interest(const proto::Config& config,
+                              const std::vector<ZoneRegion>& zones,
+                              Diagnostics& diagnostics) {
     std::set<std::string> names;
     const auto& world = config.world();
-    for (int p = 0; p < config.place_size(); ++p) {
-        const auto& place = config.place(p);
-        const std::string path = join_path("", "place", p);
+    for (int p = 0; p < config.point_of_interest_size(); ++p) {
+        const auto& place = config.point_of_interest(p);
+        const std::string path = join_path("", "point_of_interest", p);
         if (!names.insert(place.name()).second) {
             diagnostics.add(path + ".name", "there is another place named '" + place.name() + "'");
         }
@@ -214,7 +216,7 @@ void check_forage(const Config& config,
                   const Config::Forage& forage,
                   const std::string& path,
                   Diagnostics& diagnostics) {
-    const int nest = find_place(config, forage.nest());
+    const int nest = find_point_of_interest(config, forage.nest());
     if (nest < 0) {
         diagnostics.add(path + ".nest",
                         forage.has_nest() ? "there is no place named '" + forage.nest() + "'"
@@ -224,14 +226,15 @@ void check_forage(const Config& config,
         diagnostics.add(path + ".radius_m", "is more than 500 times cell_m");
     }
     for (int f = 0; f < forage.food_size(); ++f) {
-        const int food = find_place(config, forage.food(f));
+        const int food = find_point_of_interest(config, forage.food(f));
         const std::string here = join_path(path, "food", f);
         if (food < 0) {
             diagnostics.add(here, "there is no place named '" + forage.food(f) + "'");
         } else if (nest >= 0 &&
-                   std::max(std::abs(config.place(food).x_m() - config.place(nest).x_m()),
-                            std::abs(config.place(food).z_m() - config.place(nest).z_m())) >
-                       forage.radius_m()) {
+                   std::max(std::abs(config.point_of_interest(food).x_m() -
+                                     config.point_of_interest(nest).x_m()),
+                            std::abs(config.point_of_interest(food).z_m() -
+                                     config.point_of_interest(nest).z_m())) > forage.radius_m()) {
             diagnostics.add(here, "lies farther than radius_m from the nest");
         }
     }
@@ -245,12 +248,14 @@ void check_action_details(const proto::Config& config,
                           const ActionSpec& action,
                           const std::string& path,
                           Diagnostics& diagnostics) {
-    if (action.has_place() && find_place(config, action.place()) < 0) {
-        diagnostics.add(path + ".place", "there is no place named '" + action.place() + "'");
-    } else if (action.action() == Config::GO && !action.has_place()) {
+    if (action.has_point_of_interest() &&
+        find_point_of_interest(config, action.point_of_interest()) < 0) {
+        diagnostics.add(path + ".point_of_interest",
+                        "there is no place named '" + action.point_of_interest() + "'");
+    } else if (action.action() == Config::GO && !action.has_point_of_interest()) {
         diagnostics.add(path + ".action", "says nowhere to go: `place` is not set");
-    } else if (action.action() != Config::GO && action.has_place()) {
-        diagnostics.add(path + ".place", "is of GO alone");
+    } else if (action.action() != Config::GO && action.has_point_of_interest()) {
+        diagnostics.add(path + ".point_of_interest", "is of GO alone");
     }
     if (action.has_formation() && action.action() != Config::FORM_UP) {
         diagnostics.add(path + ".formation", "is of FORM_UP alone");
@@ -275,7 +280,7 @@ void check_action_details(const proto::Config& config,
                         "leads back the way it came: name one place, or three and more");
     }
     for (int a = 0; a < action.along_size(); ++a) {
-        if (find_place(config, action.along(a)) < 0) {
+        if (find_point_of_interest(config, action.along(a)) < 0) {
             diagnostics.add(join_path(path, "along", a),
                             "there is no place named '" + action.along(a) + "'");
         }

@@ -1,5 +1,5 @@
-// Places of a config and what is traded there, in the form in which agents have them, and what is
-// wrong with them.
+// PointsOfInterest of a config and what is traded there, in the form in which agents have them, and
+// what is wrong with them.
 #pragma once
 
 #include "server/ai/machine.h"
@@ -15,14 +15,14 @@
 
 namespace zoned::ops {
 
-ai::PlaceSettings expand_places(const proto::Config& config);
+ai::PoiSettings expand_points_of_interest(const proto::Config& config);
 
 /// Index of the place of that name, -1: none.
-int find_place(const proto::Config& config, const std::string& name);
+int find_point_of_interest(const proto::Config& config, const std::string& name);
 
 /// What "PLACE.distance" or "PLACE.GOOD" means; none where there is no such place or stock.
-std::optional<ai::PlaceSense> find_place_sense(const proto::Config& config,
-                                               const std::string& sense);
+std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::Config& config,
+                                                       const std::string& sense);
 
 /// Names that mean nothing become the first place and variable.
 ai::Trade expand_trade(const proto::Config& config,
@@ -40,7 +40,8 @@ void expand_action_details(const proto::Config& config,
                            const VariableOf& variable_of,
                            ai::BrainState& out) {
     if (action.action() == proto::Config::GO) {
-        out.place = static_cast<std::uint16_t>(std::max(find_place(config, action.place()), 0));
+        out.place = static_cast<std::uint16_t>(
+            std::max(find_point_of_interest(config, action.point_of_interest()), 0));
     }
     if (action.action() == proto::Config::FORM_UP) {
         out.formation = expand_formation(action.formation());
@@ -52,18 +53,19 @@ void expand_action_details(const proto::Config& config,
         out.follow = expand_follow(config, action.follow());
     }
     for (const std::string& place : action.along()) {
-        out.along.push_back(static_cast<std::uint16_t>(std::max(find_place(config, place), 0)));
+        out.along.push_back(
+            static_cast<std::uint16_t>(std::max(find_point_of_interest(config, place), 0)));
     }
     for (const auto& trade : action.trade()) {
         out.trades.push_back(expand_trade(config, trade, variable_of));
     }
 }
 
-/// Places by themselves: names, stock, that they lie in the world, and those with stock in one
-/// zone.
-void check_places(const proto::Config& config,
-                  const std::vector<ZoneRegion>& zones,
-                  Diagnostics& diagnostics);
+/// PointsOfInterest by themselves: names, stock, that they lie in the world, and those with stock
+/// in one zone.
+void check_points_of_interest(const proto::Config& config,
+                              const std::vector<ZoneRegion>& zones,
+                              Diagnostics& diagnostics);
 
 /// What a state or action at `path` says of places: that those it names exist, that whoever goes
 /// somewhere says where, and that goods are variables of brain `root`.

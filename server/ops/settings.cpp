@@ -80,7 +80,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     settings.parameters = build_behaviours(settings.config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
-    check_places(config, settings.zones, diagnostics);
+    check_points_of_interest(config, settings.zones, diagnostics);
     check_blends(config, diagnostics);
     check_brains(config, diagnostics);
     check_types(config, diagnostics);
@@ -91,7 +91,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_slow_state(config, diagnostics);
     check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
-    settings.ai.places.tracks = build_tracks(config, diagnostics);
+    settings.ai.points_of_interest.tracks = build_tracks(config, diagnostics);
     give_policies(config, policies, settings.ai.brains, diagnostics);
     expand_particles(config, settings);
     settings.slow = expand_slow_state(config);

@@ -275,7 +275,7 @@ void check_follow(const Config& config,
 }
 
 std::vector<std::string> track_warnings(const Settings& settings) {
-    const SplineNetwork* net = settings.ai.places.tracks.get();
+    const SplineNetwork* net = settings.ai.points_of_interest.tracks.get();
     if (net == nullptr) {
         return {};
     }

@@ -79,7 +79,7 @@ std::uint32_t hash_tick(ZoneState& state) {
     }
     if (state.report.plan.has(Pass::kAgents)) {
         state.ai_update.hash(state.agents, state.hash);
-        state.places.hash(state.hash);
+        state.points_of_interest.hash(state.hash);
     }
     if (!state.settings.ai.difficulty.levels.empty()) {
         ai::visit_fields(state.ai_update.saved_state().difficulty,

@@ -100,7 +100,8 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       rng(settings.seed, settings.id.value),
       replicator(with_ground(settings)) {
     const Vec3d origin = settings.region().origin();
-    places = ai::Places(settings.ai.places, Vec2d(origin.x(), origin.z()), settings.dt);
+    points_of_interest = ai::PointsOfInterest(
+        settings.ai.points_of_interest, Vec2d(origin.x(), origin.z()), settings.dt);
     ai_update.difficulty() = ai::first_of(settings.ai.difficulty);
     conceals = std::any_of(
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {

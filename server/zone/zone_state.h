@@ -157,7 +157,7 @@ struct ZoneState {
     ParticlesOfZone particles;
     ai::AgentStore agents;
     ai::AiUpdate ai_update;
-    ai::Places places;
+    ai::PointsOfInterest points_of_interest;
     ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;
     std::unique_ptr<Rules> rules;

@@ -27,7 +27,7 @@ NpcWorld::NpcWorld(const ops::Settings& settings, const Plan& plan)
     : settings_(settings),
       ai_(settings.ai),
       dt_(static_cast<float>(1.0 / settings.tick_rate_hz)),
-      places_(settings.ai.places, Vec2d::Zero(), dt_) {
+      places_(settings.ai.points_of_interest, Vec2d::Zero(), dt_) {
     if (plan.simulate_all) {
         ai_.viewer_range_m = std::numeric_limits<float>::infinity();
     }

@@ -58,7 +58,7 @@ class NpcWorld {
     world::Entities entities_;
     ai::AgentStore agents_;
     ai::AiUpdate step_;
-    ai::Places places_;
+    ai::PointsOfInterest places_;
     motion::StaticGeometry plain_;
     spatial::PointGrid grid_;
     std::unique_ptr<compute::WorkerPool> pool_;

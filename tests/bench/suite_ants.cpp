@@ -30,8 +30,8 @@ constexpr KnownInstance kInstances[] = {{"berlin52", 7542},
                                         {"kroA100", 21282},
                                         {"d198", 15780}};
 
-/// Places that all tours of a run may visit together: what stops a run that does not find the
-/// optimum. Counted, so that a run is the same everywhere.
+/// PointsOfInterest that all tours of a run may visit together: what stops a run that does not find
+/// the optimum. Counted, so that a run is the same everywhere.
 constexpr std::uint64_t kVisitsAlone = 80'000'000;
 constexpr std::uint64_t kVisitsWithSearch = 5'000'000;
 

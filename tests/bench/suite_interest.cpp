@@ -78,7 +78,7 @@ class Field {
         const std::size_t turn = tick_++ % (2 * kMotions);
         const std::size_t at = turn < kMotions ? turn : 2 * kMotions - 1 - turn;
         if (motion_ == InterestMotion::kAll) {
-            // Places of one tick against those of another: their writing is none of ours.
+            // PointsOfInterest of one tick against those of another: their writing is none of ours.
             if (turn != kMotions && turn != 0) {
                 entities_.position.swap(places_[at]);
                 std::swap(places_[at], places_[turn < kMotions ? at - 1 : at + 1]);

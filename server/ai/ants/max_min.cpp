@@ -67,7 +67,7 @@ MaxMin::MaxMin(const Distances& distances, const MaxMinSettings& settings)
     for (std::size_t i = 0; i < nearest_.size(); ++i) {
         near_place_.push_back(nearest_[i].place);
         const Length d = nearest_[i].length;
-        // Places on the same spot are as near as half a unit of length.
+        // PointsOfInterest on the same spot are as near as half a unit of length.
         const float per = 1.0F / std::max(static_cast<float>(d), 0.5F);
         float power = 1.0F;
         for (std::uint32_t e = 0; e < settings_.nearness; ++e) {

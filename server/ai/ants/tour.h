@@ -17,7 +17,7 @@ enum class LocalSearch : std::uint8_t {
     kOrOpt,   ///< or three: up to three places move to another place of the tour
 };
 
-/// Places in the order of a tour, and the place of each in it.
+/// PointsOfInterest in the order of a tour, and the place of each in it.
 class Tour {
   public:
     explicit Tour(std::size_t size) : order_(size), at_(size), queued_(size, 0) {

@@ -14,7 +14,7 @@ namespace {
 
 /// A cell that a field settles, with the steps around it.
 constexpr std::uint64_t kSettleUnits = 75;
-/// Places whose answers are copied, to the unit.
+/// PointsOfInterest whose answers are copied, to the unit.
 constexpr std::uint64_t kCopiedPlaces = 4;
 /// A body that is counted.
 constexpr std::uint64_t kCountUnits = 10;

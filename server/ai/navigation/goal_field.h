@@ -77,9 +77,9 @@ class FlowField {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// Places whose costs lie between two multiples of kStraight, each once; and such as have got
-    /// cheaper since, which are in an earlier bucket too. Only `size` of them count: the rest is
-    /// room.
+    /// PointsOfInterest whose costs lie between two multiples of kStraight, each once; and such as
+    /// have got cheaper since, which are in an earlier bucket too. Only `size` of them count: the
+    /// rest is room.
     struct Bucket {
         std::vector<Place> places;
         std::size_t size = 0;

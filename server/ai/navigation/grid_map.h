@@ -41,7 +41,7 @@ class GridMap {
 
     [[nodiscard]] std::uint32_t passable_cells() const { return passable_cells_; }
 
-    /// Places are smaller than this.
+    /// PointsOfInterest are smaller than this.
     [[nodiscard]] std::uint32_t places() const { return stride_ * rows_; }
 
     /// From a place to the one below it.

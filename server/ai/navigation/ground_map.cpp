@@ -66,7 +66,7 @@ class Bakery {
             for (int x = 0; x < out_.grid.width(); ++x) {
                 put_down(x, y);
             }
-            // Places beside the map have no floors.
+            // PointsOfInterest beside the map have no floors.
             const Place next = out_.cells.place({0, static_cast<std::uint16_t>(y + 1)});
             const Place after = out_.cells.place({0, static_cast<std::uint16_t>(y)}) +
                                 static_cast<Place>(out_.grid.width());

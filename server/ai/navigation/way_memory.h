@@ -92,8 +92,8 @@ struct MapNumbers {
     std::uint32_t longest_wait_ticks = 0;
 };
 
-/// What keeps it from being one of a map that has so many; empty: nothing. Places are finite but
-/// for heights, each number up to the largest is there once, who waits has one turn.
+/// What keeps it from being one of a map that has so many; empty: nothing. PointsOfInterest are
+/// finite but for heights, each number up to the largest is there once, who waits has one turn.
 std::string defect_of(const SavedPaths& memory, const MapNumbers& numbers);
 
 }  // namespace zoned::ai::pathfinding

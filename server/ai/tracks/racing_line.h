@@ -8,7 +8,7 @@
 
 namespace zoned::ai::splines {
 
-/// Places across a closed track, evenly spaced along it.
+/// PointsOfInterest across a closed track, evenly spaced along it.
 struct RacingLine {
     std::vector<double> offset;  ///< m to the right of the middle
 

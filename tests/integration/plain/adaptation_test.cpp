@@ -26,13 +26,13 @@ ai {
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } nimbus_m { normal: 30 } character { } }
 type { name: "pilgrim" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } character { speed_mps: 4 } behaviour { name: "pilgrimage" } }
 type { name: "sheep" kind: CHARACTER capsule { radius_m: 0.4 length_m: 0.3 } aura_m { normal: 30 } character { } brain: "stand" }
-place { name: "west" x_m: -60 z_m: 0 radius_m: 4 }
-place { name: "east" x_m: 60 z_m: 0 radius_m: 4 }
+point_of_interest { name: "west" x_m: -60 z_m: 0 radius_m: 4 }
+point_of_interest { name: "east" x_m: 60 z_m: 0 radius_m: 4 }
 brain { name: "stand" state { name: "stand" action: IDLE } }
 brain {
   name: "round"
-  state { name: "there" action: GO place: "east" speed_factor_from: "haste" transition { to: "back" sense: "east.distance" compare: BELOW threshold: 6 } }
-  state { name: "back" action: GO place: "west" speed_factor_from: "haste" transition { to: "there" sense: "west.distance" compare: BELOW threshold: 6 } }
+  state { name: "there" action: GO point_of_interest: "east" speed_factor_from: "haste" transition { to: "back" sense: "east.distance" compare: BELOW threshold: 6 } }
+  state { name: "back" action: GO point_of_interest: "west" speed_factor_from: "haste" transition { to: "there" sense: "west.distance" compare: BELOW threshold: 6 } }
 }
 behaviour { name: "pilgrimage" brain: "round" parameter { name: "haste" value: 0.5 low: 0.1 high: 1 } }
 difficulty { name: "slow" set { name: "haste" factor: 0.5 } }

@@ -20,10 +20,10 @@ statics {
   box { x_m: 0 y_m: 1 z_m: 6 size { x_m: 0.5 y_m: 2 z_m: 8 } }
   box { x_m: 0 y_m: 1 z_m: 22 size { x_m: 0.5 y_m: 2 z_m: 16 } }
 }
-place { name: "there" x_m: 26 z_m: 0 radius_m: 12 }
+point_of_interest { name: "there" x_m: 26 z_m: 0 radius_m: 12 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } nimbus_m { normal: 30 } character { speed_mps: 3 } }
 type { name: "walker" base: "player" brain: "walk" }
-brain { name: "walk" state { name: "go" action: GO place: "there" } }
+brain { name: "walk" state { name: "go" action: GO point_of_interest: "there" } }
 spawn { x_m: -38 z_m: -28 }
 lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }
 session { dev_mode_loopback: true }

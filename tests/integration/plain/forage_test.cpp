@@ -19,8 +19,8 @@ world { name: "hill" seed: )" +
 zones { zone_grid { columns: 1 rows: 1 } }
 replication { silence_ticks: 10 }
 ai { suspend_offscreen: false }
-place { name: "nest" x_m: -5 z_m: 0 radius_m: 1 }
-place { name: "crumbs" x_m: 5 z_m: 0 radius_m: 1 }
+point_of_interest { name: "nest" x_m: -5 z_m: 0 radius_m: 1 }
+point_of_interest { name: "crumbs" x_m: 5 z_m: 0 radius_m: 1 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { } }
 type { name: "ant" kind: CHARACTER capsule { radius_m: 0.1 length_m: 0.1 } aura_m { normal: 10 } character { speed_mps: 1 acceleration_mps2: 10 } brain: "ant" }
 brain { name: "ant" state { name: "forage" action: FORAGE forage { nest: "nest" food: "crumbs" radius_m: 14 cell_m: 0.5 patience: 400 evaporation_per_s: 0.01 } } }

@@ -17,15 +17,15 @@ const char* const kDrill = R"(
 world { name: "drill" seed: 3 tick_rate_hz: 30 min_x_m: -80 min_z_m: -80 max_x_m: 80 max_z_m: 80 }
 zones { zone_grid { columns: 1 rows: 1 } }
 ai { suspend_offscreen: false avoidance { } }
-place { name: "there" x_m: 60 z_m: 0 radius_m: 0.5 }
-place { name: "a" x_m: -40 z_m: -40 }
-place { name: "b" x_m: 40 z_m: -40 }
-place { name: "c" x_m: 0 z_m: 40 }
+point_of_interest { name: "there" x_m: 60 z_m: 0 radius_m: 0.5 }
+point_of_interest { name: "a" x_m: -40 z_m: -40 }
+point_of_interest { name: "b" x_m: 40 z_m: -40 }
+point_of_interest { name: "c" x_m: 0 z_m: 40 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { speed_mps: 3 } }
 type { name: "captain" base: "player" brain: "lead" }
 type { name: "soldier" base: "player" brain: "drill" }
 type { name: "sheep" base: "player" brain: "graze" }
-brain { name: "lead" state { name: "march" action: GO place: "there" speed_factor: 0.4 } }
+brain { name: "lead" state { name: "march" action: GO point_of_interest: "there" speed_factor: 0.4 } }
 brain {
   name: "drill" perception_m: 60
   perception { players: false ward: "captain" }
@@ -251,7 +251,7 @@ TEST(FormationFollowing, IsCheckedWithLineAndColumn) {
     EXPECT_THAT(mistakes("along: \"c\"", "along: \"d\""), testing::HasSubstr("named 'd'"));
 }
 
-TEST(Flock, GoesRoundItsPlacesTogether) {
+TEST(Flock, GoesRoundItsPointsOfInterestTogether) {
     Placed placed;
     for (int i = 0; i < 12; ++i) {
         placed.push_back({"sheep",

@@ -17,9 +17,9 @@ world { name: "pastures" seed: 5 tick_rate_hz: 20 min_x_m: -200 min_z_m: -200 ma
 zones { zone_grid { columns: 2 rows: 1 } ghost_margin_m: 60 }
 replication { silence_ticks: 10 }
 ai { suspend_offscreen: false }
-place { name: "brook" x_m: -60 z_m: 0 radius_m: 1 }
-place { name: "oaks" x_m: 60 z_m: -40 radius_m: 1 }
-place { name: "hill" x_m: 60 z_m: 40 radius_m: 1 }
+point_of_interest { name: "brook" x_m: -60 z_m: 0 radius_m: 1 }
+point_of_interest { name: "oaks" x_m: 60 z_m: -40 radius_m: 1 }
+point_of_interest { name: "hill" x_m: 60 z_m: 40 radius_m: 1 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { } }
 type { name: "sheep" kind: CHARACTER capsule { radius_m: 0.4 length_m: 0.3 } aura_m { normal: 30 } character { speed_mps: 3 } brain: "graze" }
 brain { name: "graze" state { name: "drift" action: FLOCK speed_factor: 0.5 radius_m: 12 along: "brook" along: "oaks" along: "hill" } }

@@ -21,8 +21,8 @@ world { name: "crowd" seed: 3 tick_rate_hz: 30 min_x_m: -60 min_z_m: -60 max_x_m
 zones { zone_grid { columns: 1 rows: 1 } }
 ai { suspend_offscreen: false )" +
            avoidance + R"( }
-place { name: "west" x_m: -20 z_m: 0 radius_m: 1.5 }
-place { name: "east" x_m: 20 z_m: 0 radius_m: 1.5 }
+point_of_interest { name: "west" x_m: -20 z_m: 0 radius_m: 1.5 }
+point_of_interest { name: "east" x_m: 20 z_m: 0 radius_m: 1.5 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { speed_mps: 3 } }
 type { name: "shuttle" base: "player" brain: "shuttle" character { speed_mps: 1.5 } }
 type { name: "return" base: "player" brain: "return" character { speed_mps: 1.5 } }
@@ -30,13 +30,13 @@ type { name: "stay" base: "player" brain: "stay" character { speed_mps: 1.5 } }
 type { name: "crate" box { x_m: 0.8 y_m: 0.8 z_m: 0.8 } mass_kg: 200 }
 brain {
   name: "shuttle"
-  state { name: "to_east" action: GO place: "east" transition { to: "to_west" sense: "east.distance" compare: BELOW threshold: 2 } }
-  state { name: "to_west" action: GO place: "west" transition { to: "to_east" sense: "west.distance" compare: BELOW threshold: 2 } }
+  state { name: "to_east" action: GO point_of_interest: "east" transition { to: "to_west" sense: "east.distance" compare: BELOW threshold: 2 } }
+  state { name: "to_west" action: GO point_of_interest: "west" transition { to: "to_east" sense: "west.distance" compare: BELOW threshold: 2 } }
 }
 brain {
   name: "return"
-  state { name: "to_west" action: GO place: "west" transition { to: "to_east" sense: "west.distance" compare: BELOW threshold: 2 } }
-  state { name: "to_east" action: GO place: "east" transition { to: "to_west" sense: "east.distance" compare: BELOW threshold: 2 } }
+  state { name: "to_west" action: GO point_of_interest: "west" transition { to: "to_east" sense: "west.distance" compare: BELOW threshold: 2 } }
+  state { name: "to_east" action: GO point_of_interest: "east" transition { to: "to_west" sense: "east.distance" compare: BELOW threshold: 2 } }
 }
 brain { name: "stay" state { name: "stand" action: IDLE } }
 spawn { x_m: 0 z_m: 50 }
@@ -225,7 +225,8 @@ TEST(LocalAvoidance, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
 }
 
 TEST(LocalAvoidance, WhoIsNotSimulatedIsPutWhereItStandsClearOfWalls) {
-    // Places are behind a wall without a door: straight walks lead through it while nobody looks.
+    // PointsOfInterest are behind a wall without a door: straight walks lead through it while
+    // nobody looks.
     const std::string wall = R"(
 statics {
   box { x_m: 0 y_m: 1 z_m: 0 size { x_m: 3 y_m: 2 z_m: 50 } }

@@ -21,12 +21,12 @@ statics {
   box { x_m: 5 y_m: 1 z_m: -15 size { x_m: 0.5 y_m: 2 z_m: 38.5 } }
   box { x_m: -2.5 y_m: 1 z_m: 4 size { x_m: 15.5 y_m: 2 z_m: 0.5 } }
 }
-place { name: "east" x_m: 20 z_m: -20 radius_m: 0.5 }
+point_of_interest { name: "east" x_m: 20 z_m: -20 radius_m: 0.5 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 20 } nimbus_m { normal: 20 } character { speed_mps: 3 } }
 type { name: "walker" base: "player" brain: "walker" character { speed_mps: 3 } }
 brain {
   name: "walker"
-  state { name: "go" action: GO place: "east" transition { to: "stay" sense: "east.distance" compare: BELOW threshold: 2 } }
+  state { name: "go" action: GO point_of_interest: "east" transition { to: "stay" sense: "east.distance" compare: BELOW threshold: 2 } }
   state { name: "stay" action: IDLE }
 }
 spawn { x_m: 20 z_m: 20 }

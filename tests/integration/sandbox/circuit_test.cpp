@@ -22,7 +22,7 @@ class CircuitWorld : public GameTest {
     void look(app::World& now) {
         for (const auto& zone : now.zones()) {
             const zone::ZoneState& state = zone->state();
-            const ai::splines::SplineNetwork& net = *state.places.tracks();
+            const ai::splines::SplineNetwork& net = *state.points_of_interest.tracks();
             for (std::size_t n = 0; n < state.agents.size(); ++n) {
                 look(state, net, state.agents.at(state.agents.nth(n)));
             }
@@ -39,7 +39,7 @@ class CircuitWorld : public GameTest {
         zones_[agent.entity.value].insert(state.settings.id.value);
         lanes_[agent.entity.value].insert(agent.track.lane);
         const Vec3& at = state.entities.position[row];
-        const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.places.origin();
+        const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.points_of_interest.origin();
         ++samples_;
         (agent.tier == ai::Tier::kSuspended ? suspended_ : awake_) += 1;
         if (agent.tier == ai::Tier::kActive && agent.track.from == ai::splines::kNoLane) {

@@ -50,7 +50,7 @@ struct Life {
         now += ticks;
         Percept percept;
         percept.distance = player_m;
-        ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
+        ai::decide(agent, brain, percept, Vec2::Zero(), PointsOfInterest(), now, scratch);
         return brain.states[agent.current_action].name;
     }
 

@@ -229,7 +229,7 @@ TEST(Blend, TellsItsDegrees) {
                                      field.settings.compiled[0],
                                      Percept{},
                                      Vec2::Zero(),
-                                     field.places,
+                                     field.points_of_interest,
                                      field.now,
                                      kDt);
     EXPECT_NE(text.find("live:home 1\n"), std::string::npos) << text;

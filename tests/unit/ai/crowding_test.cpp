@@ -27,12 +27,12 @@ class Gates {
         : walkers_(walkers),
           through_(walkers + 1, false),
           changes_(walkers + 1, 0) {
-        PlaceSettings places;
-        places.places.resize(1);
-        places.places[0].name = "there";
-        places.places[0].at = {26.0, 0.0};
-        places.places[0].radius_m = 12.0F;
-        field.places = Places(places, Vec2d::Zero(), kDt);
+        PoiSettings points_of_interest;
+        points_of_interest.points_of_interest.resize(1);
+        points_of_interest.points_of_interest[0].name = "there";
+        points_of_interest.points_of_interest[0].at = {26.0, 0.0};
+        points_of_interest.points_of_interest[0].radius_m = 12.0F;
+        field.points_of_interest = PointsOfInterest(points_of_interest, Vec2d::Zero(), kDt);
         field.solid = true;
         field.statics = motion::StaticGeometry(
             {wall_between(-30.0F, -2.0F), wall_between(2.0F, 10.0F), wall_between(14.0F, 30.0F)},

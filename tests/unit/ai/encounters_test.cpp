@@ -127,7 +127,7 @@ class Town {
                    {field.entities,
                     field.types,
                     field.grid,
-                    field.places,
+                    field.points_of_interest,
                     field.statics,
                     field.now,
                     kDt},
@@ -271,7 +271,7 @@ motion::StaticGeometry gated() {
     return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-/// Somebody of whom a zone knows places alone: of another zone, or without an agent.
+/// Somebody of whom a zone knows points_of_interest alone: of another zone, or without an agent.
 void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
     world::Entities& e = town.field.entities;
     world::Row row = e.find(EntityId(id));

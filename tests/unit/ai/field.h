@@ -77,7 +77,7 @@ class Field {
         AiContext world{entities,
                         types,
                         [this]() -> const spatial::PointGrid& { return grid; },
-                        places,
+                        points_of_interest,
                         statics,
                         team,
                         Vec2(1e6F, 1e6F),
@@ -123,7 +123,7 @@ class Field {
     spatial::PointGrid grid;
     AgentStore agents;
     AiUpdate steps;
-    Places places;
+    PointsOfInterest points_of_interest;
     PathService paths;
     motion::StaticGeometry statics;
     bool solid = false;  ///< moves as characters move, past statics and doors
@@ -156,7 +156,7 @@ inline bool decide(Agent& agent,
                    float dt) {
     DecisionScratch scratch;
     const Vec2 here(position.x(), position.z());
-    return ai::decide(agent, compile(brain, dt), percept, here, Places(), now, scratch);
+    return ai::decide(agent, compile(brain, dt), percept, here, PointsOfInterest(), now, scratch);
 }
 
 /// One state, no transitions.

@@ -44,9 +44,10 @@ NamedSpline straight_road(const char* name, Vec2 from, Vec2 to) {
 class Followers {
   public:
     Followers(std::vector<NamedSpline> tracks, const FollowDef& follow, bool simulated = true) {
-        field.settings.places.tracks =
+        field.settings.points_of_interest.tracks =
             std::make_shared<const SplineNetwork>(SplineNetwork::make(tracks).value());
-        field.places = Places(field.settings.places, Vec2d(100.0, -50.0), kDt);
+        field.points_of_interest =
+            PointsOfInterest(field.settings.points_of_interest, Vec2d(100.0, -50.0), kDt);
         Brain brain = single(ActionKind::kFollowTrack);
         brain.states[0].follow = follow;
         brain.states[0].speed_factor = 0.8F;
@@ -57,13 +58,15 @@ class Followers {
         compile(field.settings, kDt);
     }
 
-    [[nodiscard]] const SplineNetwork& net() const { return *field.settings.places.tracks; }
+    [[nodiscard]] const SplineNetwork& net() const {
+        return *field.settings.points_of_interest.tracks;
+    }
 
     [[nodiscard]] const splines::Lane& lane(splines::LaneId id) const { return net().lane(id); }
 
     /// On a lane, in world coordinates of the tracks.
     void add(std::uint32_t id, const Vec2d& at) {
-        const Vec2 here = (at - field.places.origin()).cast<float>();
+        const Vec2 here = (at - field.points_of_interest.origin()).cast<float>();
         field.add_npc(id, kGuard, 0, Vec3(here.x(), kBody, here.y()));
         field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
         begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], field.now);
@@ -74,13 +77,13 @@ class Followers {
     /// Of its body at the end of the last tick, of the tracks.
     [[nodiscard]] Vec2d body(std::uint32_t id) {
         const Vec3& at = field.position(id);
-        return Vec2(at.x(), at.z()).cast<double>() + field.places.origin();
+        return Vec2(at.x(), at.z()).cast<double>() + field.points_of_interest.origin();
     }
 
     /// By its segment.
     [[nodiscard]] Vec2d timed(std::uint32_t id) {
         return position_at(agent(id).segment, field.now - 1, kDt).cast<double>() +
-               field.places.origin();
+               field.points_of_interest.origin();
     }
 
     /// Where the timetable has it at the end of the last tick, on a lane that it does not change.
@@ -173,7 +176,7 @@ TEST(FollowTrack, ResumesWhereItIsDueWithoutAJump) {
     some.add(1, some.lane(0).at(3.0).at);
     some.field.run(31.0F);
     ASSERT_EQ(some.agent(1).tier, Tier::kSuspended);
-    const Vec2 near = (some.due(1) - some.field.places.origin()).cast<float>();
+    const Vec2 near = (some.due(1) - some.field.points_of_interest.origin()).cast<float>();
     some.field.add_player(900, Vec3(near.x() + 20.0F, kBody, near.y()));
     for (int k = 0; k < 20; ++k) {
         some.field.step();
@@ -302,7 +305,8 @@ TEST(FollowTrack, IsTakenAlongToAnotherZoneToTheCentimetre) {
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
     // A zone whose origin lies 64 m farther on.
-    other.field.places = Places(other.field.settings.places, Vec2d(164.0, -50.0), kDt);
+    other.field.points_of_interest =
+        PointsOfInterest(other.field.settings.points_of_interest, Vec2d(164.0, -50.0), kDt);
     other.field.now = one.field.now;
     Agent agent = one.field.agents.take(EntityId(1));
     shift(agent, Vec3(-64.0F, 0.0F, 0.0F));
@@ -327,22 +331,26 @@ TEST(FollowTrack, IsWrittenDownAndReadAgainAndRefusedWhereThereIsNoSuchTrack) {
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
     std::vector<std::uint8_t> bytes;
-    save_agents(one.field.agents, one.field.steps, one.field.places, bytes);
+    save_agents(one.field.agents, one.field.steps, one.field.points_of_interest, bytes);
     Followers same({course(splines::Curve::kCatmullRom, true)}, follow_lane(0, 3));
-    EXPECT_EQ(
-        load_agents(
-            bytes, same.field.settings, same.field.agents, same.field.steps, same.field.places),
-        "");
+    EXPECT_EQ(load_agents(bytes,
+                          same.field.settings,
+                          same.field.agents,
+                          same.field.steps,
+                          same.field.points_of_interest),
+              "");
     core::StateHash a;
     core::StateHash b;
     hash(a, one.agent(1));
     hash(b, same.agent(1));
     EXPECT_EQ(a.value(), b.value());
     Followers none({straight_road("road", {0, 0}, {3, 0})}, follow_lane(0));
-    EXPECT_THAT(
-        load_agents(
-            bytes, none.field.settings, none.field.agents, none.field.steps, none.field.places),
-        HasSubstr("track that there is not"));
+    EXPECT_THAT(load_agents(bytes,
+                            none.field.settings,
+                            none.field.agents,
+                            none.field.steps,
+                            none.field.points_of_interest),
+                HasSubstr("track that there is not"));
 }
 
 TEST(FollowTrack, IsExplained) {
@@ -354,7 +362,7 @@ TEST(FollowTrack, IsExplained) {
                                      one.field.settings.compiled[0],
                                      Percept::none(),
                                      Vec2::Zero(),
-                                     one.field.places,
+                                     one.field.points_of_interest,
                                      one.field.now,
                                      kDt);
     EXPECT_THAT(text, HasSubstr("on track course, lane 1 of 3: at "));

@@ -26,10 +26,10 @@ class AntHill {
   public:
     /// Who is farther than `viewer_range_m` from a player goes from event to event.
     explicit AntHill(float viewer_range_m, bool door = false) {
-        PlaceSettings places;
-        places.places = {{"nest", Vec2d(-5.0, 0.0), 1.0F, {}},
-                         {"crumbs", Vec2d(5.0, 0.0), 1.0F, {}}};
-        field.places = Places(places, Vec2d::Zero(), kDt);
+        PoiSettings points_of_interest;
+        points_of_interest.points_of_interest = {{"nest", Vec2d(-5.0, 0.0), 1.0F, {}},
+                                                 {"crumbs", Vec2d(5.0, 0.0), 1.0F, {}}};
+        field.points_of_interest = PointsOfInterest(points_of_interest, Vec2d::Zero(), kDt);
         Brain brain = single(ActionKind::kForage);
         ForageDef def;
         def.nest = 0;
@@ -136,7 +136,7 @@ TEST(ForageSerialize, WhoIsReadAgainGoesOnBitForBit) {
         one.field.run(100.0F);
         ASSERT_GT(one.delivered(), 0U);
         std::vector<std::uint8_t> bytes;
-        save_agents(one.field.agents, one.field.steps, one.field.places, bytes);
+        save_agents(one.field.agents, one.field.steps, one.field.points_of_interest, bytes);
         AntHill other(viewer_range_m, true);
         other.field.now = one.field.now;
         other.field.entities = one.field.entities;
@@ -145,10 +145,10 @@ TEST(ForageSerialize, WhoIsReadAgainGoesOnBitForBit) {
                               other.field.settings,
                               other.field.agents,
                               other.field.steps,
-                              other.field.places),
+                              other.field.points_of_interest),
                   "");
         std::vector<std::uint8_t> again;
-        save_agents(other.field.agents, other.field.steps, other.field.places, again);
+        save_agents(other.field.agents, other.field.steps, other.field.points_of_interest, again);
         EXPECT_EQ(bytes, again);
         // The door shuts at 120 s.
         ASSERT_NO_FATAL_FAILURE(live_alike(one, other, 60));
@@ -159,12 +159,12 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
     AntHill hill(50.0F);
     hill.field.run(60.0F);
     std::vector<std::uint8_t> whole;
-    save_agents(hill.field.agents, hill.field.steps, hill.field.places, whole);
+    save_agents(hill.field.agents, hill.field.steps, hill.field.points_of_interest, whole);
     const auto read = [&hill](std::vector<std::uint8_t> bytes) {
         AgentStore agents;
         AiUpdate steps;
-        Places places = hill.field.places;
-        return load_agents(bytes, hill.field.settings, agents, steps, places);
+        PointsOfInterest points_of_interest = hill.field.points_of_interest;
+        return load_agents(bytes, hill.field.settings, agents, steps, points_of_interest);
     };
     ASSERT_EQ(read(whole), "");
     // A nest at the end: brain, action, type, number of cells, then 12 bytes for each.
@@ -194,13 +194,13 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
                           hill.field.settings,
                           hill.field.agents = AgentStore(),
                           hill.field.steps,
-                          hill.field.places),
+                          hill.field.points_of_interest),
               "");
     hill.field.run(1.0F);
     // A direction with a bit that means nothing.
     hill.field.agents.find(EntityId(1))->corner = 0x80;
     whole.clear();
-    save_agents(hill.field.agents, hill.field.steps, hill.field.places, whole);
+    save_agents(hill.field.agents, hill.field.steps, hill.field.points_of_interest, whole);
     EXPECT_EQ(read(whole), "agent 0 of entity 1 is at a corner that there is not");
 }
 

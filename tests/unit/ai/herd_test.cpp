@@ -74,17 +74,17 @@ class Herd {
           size_(size) {
         field.settings.brains = {single(ActionKind::kFlock, kRadius)};
         field.settings.brains[0].states[0].speed_factor = 0.7F;
-        PlaceSettings places;
+        PoiSettings points_of_interest;
         for (std::size_t k = 0; k < kStops.size(); ++k) {
-            PlaceDef place;
+            PointOfInterestDef place;
             place.name = std::to_string(k);
             place.at = kStops[k].cast<double>();
-            places.places.push_back(place);
+            points_of_interest.points_of_interest.push_back(place);
             if (along) {
                 field.settings.brains[0].states[0].along.push_back(static_cast<std::uint16_t>(k));
             }
         }
-        field.places = Places(places, Vec2d::Zero(), kDt);
+        field.points_of_interest = PointsOfInterest(points_of_interest, Vec2d::Zero(), kDt);
         field.settings.viewer_range_m = viewer_range_m;
         field.solid = true;
         field.types[kSheep].character.acceleration = 20.0F;

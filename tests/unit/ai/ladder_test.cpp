@@ -173,13 +173,15 @@ TEST(DifficultyState, BytesGoOnBitForBitOnTheSameLevel) {
     note_outcome(field.steps.difficulty(), field.settings.difficulty, false);
     field.run(4.0F);
     std::vector<std::uint8_t> bytes;
-    save_agents(field.agents, field.steps, field.places, bytes);
+    save_agents(field.agents, field.steps, field.points_of_interest, bytes);
     Field other;
     fill_difficulty_levels(other);
     other.now = field.now;
     other.entities = field.entities;
     other.agents = AgentStore();
-    ASSERT_EQ(load_agents(bytes, other.settings, other.agents, other.steps, other.places), "");
+    ASSERT_EQ(
+        load_agents(bytes, other.settings, other.agents, other.steps, other.points_of_interest),
+        "");
     EXPECT_EQ(other.settings.difficulty.active, 1);
     EXPECT_EQ(other.steps.difficulty().failures, 1U);
     EXPECT_EQ(other.steps.difficulty().position, field.steps.difficulty().position);
@@ -196,7 +198,7 @@ TEST(DifficultyState, BytesGoOnBitForBitOnTheSameLevel) {
 
     bytes[4] = 7;  // the level
     AgentStore agents;
-    EXPECT_EQ(load_agents(bytes, other.settings, agents, other.steps, other.places),
+    EXPECT_EQ(load_agents(bytes, other.settings, agents, other.steps, other.points_of_interest),
               "the difficulty is cut short, or none of the settings");
     EXPECT_EQ(agents.size(), 0U);
 }

@@ -52,7 +52,7 @@ class Eater {
 
     std::string decide(Tick now, float player = 100.0F) {
         percept.distance = player;
-        ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
+        ai::decide(agent, brain, percept, Vec2::Zero(), PointsOfInterest(), now, scratch);
         last = now;
         return brain.states[agent.state_machine.state()].name;
     }
@@ -145,7 +145,7 @@ TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
         Percept percept;
         percept.distance = player;
         agent.entered = false;
-        ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
+        ai::decide(agent, brain, percept, Vec2::Zero(), PointsOfInterest(), now, scratch);
         return brain.states[agent.current_action].name;
     };
     EXPECT_EQ(current_action(0, 50), "alert:rest");
@@ -198,7 +198,7 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     DecisionScratch scratch;
     std::vector<std::string> done;
     for (Tick now = 0; now < 12; ++now) {
-        ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), now, scratch);
+        ai::decide(agent, brain, Percept(), Vec2::Zero(), PointsOfInterest(), now, scratch);
         done.push_back(brain.states[agent.current_action].name);
     }
     // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
@@ -218,7 +218,7 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     EXPECT_EQ(scratch.plans, 4U);
     // Bread is left: hungry again, it only eats.
     agent.variables[2] = 0.0F;
-    ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), 12, scratch);
+    ai::decide(agent, brain, Percept(), Vec2::Zero(), PointsOfInterest(), 12, scratch);
     EXPECT_EQ(brain.states[agent.current_action].name, "live:eat");
 }
 
@@ -233,7 +233,7 @@ TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
     begin(agent, brain, 0);
     DecisionScratch scratch;
     for (Tick now = 0; now < 5; ++now) {
-        ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), now, scratch);
+        ai::decide(agent, brain, Percept(), Vec2::Zero(), PointsOfInterest(), now, scratch);
         EXPECT_EQ(brain.states[agent.current_action].name, "live");
     }
     EXPECT_EQ(scratch.plans, 1U) << "nothing has changed: it is not tried again";
@@ -247,7 +247,7 @@ TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
     begin(agent, brain, 0);
     DecisionScratch scratch;
     scratch.max_plan_nodes = 1;
-    ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), 0, scratch);
+    ai::decide(agent, brain, Percept(), Vec2::Zero(), PointsOfInterest(), 0, scratch);
     EXPECT_EQ(scratch.plans_cut_off, 1U);
     EXPECT_EQ(brain.states[agent.current_action].name, "live");
 }
@@ -261,7 +261,7 @@ TEST(Explain, TellsStatesSensesAndWhatIsWaitedFor) {
                                      eater.brain,
                                      eater.percept,
                                      Vec2(3.0F, 4.0F),
-                                     Places(),
+                                     PointsOfInterest(),
                                      20,
                                      1.0F);
     EXPECT_THAT(text,
@@ -302,13 +302,14 @@ TEST(Explain, TellsWhichRulesFireAndWhatIsHeld) {
     DecisionScratch scratch;
     Percept percept;
     percept.distance = 2.5F;
-    EXPECT_FALSE(ai::decide(agent, compiled, percept, Vec2::Zero(), Places(), 0, scratch));
+    EXPECT_FALSE(
+        ai::decide(agent, compiled, percept, Vec2::Zero(), PointsOfInterest(), 0, scratch));
     const std::string text =
-        explain(agent, brain, compiled, percept, Vec2::Zero(), Places(), 2, 0.5F);
+        explain(agent, brain, compiled, percept, Vec2::Zero(), PointsOfInterest(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));
-    EXPECT_TRUE(ai::decide(agent, compiled, percept, Vec2::Zero(), Places(), 4, scratch));
+    EXPECT_TRUE(ai::decide(agent, compiled, percept, Vec2::Zero(), PointsOfInterest(), 4, scratch));
 }
 
 }  // namespace

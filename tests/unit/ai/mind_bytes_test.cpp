@@ -30,16 +30,16 @@ Brain restless() {
     return m;
 }
 
-PlaceSettings one_pond() {
-    PlaceSettings settings;
-    settings.places = {{"pond", {0.0, 0.0}, 3.0F, {{"fish", 5.0F, 10.0F, 0.1F}}}};
+PoiSettings one_pond() {
+    PoiSettings settings;
+    settings.points_of_interest = {{"pond", {0.0, 0.0}, 3.0F, {{"fish", 5.0F, 10.0F, 0.1F}}}};
     return settings;
 }
 
 void furnish(Field& field) {
     field.settings.brains = {restless()};
     field.settings.viewer_range_m = 50.0F;
-    field.places = Places(one_pond(), Vec2d::Zero(), kDt);
+    field.points_of_interest = PointsOfInterest(one_pond(), Vec2d::Zero(), kDt);
     compile(field.settings, kDt);
     for (std::uint32_t id = 1; id <= 40; ++id) {
         field.add_npc(id, kGuard, 0, Vec3(6.0F * static_cast<float>(id), 0.9F, 0.0F));
@@ -52,7 +52,7 @@ void furnish(Field& field) {
 std::uint64_t hash_of(Field& field) {
     core::StateHash hash;
     field.agents.hash(hash);
-    field.places.hash(hash);
+    field.points_of_interest.hash(hash);
     for (std::uint32_t id = 1; id <= 40; ++id) {
         hash.add(field.position(id).x());
         hash.add(field.position(id).z());
@@ -67,14 +67,16 @@ TEST(AgentSerialize, WhoIsReadAgainGoesOnBitForBit) {
     ASSERT_FALSE(field.agents.active().empty());
     ASSERT_LT(field.agents.active().size(), field.agents.size()) << "some are seen, some are not";
     std::vector<std::uint8_t> bytes;
-    save_agents(field.agents, field.steps, field.places, bytes);
+    save_agents(field.agents, field.steps, field.points_of_interest, bytes);
 
     Field other;
     furnish(other);
     other.now = field.now;
     other.entities = field.entities;
     other.agents = AgentStore();
-    ASSERT_EQ(load_agents(bytes, other.settings, other.agents, other.steps, other.places), "");
+    ASSERT_EQ(
+        load_agents(bytes, other.settings, other.agents, other.steps, other.points_of_interest),
+        "");
     for (int tick = 0; tick < 1800; ++tick) {
         field.step();
         other.step();
@@ -90,14 +92,14 @@ class BadAgents : public testing::Test {
     BadAgents() {
         furnish(field);
         field.run(3.0F);
-        save_agents(field.agents, field.steps, field.places, bytes);
+        save_agents(field.agents, field.steps, field.points_of_interest, bytes);
     }
 
     std::string read() {
         AgentStore agents;
         AiUpdate steps;
-        Places places(one_pond(), Vec2d::Zero(), kDt);
-        std::string wrong = load_agents(bytes, field.settings, agents, steps, places);
+        PointsOfInterest points_of_interest(one_pond(), Vec2d::Zero(), kDt);
+        std::string wrong = load_agents(bytes, field.settings, agents, steps, points_of_interest);
         EXPECT_EQ(agents.size(), wrong.empty() ? 40U : 0U) << "all or nothing";
         return wrong;
     }
@@ -145,8 +147,8 @@ TEST_F(BadAgents, NeverBreakAnythingWhateverBytesSay) {
         }
         AgentStore agents;
         AiUpdate steps;
-        Places places(one_pond(), Vec2d::Zero(), kDt);
-        if (load_agents(bytes, field.settings, agents, steps, places).empty()) {
+        PointsOfInterest points_of_interest(one_pond(), Vec2d::Zero(), kDt);
+        if (load_agents(bytes, field.settings, agents, steps, points_of_interest).empty()) {
             ++taken;
             Field other;
             furnish(other);

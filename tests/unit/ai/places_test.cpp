@@ -1,5 +1,5 @@
-// Places: spots, stock that grows, trades that are done whole or not at all, and who gets the last
-// loaf.
+// PointsOfInterest: spots, stock that grows, trades that are done whole or not at all, and who gets
+// the last loaf.
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>
@@ -12,50 +12,51 @@ using namespace test;
 constexpr std::size_t kBread = 0;
 constexpr std::size_t kPond = 1;
 
-PlaceSettings town() {
-    PlaceSettings settings;
-    settings.places = {{"bakery", {10.0, 20.0}, 3.0F, {{"bread", 2.0F, 5.0F, 0.5F}}},
-                       {"pond", {-30.0, 0.0}, 10.0F, {}}};
+PoiSettings town() {
+    PoiSettings settings;
+    settings.points_of_interest = {{"bakery", {10.0, 20.0}, 3.0F, {{"bread", 2.0F, 5.0F, 0.5F}}},
+                                   {"pond", {-30.0, 0.0}, 10.0F, {}}};
     settings.day_s = 600.0;
     settings.dawn_s = 590.0;
     return settings;
 }
 
-TEST(Places, GiveEverybodyASpotOfTheirOwnWithinThem) {
-    const Places places(town(), Vec2d(10.0, 0.0), kDt);
+TEST(PointsOfInterest, GiveEverybodyASpotOfTheirOwnWithinThem) {
+    const PointsOfInterest points_of_interest(town(), Vec2d(10.0, 0.0), kDt);
     Vec2 sum = Vec2::Zero();
     for (std::uint32_t id = 1; id <= 1000; ++id) {
-        const Vec2 spot = places.spot(kPond, EntityId(id));
+        const Vec2 spot = points_of_interest.spot(kPond, EntityId(id));
         EXPECT_LE((spot - Vec2(-40.0F, 0.0F)).norm(), 10.0F) << "the zone's origin is at x = 10";
-        EXPECT_EQ(spot, places.spot(kPond, EntityId(id)));
+        EXPECT_EQ(spot, points_of_interest.spot(kPond, EntityId(id)));
         sum += spot;
     }
     // The mean of 1,000 uniform points of a disc of 10 m: sigma is 5 m a side / sqrt(1000) = 0.16.
     EXPECT_LT((sum / 1000.0F - Vec2(-40.0F, 0.0F)).norm(), 4.0F * 0.16F * 1.4143F);
 }
 
-TEST(Places, KeepStockThatGrowsUpToItsBound) {
-    Places places(town(), Vec2d::Zero(), 1.0F);
-    EXPECT_EQ(places.stock(0, kBread, 0), 2.0F);
-    EXPECT_EQ(places.stock(0, kBread, 4), 4.0F);
-    EXPECT_EQ(places.stock(0, kBread, 100), 5.0F);
+TEST(PointsOfInterest, KeepStockThatGrowsUpToItsBound) {
+    PointsOfInterest points_of_interest(town(), Vec2d::Zero(), 1.0F);
+    EXPECT_EQ(points_of_interest.stock(0, kBread, 0), 2.0F);
+    EXPECT_EQ(points_of_interest.stock(0, kBread, 4), 4.0F);
+    EXPECT_EQ(points_of_interest.stock(0, kBread, 100), 5.0F);
     const Trade two{0, {{0, 0, 2.0F}}};
-    ASSERT_TRUE(places.can(two, 4));
-    places.commit(two, 4);
-    EXPECT_EQ(places.stock(0, kBread, 4), 2.0F);
-    EXPECT_EQ(places.stock(0, kBread, 6), 3.0F);
-    EXPECT_FALSE(places.can({0, {{0, 0, 3.5F}}}, 6)) << "not so much is there";
-    EXPECT_FALSE(places.can({0, {{0, 0, -2.5F}}}, 6)) << "nor is there room";
-    EXPECT_TRUE(places.can({1, {{0, -1, 1e6F}}}, 6)) << "what it does not stock has no end";
+    ASSERT_TRUE(points_of_interest.can(two, 4));
+    points_of_interest.commit(two, 4);
+    EXPECT_EQ(points_of_interest.stock(0, kBread, 4), 2.0F);
+    EXPECT_EQ(points_of_interest.stock(0, kBread, 6), 3.0F);
+    EXPECT_FALSE(points_of_interest.can({0, {{0, 0, 3.5F}}}, 6)) << "not so much is there";
+    EXPECT_FALSE(points_of_interest.can({0, {{0, 0, -2.5F}}}, 6)) << "nor is there room";
+    EXPECT_TRUE(points_of_interest.can({1, {{0, -1, 1e6F}}}, 6))
+        << "what it does not stock has no end";
 }
 
-TEST(Places, KnowTheTimeOfDay) {
-    const Places places(town(), Vec2d::Zero(), 0.5F);
-    EXPECT_EQ(places.time_of_day(0), 590.0F);
-    EXPECT_EQ(places.time_of_day(19), 599.5F);
-    EXPECT_EQ(places.time_of_day(20), 0.0F);
-    EXPECT_EQ(places.time_of_day(20 + 1200 + 7), 3.5F);
-    EXPECT_EQ(places.day_s(), 600.0F);
+TEST(PointsOfInterest, KnowTheTimeOfDay) {
+    const PointsOfInterest points_of_interest(town(), Vec2d::Zero(), 0.5F);
+    EXPECT_EQ(points_of_interest.time_of_day(0), 590.0F);
+    EXPECT_EQ(points_of_interest.time_of_day(19), 599.5F);
+    EXPECT_EQ(points_of_interest.time_of_day(20), 0.0F);
+    EXPECT_EQ(points_of_interest.time_of_day(20 + 1200 + 7), 3.5F);
+    EXPECT_EQ(points_of_interest.day_s(), 600.0F);
 }
 
 /// Buys a loaf for two coins at once, and then stands.
@@ -79,7 +80,7 @@ class Market : public testing::TestWithParam<bool> {
         field.settings.brains = {buyer()};
         field.settings.viewer_range_m = GetParam() ? std::numeric_limits<float>::infinity() : 30.0F;
         field.settings.suspend_after_s = 0.1F;
-        field.places = Places(town(), Vec2d::Zero(), kDt);
+        field.points_of_interest = PointsOfInterest(town(), Vec2d::Zero(), kDt);
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= 7; ++id) {
             const Vec3 at = id == 4 ? Vec3(40.0F, 0.9F, 20.0F) : Vec3(10.0F, 0.9F, 20.0F);
@@ -122,7 +123,7 @@ TEST_P(Market, TheSmallestGetTheLastLoavesAndNobodyPaysForNone) {
     EXPECT_EQ(trades_until(900), 0U) << "once";
 }
 
-INSTANTIATE_TEST_SUITE_P(Places,
+INSTANTIATE_TEST_SUITE_P(PointsOfInterest,
                          Market,
                          testing::Bool(),
                          [](const testing::TestParamInfo<bool>& tested) {

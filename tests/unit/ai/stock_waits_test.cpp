@@ -17,11 +17,11 @@ constexpr std::size_t kVariables = 2;
 constexpr std::uint64_t kSeeds = 16;
 
 /// One grows, one is what agents bring and take, one shrinks.
-PlaceSettings stores() {
-    PlaceSettings settings;
-    settings.places = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 3.0F, 10.0F, 0.7F}}},
-                       {"well", {2.0, 0.0}, 3.0F, {{"water", 0.0F, 4.0F, 0.0F}}},
-                       {"cellar", {0.0, 2.0}, 3.0F, {{"ice", 6.0F, 8.0F, -0.11F}}}};
+PoiSettings stores() {
+    PoiSettings settings;
+    settings.points_of_interest = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 3.0F, 10.0F, 0.7F}}},
+                                   {"well", {2.0, 0.0}, 3.0F, {{"water", 0.0F, 4.0F, 0.0F}}},
+                                   {"cellar", {0.0, 2.0}, 3.0F, {{"ice", 6.0F, 8.0F, -0.11F}}}};
     settings.day_s = 47.0;
     return settings;
 }
@@ -52,13 +52,13 @@ class MachineMaker {
             m.variables.push_back({"v" + std::to_string(v), 1.0F, rate(), 0.0F, 3.0F});
         }
         for (std::size_t s = 0; s < kStocks; ++s) {
-            m.places.push_back({static_cast<std::uint16_t>(s), 0, "stock"});
+            m.points_of_interest.push_back({static_cast<std::uint16_t>(s), 0, "stock"});
         }
         m.states.resize(4);
         for (std::uint16_t s = 0; s < 4; ++s) {
             BrainState& state = m.states[s];
             state.name = "state" + std::to_string(s);
-            // Some walk to and fro meanwhile, out of the places and back.
+            // Some walk to and fro meanwhile, out of the points_of_interest and back.
             state.action = rng_.below(3) == 0 ? ActionKind::kWander : ActionKind::kIdle;
             state.radius_m = 6.0F;
             state.speed_factor = 0.5F;
@@ -179,7 +179,7 @@ class Stores {
         field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 40.0F;
         field.settings.suspend_after_s = 0.3F;
         field.settings.max_decisions_per_tick = 100'000;
-        field.places = Places(stores(), Vec2d::Zero(), kDt);
+        field.points_of_interest = PointsOfInterest(stores(), Vec2d::Zero(), kDt);
         compile(field.settings, kDt);
         core::Rng rng(seed, 1);
         for (std::uint32_t id = 1; id <= count; ++id) {
@@ -193,13 +193,13 @@ class Stores {
     void step(const Outside& outside) {
         const Tick second = static_cast<Tick>(1.0F / kDt);
         if (outside.stock && field.now % (7 * second) == 11) {
-            std::vector<Places::Stock> stock(field.places.stocks().begin(),
-                                             field.places.stocks().end());
-            for (Places::Stock& one : stock) {
+            std::vector<PointsOfInterest::Stock> stock(field.points_of_interest.stocks().begin(),
+                                                       field.points_of_interest.stocks().end());
+            for (PointsOfInterest::Stock& one : stock) {
                 one.amount = field.now % 2 == 0 ? 0.0F : one.high;
                 one.at = field.now;
             }
-            field.places.set_stocks(stock);
+            field.points_of_interest.set_stocks(stock);
         }
         if (outside.viewer && field.now % (20 * second) == 10 * second) {
             field.add_player(900, Vec3(20.0F, 0.9F, 0.0F));
@@ -213,9 +213,11 @@ class Stores {
         }
         if (outside.reads && field.now % 97 == 0) {
             std::vector<std::uint8_t> bytes;
-            save_agents(field.agents, field.steps, field.places, bytes);
-            ASSERT_EQ(load_agents(bytes, field.settings, field.agents, field.steps, field.places),
-                      "");
+            save_agents(field.agents, field.steps, field.points_of_interest, bytes);
+            ASSERT_EQ(
+                load_agents(
+                    bytes, field.settings, field.agents, field.steps, field.points_of_interest),
+                "");
         }
         const AiReport report = field.step();
         events += report.events;
@@ -233,7 +235,7 @@ class Stores {
     /// All that somebody who looks can tell.
     [[nodiscard]] std::uint64_t told() const {
         core::StateHash hash;
-        field.places.hash(hash);
+        field.points_of_interest.hash(hash);
         for (std::uint32_t id = 1; id <= count_; ++id) {
             const Agent& agent = *field.agents.find(EntityId(id));
             const CompiledBrain& brain = field.settings.compiled[agent.brain];
@@ -361,9 +363,9 @@ class Herd : public testing::Test {
         field.settings.brains = {taker()};
         field.settings.viewer_range_m = 40.0F;
         field.settings.suspend_after_s = 0.3F;
-        PlaceSettings depot;
-        depot.places = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 0.0F, 1e5F, 0.5F}}}};
-        field.places = Places(depot, Vec2d::Zero(), kDt);
+        PoiSettings depot;
+        depot.points_of_interest = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 0.0F, 1e5F, 0.5F}}}};
+        field.points_of_interest = PointsOfInterest(depot, Vec2d::Zero(), kDt);
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= count; ++id) {
             field.add_npc(id, kGuard, 0, Vec3(0.5F, 0.9F, 0.5F));
@@ -396,10 +398,11 @@ TEST_F(Herd, WaitsItsTurnWhereDecisionsAreFew) {
     field.settings.max_decisions_per_tick = 3;
     field.run(30.0F);
     ASSERT_TRUE(field.agents.active().empty());
-    std::vector<Places::Stock> stock(field.places.stocks().begin(), field.places.stocks().end());
+    std::vector<PointsOfInterest::Stock> stock(field.points_of_interest.stocks().begin(),
+                                               field.points_of_interest.stocks().end());
     stock[0].amount = 1e4F;
     stock[0].at = field.now;
-    field.places.set_stocks(stock);
+    field.points_of_interest.set_stocks(stock);
     const Tick end = field.now + 6 + 34;  // a period, and ceil(100 / 3)
     std::uint32_t trades = 0;
     while (field.now < end) {

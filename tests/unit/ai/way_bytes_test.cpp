@@ -109,7 +109,7 @@ struct Copy {
         std::vector<std::uint8_t> agents;
         std::vector<std::uint8_t> paths;
         Field& from = town.field;
-        save_agents(from.agents, from.steps, from.places, agents);
+        save_agents(from.agents, from.steps, from.points_of_interest, agents);
         serialize_paths(from.paths, paths);
         // Doors as they are between two ticks.
         other = std::make_unique<Town>(settings, first_turn, from.now);
@@ -119,7 +119,7 @@ struct Copy {
                 PathService(settings, to.statics, {-30, -30, 30, 30}, to.types, from.now - 1);
         }
         to.entities = from.entities;
-        EXPECT_EQ(load_agents(agents, to.settings, to.agents, to.steps, to.places), "");
+        EXPECT_EQ(load_agents(agents, to.settings, to.agents, to.steps, to.points_of_interest), "");
         if (with_paths) {
             EXPECT_EQ(deserialize_paths(paths, to.agents, to.paths, to.steps), "");
             std::vector<std::uint8_t> again;

@@ -114,7 +114,7 @@ struct Walk {
         now += ticks;
         ai::Percept sight;
         sight.distance = player_m;
-        ai::decide(agent, brain, sight, Vec2(home_m, 0.0F), ai::Places(), now, scratch);
+        ai::decide(agent, brain, sight, Vec2(home_m, 0.0F), ai::PointsOfInterest(), now, scratch);
         return brain.states[agent.current_action].name;
     }
 };

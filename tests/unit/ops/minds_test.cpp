@@ -80,7 +80,7 @@ TEST(AgentStore, DoWhatTheyAreWritten) {
     const auto decide = [&](float distance, float home_m, Tick now) {
         ai::Percept sight;
         sight.distance = distance;
-        ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, scratch);
+        ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::PointsOfInterest(), now, scratch);
         return sentry.states[agent.state_machine.state()].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
@@ -225,12 +225,12 @@ TEST(AgentStore, HaveVariables) {
     ai::begin(agent, sentry, 0);
     ai::Percept sight;
     sight.distance = 5.0F;
-    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30, scratch);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::PointsOfInterest(), 30, scratch);
     EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");
     EXPECT_NEAR(agent.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
-    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, scratch);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::PointsOfInterest(), 30 + 135, scratch);
     EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");  // 4.5 s: 0.32
-    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, scratch);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::PointsOfInterest(), 30 + 150, scratch);
     EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "calm/walk");
 }
 

@@ -456,7 +456,7 @@ INSTANTIATE_TEST_SUITE_P(Ranges, OneMistake, testing::ValuesIn(kRanges), name_of
 INSTANTIATE_TEST_SUITE_P(Zones, OneMistake, testing::ValuesIn(kZones), name_of);
 INSTANTIATE_TEST_SUITE_P(Radii, OneMistake, testing::ValuesIn(kRadii), name_of);
 INSTANTIATE_TEST_SUITE_P(Types, OneMistake, testing::ValuesIn(kTypes), name_of);
-INSTANTIATE_TEST_SUITE_P(Places, OneMistake, testing::ValuesIn(kPlaces), name_of);
+INSTANTIATE_TEST_SUITE_P(PointsOfInterest, OneMistake, testing::ValuesIn(kPlaces), name_of);
 INSTANTIATE_TEST_SUITE_P(Server, OneMistake, testing::ValuesIn(kServer), name_of);
 
 TEST(Settings, NamesEveryAuraAndNimbusThatAGhostMarginCutsOff) {

@@ -1,5 +1,5 @@
-// Places and trades in a config: they become what agents have, and each mistake is found at its
-// line and column.
+// PointsOfInterest and trades in a config: they become what agents have, and each mistake is found
+// at its line and column.
 #include "server/ops/places.h"
 
 #include "tests/unit/ops/config_helpers.h"
@@ -16,12 +16,12 @@ brain {
   name: "buyer"
   variable { name: "coins" start: 5 high: 9 }
   variable { name: "flour" high: 3 }
-  state { name: "go" action: GO place: "mill"
+  state { name: "go" action: GO point_of_interest: "mill"
     transition { to: "buy" sense: "mill.distance" compare: BELOW threshold: 2
       also { sense: "mill.flour" threshold: 1 } also { sensor: TIME_OF_DAY threshold: 100 } }
   }
-  state { name: "buy" action: GO place: "mill"
-    trade { place: "mill" give { good: "coins" amount: 2 } take { good: "flour" } }
+  state { name: "buy" action: GO point_of_interest: "mill"
+    trade { point_of_interest: "mill" give { good: "coins" amount: 2 } take { good: "flour" } }
     transition { to: "go" threshold: 5 }
   }
 }
@@ -33,20 +33,20 @@ std::string mill_with(const std::string& from, const std::string& to) {
     return with(from, to, kMill);
 }
 
-TEST(PlacesInConfigs, AreBuiltAsWritten) {
+TEST(PointsOfInterestInConfigs, AreBuiltAsWritten) {
     const Outcome out = parse(kMill);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::PlaceSettings& places = out.settings.ai.places;
-    ASSERT_EQ(places.places.size(), 1U);
-    EXPECT_EQ(places.places[0].at, Vec2d(5.0, -7.0));
-    EXPECT_EQ(places.places[0].stock[0].good, "flour");
-    EXPECT_EQ(places.places[0].stock[0].per_s, 0.5F);
-    EXPECT_EQ(places.day_s, 86400.0);
+    const ai::PoiSettings& points_of_interest = out.settings.ai.points_of_interest;
+    ASSERT_EQ(places.points_of_interest.size(), 1U);
+    EXPECT_EQ(points_of_interest.points_of_interest[0].at, Vec2d(5.0, -7.0));
+    EXPECT_EQ(points_of_interest.points_of_interest[0].stock[0].good, "flour");
+    EXPECT_EQ(points_of_interest.points_of_interest[0].stock[0].per_s, 0.5F);
+    EXPECT_EQ(points_of_interest.day_s, 86400.0);
     const ai::Brain& buyer = out.settings.ai.brains[0];
-    ASSERT_EQ(buyer.places.size(), 2U);
+    ASSERT_EQ(buyer.points_of_interest.size(), 2U);
     // By name: "mill.distance", "mill.flour"; they follow the variables.
-    EXPECT_EQ(buyer.places[0].stock, -1);
-    EXPECT_EQ(buyer.places[1].stock, 0);
+    EXPECT_EQ(buyer.points_of_interest[0].stock, -1);
+    EXPECT_EQ(buyer.points_of_interest[1].stock, 0);
     const ai::Transition& to_buy = buyer.states[0].transitions[0];
     EXPECT_EQ(to_buy.sense, ai::kOwnSenses + 2);
     EXPECT_EQ(to_buy.also[0].sense, ai::kOwnSenses + 3);
@@ -62,18 +62,19 @@ TEST(PlacesInConfigs, AreBuiltAsWritten) {
     EXPECT_EQ(trade.items[1].stock, 0);
 }
 
-TEST(MistakesInPlaces, AreFoundWhereTheyAre) {
-    expect_single(
-        mill_with("action: GO place: \"mill\"\n    transition", "action: GO\n    transition"),
-        "action: GO\n",
-        "says nowhere to go");
-    expect_single(mill_with("action: GO place: \"mill\"\n    transition",
-                            "action: IDLE place: \"mill\"\n    transition"),
-                  "place: \"mill\"\n    transition",
+TEST(MistakesInPointsOfInterest, AreFoundWhereTheyAre) {
+    expect_single(mill_with("action: GO point_of_interest: \"mill\"\n    transition",
+                            "action: GO\n    transition"),
+                  "action: GO\n",
+                  "says nowhere to go");
+    expect_single(mill_with("action: GO point_of_interest: \"mill\"\n    transition",
+                            "action: IDLE point_of_interest: \"mill\"\n    transition"),
+                  "point_of_interest: \"mill\"\n    transition",
                   "is of GO alone");
-    expect_single(mill_with("trade { place: \"mill\"", "trade { place: \"mall\""),
-                  "place: \"mall\"",
-                  "no place named 'mall'");
+    expect_single(
+        mill_with("trade { point_of_interest: \"mill\"", "trade { point_of_interest: \"mall\""),
+        "point_of_interest: \"mall\"",
+        "no place named 'mall'");
     expect_single(mill_with("take { good: \"flour\" }", "take { good: \"bread\" }"),
                   "good: \"bread\"",
                   "have no variable named 'bread'");
@@ -89,10 +90,11 @@ TEST(MistakesInPlaces, AreFoundWhereTheyAre) {
     expect_single(mill_with("start: 4 high: 9", "start: 10 high: 9"), "start: 10", "above `high`");
     expect_single(
         mill_with("x_m: 5 z_m: -7", "x_m: 50000 z_m: -7"), "place {", "outside the world");
-    expect_single(mill_with("place { name: \"mill\"",
-                            "place { name: \"mill\" x_m: 0 z_m: 0 }\nplace { name: \"mill\""),
-                  "name: \"mill\" x_m: 5",
-                  "another place named 'mill'");
+    expect_single(
+        mill_with("place { name: \"mill\"",
+                  "place { name: \"mill\" x_m: 0 z_m: 0 }\npoint_of_interest { name: \"mill\""),
+        "name: \"mill\" x_m: 5",
+        "another place named 'mill'");
     expect_single(mill_with("per_s: 0.5 }", "per_s: 0.5 } stock { good: \"distance\" }"),
                   "good: \"distance\"",
                   "what the place is sensed by");

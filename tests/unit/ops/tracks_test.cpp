@@ -44,7 +44,7 @@ std::string roads_with(const std::string& from, const std::string& to) {
 TEST(TracksInConfigs, AreBuiltAsWritten) {
     const Outcome out = parse(kRoads);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::splines::SplineNetwork& net = *out.settings.ai.places.tracks;
+    const ai::splines::SplineNetwork& net = *out.settings.ai.points_of_interest.tracks;
     ASSERT_EQ(net.lanes(), 2U * 4U + 2U);
     const ai::FollowDef& follow = *out.settings.ai.brains[0].states[0].follow;
     ASSERT_EQ(follow.draws.size(), 3U);
