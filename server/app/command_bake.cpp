@@ -38,7 +38,7 @@ struct Work {
     Shape shape;
     double ms = 0.0;  ///< from bytes to a shape
     BakeReport report;
-    std::vector<std::string> strains;
+    std::vector<std::string> warnings;
 };
 
 int complain(const Work& work, const std::string& text) {
@@ -83,13 +83,13 @@ void survey_mesh(Work& work) {
     const ops::MeshSurvey figures =
         ops::survey(physics::mesh_of(work.shape), work.arguments.error_budget_m);
     report_mesh(figures, work.report);
-    work.strains = ops::strains_of(figures, work.arguments.error_budget_m);
+    work.warnings = ops::stability_warnings_of(figures, work.arguments.error_budget_m);
 }
 
 void survey_field(float level_m, Work& work) {
     const ops::FieldSurvey figures = ops::survey(physics::field_of(work.shape));
     report_field(figures, work.report);
-    work.strains = ops::strains_of(figures, level_m, work.arguments.error_budget_m);
+    work.warnings = ops::stability_warnings_of(figures, level_m, work.arguments.error_budget_m);
 }
 
 int read_obj(Work& work) {
@@ -268,8 +268,8 @@ int bake(const BakeArguments& arguments) {
     } else {
         code = bake_and_write(work);
     }
-    for (const std::string& strain : work.strains) {
-        std::printf("%s: warning: %s\n", arguments.file.c_str(), strain.c_str());
+    for (const std::string& warning : work.warnings) {
+        std::printf("%s: warning: %s\n", arguments.file.c_str(), warning.c_str());
     }
     return code;
 }

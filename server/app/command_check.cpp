@@ -45,8 +45,8 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                     surface.file.c_str(),
                     surface.told ? "told to clients" : "not told to clients");
     }
-    for (const std::string& strain : ops::strains_of(settings)) {
-        std::printf("%s: warning: %s\n", config.c_str(), strain.c_str());
+    for (const std::string& warning : ops::stability_warnings_of(settings)) {
+        std::printf("%s: warning: %s\n", config.c_str(), warning.c_str());
     }
     for (const std::string& waypoint : ops::waypoint_warnings(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), waypoint.c_str());

@@ -41,7 +41,7 @@ void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
 void add_check(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
     CLI::App* c = app.add_subcommand(
         "check",
-        "Report every mistake in a config, with line and column, and what strains the physics");
+        "Report every mistake in a config, with line and column, and what warnings the physics");
     c->add_option("FILE", a.config)->required();
     add_sets(*c, a.sets);
     c->footer("Example:\n  zoned check config/valley.txtpb");

@@ -290,8 +290,8 @@ int serve(const ServeArguments& arguments) {
     }
     set_up_log(settings);
     settings.replication.meter = settings.replication.meter || !arguments.report.empty();
-    for (const std::string& strain : ops::strains_of(settings)) {
-        spdlog::warn("{}", strain);
+    for (const std::string& warning : ops::stability_warnings_of(settings)) {
+        spdlog::warn("{}", warning);
     }
     Server server(arguments, settings);
     return server.run();

@@ -129,10 +129,10 @@ std::string why_none(const ops::Settings& settings) {
 }  // namespace
 
 double particle_ns(const zone::ParticleSource& source, bool heightfield) {
-    using Cost = physics::budget::ParticleCost;
+    using Cost = physics::method_selection::ParticleCost;
     const double met =
         Cost::kBall_ns * source.characters_met + (heightfield ? Cost::kField_ns : 0.0);
-    return physics::budget::particle_cost_ns(source.def, source.def.pieces) +
+    return physics::method_selection::particle_cost_ns(source.def, source.def.pieces) +
            met * source.def.pieces;
 }
 

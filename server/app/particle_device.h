@@ -17,8 +17,8 @@ namespace zoned::app {
 /// for.
 inline constexpr double kDeviceShare = 0.01;
 
-/// What a tick of a particle takes one thread of the CPU by physics::budget::ParticleCost, ns;
-/// other machines differ.
+/// What a tick of a particle takes one thread of the CPU by
+/// physics::method_selection::ParticleCost, ns; other machines differ.
 double particle_ns(const zone::ParticleSource& source, bool heightfield);
 
 /// The same for all systems of a zone at their `most`, us a tick.

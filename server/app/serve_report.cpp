@@ -53,7 +53,7 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.extra["limit_exceeded"] = static_cast<double>(loop.limit_exceeded);
     report.extra["out_of_world"] = static_cast<double>(loop.out_of_world);
     report.extra["quarantined_bodies"] = static_cast<double>(loop.quarantined);
-    report.extra["strained_islands"] = static_cast<double>(loop.strained);
+    report.extra["strained_islands"] = static_cast<double>(loop.substep_limited);
     report.extra["far_bodies"] = static_cast<double>(loop.far_bodies);
     report.extra["held_back_bodies"] = static_cast<double>(loop.held_back);
     report.extra["slowed_bodies"] = static_cast<double>(loop.slowed);

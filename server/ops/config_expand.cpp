@@ -225,7 +225,7 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
 }
 
 /// The enumerations of the schema list their values in the engine's order: see the checks below.
-void expand_methods(const proto::Config::MethodParameters& from, physics::MethodSettings& out) {
+void expand_methods(const proto::Config::MethodParameters& from, physics::VariantSettings& out) {
     out.iterations = static_cast<int>(from.iterations());
     out.tolerance_mps = narrow(from.tolerance_mps());
     out.omega = narrow(from.omega());
@@ -253,15 +253,15 @@ constexpr bool same(int theirs, Ours ours) {
 static_assert(same(proto::Config::SHARED, replication::Codec::kShared) &&
               same(proto::Config::PER_CLIENT, replication::Codec::kPerClient) &&
               same(proto::Config::AUTO, replication::Codec::kAuto));
-static_assert(same(proto::Config::SOFT_STEP, physics::Method::kSoftStep) &&
-              same(proto::Config::JACOBI, physics::Method::kJacobi) &&
-              same(proto::Config::GAUSS_SEIDEL, physics::Method::kGaussSeidel) &&
-              same(proto::Config::OVER_RELAXATION, physics::Method::kOverRelaxation) &&
-              same(proto::Config::CONJUGATE_GRADIENT, physics::Method::kConjugateGradient) &&
-              same(proto::Config::DIRECT, physics::Method::kDirect) &&
-              same(proto::Config::IMPULSE, physics::Method::kImpulse) &&
-              same(proto::Config::PROJECTION, physics::Method::kProjection) &&
-              same(proto::Config::PENALTY, physics::Method::kPenalty));
+static_assert(same(proto::Config::SOFT_STEP, physics::SolverVariant::kSoftStep) &&
+              same(proto::Config::JACOBI, physics::SolverVariant::kJacobi) &&
+              same(proto::Config::GAUSS_SEIDEL, physics::SolverVariant::kGaussSeidel) &&
+              same(proto::Config::OVER_RELAXATION, physics::SolverVariant::kOverRelaxation) &&
+              same(proto::Config::CONJUGATE_GRADIENT, physics::SolverVariant::kConjugateGradient) &&
+              same(proto::Config::DIRECT, physics::SolverVariant::kDirect) &&
+              same(proto::Config::IMPULSE, physics::SolverVariant::kImpulse) &&
+              same(proto::Config::PROJECTION, physics::SolverVariant::kProjection) &&
+              same(proto::Config::PENALTY, physics::SolverVariant::kPenalty));
 static_assert(same(proto::Config::CONE, physics::FrictionModel::kCone) &&
               same(proto::Config::PYRAMID, physics::FrictionModel::kPyramid) &&
               same(proto::Config::WEIGHT, physics::FrictionModel::kWeight));
@@ -305,7 +305,7 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     out.cell_m = narrow(from.broadphase_cell_m());
     out.cell_depth = static_cast<int>(from.cell_depth());
     out.boxes_per_cell = static_cast<int>(from.boxes_per_cell());
-    out.method = static_cast<physics::Method>(from.method());
+    out.method = static_cast<physics::SolverVariant>(from.method());
     out.body_integrator = static_cast<physics::IntegratorKind>(from.body_integrator());
     out.particle_integrator = static_cast<physics::IntegratorKind>(from.particle_integrator());
     expand_methods(from.method_parameters(), out.methods);

@@ -184,7 +184,7 @@ FieldSurvey survey(const physics::Heightfield& field) {
     return out;
 }
 
-std::vector<std::string> strains_of(const MeshSurvey& mesh, float error_budget_m) {
+std::vector<std::string> stability_warnings_of(const MeshSurvey& mesh, float error_budget_m) {
     std::vector<std::string> out;
     add_far(mesh.farthest, error_budget_m, out);
     add_worst(mesh.small,
@@ -205,7 +205,9 @@ std::vector<std::string> strains_of(const MeshSurvey& mesh, float error_budget_m
     return out;
 }
 
-std::vector<std::string> strains_of(const FieldSurvey& field, float level_m, float error_budget_m) {
+std::vector<std::string> stability_warnings_of(const FieldSurvey& field,
+                                               float level_m,
+                                               float error_budget_m) {
     std::vector<std::string> out;
     add_far(field.farthest, error_budget_m, out);
     if (level_m > error_budget_m) {

@@ -55,10 +55,13 @@ struct FieldSurvey {
 FieldSurvey survey(const physics::Heightfield& field);
 
 /// What the engine accepts but cannot simulate within the error budget, m: one sentence each, with
-/// figures and the worst place; empty when there is nothing to say. See physics::strains_of.
-std::vector<std::string> strains_of(const MeshSurvey& mesh, float error_budget_m);
+/// figures and the worst place; empty when there is nothing to say. See
+/// physics::stability_warnings_of.
+std::vector<std::string> stability_warnings_of(const MeshSurvey& mesh, float error_budget_m);
 
 /// `level_m`: height of one step of the samples that the field was made from; 0: not known.
-std::vector<std::string> strains_of(const FieldSurvey& field, float level_m, float error_budget_m);
+std::vector<std::string> stability_warnings_of(const FieldSurvey& field,
+                                               float level_m,
+                                               float error_budget_m);
 
 }  // namespace zoned::ops

@@ -18,15 +18,16 @@ namespace zoned::ops {
 
 namespace {
 
-namespace budget = physics::budget;
+namespace selection = physics::method_selection;
 namespace soft = physics::soft;
 using physics::IntegratorKind;
 
 /// What would keep the budget, or comes nearest, for an error.
-std::string instead_text(const budget::Choice& choice) {
+std::string instead_text(const selection::MethodChoice& choice) {
     std::array<char, 200> text{};
     const bool found = choice.chosen.has_value();
-    const budget::Candidate* c = found ? &choice.candidates[*choice.chosen] : choice.best();
+    const selection::MethodCandidate* c =
+        found ? &choice.candidates[*choice.chosen] : choice.best();
     if (c == nullptr) {
         return "nothing that was tried stays finite";
     }
@@ -34,19 +35,19 @@ std::string instead_text(const budget::Choice& choice) {
                   text.size(),
                   found ? "the cheapest that keeps it is %s, off by %.3g %s"
                         : "nothing that was tried keeps it: the best is %s, off by %.3g %s",
-                  budget::name_of(*c).c_str(),
+                  selection::name_of(*c).c_str(),
                   c->error,
                   choice.unit.c_str());
     return text.data();
 }
 
 /// Why what was named is not taken: the reason of that which comes nearest, or of the first.
-std::string refused_text(const budget::Choice& choice) {
-    const budget::Candidate* best = choice.best();
+std::string refused_text(const selection::MethodChoice& choice) {
+    const selection::MethodCandidate* best = choice.best();
     if (best == nullptr && !choice.candidates.empty()) {
         best = &choice.candidates.back();
     }
-    return best == nullptr ? "" : budget::name_of(*best) + ": " + best->refused;
+    return best == nullptr ? "" : selection::name_of(*best) + ": " + best->refused;
 }
 
 /// Bodies or particles: what both have of a config.
@@ -57,22 +58,22 @@ struct FlightPart {
     std::string nothing;         ///< what there is none of
     bool named = false;
     double error_m = 0.0;
-    std::vector<budget::Flight> flights;
+    std::vector<selection::Flight> flights;
     IntegratorKind& kind;
     int& pieces;
 };
 
 /// One flight for each drag among the props that are asked for.
 template <class Wanted>
-std::vector<budget::Flight> flights_of(const proto::Config& config, const Wanted& wanted) {
-    std::vector<budget::Flight> flights;
+std::vector<selection::Flight> flights_of(const proto::Config& config, const Wanted& wanted) {
+    std::vector<selection::Flight> flights;
     for (const auto& type : config.type()) {
         const bool rigid = type.kind() == proto::Config::PROP && !type.has_soft();
         const bool known = std::any_of(flights.begin(), flights.end(), [&](const auto& f) {
             return f.linear_drag == type.drag_ps();
         });
         if (rigid && wanted(type) && !known) {
-            budget::Flight flight;
+            selection::Flight flight;
             flight.name = "type " + type.name();
             flight.gravity = Vec3d(0.0, -config.physics().gravity_mps2(), 0.0);
             flight.linear_drag = type.drag_ps();
@@ -91,8 +92,8 @@ void keep_flight(const FlightPart& part,
     plan.used = std::string(physics::name_of(part.kind)) + " x 1";
     plan.reason = std::string(part.named ? "named by the config" : "the default") +
                   "; no budget (" + part.budget_setting + ")";
-    for (const budget::Flight& flight : part.flights) {
-        if (const std::string why = budget::why_unstable(part.kind, 1, flight, tick_s);
+    for (const selection::Flight& flight : part.flights) {
+        if (const std::string why = selection::why_unstable(part.kind, 1, flight, tick_s);
             !why.empty()) {
             diagnostics.add(part.setting, why);
             return;
@@ -105,11 +106,11 @@ void choose_flights(const proto::Config& config,
                     double tick_s,
                     MethodPlan& plan,
                     Diagnostics& diagnostics) {
-    const budget::FlightBudget wish{part.error_m, config.budget().flight_s(), tick_s};
+    const selection::FlightBudget wish{part.error_m, config.budget().flight_s(), tick_s};
     const std::array named{part.kind};
-    budget::Choice choice = part.named
-                                ? budget::choose_flight(part.subject, part.flights, wish, named)
-                                : budget::choose_flight(part.subject, part.flights, wish);
+    selection::MethodChoice choice =
+        part.named ? selection::choose_flight(part.subject, part.flights, wish, named)
+                   : selection::choose_flight(part.subject, part.flights, wish);
     std::array<char, 200> basis{};
     std::snprintf(
         basis.data(),
@@ -119,16 +120,17 @@ void choose_flights(const proto::Config& config,
         part.flights.front().fastest);
     choice.basis = basis.data();
     if (choice.chosen) {
-        const budget::Candidate& c = choice.candidates[*choice.chosen];
+        const selection::MethodCandidate& c = choice.candidates[*choice.chosen];
         part.kind = static_cast<IntegratorKind>(c.code);
         part.pieces = c.pieces;
-        plan.used = budget::name_of(c);
+        plan.used = selection::name_of(c);
         plan.reason = part.named ? "named by the config; the fewest pieces that keep the budget"
                                  : "the cheapest that keeps the budget";
     } else if (part.named) {
-        diagnostics.add(part.setting,
-                        refused_text(choice) + " (" + part.budget_setting + "); " +
-                            instead_text(budget::choose_flight(part.subject, part.flights, wish)));
+        diagnostics.add(
+            part.setting,
+            refused_text(choice) + " (" + part.budget_setting + "); " +
+                instead_text(selection::choose_flight(part.subject, part.flights, wish)));
     } else {
         diagnostics.add(part.budget_setting, instead_text(choice));
     }
@@ -152,14 +154,15 @@ MethodPlan plan_flight(const proto::Config& config,
 }
 
 /// A soft type, the lattice that is tried in its place, and the choice.
-budget::Choice choose_for(const Settings& settings,
-                          const proto::Config::Type& type,
-                          const soft::SoftDef& whole,
-                          bool as_named) {
+selection::MethodChoice choose_for(const Settings& settings,
+                                   const proto::Config::Type& type,
+                                   const soft::SoftDef& whole,
+                                   bool as_named) {
     auto probe = build_soft(type);
     std::uint32_t coarser = 1;
     constexpr std::uint32_t kCoarsest = 64;
-    while (probe && probe->def.springs.size() > budget::kMostProbeSprings && coarser < kCoarsest) {
+    while (probe && probe->def.springs.size() > selection::kMostProbeSprings &&
+           coarser < kCoarsest) {
         coarser = type.soft().has_balloon() ? 2 * coarser : coarser + 1;
         auto next = build_soft(coarsened(type, coarser));
         if (!next) {
@@ -167,17 +170,17 @@ budget::Choice choose_for(const Settings& settings,
         }
         probe = std::move(next);
     }
-    budget::SoftSubject subject{"soft type " + type.name(),
-                                whole,
-                                probe ? probe->def : whole,
-                                static_cast<int>(coarser),
-                                settings.physics.gravity,
-                                narrow(1.0 / settings.tick_rate_hz)};
+    selection::SoftSubject subject{"soft type " + type.name(),
+                                   whole,
+                                   probe ? probe->def : whole,
+                                   static_cast<int>(coarser),
+                                   settings.physics.gravity,
+                                   narrow(1.0 / settings.tick_rate_hz)};
     const double share = settings.config.budget().soft_share();
     const std::array named{static_cast<soft::SoftMethod>(type.soft().method())};
     const bool one = as_named && type.soft().has_method();
-    const auto methods = one ? std::span<const soft::SoftMethod>(named) : budget::kSoftMethods;
-    return budget::choose_soft(
+    const auto methods = one ? std::span<const soft::SoftMethod>(named) : selection::kSoftMethods;
+    return selection::choose_soft(
         subject, share, methods, as_named ? static_cast<int>(type.soft().substeps()) : 0);
 }
 
@@ -197,14 +200,14 @@ MethodPlan plan_soft(Settings& settings,
                       "; no budget (budget.soft_share)";
         return plan;
     }
-    budget::Choice choice = choose_for(settings, type, *def, true);
+    selection::MethodChoice choice = choose_for(settings, type, *def, true);
     if (choice.chosen) {
-        const budget::Candidate& c = choice.candidates[*choice.chosen];
+        const selection::MethodCandidate& c = choice.candidates[*choice.chosen];
         auto chosen = std::make_shared<soft::SoftDef>(*def);
         chosen->solver.method = static_cast<soft::SoftMethod>(c.code);
         chosen->solver.substeps = c.pieces;
         def = std::move(chosen);
-        plan.used = budget::name_of(c);
+        plan.used = selection::name_of(c);
         plan.reason = named ? "the cheapest within what the config names that keeps the budget"
                             : "the cheapest that keeps the budget";
     } else if (named) {
@@ -247,18 +250,19 @@ MethodPlan plan_particles(const Settings& settings,
         plan.reason = "the default; no budget (budget.particles_m)";
         return plan;
     }
-    const budget::FlightBudget wish{config.budget().particles_m(),
-                                    std::min(config.budget().flight_s(), longest_life_of(source)),
-                                    tick_s};
+    const selection::FlightBudget wish{
+        config.budget().particles_m(),
+        std::min(config.budget().flight_s(), longest_life_of(source)),
+        tick_s};
     const double fastest = fastest_of(config, source);
-    budget::Choice choice = budget::choose_particle_pieces(source.def, fastest, wish);
+    selection::MethodChoice choice = selection::choose_particle_pieces(source.def, fastest, wish);
     choice.basis =
         text_of("largest distance from the exact path within %g s, from rest and thrown at %g m/s",
                 wish.seconds,
                 fastest);
     if (choice.chosen) {
         source.def.pieces = choice.candidates[*choice.chosen].pieces;
-        plan.used = budget::name_of(choice.candidates[*choice.chosen]);
+        plan.used = selection::name_of(choice.candidates[*choice.chosen]);
         plan.reason = "the fewest pieces that keep the budget";
     } else {
         diagnostics.add("budget.particles_m", plan.subject + ": " + instead_text(choice));
@@ -278,7 +282,8 @@ MethodPlan plan_representation(const proto::Config& config,
         plan.reason = "named by the config";
         return plan;
     }
-    const double share = from.has_soft() ? budget::kSoftHullErrorShare : budget::kSingleErrorShare;
+    const double share =
+        from.has_soft() ? selection::kSoftHullErrorShare : selection::kSingleErrorShare;
     plan.reason = text_of(
         "where %.3g m, %g of its diameter, by which it is off then, are seen "
         "under %g rad",
@@ -289,7 +294,7 @@ MethodPlan plan_representation(const proto::Config& config,
 }
 
 /// One line of a candidate: method and pieces, error, cost, verdict.
-std::string candidate_text(const budget::Candidate& c) {
+std::string candidate_text(const selection::MethodCandidate& c) {
     std::array<char, 64> error{};
     if (std::isnan(c.error)) {
         error[0] = '-';
@@ -300,9 +305,9 @@ std::string candidate_text(const budget::Candidate& c) {
     std::snprintf(line.data(),
                   line.size(),
                   "    %-26s %10s %11s  %s\n",
-                  budget::name_of(c).c_str(),
+                  selection::name_of(c).c_str(),
                   error.data(),
-                  ((std::isnan(c.error) ? ">= " : "") + budget::time_text(c.cost_ns)).c_str(),
+                  ((std::isnan(c.error) ? ">= " : "") + selection::time_text(c.cost_ns)).c_str(),
                   c.refused.empty() ? "chosen" : c.refused.c_str());
     return line.data();
 }
@@ -318,7 +323,8 @@ double single_beyond_m(const proto::Config& config,
     if (type.representation().has_single_beyond_m() || angle <= 0.0 || !reducible) {
         return type.representation().single_beyond_m();
     }
-    const double share = type.has_soft() ? budget::kSoftHullErrorShare : budget::kSingleErrorShare;
+    const double share =
+        type.has_soft() ? selection::kSoftHullErrorShare : selection::kSingleErrorShare;
     return 2.0 * static_cast<double>(radius) * share / angle;
 }
 
@@ -391,7 +397,7 @@ std::string methods_text(const Settings& settings) {
                       "per tick",
                       "because");
         out += head.data();
-        for (const budget::Candidate& c : plan.choice->candidates) {
+        for (const selection::MethodCandidate& c : plan.choice->candidates) {
             out += candidate_text(c);
         }
     }

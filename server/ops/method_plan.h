@@ -16,7 +16,7 @@ namespace zoned::ops {
 void plan_methods(Settings& settings, Diagnostics& diagnostics);
 
 /// From which distance to all players on a compound or soft type with the radius of its sphere, m,
-/// is one hull: as it says itself, or from where on what it is then off by (budget::
+/// is one hull: as it says itself, or from where on what it is then off by (selection::
 /// kSingleErrorShare, kSoftHullErrorShare of its diameter) is seen under budget.representation_rad.
 /// 0: never.
 double single_beyond_m(const proto::Config& config,

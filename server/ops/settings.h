@@ -97,7 +97,8 @@ struct MethodPlan {
     std::string subject;  ///< "bodies", "particles", "soft type curtain"
     std::string used;     ///< "default x 1"; empty: there is nothing to move
     std::string reason;
-    std::optional<physics::budget::Choice> choice;  ///< where a budget asked for one
+    std::optional<physics::method_selection::MethodChoice>
+        choice;  ///< where a budget asked for one
 };
 
 /// What a parameter of a behaviour is for a type, and why; of a behaviour without parameters one

@@ -11,10 +11,10 @@ namespace zoned::ops {
 namespace {
 
 void add(const std::string& about,
-         const std::vector<std::string>& strains,
+         const std::vector<std::string>& warnings,
          std::vector<std::string>& out) {
-    for (const std::string& strain : strains) {
-        out.push_back(about + strain);
+    for (const std::string& warning : warnings) {
+        out.push_back(about + warning);
     }
 }
 
@@ -50,12 +50,14 @@ physics::BodyDef corner_of(const ZoneRegion& zone) {
     return def;
 }
 
-std::vector<std::string> strains_of_surface(const StaticSurface& surface, float error_budget_m) {
+std::vector<std::string> stability_warnings_of_surface(const StaticSurface& surface,
+                                                       float error_budget_m) {
     if (surface.shape.kind == physics::ShapeKind::kHeightfield) {
         const FieldSurvey figures = survey(physics::field_of(surface.shape));
-        return strains_of(figures, surface.level_m, error_budget_m);
+        return stability_warnings_of(figures, surface.level_m, error_budget_m);
     }
-    return strains_of(survey(physics::mesh_of(surface.shape), error_budget_m), error_budget_m);
+    return stability_warnings_of(survey(physics::mesh_of(surface.shape), error_budget_m),
+                                 error_budget_m);
 }
 
 /// Of each geometry once, however often it stands in the world.
@@ -66,7 +68,7 @@ void add_surfaces(const Settings& settings, std::vector<std::string>& out) {
         if (std::find(seen.begin(), seen.end(), geometry) == seen.end()) {
             seen.push_back(geometry);
             add(surface.path + " (" + surface.file + "): ",
-                strains_of_surface(surface, settings.physics.error_budget_m),
+                stability_warnings_of_surface(surface, settings.physics.error_budget_m),
                 out);
         }
     }
@@ -74,28 +76,29 @@ void add_surfaces(const Settings& settings, std::vector<std::string>& out) {
 
 }  // namespace
 
-std::vector<std::string> strains_of(const Settings& settings) {
+std::vector<std::string> stability_warnings_of(const Settings& settings) {
     const auto dt = static_cast<float>(1.0 / settings.tick_rate_hz);
     const physics::Settings& physics = settings.physics;
     std::vector<std::string> out;
-    add("physics: ", physics::strains_of(physics, dt), out);
+    add("physics: ", physics::stability_warnings_of(physics, dt), out);
     for (const world::EntityType& type : settings.types) {
         if (type.shape == world::ShapeKind::kSoft) {
             continue;  // any stiffness is stable there
         }
         add("type '" + type.name + "': ",
-            physics::strains_of(zone::body_of(type, settings.solids), physics, dt),
+            physics::stability_warnings_of(zone::body_of(type, settings.solids), physics, dt),
             out);
     }
     const Extremes extremes = extremes_of(settings.types);
     if (extremes.light != extremes.heavy) {
         add("type '" + extremes.heavy->name + "' on type '" + extremes.light->name + "': ",
-            physics::strains_of_load(extremes.light->mass, extremes.heavy->mass, physics, dt),
+            physics::stability_warnings_of_load(
+                extremes.light->mass, extremes.heavy->mass, physics, dt),
             out);
     }
     for (const ZoneRegion& zone : settings.zones) {
         add("zone '" + zone.name + "': its corner ",
-            physics::strains_of(corner_of(zone), physics, dt),
+            physics::stability_warnings_of(corner_of(zone), physics, dt),
             out);
     }
     add_surfaces(settings, out);

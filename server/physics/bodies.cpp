@@ -28,9 +28,9 @@ std::uint32_t Bodies::append_row() {
     velocity.emplace_back(Vec3::Zero());
     angular_velocity.emplace_back(Vec3::Zero());
     still_s.push_back(0.0F);
-    effort.push_back(0);
-    effort_patience.push_back(0);
-    ease.push_back(1.0F);
+    substep_level.push_back(0);
+    substep_patience.push_back(0);
+    inv_mass_scale.push_back(1.0F);
     awake.push_back(0);
     listed.push_back(0);
     shape.emplace_back();
@@ -73,9 +73,9 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     angular_velocity[row] =
         def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.angular_velocity;
     still_s[row] = 0.0F;
-    effort[row] = 0;
-    effort_patience[row] = 0;
-    ease[row] = 1.0F;
+    substep_level[row] = 0;
+    substep_patience[row] = 0;
+    inv_mass_scale[row] = 1.0F;
     awake[row] = 0;
     shape[row] = def.shape;
     material[row] = def.material;

@@ -26,14 +26,14 @@ struct Bodies {
     std::vector<Quat> orientation;
     std::vector<Vec3> velocity;
     std::vector<Vec3> angular_velocity;
-    std::vector<Vec3> force;           ///< of this step at the centre of mass, N, world axes
-    std::vector<Vec3> torque;          ///< of this step, N m, world axes
-    std::vector<float> still_s;        ///< how long it has been slower than the sleep speeds
-    std::vector<std::uint8_t> effort;  ///< level of its island in the last step
-    std::vector<std::uint8_t> effort_patience;  ///< steps until its island may go down a level
+    std::vector<Vec3> force;                  ///< of this step at the centre of mass, N, world axes
+    std::vector<Vec3> torque;                 ///< of this step, N m, world axes
+    std::vector<float> still_s;               ///< how long it has been slower than the sleep speeds
+    std::vector<std::uint8_t> substep_level;  ///< level of its island in the last step
+    std::vector<std::uint8_t> substep_patience;  ///< steps until its island may go down a level
     /// What contacts make of its inverse mass and inertia in this step: 1, or less where its island
-    /// holds what is too heavy (see Effort).
-    std::vector<float> ease;
+    /// holds what is too heavy (see SubstepPolicy).
+    std::vector<float> inv_mass_scale;
     std::vector<std::uint8_t> awake;   ///< dynamic: simulated; kinematic: moves
     std::vector<std::uint8_t> listed;  ///< in `awake_list` or `mover_list`
     // Constants of the body.

@@ -49,8 +49,8 @@ struct Settings {
     int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
     float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
     float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
-    Method method = Method::kSoftStep;   ///< what answers contacts and joints
-    MethodSettings methods;              ///< of all methods but kSoftStep
+    SolverVariant method = SolverVariant::kSoftStep;  ///< what answers contacts and joints
+    VariantSettings methods;                          ///< of all methods but kSoftStep
     /// What moves the centre of mass of dynamic bodies while neither contact nor joint holds them;
     /// the solver's substeps move the others, and rotation keeps its own method (rotate_freely),
     /// whatever is chosen. All but kVerlet, see why_unfit_integrator.
@@ -76,12 +76,12 @@ struct StepStats {
     std::uint32_t particles = 0;    ///< awake after the step
     /// Islands in which a contact or joint asked for more substeps than there are: it keeps the
     /// error budget no longer (masses too different, springs too stiff, steps too long).
-    std::uint32_t strained = 0;
+    std::uint32_t substep_limited = 0;
     std::uint32_t far_bodies = 0;  ///< moving ones, so far out that floats are too coarse there
     std::uint32_t held_back = 0;   ///< bodies that would have passed through static geometry
     std::uint32_t slowed = 0;      ///< bodies whose speed or spin was cut to the most there is
     bool skipped = false;          ///< nothing was awake: no pass ran
-    MethodStats method;            ///< of the alternatives to kSoftStep
+    VariantStats method;           ///< of the alternatives to kSoftStep
 };
 
 /// A contact that began in this step between bodies with user tags, or that carried a large
@@ -224,7 +224,7 @@ class Scene {
     void overlap(const Aabb& area, std::vector<BodyId>& out) const;
 
     /// The rows of the last step's first solve as they were before it, where
-    /// MethodSettings::keep_problem asks for them; null otherwise. Valid until the next step.
+    /// VariantSettings::keep_problem asks for them; null otherwise. Valid until the next step.
     [[nodiscard]] const RowSystem* problem() const;
 
     [[nodiscard]] std::uint32_t body_count() const;

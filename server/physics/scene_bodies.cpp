@@ -31,16 +31,16 @@ Scene::Impl::Impl(const Settings& s)
     ZONED_ASSERT(s.relax_iterations >= 1 && s.relax_iterations <= 64,
                  "relax_iterations out of range");
     ZONED_ASSERT(s.cell_m > 0.0F && s.gravity.allFinite(), "cell_m or gravity out of range");
-    if (s.method != Method::kSoftStep) {
+    if (s.method != SolverVariant::kSoftStep) {
         ZONED_ASSERT(s.methods.iterations >= 1 && s.methods.iterations <= 1000,
                      "iterations out of range");
-        stepper = std::make_unique<MethodStepper>();
+        stepper = std::make_unique<VariantStepper>();
     } else if (s.substeps == 0) {
-        exact = std::make_unique<MethodStepper>();
+        exact = std::make_unique<VariantStepper>();
         exact_settings = s;
-        exact_settings.method = Method::kDirect;
-        exact_settings.methods = MethodSettings();
-        exact->reserve(2 * Effort::kExactContacts, Effort::kExactContacts);
+        exact_settings.method = SolverVariant::kDirect;
+        exact_settings.methods = VariantSettings();
+        exact->reserve(2 * SubstepPolicy::kExactContacts, SubstepPolicy::kExactContacts);
     }
 }
 
@@ -75,7 +75,7 @@ void Scene::Impl::make_room(BodyKind kind) {
     graph.reserve(contacts);
     breaks.reserve(movers);
     solver.reserve(movers, contacts);
-    effort.reserve(movers, contacts);
+    substep_policy.reserve(movers, contacts);
     if (stepper) {
         stepper->reserve(movers, contacts);
     }

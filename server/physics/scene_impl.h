@@ -22,7 +22,7 @@
 
 namespace zoned::physics {
 
-class MethodStepper;
+class VariantStepper;
 
 struct Scene::Impl {
     explicit Impl(const Settings& s);
@@ -59,11 +59,12 @@ struct Scene::Impl {
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
     std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
-    Effort effort;
+    SubstepPolicy substep_policy;
     ContactSolver solver;
-    std::unique_ptr<MethodStepper> stepper;  ///< null with Method::kSoftStep
-    std::unique_ptr<MethodStepper> exact;    ///< for islands that Effort leaves to it, else null
-    Settings exact_settings;                 ///< of those
+    std::unique_ptr<VariantStepper> stepper;  ///< null with SolverVariant::kSoftStep
+    std::unique_ptr<VariantStepper>
+        exact;                ///< for islands that SubstepPolicy leaves to it, else null
+    Settings exact_settings;  ///< of those
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
@@ -75,7 +76,7 @@ struct Scene::Impl {
     std::vector<BodyId> moved;
     std::vector<std::uint32_t> stopped;  ///< rows put to sleep within the step
     std::uint32_t substeps = 0;          ///< most that an island got in this step
-    std::uint32_t strained = 0;          ///< of this step, see StepStats
+    std::uint32_t substep_limited = 0;   ///< of this step, see StepStats
     std::uint32_t far_bodies = 0;
     std::uint32_t held_back = 0;
     std::uint32_t quarantined = 0;  ///< since the last step began
@@ -209,12 +210,12 @@ struct Scene::Impl {
     // scene_solve.cpp
     void solve(float dt);
     void mark_held();
-    void solve_by_effort(float dt);
-    void solve_batch(const Effort::Batch& batch, float dt);
+    void solve_by_substep_policy(float dt);
+    void solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt);
     /// False, and nothing is changed, where there is no exact answer.
     bool solve_exactly(std::span<const std::uint32_t> contacts, float dt);
     /// The solve by an alternative to ContactSolver; writes `broken`.
-    void solve_by_method(float dt);
+    void solve_by_variant(float dt);
 
     // scene_passage.cpp
     void note_starts();

@@ -18,12 +18,12 @@ void Scene::Impl::solve(float dt) {
     broken.clear();
     note_starts();
     mark_held();
-    if (settings.method != Method::kSoftStep) {
-        solve_by_method(dt);
+    if (settings.method != SolverVariant::kSoftStep) {
+        solve_by_variant(dt);
     } else if (settings.substeps > 0) {
         solve_batch({settings.substeps, false, solve_list, active_joints}, dt);
     } else {
-        solve_by_effort(dt);
+        solve_by_substep_policy(dt);
     }
     for (const std::uint32_t row : bodies.awake_list) {
         if (in_contact[row] == 0) {
@@ -63,36 +63,37 @@ void Scene::Impl::mark_held() {
 }
 
 /// Each island as its loads ask for.
-void Scene::Impl::solve_by_effort(float dt) {
-    effort.plan(bodies,
-                graph,
-                solve_list,
-                joints,
-                active_joints,
-                {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
-                *team);
-    strained = effort.strained();
-    for (std::size_t i = 0; i < Effort::kBatches; ++i) {
-        const Effort::Batch batch = effort.batch(i);
+void Scene::Impl::solve_by_substep_policy(float dt) {
+    substep_policy.plan(bodies,
+                        graph,
+                        solve_list,
+                        joints,
+                        active_joints,
+                        {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
+                        *team);
+    substep_limited = substep_policy.substep_limited();
+    for (std::size_t i = 0; i < SubstepPolicy::kBatches; ++i) {
+        const SubstepPolicy::SubstepBatch batch = substep_policy.batch(i);
         if (!batch.contacts.empty() || !batch.joints.empty()) {
             solve_batch(batch, dt);
         }
     }
-    for (std::size_t i = 0; i < effort.exact_count(); ++i) {
-        const Effort::Batch island = effort.exact(i);
+    for (std::size_t i = 0; i < substep_policy.exact_count(); ++i) {
+        const SubstepPolicy::SubstepBatch island = substep_policy.exact(i);
         if (!solve_exactly(island.contacts, dt)) {
-            ++strained;
+            ++substep_limited;
             solve_batch(island, dt);
         }
     }
 }
 
-void Scene::Impl::solve_batch(const Effort::Batch& batch, float dt) {
+void Scene::Impl::solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt) {
     ContactSolver::Parameters parameters;
     parameters.gravity = settings.gravity;
     parameters.dt = dt;
     parameters.substeps = batch.substeps;
-    parameters.iterations = batch.young ? Effort::kYoungIterations : settings.velocity_iterations;
+    parameters.iterations =
+        batch.young ? SubstepPolicy::kYoungIterations : settings.velocity_iterations;
     parameters.relax_iterations = settings.relax_iterations;
     parameters.restitution_speed = settings.restitution_speed_mps;
     substeps = static_cast<std::uint32_t>(batch.substeps);
@@ -103,7 +104,7 @@ bool Scene::Impl::solve_exactly(std::span<const std::uint32_t> contacts, float d
     return exact->solve_exactly({bodies, graph, contacts, joints, {}, exact_settings, dt}, broken);
 }
 
-void Scene::Impl::solve_by_method(float dt) {
+void Scene::Impl::solve_by_variant(float dt) {
     stepper->solve({bodies, graph, solve_list, joints, active_joints, settings, dt}, broken);
     substeps = static_cast<std::uint32_t>(stepper->substeps());
 }

@@ -88,7 +88,7 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
         stepper->reset_stats();
     }
     stats.particles = bodies.awake_particles;
-    stats.strained = std::exchange(strained, 0);
+    stats.substep_limited = std::exchange(substep_limited, 0);
     stats.far_bodies = std::exchange(far_bodies, 0);
     stats.held_back = std::exchange(held_back, 0);
     stats.slowed = std::exchange(bodies.slowed, 0);

@@ -15,7 +15,7 @@ namespace zoned::physics {
 
 namespace {
 
-constexpr float kMostSubsteps = 1U << (Effort::kLevels - 1);
+constexpr float kMostSubsteps = 1U << (SubstepPolicy::kLevels - 1);
 
 template <class... Values>
 std::string sentence(const char* format, Values... values) {
@@ -30,7 +30,9 @@ float substep_of(const Settings& settings, float dt) {
 
 }  // namespace
 
-std::vector<std::string> strains_of(const BodyDef& def, const Settings& settings, float dt) {
+std::vector<std::string> stability_warnings_of(const BodyDef& def,
+                                               const Settings& settings,
+                                               float dt) {
     std::vector<std::string> out;
     const float far = def.position.cwiseAbs().maxCoeff();
     if (far > farthest_for(settings.error_budget_m)) {
@@ -71,11 +73,11 @@ std::vector<std::string> strains_of(const BodyDef& def, const Settings& settings
 
 /// A spring that swings by more than half a radian within a substep keeps its frequency to worse
 /// than 1 %; from 1 / (pi h) on it is no spring any more.
-std::vector<std::string> strains_of(const JointDef& def,
-                                    float mass_a,
-                                    float mass_b,
-                                    const Settings& settings,
-                                    float dt) {
+std::vector<std::string> stability_warnings_of(const JointDef& def,
+                                               float mass_a,
+                                               float mass_b,
+                                               const Settings& settings,
+                                               float dt) {
     std::vector<std::string> out;
     const float h = substep_of(settings, dt);
     const float most_hz = 0.5F / (2.0F * std::numbers::pi_v<float> * h);
@@ -98,11 +100,11 @@ std::vector<std::string> strains_of(const JointDef& def,
     return out;
 }
 
-/// See Effort: a contact gives way by F / (m w^2) with w = 2 pi kContactRateShare / h.
-std::vector<std::string> strains_of_load(float light_kg,
-                                         float heavy_kg,
-                                         const Settings& settings,
-                                         float dt) {
+/// See SubstepPolicy: a contact gives way by F / (m w^2) with w = 2 pi kContactRateShare / h.
+std::vector<std::string> stability_warnings_of_load(float light_kg,
+                                                    float heavy_kg,
+                                                    const Settings& settings,
+                                                    float dt) {
     const float rate =
         2.0F * std::numbers::pi_v<float> * kContactRateShare / substep_of(settings, dt);
     const float force = settings.gravity.norm() * heavy_kg;
@@ -110,7 +112,7 @@ std::vector<std::string> strains_of_load(float light_kg,
     if (give <= settings.error_budget_m) {
         return {};
     }
-    const float least_kg = heavy_kg / Effort::kHeaviest;
+    const float least_kg = heavy_kg / SubstepPolicy::kHeaviest;
     if (settings.substeps == 0 && light_kg < least_kg) {
         return {
             sentence("%g kg on %g kg is too much for steps of %g s: under it contacts may take "
@@ -128,9 +130,9 @@ std::vector<std::string> strains_of_load(float light_kg,
                      settings.error_budget_m)};
 }
 
-std::vector<std::string> strains_of(const Settings& settings, float dt) {
+std::vector<std::string> stability_warnings_of(const Settings& settings, float dt) {
     // A body of one kilogram on another asks for the least that a scene with contacts needs.
-    std::vector<std::string> out = strains_of_load(1.0F, 1.0F, settings, dt);
+    std::vector<std::string> out = stability_warnings_of_load(1.0F, 1.0F, settings, dt);
     for (std::string& text : out) {
         text = "the step is too long for contacts: " + text;
     }

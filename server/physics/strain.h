@@ -1,4 +1,5 @@
-// Strain: what is too small, too fast, too stiff or too far for the time step and the error budget.
+// Stability warnings: what is too small, too fast, too stiff or too far for the time step and the
+// error budget.
 #pragma once
 
 #include "server/physics/scene.h"
@@ -20,22 +21,24 @@ inline float farthest_for(float error_budget_m) {
 /// What about a body the engine accepts but cannot simulate within the error budget in steps of
 /// `dt` seconds: one sentence each, with the figures; empty when there is nothing to say. Forces
 /// and contacts that come up later show in StepStats instead.
-std::vector<std::string> strains_of(const BodyDef& def, const Settings& settings, float dt);
+std::vector<std::string> stability_warnings_of(const BodyDef& def,
+                                               const Settings& settings,
+                                               float dt);
 
 /// The same of a joint between bodies of these masses, kg; 0: it holds one to the world.
-std::vector<std::string> strains_of(const JointDef& def,
-                                    float mass_a,
-                                    float mass_b,
-                                    const Settings& settings,
-                                    float dt);
+std::vector<std::string> stability_warnings_of(const JointDef& def,
+                                               float mass_a,
+                                               float mass_b,
+                                               const Settings& settings,
+                                               float dt);
 
 /// The same of a heavy body on a light one, both resting on the ground in steps of `dt` seconds.
-std::vector<std::string> strains_of_load(float light_kg,
-                                         float heavy_kg,
-                                         const Settings& settings,
-                                         float dt);
+std::vector<std::string> stability_warnings_of_load(float light_kg,
+                                                    float heavy_kg,
+                                                    const Settings& settings,
+                                                    float dt);
 
 /// And of the step itself.
-std::vector<std::string> strains_of(const Settings& settings, float dt);
+std::vector<std::string> stability_warnings_of(const Settings& settings, float dt);
 
 }  // namespace zoned::physics

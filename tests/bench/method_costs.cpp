@@ -14,7 +14,7 @@ namespace zoned::bench {
 
 namespace {
 
-namespace budget = physics::budget;
+namespace selection = physics::method_selection;
 namespace soft = physics::soft;
 using physics::IntegratorKind;
 
@@ -44,12 +44,12 @@ class FlightTrial : public JudgedTrial {
     }
 
     void judge(Row& row) override {
-        budget::Flight flight;
+        selection::Flight flight;
         flight.gravity = Vec3d(0.0, -9.81, 0.0);
         flight.linear_drag = static_cast<double>(kDrag);
         flight.fastest = 20.0;
         const double tick = static_cast<double>(kStepTime);
-        row.error = budget::flight_error(kind_, 1, flight, {0.0, 2.0, tick});
+        row.error = selection::flight_error(kind_, 1, flight, {0.0, 2.0, tick});
         row.error_unit = "m";
     }
 
@@ -102,7 +102,7 @@ class SubstepTrial : public JudgedTrial {
         : bodies_(awake()),
           method_(def.solver.method),
           substeps_(soft::make_body(def).substeps(kStepTime)),
-          counts_(budget::counts_of(def)) {
+          counts_(selection::counts_of(def)) {
         const auto id = bodies_.add(def);
         if (!id) {
             throw std::runtime_error("our engine refused a soft body: " + id.error());
@@ -113,7 +113,7 @@ class SubstepTrial : public JudgedTrial {
 
     void observe() override {
         ++frames_;
-        table_ns_ += budget::soft_cost_ns(
+        table_ns_ += selection::soft_cost_ns(
             method_, counts_, substeps_, stats_.newton_steps, stats_.gradient_passes);
         newton_ += stats_.newton_steps;
         passes_ += stats_.gradient_passes;
@@ -142,7 +142,7 @@ class SubstepTrial : public JudgedTrial {
     soft::SoftBodies bodies_;
     soft::SoftMethod method_;
     int substeps_;
-    budget::SweepCounts counts_;
+    selection::SweepCounts counts_;
     soft::SoftStats stats_;
     double frames_ = 0.0;
     double table_ns_ = 0.0;
@@ -155,7 +155,7 @@ class SubstepTrial : public JudgedTrial {
 void run_flight_costs(Session& session) {
     session.progress("integrators free_flight");
     std::vector<Method> methods;
-    for (const IntegratorKind kind : budget::kFlightMethods) {
+    for (const IntegratorKind kind : selection::kFlightMethods) {
         methods.push_back({physics::name_of(kind), "", [kind] {
                                return std::make_unique<FlightTrial>(kind);
                            }});
@@ -165,9 +165,9 @@ void run_flight_costs(Session& session) {
         compare("integrators", "free_flight", "dt=1/60", wanted(session, std::move(methods)), plan);
     for (Row& row : rows) {
         row.metric("ns_per_step", 1e3 * row.time_us_p50 / FlightTrial::kBodies);
-        for (const IntegratorKind kind : budget::kFlightMethods) {
+        for (const IntegratorKind kind : selection::kFlightMethods) {
             if (row.method == physics::name_of(kind)) {
-                tell_costs(row, budget::flight_cost_ns(kind, 1));
+                tell_costs(row, selection::flight_cost_ns(kind, 1));
             }
         }
     }

@@ -67,9 +67,9 @@ Engine zoned_engine(std::string method, const physics::Settings& settings, unsig
             },
             [settings](const std::string& /*scene*/, const scenario::Description& description) {
                 // Of the methods one stands for all where a scene is large.
-                const bool costly =
-                    settings.substeps != 0 || (settings.method != physics::Method::kSoftStep &&
-                                               settings.method != physics::Method::kGaussSeidel);
+                const bool costly = settings.substeps != 0 ||
+                                    (settings.method != physics::SolverVariant::kSoftStep &&
+                                     settings.method != physics::SolverVariant::kGaussSeidel);
                 const bool large = costly && description.bodies.size() > kSmallScene;
                 return std::string(large ? "only for small scenes" : "");
             }};

@@ -196,7 +196,7 @@ enum class Surroundings : std::uint8_t {
 };
 
 /// Particles that fall through 20 m over an area of 60 x 60 m: what ParticleCost
-/// (physics/budget/costs.h) is made of.
+/// (server/physics/method_selection/cost_table.h) is made of.
 class SurroundedTrial : public StageTrial {
   public:
     SurroundedTrial(std::size_t count, Surroundings in, compute::Device* device)

@@ -15,8 +15,8 @@ namespace zoned::bench {
 
 namespace {
 
-using physics::budget::kSingleErrorShare;
-using physics::budget::kSoftHullErrorShare;
+using physics::method_selection::kSingleErrorShare;
+using physics::method_selection::kSoftHullErrorShare;
 
 constexpr int kTicks = 150;       ///< 5 s
 constexpr int kFlightTicks = 15;  ///< 0.5 s: nothing has landed yet

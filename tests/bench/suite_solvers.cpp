@@ -43,7 +43,7 @@ std::vector<NamedMethod> row_methods() {
 /// step before as the first guess.
 RowSystem take(const Snapshot& snapshot, bool warm) {
     Settings settings;
-    settings.method = physics::Method::kConjugateGradient;
+    settings.method = physics::SolverVariant::kConjugateGradient;
     settings.methods.iterations = 60;
     settings.methods.keep_problem = true;
     ZonedScene zoned = build_scene(snapshot.description, settings);
@@ -85,7 +85,7 @@ class SolveTrial : public JudgedTrial {
     void judge(Row& row) override {
         row.error = physics::residual(system_);
         row.error_unit = std::string("m/s");
-        const bool exact = method_ == physics::Method::kDirect;
+        const bool exact = method_ == physics::SolverVariant::kDirect;
         row.metric("passes", exact ? report_.iterations : passes_);
         row.metric("rows", static_cast<double>(system_.size()));
         row.metric("start_residual_mps", physics::residual(problem_));
@@ -97,7 +97,7 @@ class SolveTrial : public JudgedTrial {
   private:
     const RowSystem& problem_;
     RowSystem system_;
-    physics::Method method_;
+    physics::SolverVariant method_;
     int passes_;
     physics::SolveReport report_;
 };
@@ -111,7 +111,7 @@ std::vector<Row> curve(const Session& session,
     if (session.quick) {
         counts = {1, 10, 50};
     }
-    if (method.method == physics::Method::kDirect) {
+    if (method.method == physics::SolverVariant::kDirect) {
         counts = {20};
     }
     const int frames = session.quick ? 1 : 5;
@@ -196,7 +196,7 @@ Row beta_row(const NamedMethod& method, physics::Stabilisation mode, float beta)
 /// the error goes on per step.
 Row single_row(float beta) {
     Settings settings;
-    settings.method = physics::Method::kGaussSeidel;
+    settings.method = physics::SolverVariant::kGaussSeidel;
     settings.gravity.setZero();
     settings.sleep_after_s = 0.0F;
     settings.methods.beta = beta;
@@ -237,7 +237,7 @@ void run_beta(Session& session) {
         betas = {0.2F, 1.0F, 2.1F};
     }
     session.progress("solvers beta");
-    const NamedMethod method{"gauss_seidel", physics::Method::kGaussSeidel, {}};
+    const NamedMethod method{"gauss_seidel", physics::SolverVariant::kGaussSeidel, {}};
     if (!session.wants_method(method.name, "")) {
         return;
     }
@@ -258,7 +258,7 @@ void run_order(Session& session) {
     const std::uint32_t orders = session.quick ? 5 : 32;
     for (const NamedMethod& method : row_methods()) {
         const bool asked = session.wants_method(method.name, "");
-        if (!asked || method.method == physics::Method::kDirect) {
+        if (!asked || method.method == physics::SolverVariant::kDirect) {
             continue;
         }
         std::vector<double> left;
@@ -289,7 +289,7 @@ void run_frames(Session& session) {
     for (const NamedMethod& method : row_methods()) {
         for (const bool warm : {true, false}) {
             if (!session.wants_method(method.name, "") ||
-                method.method == physics::Method::kDirect) {
+                method.method == physics::SolverVariant::kDirect) {
                 continue;
             }
             Settings settings;
@@ -357,7 +357,7 @@ void run_ratios(Session& session) {
     for (const double ratio : ratios) {
         std::vector<Method> methods;
         std::vector<NamedMethod> named = contact_methods();
-        named.insert(named.begin(), {"default", physics::Method::kSoftStep, {}});
+        named.insert(named.begin(), {"default", physics::SolverVariant::kSoftStep, {}});
         for (const NamedMethod& method : named) {
             Settings settings;
             settings.method = method.method;

@@ -76,7 +76,7 @@ ZonedScene build_scene(const scenario::Description& description, physics::Settin
 }
 
 std::vector<NamedMethod> contact_methods() {
-    using physics::Method;
+    using physics::SolverVariant;
     const auto points = physics::ManifoldMode::kPoints;
     return {{"jacobi", Method::kJacobi, points},
             {"gauss_seidel", Method::kGaussSeidel, points},

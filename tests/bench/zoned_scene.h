@@ -22,7 +22,7 @@ ZonedScene build_scene(const scenario::Description& description, physics::Settin
 /// The methods besides the default by the names of their rows, with their settings.
 struct NamedMethod {
     std::string name;
-    physics::Method method;
+    physics::SolverVariant method;
     physics::ManifoldMode manifold = physics::ManifoldMode::kPoints;
 };
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 namespace {
 
@@ -17,8 +17,8 @@ std::string print(const char* format, double a, double b = 0.0) {
 }
 
 /// Tries one option; what it says is put into the candidate.
-void attempt(const Option& option, double budget, Candidate& candidate, double& spent) {
-    const Trial trial = option.attempt();
+void attempt(const MethodOption& option, double budget, MethodCandidate& candidate, double& spent) {
+    const MethodTrial trial = option.attempt();
     spent += trial.spent_ns;
     candidate.cost_ns = trial.cost_ns;
     candidate.error = trial.error;
@@ -32,9 +32,9 @@ void attempt(const Option& option, double budget, Candidate& candidate, double& 
 
 }  // namespace
 
-const Candidate* Choice::best() const {
-    const Candidate* least = nullptr;
-    for (const Candidate& c : candidates) {
+const MethodCandidate* MethodChoice::best() const {
+    const MethodCandidate* least = nullptr;
+    for (const MethodCandidate& c : candidates) {
         if (std::isfinite(c.error) && (least == nullptr || c.error < least->error)) {
             least = &c;
         }
@@ -42,7 +42,7 @@ const Candidate* Choice::best() const {
     return least;
 }
 
-std::string name_of(const Candidate& candidate) {
+std::string name_of(const MethodCandidate& candidate) {
     return candidate.method + " x " + std::to_string(candidate.pieces);
 }
 
@@ -53,7 +53,7 @@ std::string time_text(double ns) {
     return ns < 1.0e6 ? print("%.3g us", 1.0e-3 * ns) : print("%.3g ms", 1.0e-6 * ns);
 }
 
-void choose(Choice& choice, const std::vector<Option>& options) {
+void choose(MethodChoice& choice, const std::vector<MethodOption>& options) {
     std::vector<std::size_t> order(options.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -66,13 +66,13 @@ void choose(Choice& choice, const std::vector<Option>& options) {
         return "dearer than " + time_text(than);
     };
     for (const std::size_t next : order) {
-        const Option& option = options[next];
-        Candidate candidate;
+        const MethodOption& option = options[next];
+        MethodCandidate candidate;
         candidate.code = option.code;
         candidate.method = option.method;
         candidate.pieces = option.pieces;
         candidate.cost_ns = option.least_cost_ns;
-        Candidate* winner = choice.chosen ? &choice.candidates[*choice.chosen] : nullptr;
+        MethodCandidate* winner = choice.chosen ? &choice.candidates[*choice.chosen] : nullptr;
         if (!option.refused.empty()) {
             candidate.refused = option.refused;
         } else if (winner != nullptr && option.least_cost_ns >= winner->cost_ns) {
@@ -94,4 +94,4 @@ void choose(Choice& choice, const std::vector<Option>& options) {
     }
 }
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -1,5 +1,5 @@
-// Choice: of several methods the cheapest that keeps an error budget, and why the others are not
-// it.
+// MethodChoice: of several methods the cheapest that keeps an error budget, and why the others are
+// not it.
 #pragma once
 
 #include <functional>
@@ -8,26 +8,26 @@
 #include <string>
 #include <vector>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 /// What came of trying a method.
-struct Trial {
+struct MethodTrial {
     double error = 0.0;     ///< in the budget's unit; infinity where it exploded
     double cost_ns = 0.0;   ///< of a tick, by the table (costs.h)
     double spent_ns = 0.0;  ///< what the trial itself cost by the table
 };
 
 /// A method with a number of pieces that a tick is cut into.
-struct Option {
+struct MethodOption {
     int code = 0;  ///< the caller's: an enumerator
     std::string method;
     int pieces = 1;
     double least_cost_ns = 0.0;  ///< of a tick, known before it is tried
     std::string refused;         ///< not empty: why it must not be tried
-    std::function<Trial()> attempt;
+    std::function<MethodTrial()> attempt;
 };
 
-struct Candidate {
+struct MethodCandidate {
     int code = 0;
     std::string method;
     int pieces = 1;
@@ -37,20 +37,20 @@ struct Candidate {
     bool keeps = false;                                       ///< tried, and within the budget
 };
 
-struct Choice {
+struct MethodChoice {
     std::string subject;  ///< "bodies", "soft type curtain"
     std::string unit;     ///< "m", "of its size"
     double budget = 0.0;
-    std::string basis;                  ///< how errors were found, a sentence
-    std::vector<Candidate> candidates;  ///< in the order in which they were tried
+    std::string basis;                        ///< how errors were found, a sentence
+    std::vector<MethodCandidate> candidates;  ///< in the order in which they were tried
     std::optional<std::size_t> chosen;
 
     /// The candidate that comes nearest to keeping the budget; null where none was tried.
-    [[nodiscard]] const Candidate* best() const;
+    [[nodiscard]] const MethodCandidate* best() const;
 };
 
 /// "rk4 x 2": the method and its pieces a tick.
-std::string name_of(const Candidate& candidate);
+std::string name_of(const MethodCandidate& candidate);
 
 /// "1.2 us", "340 ns".
 std::string time_text(double ns);
@@ -61,6 +61,6 @@ inline constexpr double kMostSpent = 5.0e8;
 /// Tries options from the one that may be cheapest on, those first that come first where costs are
 /// equal, until no other can be cheaper than the cheapest that keeps `choice.budget`, and fills
 /// `candidates` and `chosen`. Depends on what is passed alone: no clock.
-void choose(Choice& choice, const std::vector<Option>& options);
+void choose(MethodChoice& choice, const std::vector<MethodOption>& options);
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

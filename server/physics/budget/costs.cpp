@@ -1,6 +1,6 @@
 #include "server/physics/budget/costs.h"
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 double particle_cost_ns(const ParticleSystemDef& def, int pieces) {
     double ns = ParticleCost::kGround_ns;
@@ -38,4 +38,4 @@ double soft_cost_ns(soft::SoftMethod method,
            gradient_passes * sweep_cost_ns(kGradientPass, counts);
 }
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -8,7 +8,7 @@
 #include <array>
 #include <cstddef>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 // Measured by `zoned-bench integrators soft --scene free_flight,substeps` on one core of an AMD Zen
 // 5 (x86-64-v3, g++ 12, -O2), medians of three runs; the same command prints what it measures
@@ -79,4 +79,4 @@ double soft_cost_ns(soft::SoftMethod method,
                     double newton_steps,
                     double gradient_passes);
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 namespace {
 
@@ -126,11 +126,11 @@ double error_from(const Flight& flight,
     return most;
 }
 
-Option option_of(IntegratorKind kind,
-                 int pieces,
-                 std::span<const Flight> flights,
-                 const FlightBudget& budget) {
-    Option option;
+MethodOption option_of(IntegratorKind kind,
+                       int pieces,
+                       std::span<const Flight> flights,
+                       const FlightBudget& budget) {
+    MethodOption option;
     option.code = static_cast<int>(kind);
     option.method = physics::name_of(kind);
     option.pieces = pieces;
@@ -142,7 +142,7 @@ Option option_of(IntegratorKind kind,
         }
     }
     option.attempt = [=, cost = option.least_cost_ns] {
-        Trial trial;
+        MethodTrial trial;
         trial.cost_ns = cost;
         for (const Flight& flight : flights) {
             trial.error = std::max(trial.error, flight_error(kind, pieces, flight, budget));
@@ -207,15 +207,15 @@ double flight_error(IntegratorKind kind,
                     error_from(flight, launch_of(flight), kind, pieces, budget));
 }
 
-Choice choose_flight(std::string subject,
-                     std::span<const Flight> flights,
-                     const FlightBudget& budget,
-                     std::span<const IntegratorKind> methods) {
-    Choice choice;
+MethodChoice choose_flight(std::string subject,
+                           std::span<const Flight> flights,
+                           const FlightBudget& budget,
+                           std::span<const IntegratorKind> methods) {
+    MethodChoice choice;
     choice.subject = std::move(subject);
     choice.unit = "m";
     choice.budget = budget.error_m;
-    std::vector<Option> options;
+    std::vector<MethodOption> options;
     for (const IntegratorKind kind : methods) {
         for (const int pieces : kFlightPieces) {
             options.push_back(option_of(kind, pieces, flights, budget));
@@ -225,4 +225,4 @@ Choice choose_flight(std::string subject,
     return choice;
 }
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

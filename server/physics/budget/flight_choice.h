@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 /// One kind of free flight: v' = gravity - (linear_drag + quadratic_drag |v - wind|) (v - wind).
 struct Flight {
@@ -70,9 +70,9 @@ double flight_error(IntegratorKind kind,
 
 /// The cheapest of `methods` that keeps the budget on each of the flights (not empty). Codes of
 /// candidates are IntegratorKinds.
-Choice choose_flight(std::string subject,
-                     std::span<const Flight> flights,
-                     const FlightBudget& budget,
-                     std::span<const IntegratorKind> methods = kFlightMethods);
+MethodChoice choose_flight(std::string subject,
+                           std::span<const Flight> flights,
+                           const FlightBudget& budget,
+                           std::span<const IntegratorKind> methods = kFlightMethods);
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

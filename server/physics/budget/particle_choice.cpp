@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 namespace {
 
@@ -76,21 +76,21 @@ double particle_error(const ParticleSystemDef& def,
                     error_from(free, flight, launch_of(flight), budget));
 }
 
-Choice choose_particle_pieces(const ParticleSystemDef& def,
-                              double fastest,
-                              const FlightBudget& budget) {
-    Choice choice;
+MethodChoice choose_particle_pieces(const ParticleSystemDef& def,
+                                    double fastest,
+                                    const FlightBudget& budget) {
+    MethodChoice choice;
     choice.subject = "particle system " + def.name;
     choice.unit = "m";
     choice.budget = budget.error_m;
-    std::vector<Option> options;
+    std::vector<MethodOption> options;
     for (const int pieces : kParticlePieces) {
-        Option option;
+        MethodOption option;
         option.method = "semi_implicit_euler";
         option.pieces = pieces;
         option.least_cost_ns = particle_cost_ns(def, pieces);
         option.attempt = [&def, pieces, fastest, budget, cost = option.least_cost_ns] {
-            Trial trial;
+            MethodTrial trial;
             trial.cost_ns = cost;
             trial.error = particle_error(def, pieces, fastest, budget);
             trial.spent_ns = 2.0 * cost * ticks_of(budget);
@@ -102,4 +102,4 @@ Choice choose_particle_pieces(const ParticleSystemDef& def,
     return choice;
 }
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 inline constexpr std::array kParticlePieces{1, 2, 4, 8, 16, 32, 64};
 
@@ -23,8 +23,8 @@ double particle_error(const ParticleSystemDef& def,
 
 /// The fewest pieces that keep the budget. Particles know one
 /// method: semi-implicit Euler, the drag taken implicitly, which is stable for any step.
-Choice choose_particle_pieces(const ParticleSystemDef& def,
-                              double fastest,
-                              const FlightBudget& budget);
+MethodChoice choose_particle_pieces(const ParticleSystemDef& def,
+                                    double fastest,
+                                    const FlightBudget& budget);
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

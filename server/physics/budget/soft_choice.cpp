@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 namespace {
 
@@ -24,8 +24,8 @@ class SoftTrials {
           whole_(counts_of(subject.whole)),
           tried_(counts_of(subject.probe)) {}
 
-    [[nodiscard]] Option option(SoftMethod method, int substeps) {
-        Option option;
+    [[nodiscard]] MethodOption option(SoftMethod method, int substeps) {
+        MethodOption option;
         option.code = static_cast<int>(method);
         option.method = soft::name_of(method);
         option.pieces = substeps;
@@ -59,7 +59,7 @@ class SoftTrials {
     }
 
   private:
-    Trial attempt(SoftMethod method, int substeps) {
+    MethodTrial attempt(SoftMethod method, int substeps) {
         if (!reference_) {
             reference_ = probe_.reference(budget_);
         }
@@ -71,7 +71,7 @@ class SoftTrials {
         const double passes = run.gradient_passes / probe_.ticks();
         const double newton = run.newton_steps / probe_.ticks();
         const double most = newton * solver.gradient_iterations;
-        Trial trial;
+        MethodTrial trial;
         trial.error = probe_.distance(run, reference_->run) + reference_->change;
         trial.cost_ns = soft_cost_ns(
             method, whole_, substeps, newton, std::min(most, passes * subject_.coarser));
@@ -110,16 +110,16 @@ std::vector<int> substeps_of(const SoftSubject& subject, SoftMethod method) {
 
 }  // namespace
 
-Choice choose_soft(const SoftSubject& subject,
-                   double budget,
-                   std::span<const SoftMethod> methods,
-                   int substeps) {
-    Choice choice;
+MethodChoice choose_soft(const SoftSubject& subject,
+                         double budget,
+                         std::span<const SoftMethod> methods,
+                         int substeps) {
+    MethodChoice choice;
     choice.subject = subject.name;
     choice.unit = "of its size";
     choice.budget = budget;
     SoftTrials trials(subject, budget);
-    std::vector<Option> options;
+    std::vector<MethodOption> options;
     for (const SoftMethod method : methods) {
         for (const int n : substeps > 0 ? std::vector{substeps} : substeps_of(subject, method)) {
             options.push_back(trials.option(method, n));
@@ -130,4 +130,4 @@ Choice choose_soft(const SoftSubject& subject,
     return choice;
 }
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 /// A kind of soft body, and what is simulated in its place.
 struct SoftSubject {
@@ -37,9 +37,9 @@ inline constexpr std::array kSoftMethods{soft::SoftMethod::kXpbd,
 /// A pass of XPBD hands a load on by about one node: on a lattice coarser by c, n substeps stand
 /// for c n on the whole one; a solve of implicit Euler there takes c times the passes. Springs of
 /// semi-implicit Euler are judged by the whole body, and tried with its substeps.
-Choice choose_soft(const SoftSubject& subject,
-                   double budget,
-                   std::span<const soft::SoftMethod> methods = kSoftMethods,
-                   int substeps = 0);
+MethodChoice choose_soft(const SoftSubject& subject,
+                         double budget,
+                         std::span<const soft::SoftMethod> methods = kSoftMethods,
+                         int substeps = 0);
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 namespace {
 
@@ -152,4 +152,4 @@ ProbeReference SoftProbe::reference(double budget) const {
     }
 }
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 
 /// What a run says.
 struct ProbeRun {
@@ -65,4 +65,4 @@ class SoftProbe {
 /// Springs (and what takes as long) times substeps that a reference may take: some 0.1 s.
 inline constexpr double kMostReference = 4.0e7;
 
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

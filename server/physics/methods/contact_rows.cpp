@@ -38,15 +38,15 @@ struct ContactRows::Site {
 void ContactRows::place(const Bodies& bodies,
                         const Pair& pair,
                         const Contact& contact,
-                        const MethodBodies& moving,
+                        const VariantBodies& moving,
                         const RowSystem& system,
                         Site& site) {
     site.a = bodies.awake[pair.a] != 0 ? bodies.solver_slot[pair.a] : 0;
     site.b = bodies.awake[pair.b] != 0 ? bodies.solver_slot[pair.b] : 0;
     const RowBody& p = system.bodies[site.a];
     const RowBody& q = system.bodies[site.b];
-    const MethodBody& from_a = moving[site.a];
-    const MethodBody& from_b = moving[site.b];
+    const VariantBody& from_a = moving[site.a];
+    const VariantBody& from_b = moving[site.b];
     site.normal = contact.normal.cast<double>();
     site.tangent1 = any_perpendicular(site.normal);
     site.tangent2 = site.normal.cross(site.tangent1);
@@ -104,7 +104,7 @@ void ContactRows::share_load(const Site& site, const RowParameters& parameters, 
 void ContactRows::write(const Bodies& bodies,
                         const ContactGraph& graph,
                         std::uint32_t index,
-                        const MethodBodies& moving,
+                        const VariantBodies& moving,
                         const RowParameters& parameters,
                         RowSystem& system) {
     const Pair& pair = graph.pair(index);

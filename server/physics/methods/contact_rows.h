@@ -15,7 +15,7 @@ namespace zoned::physics {
 
 /// What all rows of a substep share.
 struct RowParameters {
-    const MethodSettings* settings = nullptr;
+    const VariantSettings* settings = nullptr;
     double h = 0.0;                  ///< length of the substep, s
     double gravity = 0.0;            ///< m/s2
     double restitution_speed = 0.0;  ///< slower impacts do not bounce, m/s
@@ -45,7 +45,7 @@ class ContactRows {
     void write(const Bodies& bodies,
                const ContactGraph& graph,
                std::uint32_t contact,
-               const MethodBodies& moving,
+               const VariantBodies& moving,
                const RowParameters& parameters,
                RowSystem& system);
     /// Writes impulses back; `add`: step_impulse grows by them, else it starts from them.
@@ -58,7 +58,7 @@ class ContactRows {
     static void place(const Bodies& bodies,
                       const Pair& pair,
                       const Contact& contact,
-                      const MethodBodies& moving,
+                      const VariantBodies& moving,
                       const RowSystem& system,
                       Site& site);
     static void share_load(const Site& site, const RowParameters& parameters, ContactSpan& span);

@@ -24,7 +24,7 @@ void spring_row(const SpringConstants& spring, double h, std::size_t i, RowSyste
 }  // namespace
 
 JointPose pose_of(const Bodies& bodies,
-                  const MethodBodies& moving,
+                  const VariantBodies& moving,
                   std::uint32_t row,
                   const Vec3& origin) {
     if (row == kNoIndex) {
@@ -41,7 +41,7 @@ JointPose pose_of(const Bodies& bodies,
 void JointRowWriter::write(const Bodies& bodies,
                            const JointTable& table,
                            std::uint32_t index,
-                           const MethodBodies& moving,
+                           const VariantBodies& moving,
                            const RowParameters& parameters,
                            RowSystem& system) {
     const JointEntry& entry = table[index];

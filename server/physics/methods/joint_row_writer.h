@@ -19,7 +19,7 @@ class JointRowWriter {
     void write(const Bodies& bodies,
                const JointTable& table,
                std::uint32_t joint,
-               const MethodBodies& moving,
+               const VariantBodies& moving,
                const RowParameters& parameters,
                RowSystem& system);
     /// Writes impulses back; `force_n` is the mean of the substeps so far: this is the `count`th.
@@ -37,7 +37,7 @@ class JointRowWriter {
 
 /// Pose of the body in a slot, relative to `origin`; that of the row where the slot is 0.
 JointPose pose_of(const Bodies& bodies,
-                  const MethodBodies& moving,
+                  const VariantBodies& moving,
                   std::uint32_t row,
                   const Vec3& origin);
 

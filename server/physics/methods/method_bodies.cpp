@@ -6,13 +6,13 @@
 
 namespace zoned::physics {
 
-void MethodBodies::begin(const Vec3& gravity, RowSystem& system) {
+void VariantBodies::begin(const Vec3& gravity, RowSystem& system) {
     gravity_ = gravity;
-    entries_.assign(1, MethodBody());
+    entries_.assign(1, VariantBody());
     system.clear();
 }
 
-std::uint32_t MethodBodies::slot_of(Bodies& bodies, std::uint32_t row, RowSystem& system) {
+std::uint32_t VariantBodies::slot_of(Bodies& bodies, std::uint32_t row, RowSystem& system) {
     if (row == kNoIndex || bodies.awake[row] == 0) {
         return 0;
     }
@@ -21,7 +21,7 @@ std::uint32_t MethodBodies::slot_of(Bodies& bodies, std::uint32_t row, RowSystem
         return slot;
     }
     slot = static_cast<std::uint32_t>(entries_.size());
-    MethodBody entry;
+    VariantBody entry;
     entry.row = row;
     entry.orientation = bodies.orientation[row];
     entries_.push_back(entry);
@@ -33,9 +33,9 @@ std::uint32_t MethodBodies::slot_of(Bodies& bodies, std::uint32_t row, RowSystem
     return slot;
 }
 
-void MethodBodies::gain(const Bodies& bodies, double h, RowSystem& system) {
+void VariantBodies::gain(const Bodies& bodies, double h, RowSystem& system) {
     for (std::size_t i = 1; i < entries_.size(); ++i) {
-        MethodBody& entry = entries_[i];
+        VariantBody& entry = entries_[i];
         RowBody& body = system.bodies[i];
         const std::uint32_t row = entry.row;
         entry.velocity = body.velocity;
@@ -57,9 +57,9 @@ void MethodBodies::gain(const Bodies& bodies, double h, RowSystem& system) {
     }
 }
 
-void MethodBodies::move(const Bodies& bodies, double h, bool mean, RowSystem& system) {
+void VariantBodies::move(const Bodies& bodies, double h, bool mean, RowSystem& system) {
     for (std::size_t i = 1; i < entries_.size(); ++i) {
-        MethodBody& entry = entries_[i];
+        VariantBody& entry = entries_[i];
         RowBody& body = system.bodies[i];
         const bool untouched =
             mean && body.velocity == entry.free_velocity && body.spin == entry.free_spin;
@@ -79,7 +79,7 @@ void MethodBodies::move(const Bodies& bodies, double h, bool mean, RowSystem& sy
     }
 }
 
-void MethodBodies::displace(double h, const std::vector<RowBody>& push) {
+void VariantBodies::displace(double h, const std::vector<RowBody>& push) {
     for (std::size_t i = 1; i < entries_.size(); ++i) {
         entries_[i].shift += h * push[i].velocity;
         entries_[i].turn += h * push[i].spin;
@@ -88,17 +88,17 @@ void MethodBodies::displace(double h, const std::vector<RowBody>& push) {
     }
 }
 
-void MethodBodies::release(Bodies& bodies) const {
+void VariantBodies::release(Bodies& bodies) const {
     for (std::size_t i = 1; i < entries_.size(); ++i) {
         bodies.solver_slot[entries_[i].row] = 0;
     }
 }
 
-void MethodBodies::store(Bodies& bodies,
-                         const RowSystem& system,
-                         std::vector<std::uint32_t>& broken) const {
+void VariantBodies::store(Bodies& bodies,
+                          const RowSystem& system,
+                          std::vector<std::uint32_t>& broken) const {
     for (std::size_t i = 1; i < entries_.size(); ++i) {
-        const MethodBody& entry = entries_[i];
+        const VariantBody& entry = entries_[i];
         const std::uint32_t row = entry.row;
         bodies.solver_slot[row] = 0;
         if (system.bodies[i].inv_mass == 0.0) {

@@ -1,4 +1,4 @@
-// MethodBodies: the bodies that a method moves in a step, from the scene's columns and back.
+// VariantBodies: the bodies that a method moves in a step, from the scene's columns and back.
 #pragma once
 
 #include "server/physics/bodies.h"
@@ -10,7 +10,7 @@
 namespace zoned::physics {
 
 /// What a body did since the step began. Slot 0 stands for all that does not move.
-struct MethodBody {
+struct VariantBody {
     std::uint32_t row = kNoIndex;
     Quat orientation = Quat::Identity();
     Vec3d shift = Vec3d::Zero();     ///< since the step began, m
@@ -22,7 +22,7 @@ struct MethodBody {
 };
 
 /// Slots are those of RowSystem::bodies, which holds the velocities.
-class MethodBodies {
+class VariantBodies {
   public:
     void reserve(std::size_t bodies) { entries_.reserve(bodies + 1); }
 
@@ -32,9 +32,9 @@ class MethodBodies {
 
     [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
-    MethodBody& operator[](std::size_t slot) { return entries_[slot]; }
+    VariantBody& operator[](std::size_t slot) { return entries_[slot]; }
 
-    const MethodBody& operator[](std::size_t slot) const { return entries_[slot]; }
+    const VariantBody& operator[](std::size_t slot) const { return entries_[slot]; }
 
     /// Begins a substep of h: inertia as the bodies stand, velocities gain what forces give.
     /// Damping is implicit, v / (1 + c h): stable however strong.
@@ -53,7 +53,7 @@ class MethodBodies {
 
   private:
     Vec3 gravity_ = Vec3::Zero();
-    std::vector<MethodBody> entries_;
+    std::vector<VariantBody> entries_;
 };
 
 }  // namespace zoned::physics

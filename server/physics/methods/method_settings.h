@@ -5,9 +5,10 @@
 
 namespace zoned::physics {
 
-/// How contacts and joints are answered. All but the first are described in server/physics/methods;
-/// the five that follow it solve one and the same system of rows (row_system.h).
-enum class Method : std::uint8_t {
+/// How contacts and joints are answered. All but the first are described in
+/// server/physics/solver_variants; the five that follow it solve one and the same system of rows
+/// (row_system.h).
+enum class SolverVariant : std::uint8_t {
     kSoftStep,           ///< substeps by load, soft contacts: ContactSolver
     kJacobi,             ///< all rows at once, by mass splitting
     kGaussSeidel,        ///< one row after the other: projected Gauss-Seidel
@@ -47,7 +48,7 @@ enum class PenaltyIntegrator : std::uint8_t {
 
 /// Parameters of all methods but kSoftStep. Settings::substeps counts for them too; 0 stands for 1,
 /// for 4 with kProjection and for 16 with kPenalty.
-struct MethodSettings {
+struct VariantSettings {
     int iterations = 20;             ///< passes of a solve, 1..1000
     float tolerance_mps = 0.0F;      ///< stop when the residual is below this; 0: never
     float omega = 1.3F;              ///< kOverRelaxation: (0, 2)
@@ -68,13 +69,13 @@ struct MethodSettings {
     float penalty_share = 0.5F;
     float penalty_damping_ratio = 0.3F;  ///< kPenalty: 1 is critical, [0, 2]
     PenaltyIntegrator penalty_integrator = PenaltyIntegrator::kSemiImplicitEuler;
-    bool measure = false;  ///< fill residual and energies of MethodStats: one more pass a solve
+    bool measure = false;  ///< fill residual and energies of VariantStats: one more pass a solve
     bool keep_problem = false;  ///< keep the first system of rows of a step as it was before its
                                 ///< solve: Scene::problem
 };
 
 /// What the solves of a step did; all zero with kSoftStep.
-struct MethodStats {
+struct VariantStats {
     std::uint32_t rows = 0;        ///< of the first solve
     std::uint32_t iterations = 0;  ///< passes of all solves
     std::uint32_t direct = 0;      ///< islands that were solved exactly

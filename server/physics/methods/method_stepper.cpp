@@ -10,7 +10,7 @@ namespace zoned::physics {
 
 namespace {
 
-IterationLimits limits_of(const MethodSettings& settings) {
+IterationLimits limits_of(const VariantSettings& settings) {
     IterationLimits limits;
     limits.iterations = settings.iterations;
     limits.tolerance_mps = static_cast<double>(settings.tolerance_mps);
@@ -20,7 +20,7 @@ IterationLimits limits_of(const MethodSettings& settings) {
     return limits;
 }
 
-void count(const SolveReport& report, MethodStats& stats) {
+void count(const SolveReport& report, VariantStats& stats) {
     stats.iterations += static_cast<std::uint32_t>(report.iterations);
     stats.direct += report.direct;
     stats.too_large += report.too_large;
@@ -28,35 +28,35 @@ void count(const SolveReport& report, MethodStats& stats) {
     stats.residual_mps = report.residual_mps;
 }
 
-bool solves_rows(Method method) {
-    return method != Method::kImpulse && method != Method::kProjection &&
-           method != Method::kPenalty;
+bool solves_rows(SolverVariant method) {
+    return method != SolverVariant::kImpulse && method != SolverVariant::kProjection &&
+           method != SolverVariant::kPenalty;
 }
 
 }  // namespace
 
-int MethodStepper::substeps_of(const Settings& settings) {
+int VariantStepper::substeps_of(const Settings& settings) {
     if (settings.substeps > 0) {
         return settings.substeps;
     }
     switch (settings.method) {
-        case Method::kProjection:
+        case SolverVariant::kProjection:
             return 4;
-        case Method::kPenalty:
+        case SolverVariant::kPenalty:
             return 16;
         default:
             return 1;
     }
 }
 
-void MethodStepper::reserve(std::size_t bodies, std::size_t contacts) {
+void VariantStepper::reserve(std::size_t bodies, std::size_t contacts) {
     moving_.reserve(bodies);
     contacts_.reserve(contacts);
     contact_list_.reserve(contacts);
     sets_.reserve(bodies + 1);
 }
 
-void MethodStepper::take_bodies(const MethodStep& step) {
+void VariantStepper::take_bodies(const VariantStep& step) {
     moving_.begin(step.settings.gravity, system_);
     for (const std::uint32_t index : step.contacts) {
         moving_.slot_of(step.bodies, step.graph.pair(index).a, system_);
@@ -68,13 +68,13 @@ void MethodStepper::take_bodies(const MethodStep& step) {
     }
     contact_list_.assign(step.contacts.begin(), step.contacts.end());
     joint_list_.assign(step.active_joints.begin(), step.active_joints.end());
-    if (step.settings.method == Method::kDirect) {
+    if (step.settings.method == SolverVariant::kDirect) {
         sort_by_island(step);
     }
 }
 
 /// Contacts and joints by the island that they belong to, joints first, otherwise in their order.
-void MethodStepper::sort_by_island(const MethodStep& step) {
+void VariantStepper::sort_by_island(const VariantStep& step) {
     sets_.reset(moving_.size());
     const auto slot = [&](std::uint32_t row) {
         return row != kNoIndex && step.bodies.simulated(row) ? step.bodies.solver_slot[row] : 0U;
@@ -106,7 +106,7 @@ void MethodStepper::sort_by_island(const MethodStep& step) {
     std::sort(keys_.begin(), keys_.end());
 }
 
-void MethodStepper::write_rows(const MethodStep& step, double h) {
+void VariantStepper::write_rows(const VariantStep& step, double h) {
     system_.clear_rows();
     contacts_.clear();
     joints_.clear();
@@ -115,17 +115,17 @@ void MethodStepper::write_rows(const MethodStep& step, double h) {
     parameters.h = h;
     parameters.gravity = static_cast<double>(step.settings.gravity.norm());
     parameters.restitution_speed = static_cast<double>(step.settings.restitution_speed_mps);
-    const Method method = step.settings.method;
+    const SolverVariant method = step.settings.method;
     parameters.bounces = solves_rows(method);
-    parameters.guess =
-        method == Method::kPenalty || (solves_rows(method) && step.settings.methods.warm_start);
+    parameters.guess = method == SolverVariant::kPenalty ||
+                       (solves_rows(method) && step.settings.methods.warm_start);
     const auto write_joint = [&](std::uint32_t index) {
         joints_.write(step.bodies, step.joints, index, moving_, parameters, system_);
     };
     const auto write_contact = [&](std::uint32_t index) {
         contacts_.write(step.bodies, step.graph, index, moving_, parameters, system_);
     };
-    if (method == Method::kDirect) {
+    if (method == SolverVariant::kDirect) {
         for (std::size_t i = 0; i < keys_.size(); ++i) {
             const auto place = static_cast<std::uint32_t>(keys_[i]);
             const auto at = static_cast<std::uint32_t>(system_.size());
@@ -147,15 +147,15 @@ void MethodStepper::write_rows(const MethodStep& step, double h) {
     stats_.rows = std::max(stats_.rows, static_cast<std::uint32_t>(system_.size()));
 }
 
-void MethodStepper::solve_velocities(const MethodStep& step, double h) {
-    const MethodSettings& settings = step.settings.methods;
+void VariantStepper::solve_velocities(const VariantStep& step, double h) {
+    const VariantSettings& settings = step.settings.methods;
     if (settings.measure) {
         before_.resize(system_.size());
         for (std::size_t i = 0; i < system_.size(); ++i) {
             before_[i] = system_.speed(i);
         }
     }
-    if (step.settings.method == Method::kImpulse) {
+    if (step.settings.method == SolverVariant::kImpulse) {
         stats_.iterations += static_cast<std::uint32_t>(
             respond_by_impulses(system_,
                                 h,
@@ -177,7 +177,7 @@ void MethodStepper::solve_velocities(const MethodStep& step, double h) {
 }
 
 /// Velocities that exist for this solve alone carry the bodies out of their overlaps.
-void MethodStepper::split_positions(const MethodStep& step, double h) {
+void VariantStepper::split_positions(const VariantStep& step, double h) {
     kept_ = system_.bodies;
     for (RowBody& body : system_.bodies) {
         body.velocity.setZero();
@@ -193,15 +193,15 @@ void MethodStepper::split_positions(const MethodStep& step, double h) {
     system_.bodies = kept_;
 }
 
-void MethodStepper::store(const MethodStep& step, double h, int index) {
+void VariantStepper::store(const VariantStep& step, double h, int index) {
     contacts_.store(system_, h, index > 0, step.graph);
     joints_.store(system_, h, index + 1, step.joints);
 }
 
-void MethodStepper::substep(const MethodStep& step, double h, int index) {
+void VariantStepper::substep(const VariantStep& step, double h, int index) {
     moving_.gain(step.bodies, h, system_);
     write_rows(step, h);
-    if (step.settings.method == Method::kProjection) {
+    if (step.settings.method == SolverVariant::kProjection) {
         projection_.solve({step.bodies, step.graph, step.joints, step.settings, joint_list_, h},
                           contacts_.spans(),
                           moving_,
@@ -222,8 +222,8 @@ void MethodStepper::substep(const MethodStep& step, double h, int index) {
 
 /// Semi-implicit Euler gives all of the push, then moves; velocity Verlet half, moves, and then the
 /// other half from where the bodies came to.
-void MethodStepper::penalty_substep(const MethodStep& step, double h, int index) {
-    const MethodSettings& settings = step.settings.methods;
+void VariantStepper::penalty_substep(const VariantStep& step, double h, int index) {
+    const VariantSettings& settings = step.settings.methods;
     const bool verlet = settings.penalty_integrator == PenaltyIntegrator::kVelocityVerlet;
     const double part = verlet ? 0.5 * h : h;
     const auto push = [&](int place) {
@@ -240,14 +240,14 @@ void MethodStepper::penalty_substep(const MethodStep& step, double h, int index)
     }
 }
 
-void MethodStepper::solve(const MethodStep& step, std::vector<std::uint32_t>& broken) {
-    stats_ = MethodStats();
+void VariantStepper::solve(const VariantStep& step, std::vector<std::uint32_t>& broken) {
+    stats_ = VariantStats();
     problem_.clear();
     take_bodies(step);
     substeps_ = substeps_of(step.settings);
     const double h = static_cast<double>(step.dt) / substeps_;
     for (int i = 0; i < substeps_; ++i) {
-        if (step.settings.method == Method::kPenalty) {
+        if (step.settings.method == SolverVariant::kPenalty) {
             penalty_substep(step, h, i);
         } else {
             substep(step, h, i);
@@ -256,8 +256,8 @@ void MethodStepper::solve(const MethodStep& step, std::vector<std::uint32_t>& br
     moving_.store(step.bodies, system_, broken);
 }
 
-bool MethodStepper::solve_exactly(const MethodStep& step, std::vector<std::uint32_t>& broken) {
-    stats_ = MethodStats();
+bool VariantStepper::solve_exactly(const VariantStep& step, std::vector<std::uint32_t>& broken) {
+    stats_ = VariantStats();
     take_bodies(step);
     const auto h = static_cast<double>(step.dt);
     moving_.gain(step.bodies, h, system_);

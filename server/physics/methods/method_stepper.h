@@ -1,4 +1,4 @@
-// MethodStepper: a step of contacts and joints by one of the alternatives to ContactSolver.
+// VariantStepper: a step of contacts and joints by one of the alternatives to ContactSolver.
 #pragma once
 
 #include "server/physics/contacts/islands.h"
@@ -16,7 +16,7 @@
 namespace zoned::physics {
 
 /// What a step is given; all of it outlives the step.
-struct MethodStep {
+struct VariantStep {
     Bodies& bodies;
     ContactGraph& graph;
     std::span<const std::uint32_t> contacts;
@@ -29,7 +29,7 @@ struct MethodStep {
 /// A step is cut into substeps; each takes forces, writes contacts and joints as rows at the
 /// bodies' present poses, lets the method answer them, and moves the bodies with the velocities
 /// that come out.
-class MethodStepper {
+class VariantStepper {
   public:
     void reserve(std::size_t bodies, std::size_t contacts);
 
@@ -37,16 +37,16 @@ class MethodStepper {
     /// impulses back. A body whose result is not finite or out of range keeps its pose, stops, and
     /// is appended to `broken`. `solver_slot` of all awake bodies must be 0 and is so again
     /// afterwards.
-    void solve(const MethodStep& step, std::vector<std::uint32_t>& broken);
+    void solve(const VariantStep& step, std::vector<std::uint32_t>& broken);
 
     /// The same by kDirect in one substep, for contacts and joints that are one island. False, and
     /// nothing is changed, where it finds no answer.
-    bool solve_exactly(const MethodStep& step, std::vector<std::uint32_t>& broken);
+    bool solve_exactly(const VariantStep& step, std::vector<std::uint32_t>& broken);
 
-    [[nodiscard]] const MethodStats& stats() const { return stats_; }
+    [[nodiscard]] const VariantStats& stats() const { return stats_; }
 
     /// Forgets what the last step did.
-    void reset_stats() { stats_ = MethodStats(); }
+    void reset_stats() { stats_ = VariantStats(); }
 
     [[nodiscard]] int substeps() const { return substeps_; }
 
@@ -56,20 +56,20 @@ class MethodStepper {
     static int substeps_of(const Settings& settings);
 
   private:
-    void take_bodies(const MethodStep& step);
-    void sort_by_island(const MethodStep& step);
-    void write_rows(const MethodStep& step, double h);
-    void substep(const MethodStep& step, double h, int index);
-    void solve_velocities(const MethodStep& step, double h);
-    void split_positions(const MethodStep& step, double h);
-    void penalty_substep(const MethodStep& step, double h, int index);
-    void store(const MethodStep& step, double h, int index);
+    void take_bodies(const VariantStep& step);
+    void sort_by_island(const VariantStep& step);
+    void write_rows(const VariantStep& step, double h);
+    void substep(const VariantStep& step, double h, int index);
+    void solve_velocities(const VariantStep& step, double h);
+    void split_positions(const VariantStep& step, double h);
+    void penalty_substep(const VariantStep& step, double h, int index);
+    void store(const VariantStep& step, double h, int index);
 
-    MethodStats stats_;
+    VariantStats stats_;
     int substeps_ = 0;
     RowSystem system_;
     RowSystem problem_;
-    MethodBodies moving_;
+    VariantBodies moving_;
     ContactRows contacts_;
     JointRowWriter joints_;
     Projection projection_;

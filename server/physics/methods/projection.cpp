@@ -10,7 +10,7 @@ namespace zoned::physics {
 
 namespace {
 
-Mat3d axes_of(const MethodBody& body) {
+Mat3d axes_of(const VariantBody& body) {
     return body.orientation.toRotationMatrix().cast<double>();
 }
 
@@ -27,7 +27,7 @@ double response_of(const RowBody& p,
 
 /// An impulse that has acted since the substep began: it has changed the velocity, and by h times
 /// that the pose.
-void act(RowBody& body, MethodBody& pose, double h, const Vec3d& impulse, const Vec3d& moment) {
+void act(RowBody& body, VariantBody& pose, double h, const Vec3d& impulse, const Vec3d& moment) {
     if (body.inv_mass == 0.0) {
         return;
     }
@@ -48,7 +48,7 @@ Vec3d point_velocity(const RowBody& body, const Vec3d& arm) {
 
 void Projection::list_points(const Place& place,
                              std::span<const ContactSpan> contacts,
-                             const MethodBodies& moving,
+                             const VariantBodies& moving,
                              const RowSystem& system) {
     axes_.clear();
     for (std::size_t slot = 0; slot < moving.size(); ++slot) {
@@ -79,8 +79,8 @@ void Projection::list_points(const Place& place,
             point.local_a = axes_[point.a].transpose() * system.arm_a[point.normal_row];
             point.local_b = axes_[point.b].transpose() * system.arm_b[point.normal_row];
             point.gap = system.gap[point.normal_row];
-            const MethodBody& p = moving[point.a];
-            const MethodBody& q = moving[point.b];
+            const VariantBody& p = moving[point.a];
+            const VariantBody& q = moving[point.b];
             point.met = point.normal.dot(q.velocity + q.spin.cross(system.arm_b[point.normal_row]) -
                                          p.velocity - p.spin.cross(system.arm_a[point.normal_row]));
             point.apart = (q.shift + system.arm_b[point.normal_row]) -
@@ -94,11 +94,11 @@ void Projection::list_points(const Place& place,
 
 /// Normal first, then friction: the slip since the substep began is taken back as far as the cone
 /// allows.
-void Projection::project_point(Point& point, MethodBodies& moving, RowSystem& system) const {
+void Projection::project_point(Point& point, VariantBodies& moving, RowSystem& system) const {
     RowBody& p = system.bodies[point.a];
     RowBody& q = system.bodies[point.b];
-    MethodBody& pose_a = moving[point.a];
-    MethodBody& pose_b = moving[point.b];
+    VariantBody& pose_a = moving[point.a];
+    VariantBody& pose_b = moving[point.b];
     const Vec3d arm_a = axes_of(pose_a) * point.local_a;
     const Vec3d arm_b = axes_of(pose_b) * point.local_b;
     const Vec3d moved = (pose_b.shift + arm_b) - (pose_a.shift + arm_a) - point.apart;
@@ -126,7 +126,9 @@ void Projection::project_point(Point& point, MethodBodies& moving, RowSystem& sy
     act(q, pose_b, h_, impulse, arm_b.cross(impulse));
 }
 
-void Projection::project_joints(const Place& place, MethodBodies& moving, RowSystem& system) const {
+void Projection::project_joints(const Place& place,
+                                VariantBodies& moving,
+                                RowSystem& system) const {
     for (const std::uint32_t index : place.joint_list) {
         const JointEntry& entry = place.joints[index];
         const Vec3 origin = place.bodies.position[entry.b];
@@ -191,7 +193,7 @@ void Projection::correct_velocities(const Place& place, RowSystem& system) {
 
 void Projection::solve(const Place& place,
                        std::span<const ContactSpan> contacts,
-                       MethodBodies& moving,
+                       VariantBodies& moving,
                        RowSystem& system) {
     h_ = place.h;
     list_points(place, contacts, moving, system);

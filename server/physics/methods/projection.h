@@ -34,7 +34,7 @@ class Projection {
     /// and in `lambda` afterwards the impulses of the contacts.
     void solve(const Place& place,
                std::span<const ContactSpan> contacts,
-               MethodBodies& moving,
+               VariantBodies& moving,
                RowSystem& system);
 
   private:
@@ -54,10 +54,10 @@ class Projection {
 
     void list_points(const Place& place,
                      std::span<const ContactSpan> contacts,
-                     const MethodBodies& moving,
+                     const VariantBodies& moving,
                      const RowSystem& system);
-    void project_point(Point& point, MethodBodies& moving, RowSystem& system) const;
-    void project_joints(const Place& place, MethodBodies& moving, RowSystem& system) const;
+    void project_point(Point& point, VariantBodies& moving, RowSystem& system) const;
+    void project_joints(const Place& place, VariantBodies& moving, RowSystem& system) const;
     void correct_velocities(const Place& place, RowSystem& system);
 
     double h_ = 0.0;

@@ -31,7 +31,7 @@ double penalty_limit(double damping_ratio);
 /// below 1. Contacts never pull. Friction is a spring of the same stiffness that slides at the
 /// coefficient times the load (P. Cundall, O. Strack, Geotechnique 29, 1979); its force is the
 /// row's first guess and, over the substep, what `lambda` holds afterwards.
-void respond_by_penalties(const MethodSettings& settings,
+void respond_by_penalties(const VariantSettings& settings,
                           double h,
                           double seconds,
                           RowSystem& system);

@@ -15,7 +15,7 @@ struct Spring {
     double damping = 0.0;    // 1/s
     double seconds = 0.0;
 
-    Spring(const MethodSettings& settings, double h, double for_seconds) : seconds(for_seconds) {
+    Spring(const VariantSettings& settings, double h, double for_seconds) : seconds(for_seconds) {
         const auto zeta = static_cast<double>(settings.penalty_damping_ratio);
         const double w = static_cast<double>(settings.penalty_share) * penalty_limit(zeta) / h;
         stiffness = w * w;
@@ -80,7 +80,7 @@ double penalty_limit(double damping_ratio) {
     return 2.0 * (std::sqrt(1.0 + damping_ratio * damping_ratio) - damping_ratio);
 }
 
-void respond_by_penalties(const MethodSettings& settings, double h, double seconds, RowSystem& s) {
+void respond_by_penalties(const VariantSettings& settings, double h, double seconds, RowSystem& s) {
     const Spring spring(settings, h, seconds);
     s.scratch.speeds.assign(s.size(), 0.0);
     const auto rubs = [&](std::size_t i) {

@@ -77,15 +77,15 @@ SolveReport solve_gauss_seidel(RowSystem& system, const IterationLimits& limits)
     }
 }
 
-SolveReport solve_rows(Method method, RowSystem& system, const IterationLimits& limits) {
+SolveReport solve_rows(SolverVariant method, RowSystem& system, const IterationLimits& limits) {
     switch (method) {
-        case Method::kJacobi:
+        case SolverVariant::kJacobi:
             return solve_jacobi(system, limits);
-        case Method::kOverRelaxation:
+        case SolverVariant::kOverRelaxation:
             return solve_over_relaxation(system, limits);
-        case Method::kConjugateGradient:
+        case SolverVariant::kConjugateGradient:
             return solve_conjugate_gradient(system, limits);
-        case Method::kDirect:
+        case SolverVariant::kDirect:
             return solve_direct(system, limits);
         default:
             return solve_gauss_seidel(system, limits);

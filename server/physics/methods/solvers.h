@@ -58,7 +58,7 @@ SolveReport solve_conjugate_gradient(RowSystem& system, const IterationLimits& l
 SolveReport solve_direct(RowSystem& system, const IterationLimits& limits);
 
 /// The solver of a method; only for those that solve a RowSystem.
-SolveReport solve_rows(Method method, RowSystem& system, const IterationLimits& limits);
+SolveReport solve_rows(SolverVariant method, RowSystem& system, const IterationLimits& limits);
 
 /// What the solvers share.
 /// One row takes `step` times the step to where its w is zero, within its bounds.

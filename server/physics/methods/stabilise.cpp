@@ -11,11 +11,11 @@ namespace {
 constexpr double kJointSpeed = 20.0;
 
 /// What of an overlap is to be undone.
-double excess_of(const MethodSettings& settings, double gap) {
+double excess_of(const VariantSettings& settings, double gap) {
     return std::min(gap + static_cast<double>(settings.slop_m), 0.0);
 }
 
-void soften(const MethodSettings& settings, double h, double most, std::size_t i, RowSystem& s) {
+void soften(const VariantSettings& settings, double h, double most, std::size_t i, RowSystem& s) {
     const double omega = 2.0 * std::numbers::pi * static_cast<double>(settings.soft_hz);
     const double mass = s.response[i] > 0.0 ? 1.0 / s.response[i] : 0.0;
     const double k = mass * omega * omega;
@@ -29,7 +29,10 @@ void soften(const MethodSettings& settings, double h, double most, std::size_t i
 
 }  // namespace
 
-void stabilise_contact(const MethodSettings& settings, double h, std::size_t i, RowSystem& system) {
+void stabilise_contact(const VariantSettings& settings,
+                       double h,
+                       std::size_t i,
+                       RowSystem& system) {
     const double gap = system.gap[i];
     const auto most = static_cast<double>(settings.push_speed_mps);
     if (gap >= 0.0) {
@@ -51,7 +54,7 @@ void stabilise_contact(const MethodSettings& settings, double h, std::size_t i, 
     }
 }
 
-void stabilise_joint(const MethodSettings& settings,
+void stabilise_joint(const VariantSettings& settings,
                      double h,
                      bool limit,
                      std::size_t i,
@@ -76,7 +79,7 @@ void stabilise_joint(const MethodSettings& settings,
     }
 }
 
-void ask_for_positions(const MethodSettings& settings, double h, RowSystem& system) {
+void ask_for_positions(const VariantSettings& settings, double h, RowSystem& system) {
     const auto beta = static_cast<double>(settings.beta);
     for (std::size_t i = 0; i < system.size(); ++i) {
         const bool contact = system.role[i] == RowRole::kNormal;

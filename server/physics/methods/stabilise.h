@@ -15,13 +15,13 @@ namespace zoned::physics {
 ///   w = 2 pi hz and m the effective mass, k = m w^2 and c = 2 m zeta w, soft = 1 / (h (c + h k))
 ///   and bias = C h k soft;
 /// - not by this row at all, where positions are corrected apart (kSplit).
-void stabilise_contact(const MethodSettings& settings,
+void stabilise_contact(const VariantSettings& settings,
                        double h,
                        std::size_t row,
                        RowSystem& system);
 
 /// The same for an error C of either sign, in a row that holds it at zero or, with `limit`, above.
-void stabilise_joint(const MethodSettings& settings,
+void stabilise_joint(const VariantSettings& settings,
                      double h,
                      bool limit,
                      std::size_t row,
@@ -29,7 +29,7 @@ void stabilise_joint(const MethodSettings& settings,
 
 /// The bias of the pass that corrects positions alone (kSplit), for rows that undo errors; others
 /// are left out by bounds of zero. Velocities in `system` must be zero.
-void ask_for_positions(const MethodSettings& settings, double h, RowSystem& system);
+void ask_for_positions(const VariantSettings& settings, double h, RowSystem& system);
 
 /// What rows that undo errors did to the kinetic energy in a solve, J.
 struct BiasEnergy {

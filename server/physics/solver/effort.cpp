@@ -40,7 +40,7 @@ constexpr std::uint32_t kMostVisits = 1U << 20;
 /// between equals asks for as much, and has no answer.
 constexpr float kStiffRatio = 1500.0F;
 
-std::uint32_t total_of(const std::array<std::uint32_t, Effort::kLevels>& needs) {
+std::uint32_t total_of(const std::array<std::uint32_t, SubstepPolicy::kLevels>& needs) {
     std::uint32_t total = 0;
     for (const std::uint32_t contacts : needs) {
         total += contacts;
@@ -50,7 +50,7 @@ std::uint32_t total_of(const std::array<std::uint32_t, Effort::kLevels>& needs) 
 
 /// The highest level that keeps within kMostVisits.
 std::uint8_t most_level(std::uint32_t contacts) {
-    std::uint8_t level = Effort::kLevels - 1;
+    std::uint8_t level = SubstepPolicy::kLevels - 1;
     while (level > 0 && (contacts << level) > kMostVisits) {
         --level;
     }
@@ -60,16 +60,16 @@ std::uint8_t most_level(std::uint32_t contacts) {
 /// The lowest level whose 2^level substeps are at least as many; kLevels: none does.
 std::uint8_t level_of(float substeps) {
     std::uint8_t level = 0;
-    while (level < Effort::kLevels && static_cast<float>(1U << level) < substeps) {
+    while (level < SubstepPolicy::kLevels && static_cast<float>(1U << level) < substeps) {
         ++level;
     }
     return level;
 }
 
 /// The level that serves all contacts of an island but few, and those not too badly.
-std::uint8_t level_of_island(const std::array<std::uint32_t, Effort::kLevels>& needs) {
+std::uint8_t level_of_island(const std::array<std::uint32_t, SubstepPolicy::kLevels>& needs) {
     const std::uint32_t total = total_of(needs);
-    std::size_t level = Effort::kLevels - 1;
+    std::size_t level = SubstepPolicy::kLevels - 1;
     while (level > 0 && needs[level] == 0) {
         --level;
     }
@@ -99,22 +99,22 @@ float swing_rate(const Bodies& bodies, std::uint32_t row, const Vec3& arm, float
 
 }  // namespace
 
-bool Effort::Needs::fit_for_exact() const {
+bool SubstepPolicy::IslandNeeds::fit_for_exact() const {
     return !jointed && total_of(level) <= kExactContacts &&
            most_inv_mass > kStiffRatio * least_inv_mass;
 }
 
-float Effort::Needs::ease_of(float inv_mass, std::uint8_t held) const {
+float SubstepPolicy::IslandNeeds::inv_mass_scale_of(float inv_mass, std::uint8_t held) const {
     const float most = kHeaviest * least_inv_mass;
     const bool at_the_end = held >= most_level(total_of(level));
     return at_the_end && !jointed && inv_mass > most ? most / inv_mass : 1.0F;
 }
 
-bool Effort::Needs::mostly_young() const {
+bool SubstepPolicy::IslandNeeds::mostly_young() const {
     return 2 * young > total_of(level);
 }
 
-void Effort::reserve(std::size_t bodies, std::size_t contacts) {
+void SubstepPolicy::reserve(std::size_t bodies, std::size_t contacts) {
     sets_.reserve(bodies);
     needs_.reserve(bodies);
     held_.reserve(bodies);
@@ -127,10 +127,10 @@ void Effort::reserve(std::size_t bodies, std::size_t contacts) {
     exact_.reserve(contacts);
 }
 
-std::uint8_t Effort::level_for(const Bodies& bodies,
-                               const Pair& pair,
-                               const Contact& contact,
-                               const Budget& budget) {
+std::uint8_t SubstepPolicy::level_for(const Bodies& bodies,
+                                      const Pair& pair,
+                                      const Contact& contact,
+                                      const SubstepTargets& budget) {
     const float inv_a = bodies.inv_mass[pair.a];
     const float inv_b = bodies.inv_mass[pair.b];
     float force = 0.0F;
@@ -149,11 +149,11 @@ std::uint8_t Effort::level_for(const Bodies& bodies,
 }
 
 /// Islands of the bodies that contacts hold: sets over their places in `awake_list`.
-void Effort::join(Bodies& bodies,
-                  const ContactGraph& graph,
-                  std::span<const std::uint32_t> list,
-                  const JointTable& table,
-                  std::span<const std::uint32_t> joints) {
+void SubstepPolicy::join(Bodies& bodies,
+                         const ContactGraph& graph,
+                         std::span<const std::uint32_t> list,
+                         const JointTable& table,
+                         std::span<const std::uint32_t> joints) {
     const auto& awake = bodies.awake_list;
     sets_.reset(awake.size());
     for (std::size_t i = 0; i < awake.size(); ++i) {
@@ -173,10 +173,10 @@ void Effort::join(Bodies& bodies,
     }
 }
 
-std::uint8_t Effort::level_of_joint(const Bodies& bodies,
-                                    const JointEntry& entry,
-                                    float most_force,
-                                    const Budget& budget) {
+std::uint8_t SubstepPolicy::level_of_joint(const Bodies& bodies,
+                                           const JointEntry& entry,
+                                           float most_force,
+                                           const SubstepTargets& budget) {
     float need = 1.0F / budget.longest_h_s;
     const float force = std::min(entry.force_n, most_force);
     const auto consider = [&](std::uint32_t row, const Vec3& arm) {
@@ -197,16 +197,16 @@ std::uint8_t Effort::level_of_joint(const Bodies& bodies,
 }
 
 /// From what each island needs now and had before to what it gets.
-void Effort::settle(Bodies& bodies, float dt) {
+void SubstepPolicy::settle(Bodies& bodies, float dt) {
     const auto& awake = bodies.awake_list;
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
         const std::uint32_t row = awake[i];
-        if (bodies.effort[row] > held_[root]) {
-            held_[root] = bodies.effort[row];
-            patience_[root] = bodies.effort_patience[row];
-        } else if (bodies.effort[row] == held_[root]) {
-            patience_[root] = std::max(patience_[root], bodies.effort_patience[row]);
+        if (bodies.substep_level[row] > held_[root]) {
+            held_[root] = bodies.substep_level[row];
+            patience_[root] = bodies.substep_patience[row];
+        } else if (bodies.substep_level[row] == held_[root]) {
+            patience_[root] = std::max(patience_[root], bodies.substep_patience[row]);
         }
     }
     const auto patience = static_cast<std::uint8_t>(std::clamp(kPatience / dt, 1.0F, 250.0F));
@@ -214,7 +214,7 @@ void Effort::settle(Bodies& bodies, float dt) {
         if (sets_.root(static_cast<std::uint32_t>(i)) != i) {
             continue;
         }
-        const Needs& needs = needs_[i];
+        const IslandNeeds& needs = needs_[i];
         const bool fit = needs.fit_for_exact();
         const std::uint8_t most = fit ? kExactLevel : most_level(total_of(needs.level));
         const std::uint8_t needed =
@@ -233,19 +233,20 @@ void Effort::settle(Bodies& bodies, float dt) {
     }
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
-        bodies.effort[awake[i]] = held_[root];
-        bodies.ease[awake[i]] = needs_[root].ease_of(bodies.inv_mass[awake[i]], held_[root]);
-        bodies.effort_patience[awake[i]] = patience_[root];
+        bodies.substep_level[awake[i]] = held_[root];
+        bodies.inv_mass_scale[awake[i]] =
+            needs_[root].inv_mass_scale_of(bodies.inv_mass[awake[i]], held_[root]);
+        bodies.substep_patience[awake[i]] = patience_[root];
     }
 }
 
-void Effort::plan(Bodies& bodies,
-                  const ContactGraph& graph,
-                  std::span<const std::uint32_t> list,
-                  const JointTable& table,
-                  std::span<const std::uint32_t> joints,
-                  const Budget& budget,
-                  compute::Team& team) {
+void SubstepPolicy::plan(Bodies& bodies,
+                         const ContactGraph& graph,
+                         std::span<const std::uint32_t> list,
+                         const JointTable& table,
+                         std::span<const std::uint32_t> joints,
+                         const SubstepTargets& budget,
+                         compute::Team& team) {
     level_.resize(list.size());
     team.run(list.size(), kContactGrain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -254,7 +255,7 @@ void Effort::plan(Bodies& bodies,
     });
     join(bodies, graph, list, table, joints);
     const std::size_t count = bodies.awake_list.size();
-    needs_.assign(count, Needs{});
+    needs_.assign(count, IslandNeeds{});
     held_.assign(count, 0);
     patience_.assign(count, 0);
     const auto row_of_contact = [&](std::uint32_t index) {
@@ -264,11 +265,11 @@ void Effort::plan(Bodies& bodies,
     const auto row_of_joint = [&](std::uint32_t index) {
         return bodies.simulated(table[index].b) ? table[index].b : table[index].a;
     };
-    const auto needs_of = [&](std::uint32_t row) -> Needs& {
+    const auto needs_of = [&](std::uint32_t row) -> IslandNeeds& {
         return needs_[sets_.root(bodies.solver_slot[row])];
     };
     for (std::size_t i = 0; i < list.size(); ++i) {
-        Needs& needs = needs_of(row_of_contact(list[i]));
+        IslandNeeds& needs = needs_of(row_of_contact(list[i]));
         needs.ask(level_[i]);
         const Pair& pair = graph.pair(list[i]);
         needs.young += pair.age <= kYoung ? 1 : 0;
@@ -279,7 +280,7 @@ void Effort::plan(Bodies& bodies,
         }
     }
     for (const std::uint32_t index : joints) {
-        Needs& needs = needs_of(row_of_joint(index));
+        IslandNeeds& needs = needs_of(row_of_joint(index));
         needs.jointed = true;
         for (const std::uint32_t row : {table[index].a, table[index].b}) {
             if (row != kNoIndex && bodies.simulated(row)) {
@@ -288,13 +289,13 @@ void Effort::plan(Bodies& bodies,
         }
     }
     for (const std::uint32_t index : joints) {
-        Needs& needs = needs_of(row_of_joint(index));
+        IslandNeeds& needs = needs_of(row_of_joint(index));
         const float most_force = kMostPull / needs.least_inv_mass;
         needs.ask(level_of_joint(bodies, table[index], most_force, budget));
     }
-    strained_ = 0;
-    for (const Needs& needs : needs_) {
-        strained_ += needs.strained && !needs.fit_for_exact() ? 1 : 0;
+    substep_limited_ = 0;
+    for (const IslandNeeds& needs : needs_) {
+        substep_limited_ += needs.substep_limited && !needs.fit_for_exact() ? 1 : 0;
     }
     settle(bodies, budget.dt_s);
     sort(bodies, list, row_of_contact, sorted_, first_);
@@ -306,19 +307,19 @@ void Effort::plan(Bodies& bodies,
 }
 
 template <class RowOf>
-void Effort::sort(const Bodies& bodies,
-                  std::span<const std::uint32_t> list,
-                  RowOf&& row_of,
-                  std::vector<std::uint32_t>& sorted,
-                  std::array<std::uint32_t, kBatches + 3>& first) {
+void SubstepPolicy::sort(const Bodies& bodies,
+                         std::span<const std::uint32_t> list,
+                         RowOf&& row_of,
+                         std::vector<std::uint32_t>& sorted,
+                         std::array<std::uint32_t, kBatches + 3>& first) {
     batch_.resize(list.size());
     sorted.resize(list.size());
     first.fill(0);
     for (std::size_t i = 0; i < list.size(); ++i) {
         const std::uint32_t row = row_of(list[i]);
-        const Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
-        const bool exact = bodies.effort[row] == kExactLevel && needs.fit_for_exact();
-        const int level = std::min<int>(bodies.effort[row], kLevels - 1);
+        const IslandNeeds& needs = needs_[sets_.root(bodies.solver_slot[row])];
+        const bool exact = bodies.substep_level[row] == kExactLevel && needs.fit_for_exact();
+        const int level = std::min<int>(bodies.substep_level[row], kLevels - 1);
         const std::uint32_t visits = total_of(needs.level) << level;
         const bool young = needs.mostly_young() && visits <= kMostVisits / kYoungIterations;
         const int batch = 4 * level + (needs.jointed ? 2 : 0) + (young ? 1 : 0);
@@ -335,7 +336,7 @@ void Effort::sort(const Bodies& bodies,
 
 /// The contacts that no batch has, island by island.
 template <class RowOf>
-void Effort::list_exact(const Bodies& bodies, RowOf&& row_of) {
+void SubstepPolicy::list_exact(const Bodies& bodies, RowOf&& row_of) {
     exact_keys_.clear();
     exact_contacts_.clear();
     exact_.clear();

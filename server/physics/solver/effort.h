@@ -1,4 +1,5 @@
-// Effort: how many substeps each island gets, from the load on its contacts and the error budget.
+// SubstepPolicy: how many substeps each island gets, from the load on its contacts and the error
+// budget.
 #pragma once
 
 #include "server/compute/team.h"
@@ -45,7 +46,7 @@ namespace zoned::physics {
 ///
 /// Islands with joints are solved apart from those without, because they are solved otherwise (see
 /// JointSolver): whether there is a joint somewhere makes no difference to a pile elsewhere.
-class Effort {
+class SubstepPolicy {
   public:
     static constexpr std::size_t kLevels = 7;  ///< 1, 2, 4 ... 64 substeps
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
@@ -60,7 +61,7 @@ class Effort {
     /// The level of an island that is left to it.
     static constexpr std::uint8_t kExactLevel = kLevels;
 
-    struct Budget {
+    struct SubstepTargets {
         float error_m = 0.005F;    ///< give of a contact, m
         float longest_h_s = 0.0F;  ///< substeps are no longer than this
         float dt_s = 0.0F;
@@ -76,11 +77,11 @@ class Effort {
               std::span<const std::uint32_t> list,
               const JointTable& table,
               std::span<const std::uint32_t> joints,
-              const Budget& budget,
+              const SubstepTargets& budget,
               compute::Team& team);
 
     /// Islands that are solved alike.
-    struct Batch {
+    struct SubstepBatch {
         int substeps = 1;
         bool young = false;  ///< most contacts are young
         std::span<const std::uint32_t> contacts;
@@ -93,8 +94,8 @@ class Effort {
     [[nodiscard]] std::size_t exact_count() const { return exact_.size(); }
 
     /// One such island, and how to solve it where there is no exact answer; i < exact_count().
-    [[nodiscard]] Batch exact(std::size_t i) const {
-        const Exact& island = exact_[i];
+    [[nodiscard]] SubstepBatch exact(std::size_t i) const {
+        const ExactIsland& island = exact_[i];
         return {1 << (kLevels - 1),
                 island.young,
                 std::span(exact_contacts_).subspan(island.first, island.end - island.first),
@@ -103,10 +104,10 @@ class Effort {
 
     /// Islands of the last plan in which something asked for more than the highest level, besides
     /// those that want an exact solve.
-    [[nodiscard]] std::uint32_t strained() const { return strained_; }
+    [[nodiscard]] std::uint32_t substep_limited() const { return substep_limited_; }
 
     /// Empty ones included; i < kBatches.
-    [[nodiscard]] Batch batch(std::size_t i) const {
+    [[nodiscard]] SubstepBatch batch(std::size_t i) const {
         return {1 << (i / 4),
                 i % 2 != 0,
                 std::span(sorted_).subspan(first_[i], first_[i + 1] - first_[i]),
@@ -133,26 +134,26 @@ class Effort {
     [[nodiscard]] static std::uint8_t level_of_joint(const Bodies& bodies,
                                                      const JointEntry& entry,
                                                      float most_force,
-                                                     const Budget& budget);
+                                                     const SubstepTargets& budget);
     [[nodiscard]] static std::uint8_t level_for(const Bodies& bodies,
                                                 const Pair& pair,
                                                 const Contact& contact,
-                                                const Budget& budget);
+                                                const SubstepTargets& budget);
 
     DisjointSets sets_;
 
-    struct Needs {
+    struct IslandNeeds {
         std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level
         std::uint32_t young = 0;
         float least_inv_mass = std::numeric_limits<float>::infinity();
         float most_inv_mass = 0.0F;
         bool jointed = false;
-        bool strained = false;
+        bool substep_limited = false;
 
         [[nodiscard]] bool fit_for_exact() const;
         [[nodiscard]] bool mostly_young() const;
-        /// See Bodies::ease; `held`: the level that the island has.
-        [[nodiscard]] float ease_of(float inv_mass, std::uint8_t held) const;
+        /// See Bodies::inv_mass_scale; `held`: the level that the island has.
+        [[nodiscard]] float inv_mass_scale_of(float inv_mass, std::uint8_t held) const;
 
         void note_mass(float inv_mass) {
             least_inv_mass = std::min(least_inv_mass, inv_mass);
@@ -161,14 +162,14 @@ class Effort {
 
         /// Levels from kLevels on stand for more than there is.
         void ask(std::uint8_t wanted) {
-            strained |= wanted >= kLevels;
+            substep_limited |= wanted >= kLevels;
             ++level[wanted < kLevels ? wanted : kLevels - 1];
         }
     };
 
-    std::uint32_t strained_ = 0;
+    std::uint32_t substep_limited_ = 0;
 
-    std::vector<Needs> needs_;            // by place in the list of bodies: of its island's root
+    std::vector<IslandNeeds> needs_;      // by place in the list of bodies: of its island's root
     std::vector<std::uint8_t> held_;      // the level that it had
     std::vector<std::uint8_t> patience_;  // steps until it may go down
     std::vector<std::uint8_t> level_;     // that a contact asks for, by place in the list
@@ -178,14 +179,14 @@ class Effort {
     std::vector<std::uint32_t> sorted_joints_;
     std::array<std::uint32_t, kBatches + 3> first_joint_{};
 
-    struct Exact {
+    struct ExactIsland {
         std::uint32_t first = 0, end = 0;  // in exact_contacts_
         bool young = false;
     };
 
     std::vector<std::uint64_t> exact_keys_;  // island and place in `sorted_`
     std::vector<std::uint32_t> exact_contacts_;
-    std::vector<Exact> exact_;
+    std::vector<ExactIsland> exact_;
 };
 
 }  // namespace zoned::physics

@@ -103,7 +103,7 @@ std::uint32_t SolverBodies::slot_of(Bodies& bodies, std::uint32_t row) {
     }
     slot = static_cast<std::uint32_t>(row_.size());
     row_.push_back(row);
-    const float inv_mass = bodies.ease[row] * bodies.inv_mass[row];
+    const float inv_mass = bodies.inv_mass_scale[row] * bodies.inv_mass[row];
     motion.push_back(row_of(bodies.velocity[row], inv_mass, bodies.angular_velocity[row]));
     drift.emplace_back();
     tensor.emplace_back();
@@ -122,7 +122,7 @@ std::uint32_t SolverBodies::slot_of(Bodies& bodies, std::uint32_t row) {
 /// however strong.
 void SolverBodies::take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot) {
     const Vec3 pull = gravity_ + bodies.inv_mass[row] * bodies.force[row];
-    const Vec3 twist = inverse_times(slot, bodies.torque[row]) / bodies.ease[row];
+    const Vec3 twist = inverse_times(slot, bodies.torque[row]) / bodies.inv_mass_scale[row];
     gain_[slot] = row_of(h_ * pull, 0.0F, h_ * twist);
     const Damping& damping = bodies.damping[row];
     const float v = 1.0F / (1.0F + h_ * damping.linear);
@@ -162,7 +162,7 @@ void SolverBodies::take_tensor(const Bodies& bodies,
                                std::uint32_t row,
                                std::size_t slot,
                                const Mat3& axes) {
-    const Mat3 m = rotated_tensor(axes, bodies.ease[row] * bodies.inv_inertia[row]);
+    const Mat3 m = rotated_tensor(axes, bodies.inv_mass_scale[row] * bodies.inv_inertia[row]);
     auto& at = tensor[slot].at;
     at[0] = m(0, 0);
     at[1] = m(0, 1);

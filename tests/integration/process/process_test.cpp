@@ -186,14 +186,14 @@ TEST_F(Process, ReportsEveryMistakeOfAConfigAndExitsWithTwo) {
     EXPECT_NE(check.errors().find(":4:"), std::string::npos) << check.errors();
 }
 
-TEST_F(Process, LogsOnceWhatStrainsThePhysics) {
+TEST_F(Process, LogsStabilityWarningsOnce) {
     const auto server = start_server({"--set", "physics.substeps=1"});
     server->signal(SIGTERM);
     EXPECT_EQ(server->wait(kPatience), 0);
-    const std::string strain = "physics: the step is too long for contacts";
-    const std::size_t at = server->errors().find(strain);
+    const std::string warning = "physics: the step is too long for contacts";
+    const std::size_t at = server->errors().find(warning);
     ASSERT_NE(at, std::string::npos) << server->errors();
-    EXPECT_EQ(server->errors().find(strain, at + 1), std::string::npos) << server->errors();
+    EXPECT_EQ(server->errors().find(warning, at + 1), std::string::npos) << server->errors();
 }
 
 TEST_F(Process, NamesACertificateThatIsMissing) {

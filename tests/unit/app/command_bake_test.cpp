@@ -232,15 +232,17 @@ TEST_F(Bake, ShowsHelpWithExamples) {
     EXPECT_THAT(help.output, HasSubstr("zoned bake --check"));
 }
 
-TEST(Check, WarnsOfStrainAfterTheGoodLine) {
+TEST(Check, WarnsOfInstabilityAfterTheGoodLine) {
     const std::string config = ZONED_SOURCE_DIR "/config/minimal.txtpb";
     const Outcome good = run({"check", config});
     EXPECT_EQ(good.code, kGood);
     EXPECT_THAT(good.output, Not(HasSubstr("warning")));
-    const Outcome strained = run({"check", config, "--set", "physics.substeps=1"});
-    EXPECT_EQ(strained.code, kGood) << strained.errors;
-    EXPECT_LT(strained.output.find(": good: "), strained.output.find("warning: physics: the step"));
-    EXPECT_THAT(strained.output, HasSubstr("warning: physics: the step is too long for contacts"));
+    const Outcome substep_limited = run({"check", config, "--set", "physics.substeps=1"});
+    EXPECT_EQ(substep_limited.code, kGood) << substep_limited.errors;
+    EXPECT_LT(substep_limited.output.find(": good: "),
+              substep_limited.output.find("warning: physics: the step"));
+    EXPECT_THAT(substep_limited.output,
+                HasSubstr("warning: physics: the step is too long for contacts"));
 }
 
 }  // namespace

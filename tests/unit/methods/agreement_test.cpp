@@ -33,8 +33,8 @@ RowSystem solved_exactly(const RowSystem& problem) {
 constexpr double kErrorPerResidual = 1000.0;
 
 /// Jacobi's passes lower the slow modes by 1.5 c / 24 each, and it is not asked for as much.
-double tolerance_of(Method method) {
-    return method == Method::kJacobi ? 1.0e-5 : 1.0e-9;
+double tolerance_of(SolverVariant method) {
+    return method == SolverVariant::kJacobi ? 1.0e-5 : 1.0e-9;
 }
 
 TEST(RowSolvers, AgreeWithTheExactOneOnSmallSystems) {
@@ -43,7 +43,7 @@ TEST(RowSolvers, AgreeWithTheExactOneOnSmallSystems) {
             for (const ManifoldMode manifold : {ManifoldMode::kPoints, ManifoldMode::kDivided}) {
                 const RowSystem start = problem.build(friction, manifold);
                 const RowSystem exact = solved_exactly(start);
-                for (const Method method : row_methods()) {
+                for (const SolverVariant method : row_methods()) {
                     SCOPED_TRACE(std::string(problem.name) + ", " + name_of(method) +
                                  ", friction " + std::to_string(static_cast<int>(friction)) +
                                  ", manifold " + std::to_string(static_cast<int>(manifold)));
@@ -63,7 +63,7 @@ TEST(RowSolvers, AgreeWithTheExactOneOnSmallSystems) {
 }
 
 TEST(RowSolvers, KeepEveryBoundAfterASinglePass) {
-    for (const Method method : row_methods()) {
+    for (const SolverVariant method : row_methods()) {
         SCOPED_TRACE(name_of(method));
         RowSystem s = stack_of_five(FrictionModel::kCone, ManifoldMode::kPoints);
         IterationLimits limits;
@@ -84,7 +84,7 @@ TEST(RowSolvers, KeepEveryBoundAfterASinglePass) {
 // Velocities are M^-1 J^T lambda more than they were: solvers that change both one by one must not
 // let them part.
 TEST(RowSolvers, LeaveVelocitiesThatAreThoseOfTheirImpulses) {
-    for (const Method method : row_methods()) {
+    for (const SolverVariant method : row_methods()) {
         SCOPED_TRACE(name_of(method));
         const RowSystem start = heap(FrictionModel::kCone, ManifoldMode::kPoints);
         RowSystem s = start;
@@ -98,7 +98,7 @@ TEST(RowSolvers, LeaveVelocitiesThatAreThoseOfTheirImpulses) {
     }
 }
 
-int passes_to(Method method, RowSystem s, double residual) {
+int passes_to(SolverVariant method, RowSystem s, double residual) {
     IterationLimits limits;
     limits.iterations = 50000;
     limits.tolerance_mps = residual;
@@ -110,16 +110,16 @@ int passes_to(Method method, RowSystem s, double residual) {
 TEST(ConjugateGradient, NeedsFewerPassesThanGaussSeidelForTheSameResidual) {
     const RowSystem stack = stack_of_five(FrictionModel::kCone, ManifoldMode::kPoints);
     const RowSystem pile = heap(FrictionModel::kCone, ManifoldMode::kPoints);
-    EXPECT_LT(2 * passes_to(Method::kConjugateGradient, stack, 1.0e-6),
-              passes_to(Method::kGaussSeidel, stack, 1.0e-6));
-    EXPECT_LT(2 * passes_to(Method::kConjugateGradient, pile, 1.0e-6),
-              passes_to(Method::kGaussSeidel, pile, 1.0e-6));
+    EXPECT_LT(2 * passes_to(SolverVariant::kConjugateGradient, stack, 1.0e-6),
+              passes_to(SolverVariant::kGaussSeidel, stack, 1.0e-6));
+    EXPECT_LT(2 * passes_to(SolverVariant::kConjugateGradient, pile, 1.0e-6),
+              passes_to(SolverVariant::kGaussSeidel, pile, 1.0e-6));
 }
 
 TEST(GaussSeidel, NeedsFewerPassesThanJacobi) {
     const RowSystem pile = heap(FrictionModel::kCone, ManifoldMode::kPoints);
-    EXPECT_LT(passes_to(Method::kGaussSeidel, pile, 1.0e-4),
-              passes_to(Method::kJacobi, pile, 1.0e-4));
+    EXPECT_LT(passes_to(SolverVariant::kGaussSeidel, pile, 1.0e-4),
+              passes_to(SolverVariant::kJacobi, pile, 1.0e-4));
 }
 
 /// The quadratic whose minimum within fixed bounds the solution is: half the kinetic energy's
@@ -136,7 +136,8 @@ double objective(const RowSystem& start, const RowSystem& s) {
 // with steps of less than twice the bound on its curvature, and Gauss-Seidel with less than twice
 // its diagonal, never let it rise.
 TEST(RowSolvers, LowerTheObjectiveInEachPassWhereBoundsAreFixed) {
-    for (const Method method : {Method::kJacobi, Method::kGaussSeidel, Method::kOverRelaxation}) {
+    for (const SolverVariant method :
+         {SolverVariant::kJacobi, SolverVariant::kGaussSeidel, SolverVariant::kOverRelaxation}) {
         SCOPED_TRACE(name_of(method));
         const RowSystem start = heap(FrictionModel::kWeight, ManifoldMode::kPoints);
         RowSystem s = start;
@@ -172,7 +173,7 @@ TEST(RowSolvers, ReportTheResidualAfterEachPass) {
 // the one and be rounding for the other.
 TEST(RowOrder, ChangesWhatGaussSeidelLeavesAndNotWhatJacobiDoes) {
     const RowSystem start = stack_of_five(FrictionModel::kCone, ManifoldMode::kPoints);
-    const auto spread = [&](Method method, int passes) {
+    const auto spread = [&](SolverVariant method, int passes) {
         double least = INFINITY;
         double most = 0.0;
         for (std::uint32_t seed = 0; seed < 12; ++seed) {
@@ -188,8 +189,8 @@ TEST(RowOrder, ChangesWhatGaussSeidelLeavesAndNotWhatJacobiDoes) {
         RecordProperty("residual_ratio_" + std::to_string(passes), std::to_string(most / least));
         return most / least;
     };
-    EXPECT_GT(spread(Method::kGaussSeidel, 20), 1.2);
-    EXPECT_LT(spread(Method::kJacobi, 20), 1.0 + 1.0e-9);
+    EXPECT_GT(spread(SolverVariant::kGaussSeidel, 20), 1.2);
+    EXPECT_LT(spread(SolverVariant::kJacobi, 20), 1.0 + 1.0e-9);
     const RowSystem exact = solved_exactly(start);
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
         RowSystem s = start;

@@ -10,7 +10,7 @@ constexpr float kFriction = 0.3F;
 
 /// Mean deceleration over half a second of a box that slides at 4 m/s at `angle` from the x axis,
 /// with `load` times its weight on it, in units of friction x g.
-float deceleration(Method method,
+float deceleration(SolverVariant method,
                    FrictionModel model,
                    ManifoldMode manifold,
                    float angle,
@@ -18,7 +18,7 @@ float deceleration(Method method,
     Settings settings = settings_of(method, 200);
     settings.methods.friction = model;
     settings.methods.manifold = manifold;
-    MethodScene s(settings);
+    VariantScene s(settings);
     s.ground(kFriction);
     const BodyId box = s.box(Vec3(0.0F, 0.5F, 0.0F), 1.0F, kFriction);
     const Vec3 along(std::cos(angle), 0.0F, std::sin(angle));
@@ -39,9 +39,10 @@ constexpr float kDiagonal = 0.25F * std::numbers::pi_v<float>;
 TEST(Friction, OfAConeIsTheSameInAllDirections) {
     for (const ManifoldMode manifold : {ManifoldMode::kPoints, ManifoldMode::kDivided}) {
         for (const float angle : {0.0F, 0.3F, kDiagonal, 1.2F}) {
-            EXPECT_NEAR(deceleration(Method::kGaussSeidel, FrictionModel::kCone, manifold, angle),
-                        1.0F,
-                        0.02F);
+            EXPECT_NEAR(
+                deceleration(SolverVariant::kGaussSeidel, FrictionModel::kCone, manifold, angle),
+                1.0F,
+                0.02F);
         }
     }
 }
@@ -49,11 +50,12 @@ TEST(Friction, OfAConeIsTheSameInAllDirections) {
 // Tangents lie along x and z: between them both limits add up to sqrt(2) of either.
 TEST(Friction, OfAPyramidIsUpToSqrtTwoStrongerBetweenItsTangents) {
     for (const ManifoldMode manifold : {ManifoldMode::kPoints, ManifoldMode::kDivided}) {
-        EXPECT_NEAR(deceleration(Method::kGaussSeidel, FrictionModel::kPyramid, manifold, 0.0F),
-                    1.0F,
-                    0.02F);
         EXPECT_NEAR(
-            deceleration(Method::kGaussSeidel, FrictionModel::kPyramid, manifold, kDiagonal),
+            deceleration(SolverVariant::kGaussSeidel, FrictionModel::kPyramid, manifold, 0.0F),
+            1.0F,
+            0.02F);
+        EXPECT_NEAR(
+            deceleration(SolverVariant::kGaussSeidel, FrictionModel::kPyramid, manifold, kDiagonal),
             std::numbers::sqrt2_v<float>,
             0.03F);
     }
@@ -61,14 +63,14 @@ TEST(Friction, OfAPyramidIsUpToSqrtTwoStrongerBetweenItsTangents) {
 
 TEST(Friction, ByWeightDoesNotSeeTheLoad) {
     const auto measure = [](FrictionModel model) {
-        return deceleration(Method::kGaussSeidel, model, ManifoldMode::kPoints, 0.0F, 2.0F);
+        return deceleration(SolverVariant::kGaussSeidel, model, ManifoldMode::kPoints, 0.0F, 2.0F);
     };
     EXPECT_NEAR(measure(FrictionModel::kCone), 2.0F, 0.04F);
     EXPECT_NEAR(measure(FrictionModel::kWeight), 1.0F, 0.02F);
 }
 
 TEST(Friction, SlowsASlidingBoxAsCoulombSaysWithEveryMethod) {
-    for (const Method method : all_methods()) {
+    for (const SolverVariant method : all_methods()) {
         SCOPED_TRACE(name_of(method));
         EXPECT_NEAR(
             deceleration(method, FrictionModel::kCone, ManifoldMode::kPoints, 0.4F), 1.0F, 0.05F);
@@ -78,7 +80,7 @@ TEST(Friction, SlowsASlidingBoxAsCoulombSaysWithEveryMethod) {
 /// The force of friction that the exact solver gives a box that slips at `angle`, N s per N s of
 /// load.
 double friction_share(FrictionModel model, float angle) {
-    MethodScene s(problem_settings(model, ManifoldMode::kPoints));
+    VariantScene s(problem_settings(model, ManifoldMode::kPoints));
     s.ground(kFriction);
     const BodyId box = s.box(Vec3(0.0F, 0.5F, 0.0F), 1.0F, kFriction);
     s.scene.set_velocity(box, Vec3(std::cos(angle), 0.0F, std::sin(angle)), Vec3::Zero());
@@ -104,10 +106,10 @@ TEST(Friction, OfTheExactSolverLiesOnTheConeAndAtThePyramidsCorner) {
 
 /// Sum of the impulses on the ground over a second, N s.
 float load_of(ManifoldMode manifold) {
-    Settings settings = settings_of(Method::kGaussSeidel, 50);
+    Settings settings = settings_of(SolverVariant::kGaussSeidel, 50);
     settings.methods.manifold = manifold;
     settings.event_impulse_ns = 0.0F;
-    MethodScene s(settings);
+    VariantScene s(settings);
     s.ground();
     s.box(Vec3(0.0F, 0.5F, 0.0F), 2.0F);
     s.run(1.0F);

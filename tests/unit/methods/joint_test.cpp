@@ -8,7 +8,7 @@ namespace zoned::physics {
 namespace {
 
 struct Held {
-    MethodScene s;
+    VariantScene s;
     BodyId body;
     JointId joint;
 
@@ -26,8 +26,8 @@ struct Held {
 
 // A motor with torque to spare reaches its speed within the second: m r^2 w / 100 N m is 10 ms.
 // Projection and penalties take steps towards it that leave e^-60 and the like of it per second.
-TEST(Methods, TurnAHingeAtTheSpeedOfItsMotor) {
-    for (const Method method : all_methods()) {
+TEST(SolverVariants, TurnAHingeAtTheSpeedOfItsMotor) {
+    for (const SolverVariant method : all_methods()) {
         SCOPED_TRACE(name_of(method));
         JointDef def;
         def.kind = JointKind::kHinge;
@@ -45,8 +45,8 @@ TEST(Methods, TurnAHingeAtTheSpeedOfItsMotor) {
 
 // The limit carries the body's weight. Penalties give way by m g / k: w = 0.5 x 1.41 x 960 / s and
 // nine rows on the body leave less than 9 g / w^2 = 0.2 mm.
-TEST(Methods, HoldASliderAtItsLimit) {
-    for (const Method method : all_methods()) {
+TEST(SolverVariants, HoldASliderAtItsLimit) {
+    for (const SolverVariant method : all_methods()) {
         SCOPED_TRACE(name_of(method));
         JointDef def;
         def.kind = JointKind::kSlider;
@@ -62,8 +62,8 @@ TEST(Methods, HoldASliderAtItsLimit) {
 }
 
 // At rest a spring of f hertz hangs down by g / (2 pi f)^2: 62 mm at 2 Hz, to 3 % of it.
-TEST(Methods, LetASpringHangByTheWeightOverItsStiffness) {
-    for (const Method method : all_methods()) {
+TEST(SolverVariants, LetASpringHangByTheWeightOverItsStiffness) {
+    for (const SolverVariant method : all_methods()) {
         SCOPED_TRACE(name_of(method));
         JointDef def;
         def.kind = JointKind::kSpring;

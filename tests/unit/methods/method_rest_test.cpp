@@ -6,8 +6,8 @@
 namespace zoned::physics {
 namespace {
 
-MethodScene stack(const Settings& settings, int boxes, float top_mass) {
-    MethodScene s(settings);
+VariantScene stack(const Settings& settings, int boxes, float top_mass) {
+    VariantScene s(settings);
     s.ground();
     for (int i = 0; i < boxes; ++i) {
         s.box(Vec3(0.0F, 0.5F + static_cast<float>(i), 0.0F), i + 1 == boxes ? top_mass : 1.0F);
@@ -16,14 +16,14 @@ MethodScene stack(const Settings& settings, int boxes, float top_mass) {
 }
 
 /// How far the top box is from where it began, m.
-float drift(const MethodScene& s) {
+float drift(const VariantScene& s) {
     const Vec3 at = s.scene.state(s.bodies.back()).position;
     return (at - Vec3(0.0F, static_cast<float>(s.bodies.size()) - 0.5F, 0.0F)).norm();
 }
 
-class EachMethod : public testing::TestWithParam<Method> {};
+class EachMethod : public testing::TestWithParam<SolverVariant> {};
 
-INSTANTIATE_TEST_SUITE_P(Methods,
+INSTANTIATE_TEST_SUITE_P(SolverVariants,
                          EachMethod,
                          testing::ValuesIn(all_methods()),
                          [](const auto& method) {
@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(Methods,
 // A method that lets the stack fall is off by half a box at least; one that holds it may rock by
 // what it leaves unsolved. A tenth of a box parts the two.
 TEST_P(EachMethod, HoldsAStackOfFiveBoxesForFiveSeconds) {
-    MethodScene s = stack(settings_of(GetParam(), 30), 5, 1.0F);
+    VariantScene s = stack(settings_of(GetParam(), 30), 5, 1.0F);
     s.run(5.0F);
     EXPECT_LT(drift(s), 0.1F);
 }
@@ -45,7 +45,7 @@ TEST_P(EachMethod, HoldsAStackOfFiveBoxesForFiveSeconds) {
 TEST_P(EachMethod, CarriesTheWeightOfABox) {
     Settings settings = settings_of(GetParam(), 50);
     settings.event_impulse_ns = 0.0F;
-    MethodScene s(settings);
+    VariantScene s(settings);
     s.ground();
     s.box(Vec3(0.0F, 0.5F, 0.0F), 3.0F);
     s.run(1.0F);
@@ -61,7 +61,7 @@ TEST_P(EachMethod, CarriesTheWeightOfABox) {
 }
 
 TEST_P(EachMethod, StopsABodyThatIsNoLongerFiniteAndGoesOn) {
-    MethodScene s = stack(settings_of(GetParam()), 2, 1.0F);
+    VariantScene s = stack(settings_of(GetParam()), 2, 1.0F);
     s.run(0.1F);
     s.scene.apply_force(s.bodies[1], Vec3::Constant(1.0e15F));
     StepStats stats = s.scene.step(kFrame);
@@ -78,7 +78,7 @@ TEST_P(EachMethod, StopsABodyThatIsNoLongerFiniteAndGoesOn) {
 
 /// Boxes on each other with joints between them: a chain of three that hangs from the world.
 TEST_P(EachMethod, HoldsAChainOnBallJoints) {
-    MethodScene s(settings_of(GetParam(), 50));
+    VariantScene s(settings_of(GetParam(), 50));
     BodyDef def;
     def.shape = Shape::box(Vec3(0.1F, 0.5F, 0.1F));
     BodyId above;
@@ -105,10 +105,10 @@ TEST_P(EachMethod, HoldsAChainOnBallJoints) {
 // masses times their number; the exact one has none but rounding: with 1e5 its residual of 1e-10 d
 // |lambda| is some 1e-5 m/s, which one overlap of that in a step balances.
 TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
-    MethodScene s = stack(settings_of(Method::kDirect), 5, 1.0e5F);
+    VariantScene s = stack(settings_of(SolverVariant::kDirect), 5, 1.0e5F);
     std::uint32_t unsolved = 0;
     for (int i = 0; i < 600; ++i) {
-        const MethodStats stats = s.scene.step(kFrame).method;
+        const VariantStats stats = s.scene.step(kFrame).method;
         unsolved += stats.unsolved + stats.too_large;
         EXPECT_EQ(stats.direct, 1U);
     }
@@ -119,11 +119,11 @@ TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
 // With one normal row per contact five boxes are 20 rows instead of 60. What holds a box upright is
 // that its centre of pressure moves to where it leans.
 TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
-    Settings settings = settings_of(Method::kDirect);
+    Settings settings = settings_of(SolverVariant::kDirect);
     settings.methods.manifold = ManifoldMode::kDivided;
-    MethodScene s = stack(settings, 5, 1.0e5F);
+    VariantScene s = stack(settings, 5, 1.0e5F);
     for (int i = 0; i < 600; ++i) {
-        const MethodStats stats = s.scene.step(kFrame).method;
+        const VariantStats stats = s.scene.step(kFrame).method;
         EXPECT_EQ(stats.direct, 1U);
         EXPECT_EQ(stats.rows, 20U);
     }
@@ -131,15 +131,15 @@ TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
 }
 
 TEST(DirectMethod, CountsIslandsThatAreTooLargeAndLeavesThemToGaussSeidel) {
-    Settings settings = settings_of(Method::kDirect, 30);
+    Settings settings = settings_of(SolverVariant::kDirect, 30);
     settings.methods.direct_rows = 20;
-    MethodScene s(settings);
+    VariantScene s(settings);
     s.ground();
     for (int i = 0; i < 3; ++i) {
         s.box(Vec3(0.0F, 0.5F + static_cast<float>(i), 0.0F));  // 36 rows
     }
     s.box(Vec3(5.0F, 0.5F, 0.0F));  // 12 rows
-    const MethodStats stats = s.scene.step(kFrame).method;
+    const VariantStats stats = s.scene.step(kFrame).method;
     EXPECT_EQ(stats.direct, 1U);
     EXPECT_EQ(stats.too_large, 1U);
     EXPECT_EQ(stats.unsolved, 0U);
@@ -147,7 +147,7 @@ TEST(DirectMethod, CountsIslandsThatAreTooLargeAndLeavesThemToGaussSeidel) {
 }
 
 TEST(SoftStep, ReportsNothingOfTheOtherMethods) {
-    MethodScene s = stack(settings_of(Method::kSoftStep), 3, 1.0F);
+    VariantScene s = stack(settings_of(SolverVariant::kSoftStep), 3, 1.0F);
     const StepStats stats = s.scene.step(kFrame);
     EXPECT_EQ(stats.method.rows, 0U);
     EXPECT_EQ(stats.method.iterations, 0U);

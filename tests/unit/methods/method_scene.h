@@ -13,53 +13,53 @@ namespace zoned::physics {
 
 inline constexpr float kFrame = 1.0F / 60.0F;
 
-inline const std::vector<Method>& all_methods() {
-    static const std::vector<Method> methods{Method::kJacobi,
-                                             Method::kGaussSeidel,
-                                             Method::kOverRelaxation,
-                                             Method::kConjugateGradient,
-                                             Method::kDirect,
-                                             Method::kImpulse,
-                                             Method::kProjection,
-                                             Method::kPenalty};
+inline const std::vector<SolverVariant>& all_methods() {
+    static const std::vector<SolverVariant> methods{SolverVariant::kJacobi,
+                                                    SolverVariant::kGaussSeidel,
+                                                    SolverVariant::kOverRelaxation,
+                                                    SolverVariant::kConjugateGradient,
+                                                    SolverVariant::kDirect,
+                                                    SolverVariant::kImpulse,
+                                                    SolverVariant::kProjection,
+                                                    SolverVariant::kPenalty};
     return methods;
 }
 
 /// Those that solve a RowSystem.
-inline const std::vector<Method>& row_methods() {
-    static const std::vector<Method> methods{Method::kJacobi,
-                                             Method::kGaussSeidel,
-                                             Method::kOverRelaxation,
-                                             Method::kConjugateGradient,
-                                             Method::kDirect};
+inline const std::vector<SolverVariant>& row_methods() {
+    static const std::vector<SolverVariant> methods{SolverVariant::kJacobi,
+                                                    SolverVariant::kGaussSeidel,
+                                                    SolverVariant::kOverRelaxation,
+                                                    SolverVariant::kConjugateGradient,
+                                                    SolverVariant::kDirect};
     return methods;
 }
 
-inline std::string name_of(Method method) {
+inline std::string name_of(SolverVariant method) {
     switch (method) {
-        case Method::kSoftStep:
+        case SolverVariant::kSoftStep:
             return "soft step";
-        case Method::kJacobi:
+        case SolverVariant::kJacobi:
             return "jacobi";
-        case Method::kGaussSeidel:
+        case SolverVariant::kGaussSeidel:
             return "gauss-seidel";
-        case Method::kOverRelaxation:
+        case SolverVariant::kOverRelaxation:
             return "over relaxation";
-        case Method::kConjugateGradient:
+        case SolverVariant::kConjugateGradient:
             return "conjugate gradient";
-        case Method::kDirect:
+        case SolverVariant::kDirect:
             return "direct";
-        case Method::kImpulse:
+        case SolverVariant::kImpulse:
             return "impulse";
-        case Method::kProjection:
+        case SolverVariant::kProjection:
             return "projection";
-        case Method::kPenalty:
+        case SolverVariant::kPenalty:
             return "penalty";
     }
     return "?";
 }
 
-inline Settings settings_of(Method method, int iterations = 20) {
+inline Settings settings_of(SolverVariant method, int iterations = 20) {
     Settings settings;
     settings.method = method;
     settings.methods.iterations = iterations;
@@ -68,9 +68,9 @@ inline Settings settings_of(Method method, int iterations = 20) {
 }
 
 /// A scene and the bodies that were put into it.
-class MethodScene {
+class VariantScene {
   public:
-    explicit MethodScene(const Settings& settings) : scene(settings) {}
+    explicit VariantScene(const Settings& settings) : scene(settings) {}
 
     BodyId add(const BodyDef& def) {
         const auto id = scene.add(def);

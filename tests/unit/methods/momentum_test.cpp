@@ -4,7 +4,7 @@
 namespace zoned::physics {
 namespace {
 
-Settings weightless(Method method) {
+Settings weightless(SolverVariant method) {
     Settings settings = settings_of(method, 60);
     settings.gravity.setZero();
     return settings;
@@ -16,7 +16,7 @@ struct Momentum {
 };
 
 /// Boxes of these half extents and of mass 1 to 3.
-Momentum momentum_of(const MethodScene& s, const Vec3d& half) {
+Momentum momentum_of(const VariantScene& s, const Vec3d& half) {
     Momentum sum;
     double mass = 0.0;
     for (const BodyId body : s.bodies) {
@@ -42,10 +42,10 @@ Momentum momentum_of(const MethodScene& s, const Vec3d& half) {
 // of that size at two points that rounding of positions and a manifold that was kept for 0.2 mm
 // part. Projection pushes at points that have slipped against each other since the substep began,
 // by 4 m/s / 240: some 2 % of the moment of an impulse.
-TEST(Methods, ConserveMomentumInAnImpactAskew) {
-    for (const Method method : all_methods()) {
+TEST(SolverVariants, ConserveMomentumInAnImpactAskew) {
+    for (const SolverVariant method : all_methods()) {
         SCOPED_TRACE(name_of(method));
-        MethodScene s(weightless(method));
+        VariantScene s(weightless(method));
         const Vec3 half(0.5F, 0.3F, 0.7F);
         for (int i = 0; i < 3; ++i) {
             BodyDef def;
@@ -63,26 +63,26 @@ TEST(Methods, ConserveMomentumInAnImpactAskew) {
         const Momentum after = momentum_of(s, half.cast<double>());
         EXPECT_GT((s.scene.state(s.bodies[0]).velocity - Vec3(4.0F, 0.0F, 0.0F)).norm(), 1.0F);
         EXPECT_LT((after.linear - before.linear).norm(), 1.0e-4);
-        const double most = method == Method::kProjection ? 0.2 : 0.01;
+        const double most = method == SolverVariant::kProjection ? 0.2 : 0.01;
         EXPECT_LT((after.angular - before.angular).norm(), most);
     }
 }
 
-/// Methods that know restitution.
-std::vector<Method> bouncing_methods() {
-    std::vector<Method> methods = row_methods();
-    methods.push_back(Method::kImpulse);
-    methods.push_back(Method::kProjection);
+/// SolverVariants that know restitution.
+std::vector<SolverVariant> bouncing_methods() {
+    std::vector<SolverVariant> methods = row_methods();
+    methods.push_back(SolverVariant::kImpulse);
+    methods.push_back(SolverVariant::kProjection);
     return methods;
 }
 
 // v1' = (m1 v1 + m2 v2 - m2 e (v1 - v2)) / (m1 + m2), v2' likewise. One row: a pass of Gauss-Seidel
 // is exact, Jacobi's steps shrink the error by 1 - 1.5 of it: 60 of them reach rounding.
 TEST(Restitution, MakesTwoSpheresPartAsTheClosedFormSays) {
-    for (const Method method : bouncing_methods()) {
+    for (const SolverVariant method : bouncing_methods()) {
         for (const float e : {0.0F, 0.5F, 1.0F}) {
             SCOPED_TRACE(name_of(method) + ", e " + std::to_string(e));
-            MethodScene s(weightless(method));
+            VariantScene s(weightless(method));
             s.sphere(Vec3(-1.0F, 0.0F, 0.0F), Vec3(2.0F, 0.0F, 0.0F), e, 1.0F);
             s.sphere(Vec3(1.0F, 0.0F, 0.0F), Vec3(-1.0F, 0.0F, 0.0F), e, 3.0F);
             s.run(1.0F);
@@ -98,10 +98,10 @@ TEST(Restitution, MakesTwoSpheresPartAsTheClosedFormSays) {
 // A sphere hits a free box at d from the middle of its face: j = (1 + e) v / (1/M + 1/m + d^2 / I),
 // the box turns at j d / I. They part at once, so that only rounding is left.
 TEST(Restitution, TurnsABoxThatIsHitOffItsCentreAsTheClosedFormSays) {
-    for (const Method method : bouncing_methods()) {
+    for (const SolverVariant method : bouncing_methods()) {
         for (const float e : {0.25F, 1.0F}) {
             SCOPED_TRACE(name_of(method) + ", e " + std::to_string(e));
-            MethodScene s(weightless(method));
+            VariantScene s(weightless(method));
             BodyDef def;
             def.shape = Shape::box(Vec3(0.5F, 1.0F, 0.5F));
             def.mass = 2.0F;
@@ -114,7 +114,7 @@ TEST(Restitution, TurnsABoxThatIsHitOffItsCentreAsTheClosedFormSays) {
             const float j = (1.0F + e) * 3.0F / (1.0F / 1.5F + 1.0F / 2.0F + d * d / inertia);
             const BodyState box = s.scene.state(s.bodies[0]);
             // Projection pushes at a box that has turned by then, as far as in a substep.
-            const float most = method == Method::kProjection ? 0.02F : 1.0e-4F;
+            const float most = method == SolverVariant::kProjection ? 0.02F : 1.0e-4F;
             EXPECT_NEAR(box.velocity.x(), j / 2.0F, most);
             EXPECT_NEAR(box.angular_velocity.z(), -j * d / inertia, most);
             EXPECT_NEAR(s.scene.state(s.bodies[1]).velocity.x(), 3.0F - j / 1.5F, most);
@@ -125,7 +125,7 @@ TEST(Restitution, TurnsABoxThatIsHitOffItsCentreAsTheClosedFormSays) {
 // In a row of equal spheres an elastic impact goes through: the last one leaves with the speed of
 // the first, all others stay. Newton's restitution row by row in one system cannot do that.
 TEST(ImpulseMethod, HandsAnImpactOnThroughARowOfSpheres) {
-    MethodScene s(weightless(Method::kImpulse));
+    VariantScene s(weightless(SolverVariant::kImpulse));
     s.sphere(Vec3(-2.0F, 0.0F, 0.0F), Vec3(3.0F, 0.0F, 0.0F), 1.0F);
     for (int i = 0; i < 4; ++i) {
         s.sphere(Vec3(static_cast<float>(i), 0.0F, 0.0F), Vec3::Zero(), 1.0F);
@@ -140,9 +140,9 @@ TEST(ImpulseMethod, HandsAnImpactOnThroughARowOfSpheres) {
 // The energy of a sphere that bounces without loss: the bounce keeps it by construction, free
 // flight is exact, and floats round 1e-7 of 100 J/kg in each of 1200 steps.
 TEST(Restitution, KeepsTheEnergyOfABounceWithoutLoss) {
-    for (const Method method : row_methods()) {
+    for (const SolverVariant method : row_methods()) {
         SCOPED_TRACE(name_of(method));
-        MethodScene s(settings_of(method, 60));
+        VariantScene s(settings_of(method, 60));
         s.ground(0.0F, 1.0F);
         s.sphere(Vec3(0.0F, 5.5F, 0.0F), Vec3::Zero(), 1.0F);
         s.run(20.0F);

@@ -10,13 +10,13 @@ namespace {
 /// The largest error of a distance joint of 1 m in the second half of 600 steps, from 1 cm. A joint
 /// of one row on one body is a single spring of exactly the frequency that the share says.
 float swing(float share, float damping, PenaltyIntegrator integrator) {
-    Settings settings = settings_of(Method::kPenalty);
+    Settings settings = settings_of(SolverVariant::kPenalty);
     settings.gravity.setZero();
     settings.substeps = 1;
     settings.methods.penalty_share = share;
     settings.methods.penalty_damping_ratio = damping;
     settings.methods.penalty_integrator = integrator;
-    MethodScene s(settings);
+    VariantScene s(settings);
     JointDef joint;
     joint.kind = JointKind::kDistance;
     joint.b = s.sphere(Vec3(1.01F, 0.0F, 0.0F), Vec3::Zero(), 0.0F);
@@ -73,10 +73,10 @@ TEST(PenaltyMethod, KnowsItsLimit) {
 TEST(PenaltyMethod, KeepsAStackStableJustBelowTheLimit) {
     for (const auto integrator :
          {PenaltyIntegrator::kSemiImplicitEuler, PenaltyIntegrator::kVelocityVerlet}) {
-        Settings settings = settings_of(Method::kPenalty);
+        Settings settings = settings_of(SolverVariant::kPenalty);
         settings.methods.penalty_share = 0.95F;
         settings.methods.penalty_integrator = integrator;
-        MethodScene s(settings);
+        VariantScene s(settings);
         s.ground();
         for (int i = 0; i < 4; ++i) {
             s.box(Vec3(0.0F, 0.5F + static_cast<float>(i), 0.0F));

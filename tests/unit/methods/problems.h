@@ -10,7 +10,7 @@
 namespace zoned::physics {
 
 inline Settings problem_settings(FrictionModel friction, ManifoldMode manifold) {
-    Settings settings = settings_of(Method::kGaussSeidel);
+    Settings settings = settings_of(SolverVariant::kGaussSeidel);
     settings.methods.keep_problem = true;
     settings.methods.warm_start = false;
     settings.methods.friction = friction;
@@ -19,7 +19,7 @@ inline Settings problem_settings(FrictionModel friction, ManifoldMode manifold) 
 }
 
 /// The rows of the scene's next step.
-inline RowSystem problem_of(MethodScene& s) {
+inline RowSystem problem_of(VariantScene& s) {
     s.scene.step(kFrame);
     return *s.scene.problem();
 }
@@ -27,7 +27,7 @@ inline RowSystem problem_of(MethodScene& s) {
 /// Three boxes that rest, slide and slide askew. None turns: which of the four points of a box
 /// carry its weight is open, and with it the moment of the friction of one that turns.
 inline RowSystem boxes_on_ground(FrictionModel friction, ManifoldMode manifold) {
-    MethodScene s(problem_settings(friction, manifold));
+    VariantScene s(problem_settings(friction, manifold));
     s.ground();
     s.box(Vec3(0.0F, 0.5F, 0.0F));
     s.scene.set_velocity(s.box(Vec3(3.0F, 0.5F, 0.0F)), Vec3(1.0F, 0.0F, 0.4F), Vec3::Zero());
@@ -38,7 +38,7 @@ inline RowSystem boxes_on_ground(FrictionModel friction, ManifoldMode manifold) 
 
 /// A sphere that falls into a groove of 90 degrees, turning.
 inline RowSystem wedge(FrictionModel friction, ManifoldMode manifold) {
-    MethodScene s(problem_settings(friction, manifold));
+    VariantScene s(problem_settings(friction, manifold));
     for (const float side : {-1.0F, 1.0F}) {
         BodyDef def;
         def.kind = BodyKind::kStatic;
@@ -60,7 +60,7 @@ inline RowSystem wedge(FrictionModel friction, ManifoldMode manifold) {
 
 /// Five boxes, the top one pushed sideways.
 inline RowSystem stack_of_five(FrictionModel friction, ManifoldMode manifold) {
-    MethodScene s(problem_settings(friction, manifold));
+    VariantScene s(problem_settings(friction, manifold));
     s.ground();
     for (int i = 0; i < 5; ++i) {
         s.box(Vec3(0.0F, 0.5F + static_cast<float>(i), 0.0F));
@@ -71,7 +71,7 @@ inline RowSystem stack_of_five(FrictionModel friction, ManifoldMode manifold) {
 
 /// A square pyramid of boxes: 4 x 4, 3 x 3, 2 x 2 and one.
 inline RowSystem heap(FrictionModel friction, ManifoldMode manifold) {
-    MethodScene s(problem_settings(friction, manifold));
+    VariantScene s(problem_settings(friction, manifold));
     s.ground();
     for (int level = 0; level < 4; ++level) {
         const int side = 4 - level;

@@ -6,7 +6,7 @@
 namespace zoned::physics {
 namespace {
 
-void fill_pit(MethodScene& s) {
+void fill_pit(VariantScene& s) {
     s.ground();
     for (int i = 0; i < 27; ++i) {
         const auto x = static_cast<float>(i % 3);
@@ -23,7 +23,7 @@ void fill_pit(MethodScene& s) {
 }
 
 std::uint64_t hash_after(const Settings& settings, float seconds) {
-    MethodScene s(settings);
+    VariantScene s(settings);
     fill_pit(s);
     s.run(seconds);
     core::StateHash hash;
@@ -31,15 +31,15 @@ std::uint64_t hash_after(const Settings& settings, float seconds) {
     return hash.value();
 }
 
-TEST(Methods, GiveTheSameBitsTwice) {
-    for (const Method method : all_methods()) {
+TEST(SolverVariants, GiveTheSameBitsTwice) {
+    for (const SolverVariant method : all_methods()) {
         const Settings settings = settings_of(method);
         EXPECT_EQ(hash_after(settings, 0.6F), hash_after(settings, 0.6F)) << name_of(method);
     }
 }
 
-TEST(Methods, GiveOtherBitsWhereRowsAreVisitedInAnotherOrder) {
-    Settings settings = settings_of(Method::kGaussSeidel);
+TEST(SolverVariants, GiveOtherBitsWhereRowsAreVisitedInAnotherOrder) {
+    Settings settings = settings_of(SolverVariant::kGaussSeidel);
     const std::uint64_t straight = hash_after(settings, 1.5F);
     settings.methods.shuffle = 7;
     const std::uint64_t shuffled = hash_after(settings, 1.5F);
@@ -47,13 +47,13 @@ TEST(Methods, GiveOtherBitsWhereRowsAreVisitedInAnotherOrder) {
     EXPECT_EQ(shuffled, hash_after(settings, 1.5F));
 }
 
-TEST(Methods, AllocateNothingOnceWarm) {
-    for (const Method method : all_methods()) {
+TEST(SolverVariants, AllocateNothingOnceWarm) {
+    for (const SolverVariant method : all_methods()) {
         for (const auto mode : {Stabilisation::kBaumgarte, Stabilisation::kSplit}) {
             Settings settings = settings_of(method);
             settings.methods.stabilisation = mode;
             settings.methods.measure = true;
-            MethodScene s(settings);
+            VariantScene s(settings);
             s.ground();
             for (int i = 0; i < 12; ++i) {
                 s.box(

@@ -16,7 +16,7 @@ struct Course {
 Course undo(Settings settings, int steps) {
     settings.gravity.setZero();
     settings.methods.measure = true;
-    MethodScene s(settings);
+    VariantScene s(settings);
     JointDef joint;
     joint.kind = JointKind::kDistance;
     joint.b = s.sphere(Vec3(1.001F, 0.0F, 0.0F), Vec3::Zero(), 0.0F, 2.0F);
@@ -25,7 +25,7 @@ Course undo(Settings settings, int steps) {
     EXPECT_TRUE(s.scene.add_joint(joint).ok());
     Course course;
     for (int i = 0; i < steps; ++i) {
-        const MethodStats stats = s.scene.step(kFrame).method;
+        const VariantStats stats = s.scene.step(kFrame).method;
         course.metered += stats.bias_in_j - stats.bias_out_j;
         course.errors.push_back(s.scene.state(s.bodies[0]).position.x() - 1.0F);
     }
@@ -34,7 +34,7 @@ Course undo(Settings settings, int steps) {
 }
 
 Settings with_beta(float beta) {
-    Settings settings = settings_of(Method::kGaussSeidel);
+    Settings settings = settings_of(SolverVariant::kGaussSeidel);
     settings.methods.beta = beta;
     return settings;
 }
@@ -109,10 +109,10 @@ TEST(SoftRows, MoveAsASpringAndDamperDoByImplicitEuler) {
 // on velocities throw the upper one up, split impulses do not.
 TEST(Stabilisation, PartsOverlapsAndOnlySplitImpulsesDoSoWithoutThrowing) {
     const auto highest = [](Stabilisation mode, float beta) {
-        Settings settings = settings_of(Method::kGaussSeidel, 60);
+        Settings settings = settings_of(SolverVariant::kGaussSeidel, 60);
         settings.methods.stabilisation = mode;
         settings.methods.beta = beta;
-        MethodScene s(settings);
+        VariantScene s(settings);
         s.ground();
         s.box(Vec3(0.0F, 0.45F, 0.0F));
         s.box(Vec3(0.0F, 1.40F, 0.0F));

@@ -1,4 +1,4 @@
-// The figures of surfaces, against figures known beforehand, and what strains the physics.
+// The figures of surfaces, against figures known beforehand, and what warnings the physics.
 #include "server/ops/geometry_survey.h"
 
 #include <gmock/gmock.h>
@@ -36,14 +36,14 @@ TEST(GeometrySurvey, MeasuresABox) {
     EXPECT_EQ(s.farthest, 30.0F);
     EXPECT_GE(s.depth, 3U);  // twelve triangles in leaves of four
     EXPECT_EQ(s.sheet.count + s.small.count + s.thin.count, 0U);
-    EXPECT_THAT(strains_of(s, kBudget), IsEmpty());
+    EXPECT_THAT(stability_warnings_of(s, kBudget), IsEmpty());
 }
 
 TEST(GeometrySurvey, FindsAWallThatIsTooThin) {
     const MeshSurvey s = box_survey(Vec3(3, 4, 0.0125F));
     EXPECT_EQ(s.sheet.count, 4U);  // two of each large side
     EXPECT_FLOAT_EQ(s.sheet.least, 0.0125F);
-    EXPECT_THAT(strains_of(s, kBudget),
+    EXPECT_THAT(stability_warnings_of(s, kBudget),
                 ElementsAre(HasSubstr("4 triangles have the surface's other side within the "
                                       "contact margin of 0.02 m behind them (0.0125 m at ")));
 }
@@ -57,7 +57,8 @@ TEST(GeometrySurvey, FindsTrianglesThatAreTooSmallOrSlivers) {
     EXPECT_NEAR(s.thin.least, 0.004F, 1e-6F);
     EXPECT_EQ(s.small.count, 1U);
     EXPECT_NEAR(s.small.least, 0.002F * std::sqrt(2.0F), 1e-5F);  // a float at 9 m: 1e-6 m
-    EXPECT_THAT(strains_of(s, kBudget), ElementsAre(HasSubstr("smaller"), HasSubstr("slivers")));
+    EXPECT_THAT(stability_warnings_of(s, kBudget),
+                ElementsAre(HasSubstr("smaller"), HasSubstr("slivers")));
     const MeshSurvey finer = survey(*built->mesh, 0.001F);
     EXPECT_EQ(finer.small.count + finer.thin.count, 0U);
 }
@@ -82,7 +83,7 @@ TEST(GeometrySurvey, LooksBehindASampleWhereTooManyLieInAHeap) {
 
 TEST(GeometrySurvey, FindsWhatLiesTooFarOut) {
     const MeshSurvey s = box_survey(Vec3(3, 4, 12), Vec3(0, 0, 5000));
-    EXPECT_THAT(strains_of(s, kBudget), ElementsAre(HasSubstr("reaches 5012 m out")));
+    EXPECT_THAT(stability_warnings_of(s, kBudget), ElementsAre(HasSubstr("reaches 5012 m out")));
 }
 
 TEST(GeometrySurvey, MeasuresAHeightfield) {
@@ -100,11 +101,12 @@ TEST(GeometrySurvey, MeasuresAHeightfield) {
     EXPECT_NEAR(s.steepest_deg, std::atan(4.0F) * 180.0F / 3.14159265F, 1e-3F);
     EXPECT_EQ(s.steepest_i, 2U);
     EXPECT_EQ(s.steepest_k, 1U);
-    EXPECT_THAT(strains_of(s, 0.0F, kBudget), IsEmpty());
-    EXPECT_THAT(strains_of(s, 0.01F, kBudget), ElementsAre(HasSubstr("steps of 0.01 m")));
+    EXPECT_THAT(stability_warnings_of(s, 0.0F, kBudget), IsEmpty());
+    EXPECT_THAT(stability_warnings_of(s, 0.01F, kBudget),
+                ElementsAre(HasSubstr("steps of 0.01 m")));
     options.thickness = 0.0F;
     const FieldSurvey thin = survey(**physics::build_heightfield(heights, options));
-    EXPECT_THAT(strains_of(thin, 0.0F, kBudget), ElementsAre(HasSubstr("is 0 m thick")));
+    EXPECT_THAT(stability_warnings_of(thin, 0.0F, kBudget), ElementsAre(HasSubstr("is 0 m thick")));
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST(ErrorBudget, ReachesBodiesParticlesAndSoftTypes) {
     EXPECT_EQ(c.pieces, out.settings.softs[0]->solver.substeps);
     const std::string text = methods_text(out.settings);
     for (const auto& other : sheet.choice->candidates) {
-        EXPECT_NE(text.find(physics::budget::name_of(other)), std::string::npos);
+        EXPECT_NE(text.find(physics::method_selection::name_of(other)), std::string::npos);
         EXPECT_NE(text.find(other.refused), std::string::npos);
     }
     EXPECT_NE(text.find("the cheapest that keeps the budget"), std::string::npos) << text;
@@ -197,7 +197,7 @@ TEST(ErrorBudget, MakesOneHullOfACompoundFromWhereItsErrorIsSmallEnough) {
     const world::EntityType& type = out.settings.types[1];
     const auto diameter = 2.0 * static_cast<double>(type.radius);
     EXPECT_NEAR(static_cast<double>(type.single_beyond_m),
-                diameter * physics::budget::kSingleErrorShare / 0.01,
+                diameter * physics::method_selection::kSingleErrorShare / 0.01,
                 1e-4);
     EXPECT_NE(methods_text(out.settings).find("type " + type.name + " far away: one hull beyond"),
               std::string::npos)

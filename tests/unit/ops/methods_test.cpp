@@ -10,8 +10,8 @@ TEST(PhysicsMethod, IsTheEnginesOwnDefaultWithoutASection) {
     const physics::Settings& got = out.settings.physics;
     const physics::Settings engine;
     EXPECT_EQ(got.method, engine.method);
-    const physics::MethodSettings& m = got.methods;
-    const physics::MethodSettings& e = engine.methods;
+    const physics::VariantSettings& m = got.methods;
+    const physics::VariantSettings& e = engine.methods;
     EXPECT_EQ(m.iterations, e.iterations);
     EXPECT_EQ(m.tolerance_mps, e.tolerance_mps);
     EXPECT_EQ(m.omega, e.omega);
@@ -43,8 +43,8 @@ TEST(PhysicsMethod, ReachesTheEngineWithAllOfItsParameters) {
 }
 )");
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    EXPECT_EQ(out.settings.physics.method, physics::Method::kConjugateGradient);
-    const physics::MethodSettings& m = out.settings.physics.methods;
+    EXPECT_EQ(out.settings.physics.method, physics::SolverVariant::kConjugateGradient);
+    const physics::VariantSettings& m = out.settings.physics.methods;
     EXPECT_EQ(m.iterations, 7);
     EXPECT_EQ(m.tolerance_mps, 0.5F);
     EXPECT_EQ(m.omega, 1.5F);

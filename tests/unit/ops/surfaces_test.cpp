@@ -108,7 +108,7 @@ surface { file: "waves.baked" x_m: -20 told: false })");
     EXPECT_FALSE(s[2].told);
     EXPECT_EQ(difference_of(s[1].shape, s[2].shape), "");
     EXPECT_EQ(s[1].content, s[2].content);
-    EXPECT_THAT(strains_of(out.settings), IsEmpty());
+    EXPECT_THAT(stability_warnings_of(out.settings), IsEmpty());
 }
 
 TEST_F(Surfaces, HoldsAFileThatStandsInSeveralPlacesOnce) {
@@ -256,16 +256,16 @@ spawn { x_m: 10 z_m: 5 })");
     EXPECT_THAT(inside.errors[0].text, HasSubstr("stands inside"));
 }
 
-TEST_F(Surfaces, AreSurveyedForWhatStrainsThePhysics) {
+TEST_F(Surfaces, AreSurveyedForStabilityWarnings) {
     write("thin.obj",
           test::waves_obj(4, 1.0) + "v 0 1 0\nv 0.5 1 0\nv 0.25 1 0.0001\nf -3 -2 -1\n");
     const auto out = load(R"(surface { file: "thin.obj" }
 surface { file: "thin.obj" x_m: 30 })");
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const auto strains = strains_of(out.settings);
-    ASSERT_EQ(strains.size(), 1u) << "the same geometry is told of once";
-    EXPECT_THAT(strains[0], HasSubstr("statics.surface[0] ("));
-    EXPECT_THAT(strains[0], HasSubstr("thin"));
+    const auto warnings = stability_warnings_of(out.settings);
+    ASSERT_EQ(warnings.size(), 1u) << "the same geometry is told of once";
+    EXPECT_THAT(warnings[0], HasSubstr("statics.surface[0] ("));
+    EXPECT_THAT(warnings[0], HasSubstr("thin"));
 }
 
 TEST(Broadphase, ReachesTheEngineByNameAndIsTheEnginesOwnDefault) {

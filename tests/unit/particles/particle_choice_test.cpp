@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 namespace {
 
 constexpr double kTickS = 1.0 / 30;
@@ -42,7 +42,7 @@ TEST(ParticleChoice, TakesTheFewestPiecesThatKeepTheBudget) {
     const ParticleSystemDef def;
     // 0.327 m in one piece.
     for (const auto& [budget, pieces] : {std::pair(0.5, 1), {0.2, 2}, {0.05, 8}, {0.006, 64}}) {
-        const Choice choice = choose_particle_pieces(def, 5.0, within(budget));
+        const MethodChoice choice = choose_particle_pieces(def, 5.0, within(budget));
         ASSERT_TRUE(choice.chosen) << budget;
         EXPECT_EQ(choice.candidates[*choice.chosen].pieces, pieces) << budget;
         EXPECT_LE(choice.candidates[*choice.chosen].error, budget);
@@ -60,4 +60,4 @@ TEST(ParticleChoice, LeavesOutWhatIsInTheWay) {
 }
 
 }  // namespace
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

@@ -8,15 +8,15 @@
 
 #include <cmath>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 namespace {
 
 constexpr double kTickS = 1.0 / 30;
 constexpr double kG = 9.81;
 
 /// An option that costs and errs as it is told, and counts how often it is tried.
-Option fake(const std::string& name, double least, Trial trial, int* tried = nullptr) {
-    Option option;
+MethodOption fake(const std::string& name, double least, MethodTrial trial, int* tried = nullptr) {
+    MethodOption option;
     option.method = name;
     option.least_cost_ns = least;
     option.attempt = [trial, tried] {
@@ -26,19 +26,19 @@ Option fake(const std::string& name, double least, Trial trial, int* tried = nul
     return option;
 }
 
-Choice chosen_from(double budget, const std::vector<Option>& options) {
-    Choice choice;
+MethodChoice chosen_from(double budget, const std::vector<MethodOption>& options) {
+    MethodChoice choice;
     choice.budget = budget;
     choose(choice, options);
     return choice;
 }
 
-std::string winner(const Choice& choice) {
+std::string winner(const MethodChoice& choice) {
     return choice.chosen ? choice.candidates[*choice.chosen].method : "none";
 }
 
-const Candidate& candidate(const Choice& choice, const std::string& name) {
-    for (const Candidate& c : choice.candidates) {
+const MethodCandidate& candidate(const MethodChoice& choice, const std::string& name) {
+    for (const MethodCandidate& c : choice.candidates) {
         if (c.method == name || name_of(c) == name) {
             return c;
         }
@@ -50,11 +50,11 @@ const Candidate& candidate(const Choice& choice, const std::string& name) {
 TEST(Choose, TakesTheCheapestThatKeepsTheBudgetAndTriesNothingDearer) {
     int tried = 0;
     int dear = 0;
-    const Choice choice = chosen_from(0.1,
-                                      {fake("dear", 30.0, {0.0, 30.0, 0.0}, &dear),
-                                       fake("good", 20.0, {0.1, 20.0, 0.0}, &tried),
-                                       fake("same", 20.0, {0.0, 20.0, 0.0}, &dear),
-                                       fake("rough", 10.0, {0.11, 10.0, 0.0}, &tried)});
+    const MethodChoice choice = chosen_from(0.1,
+                                            {fake("dear", 30.0, {0.0, 30.0, 0.0}, &dear),
+                                             fake("good", 20.0, {0.1, 20.0, 0.0}, &tried),
+                                             fake("same", 20.0, {0.0, 20.0, 0.0}, &dear),
+                                             fake("rough", 10.0, {0.11, 10.0, 0.0}, &tried)});
     EXPECT_EQ(winner(choice), "good");
     EXPECT_EQ(tried, 2);
     EXPECT_EQ(dear, 0);
@@ -67,11 +67,11 @@ TEST(Choose, TakesTheCheapestThatKeepsTheBudgetAndTriesNothingDearer) {
 /// What a trial costs is known for some only afterwards.
 TEST(Choose, GoesByWhatATrialShowsItToCost) {
     int tried = 0;
-    const Choice choice = chosen_from(1.0,
-                                      {fake("surprise", 1.0, {0.0, 50.0, 0.0}, &tried),
-                                       fake("plain", 12.0, {0.5, 20.0, 0.0}, &tried),
-                                       fake("trap", 15.0, {0.0, 60.0, 0.0}, &tried),
-                                       fake("other", 10.0, {0.5, 25.0, 0.0}, &tried)});
+    const MethodChoice choice = chosen_from(1.0,
+                                            {fake("surprise", 1.0, {0.0, 50.0, 0.0}, &tried),
+                                             fake("plain", 12.0, {0.5, 20.0, 0.0}, &tried),
+                                             fake("trap", 15.0, {0.0, 60.0, 0.0}, &tried),
+                                             fake("other", 10.0, {0.5, 25.0, 0.0}, &tried)});
     EXPECT_EQ(tried, 4);
     EXPECT_EQ(winner(choice), "plain");
     EXPECT_EQ(candidate(choice, "surprise").refused, "dearer than 25 ns");
@@ -81,15 +81,15 @@ TEST(Choose, GoesByWhatATrialShowsItToCost) {
 
 TEST(Choose, NeverTriesWhatIsRefusedNorTakesWhatIsNotFinite) {
     int tried = 0;
-    Option unstable = fake("unstable", 1.0, {0.0, 1.0, 0.0}, &tried);
+    MethodOption unstable = fake("unstable", 1.0, {0.0, 1.0, 0.0}, &tried);
     unstable.refused = "explodes";
     int other = 0;
-    const Choice choice = chosen_from(1.0,
-                                      {unstable,
-                                       fake("nan", 2.0, {NAN, 2.0, 0.0}, &other),
-                                       fake("infinite", 3.0, {INFINITY, 3.0, 0.0}, &other),
-                                       fake("rough", 4.0, {7.0, 4.0, 0.0}, &other),
-                                       fake("rougher", 5.0, {8.0, 5.0, 0.0}, &other)});
+    const MethodChoice choice = chosen_from(1.0,
+                                            {unstable,
+                                             fake("nan", 2.0, {NAN, 2.0, 0.0}, &other),
+                                             fake("infinite", 3.0, {INFINITY, 3.0, 0.0}, &other),
+                                             fake("rough", 4.0, {7.0, 4.0, 0.0}, &other),
+                                             fake("rougher", 5.0, {8.0, 5.0, 0.0}, &other)});
     EXPECT_EQ(tried, 0);
     EXPECT_EQ(other, 4);
     EXPECT_EQ(winner(choice), "none");
@@ -101,9 +101,10 @@ TEST(Choose, NeverTriesWhatIsRefusedNorTakesWhatIsNotFinite) {
 
 TEST(Choose, StopsWhereStartUpWouldWaitTooLong) {
     int tried = 0;
-    const Choice choice = chosen_from(1.0,
-                                      {fake("slow", 1.0, {2.0, 1.0, 2.0 * kMostSpent}, &tried),
-                                       fake("late", 2.0, {0.0, 2.0, 0.0}, &tried)});
+    const MethodChoice choice =
+        chosen_from(1.0,
+                    {fake("slow", 1.0, {2.0, 1.0, 2.0 * kMostSpent}, &tried),
+                     fake("late", 2.0, {0.0, 2.0, 0.0}, &tried)});
     EXPECT_EQ(tried, 1);
     EXPECT_EQ(winner(choice), "none");
     EXPECT_NE(candidate(choice, "late").refused.find("not tried"), std::string::npos);
@@ -177,7 +178,7 @@ TEST(FlightChoice, IsTheCheapestOfAllThatKeepTheBudgetOnEveryFlight) {
                                                std::vector{falling(0.0, 0.05), falling(70.0)}}) {
         for (const double error_m : {1.0, 0.1, 0.01, 2.0e-3}) {
             const FlightBudget wish{error_m, 2.0, kTickS};
-            const Choice choice = choose_flight("bodies", flights, wish);
+            const MethodChoice choice = choose_flight("bodies", flights, wish);
             double least = INFINITY;
             for (const IntegratorKind kind : kFlightMethods) {
                 for (const int pieces : kFlightPieces) {
@@ -190,7 +191,7 @@ TEST(FlightChoice, IsTheCheapestOfAllThatKeepTheBudgetOnEveryFlight) {
                 }
             }
             ASSERT_TRUE(choice.chosen) << error_m;
-            const Candidate& c = choice.candidates[*choice.chosen];
+            const MethodCandidate& c = choice.candidates[*choice.chosen];
             EXPECT_EQ(c.cost_ns, least) << error_m << " " << name_of(c);
             EXPECT_LE(c.error, error_m);
         }
@@ -200,7 +201,7 @@ TEST(FlightChoice, IsTheCheapestOfAllThatKeepTheBudgetOnEveryFlight) {
 TEST(FlightChoice, RefusesWhatADragMakesUnstableAndTellsWhy) {
     Flight thick = falling(100.0);
     thick.name = "type feather";
-    const Choice choice = choose_flight("bodies", std::array{thick}, {1.0e-9, 2.0, kTickS});
+    const MethodChoice choice = choose_flight("bodies", std::array{thick}, {1.0e-9, 2.0, kTickS});
     const std::string once = candidate(choice, "explicit_euler x 1").refused;
     EXPECT_NE(once.find("drag x h = 3.333, at most 2"), std::string::npos) << once;
     EXPECT_NE(once.find("type feather"), std::string::npos) << once;
@@ -215,11 +216,11 @@ TEST(FlightChoice, RefusesWhatADragMakesUnstableAndTellsWhy) {
 
 TEST(FlightChoice, RefusesVerletAsTheSceneDoes) {
     const std::array verlet{IntegratorKind::kVerlet};
-    const Choice choice =
+    const MethodChoice choice =
         choose_flight("bodies", std::array{falling()}, {1.0, 2.0, kTickS}, verlet);
     EXPECT_FALSE(choice.chosen);
     EXPECT_EQ(choice.candidates[0].refused, why_unfit_integrator(IntegratorKind::kVerlet));
 }
 
 }  // namespace
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection

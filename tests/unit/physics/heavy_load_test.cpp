@@ -90,8 +90,8 @@ TEST(HeavyLoad, LeavesNothingBehindThatThrowsWhatCarriedIt) {
     EXPECT_LT(bed.fastest(), 0.05F);
 }
 
-/// Where nothing is strained masses are what they are: a light ball that bounces off a heavy box
-/// gives it twice its momentum, less what the box moves.
+/// Where nothing is substep_limited masses are what they are: a light ball that bounces off a heavy
+/// box gives it twice its momentum, less what the box moves.
 TEST(HeavyLoad, MovesByTheMomentumOfWhatIsLightWhereNothingIsStrained) {
     Scene scene(weightless());
     BodyDef heavy = box_at(Vec3::Zero());

@@ -366,7 +366,7 @@ TEST(Step, WithJointsDoesNotAllocateAfterWarmUp) {
 /// = sqrt(F r / I) = sqrt(3 F / (m r)) for a thin rod: at F = m g of 10 kg 24 rad/s, of 10 t 767
 /// rad/s. With w h <= 0.75 the first needs fewer substeps than there are anyway, the other 17,
 /// so 32.
-TEST(Effort, ResolvesTheSwingOfLinksThatHoldWhatIsHeavy) {
+TEST(SubstepPolicy, ResolvesTheSwingOfLinksThatHoldWhatIsHeavy) {
     for (const float end : {10.0F, 1.0e4F}) {
         JointScene s(kDown);
         const std::vector<BodyId> links = add_chain(s, 3, BodyId(), Vec3::Zero());
@@ -391,7 +391,7 @@ TEST(Effort, ResolvesTheSwingOfLinksThatHoldWhatIsHeavy) {
 
 /// Two rods between the same points, one a quarter longer: they pull against each other, the more
 /// the stiffer they are, and no number of substeps changes that.
-TEST(Effort, IsNotSpentOnJointsThatContradictEachOther) {
+TEST(SubstepPolicy, IsNotSpentOnJointsThatContradictEachOther) {
     JointScene s;
     const BodyId a = s.add(kLink, 1.0F, Vec3(0, 0, 0));
     const BodyId b = s.add(kLink, 1.0F, Vec3(1, 0, 0));

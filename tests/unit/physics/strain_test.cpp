@@ -1,4 +1,5 @@
-// Strain: what does not fit the time step is found when it is added, and counted when it happens.
+// StabilityWarnings: what does not fit the time step is found when it is added, and counted when it
+// happens.
 #include "server/physics/strain.h"
 
 #include "server/physics/validate.h"
@@ -13,43 +14,44 @@ bool says(const std::vector<std::string>& all, const char* text) {
     return all.size() == 1 && all[0].find(text) != std::string::npos;
 }
 
-TEST(Strain, SaysNothingAboutOrdinaryThings) {
-    EXPECT_TRUE(strains_of(BodyDef(), Settings(), kFrame).empty());
-    EXPECT_TRUE(strains_of(JointDef(), 1.0F, 10.0F, Settings(), kFrame).empty());
-    EXPECT_TRUE(strains_of(Settings(), kFrame).empty());
-    EXPECT_TRUE(strains_of_load(1.0F, 100.0F, Settings(), kFrame).empty());
+TEST(StabilityWarnings, SaysNothingAboutOrdinaryThings) {
+    EXPECT_TRUE(stability_warnings_of(BodyDef(), Settings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of(JointDef(), 1.0F, 10.0F, Settings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of(Settings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of_load(1.0F, 100.0F, Settings(), kFrame).empty());
 }
 
-TEST(Strain, NamesBodiesTooFarOutTooThinTooFastAndTooSmallForTheStep) {
+TEST(StabilityWarnings, NamesBodiesTooFarOutTooThinTooFastAndTooSmallForTheStep) {
     BodyDef def;
     def.position.z() = -5000.0F;
-    EXPECT_TRUE(says(strains_of(def, Settings(), kFrame), "5000 m out"));
+    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), kFrame), "5000 m out"));
     def = BodyDef();
     def.shape = Shape::box({0.5F, 0.5F, 0.009F});
-    EXPECT_TRUE(says(strains_of(def, Settings(), kFrame), "0.018 m thick"));
+    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), kFrame), "0.018 m thick"));
     def = BodyDef();
     def.shape = Shape::box({0.5F, 0.5F, 0.1F});
     def.angular_velocity.x() = 200.0F;
-    EXPECT_TRUE(says(strains_of(def, Settings(), kFrame), "3.33333 rad"));
+    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), kFrame), "3.33333 rad"));
     def = BodyDef();
-    EXPECT_TRUE(says(strains_of(def, Settings(), 0.25F), "0.613125 m farther"));
+    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), 0.25F), "0.613125 m farther"));
 }
 
-TEST(Strain, NamesSpringsTooStiffAndMassesTooDifferent) {
+TEST(StabilityWarnings, NamesSpringsTooStiffAndMassesTooDifferent) {
     JointDef def;
     def.kind = JointKind::kSpring;
     def.spring_hz = 400.0F;
     // 64 substeps of 1/60 s: half a radian each is 305.6 Hz.
-    EXPECT_TRUE(says(strains_of(def, 1.0F, 1.0F, Settings(), kFrame), "305.577 Hz"));
+    EXPECT_TRUE(says(stability_warnings_of(def, 1.0F, 1.0F, Settings(), kFrame), "305.577 Hz"));
     Settings few;
     few.substeps = 4;
     def.spring_hz = 20.0F;
-    EXPECT_FALSE(strains_of(def, 1.0F, 1.0F, few, kFrame).empty());
+    EXPECT_FALSE(stability_warnings_of(def, 1.0F, 1.0F, few, kFrame).empty());
     def.spring_hz = 1.0F;
-    EXPECT_FALSE(strains_of(def, 1.0F, 1.0e6F, Settings(), kFrame).empty());
-    EXPECT_TRUE(says(strains_of_load(1.0F, 1.0e6F, Settings(), kFrame), "the lighter for 1000 kg"));
-    EXPECT_TRUE(says(strains_of_load(1.0F, 1.0e6F, few, kFrame), "gives way by"));
-    EXPECT_FALSE(strains_of(few, 0.5F).empty());
+    EXPECT_FALSE(stability_warnings_of(def, 1.0F, 1.0e6F, Settings(), kFrame).empty());
+    EXPECT_TRUE(says(stability_warnings_of_load(1.0F, 1.0e6F, Settings(), kFrame),
+                     "the lighter for 1000 kg"));
+    EXPECT_TRUE(says(stability_warnings_of_load(1.0F, 1.0e6F, few, kFrame), "gives way by"));
+    EXPECT_FALSE(stability_warnings_of(few, 0.5F).empty());
 }
 
 BodyDef box(float mass, float y) {
@@ -61,7 +63,7 @@ BodyDef box(float mass, float y) {
 }
 
 /// A plate of that mass on n x n boxes of 1 kg, a tenth of a metre apart.
-std::uint32_t most_strained(int n, float heavy) {
+std::uint32_t most_substep_limited(int n, float heavy) {
     Scene scene{Settings()};
     BodyDef floor;
     floor.kind = BodyKind::kStatic;
@@ -79,19 +81,19 @@ std::uint32_t most_strained(int n, float heavy) {
     }
     std::uint32_t most = 0;
     for (int i = 0; i < 30; ++i) {
-        most = std::max(most, scene.step(kFrame).strained);
+        most = std::max(most, scene.step(kFrame).substep_limited);
     }
     return most;
 }
 
-TEST(Strain, IsCountedWhereALoadAsksForMoreThanTheMostSubsteps) {
-    EXPECT_EQ(most_strained(6, 10.0F), 0U);
-    EXPECT_EQ(most_strained(6, 1.0e6F), 1U);
+TEST(StabilityWarnings, IsCountedWhereALoadAsksForMoreThanTheMostSubsteps) {
+    EXPECT_EQ(most_substep_limited(6, 10.0F), 0U);
+    EXPECT_EQ(most_substep_limited(6, 1.0e6F), 1U);
     // Few enough contacts to be solved exactly.
-    EXPECT_EQ(most_strained(2, 1.0e6F), 0U);
+    EXPECT_EQ(most_substep_limited(2, 1.0e6F), 0U);
 }
 
-TEST(Strain, IsCountedOfBodiesThatMoveTooFarOut) {
+TEST(StabilityWarnings, IsCountedOfBodiesThatMoveTooFarOut) {
     Scene scene{Settings()};
     ASSERT_TRUE(scene.add(box(1.0F, 10.0F)).ok());
     EXPECT_EQ(scene.step(kFrame).far_bodies, 0U);

@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-namespace zoned::physics::budget {
+namespace zoned::physics::method_selection {
 namespace {
 
 using soft::SoftDef;
@@ -97,10 +97,10 @@ TEST(SoftChoice, IsTheCheapestOfAllThatKeepTheBudget) {
         const SoftProbe probe(def, subject.gravity, kTick);
         const SweepCounts counts = counts_of(def);
         for (const double budget : {0.03, 0.01}) {
-            const Choice choice = choose_soft(subject, budget);
+            const MethodChoice choice = choose_soft(subject, budget);
             const ProbeReference reference = probe.reference(budget);
             ASSERT_TRUE(choice.chosen) << stiffness << " " << budget;
-            const Candidate& c = choice.candidates[*choice.chosen];
+            const MethodCandidate& c = choice.candidates[*choice.chosen];
             EXPECT_LE(c.error, budget);
             // All others by hand, without the order and the shortcuts of the choice.
             double least = INFINITY;
@@ -136,13 +136,13 @@ TEST(SoftChoice, IsTheCheapestOfAllThatKeepTheBudget) {
 
 TEST(SoftChoice, TakesExplicitSpringsWhereTheyAreSlackAndRefusesThemWhereTheyAreStiff) {
     const SoftDef slack = hanging(8, 5.0F);
-    const Choice loose = choose_soft({"soft type veil", slack, slack}, 0.02);
+    const MethodChoice loose = choose_soft({"soft type veil", slack, slack}, 0.02);
     ASSERT_TRUE(loose.chosen);
     EXPECT_EQ(loose.candidates[*loose.chosen].method, "semi_implicit_euler");
     const SoftDef stiff = hanging(8, 1.0e8F);
-    const Choice tight = choose_soft({"soft type sail", stiff, stiff}, 0.05);
+    const MethodChoice tight = choose_soft({"soft type sail", stiff, stiff}, 0.05);
     bool refused = false;
-    for (const Candidate& c : tight.candidates) {
+    for (const MethodCandidate& c : tight.candidates) {
         if (c.method == "semi_implicit_euler") {
             refused = true;
             EXPECT_NE(c.refused.find("omega h = "), std::string::npos) << c.refused;
@@ -158,11 +158,11 @@ TEST(SoftChoice, KeepsToWhatIsNamedAndSaysWhatNothingKeeps) {
     const SoftDef def = hanging(10, 1.0e3F);
     const SoftSubject subject{"soft type sheet", def, def};
     const std::array xpbd{SoftMethod::kXpbd};
-    const Choice one = choose_soft(subject, 0.5, xpbd, 3);
+    const MethodChoice one = choose_soft(subject, 0.5, xpbd, 3);
     ASSERT_EQ(one.candidates.size(), 1U);
     EXPECT_EQ(name_of(one.candidates[0]), "xpbd x 3");
     EXPECT_TRUE(one.chosen);
-    const Choice none = choose_soft(subject, 1.0e-9, xpbd);
+    const MethodChoice none = choose_soft(subject, 1.0e-9, xpbd);
     EXPECT_FALSE(none.chosen);
     ASSERT_NE(none.best(), nullptr);
     EXPECT_GT(none.best()->error, 1.0e-9);
@@ -171,8 +171,8 @@ TEST(SoftChoice, KeepsToWhatIsNamedAndSaysWhatNothingKeeps) {
 TEST(SoftChoice, IsTheSameEachTime) {
     const SoftDef def = hanging(10, 1.0e3F);
     const SoftSubject subject{"soft type sheet", def, def};
-    const Choice a = choose_soft(subject, 0.01);
-    const Choice b = choose_soft(subject, 0.01);
+    const MethodChoice a = choose_soft(subject, 0.01);
+    const MethodChoice b = choose_soft(subject, 0.01);
     ASSERT_EQ(a.candidates.size(), b.candidates.size());
     EXPECT_EQ(a.chosen, b.chosen);
     for (std::size_t i = 0; i < a.candidates.size(); ++i) {
@@ -183,4 +183,4 @@ TEST(SoftChoice, IsTheSameEachTime) {
 }
 
 }  // namespace
-}  // namespace zoned::physics::budget
+}  // namespace zoned::physics::method_selection
