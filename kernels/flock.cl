@@ -23,7 +23,7 @@ static inline FlockEight flock_load(__global const float* sorted,
 }
 
 /// What a batch becomes, to the places that `order` names.
-static inline void flock_end(const FlockSum* sum,
+static inline void flock_end(const FlockKernelSum* sum,
                              ZK_TABLE const FlockRules* rules,
                              __global const float* field,
                              FlockEight a,
@@ -65,7 +65,7 @@ __kernel void flock_step(__global float* agents,
     }
     const FlockBatch batch = batches[b];
     const FlockEight a = flock_load(sorted, stride, batch);
-    FlockSum sum = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    FlockKernelSum sum = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     flock_look(&sum, rules, grid, batch, cell_begin, sorted, stride, a.x, a.y, a.z);
     flock_end(&sum, rules, field, a, batch, order, agents, stride);
 }
@@ -97,7 +97,7 @@ __kernel void flock_step_tiles(__global float* agents,
     const FlockBatch first_batch = batches[first];
     const FlockBatch last_batch = batches[last];
     const FlockEight a = flock_load(sorted, stride, batch);
-    FlockSum sum = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    FlockKernelSum sum = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     for (int r = -1; r <= 1; ++r) {
         const int low = flock_stretch_begin(grid, cell_begin, first_batch, first_batch.row + r);
         const int high = flock_stretch_end(grid, cell_begin, last_batch, last_batch.row + r);

@@ -53,19 +53,19 @@ ZK_FN int flock_cell(ZK_TABLE const FlockGrid* grid, const float x, const float 
     return row * grid->columns + column;
 }
 
-ZK_REAL_STRUCT struct FlockSum {
+ZK_REAL_STRUCT struct FlockKernelSum {
     Real count;
     Real px, py, pz;  // offsets
     Real vx, vy, vz;
     Real sx, sy, sz;  // pushes
 };
 #ifdef __OPENCL_C_VERSION__
-typedef struct FlockSum FlockSum;
+typedef struct FlockKernelSum FlockKernelSum;
 #endif
 
 /// Adds the neighbour at n: in the sum order of the sorted agents, so that it does not matter how
 /// many agents are worked on together. Itself, at distance zero, does not count.
-ZK_REAL_FN void flock_add(ZK_OF_REAL(FlockSum) * s,
+ZK_REAL_FN void flock_add(ZK_OF_REAL(FlockKernelSum) * s,
                           ZK_TABLE const FlockRules* rules,
                           const Real x,
                           const Real y,
@@ -119,7 +119,7 @@ ZK_FN int flock_stretch_end(ZK_TABLE const FlockGrid* grid,
 
 /// All neighbours of a batch: rows of cells around it, each one stretch of the sorted agents.
 /// `sorted` holds x, y, z, vx, vy, vz, `stride` apart.
-ZK_REAL_FN void flock_look(ZK_OF_REAL(FlockSum) * s,
+ZK_REAL_FN void flock_look(ZK_OF_REAL(FlockKernelSum) * s,
                            ZK_TABLE const FlockRules* rules,
                            ZK_TABLE const FlockGrid* grid,
                            const FlockBatch batch,
@@ -176,7 +176,7 @@ ZK_REAL_FN void flock_follow(ZK_TABLE const FlockRules* r,
 /// The rules (Reynolds, "Flocks, herds, and schools", SIGGRAPH 1987): away from who is too near,
 /// with the mean velocity, to the middle, along the field; then one step of semi-implicit Euler
 /// with limits.
-ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockSum) * s,
+ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockKernelSum) * s,
                             ZK_TABLE const FlockRules* r,
                             ZK_GLOBAL const float* field,
                             Real* x,

@@ -137,7 +137,7 @@ int read_png(Work& work) {
 /// A mesh is also built anew from its triangles: a file may be whole and yet say of its edges what
 /// its triangles do not.
 int check_built_anew(Work& work) {
-    const physics::TriangleMesh::Tables& t = physics::mesh_of(work.shape).tables();
+    const physics::TriangleMesh::MeshTables& t = physics::mesh_of(work.shape).tables();
     std::vector<std::uint32_t> indices;
     indices.reserve(3 * t.corners.size());
     for (const auto& corners : t.corners) {

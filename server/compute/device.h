@@ -184,7 +184,7 @@ class Buffer {
   private:
     friend class Kernel;
 
-    struct Range {
+    struct BufferRange {
         std::size_t offset = 0, bytes = 0;
     };
 
@@ -197,7 +197,7 @@ class Buffer {
     void* host_ = nullptr;
     void* staging_ = nullptr;  ///< where copies come back to, so that half of one does no harm
     std::size_t bytes_ = 0;
-    std::array<Range, kRanges> coming_;
+    std::array<BufferRange, kRanges> coming_;
     std::size_t ranges_ = 0;  ///< of them that are on their way back
     bool mapped_ = false;     ///< the host may touch it
 };

@@ -65,7 +65,7 @@ void Team::publish(std::uint32_t blocks, Call call, void* context) {
 
 void Team::run_blocks(std::uint32_t blocks, Call call, void* context) {
     publish(blocks, call, context);
-    while (work(End::kFront)) {
+    while (work(TeamEnd::kFront)) {
     }
     Spin spin;
     while (!finished()) {
@@ -73,13 +73,13 @@ void Team::run_blocks(std::uint32_t blocks, Call call, void* context) {
     }
 }
 
-bool Team::work(End end) {
+bool Team::work(TeamEnd end) {
     std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
     for (;;) {
         if (Ticket::first(ticket) >= Ticket::end(ticket)) {
             return false;
         }
-        const bool front = end == End::kFront;
+        const bool front = end == TeamEnd::kFront;
         const std::uint32_t block = front ? Ticket::first(ticket) : Ticket::end(ticket) - 1;
         const std::uint64_t taken = front ? ticket + Ticket::kFirst : ticket - 1;
         // These belong to the stage of the ticket if the exchange succeeds: the leader writes them
@@ -99,7 +99,7 @@ bool Team::help() {
     bool worked = false;
     Spin spin;
     for (;;) {
-        if (work(End::kBack)) {
+        if (work(TeamEnd::kBack)) {
             worked = true;
             spin = Spin();
         } else if (more_to_come_.load(std::memory_order_acquire)) {

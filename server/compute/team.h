@@ -84,13 +84,13 @@ class Team {
     void run_blocks(std::uint32_t blocks, Call call, void* context);
     void publish(std::uint32_t blocks, Call call, void* context);
 
-    enum class End : std::uint8_t {
+    enum class TeamEnd : std::uint8_t {
         kFront,
         kBack
     };
 
     /// Does one block of the present stage; false when there is none to take.
-    bool work(End end);
+    bool work(TeamEnd end);
 
     [[nodiscard]] bool finished() const { return unfinished_.load(std::memory_order_acquire) == 0; }
 

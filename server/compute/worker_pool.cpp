@@ -47,7 +47,7 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& 
         [](void* context, std::uint32_t i) { (*static_cast<const Task*>(context))(i); },
         const_cast<Task*>(&task));
     const std::size_t place = post(batch_);
-    while (batch_.work(Team::End::kFront)) {
+    while (batch_.work(Team::TeamEnd::kFront)) {
     }
     // The others are still at their tasks: within those there may be something to do.
     for (std::uint32_t heard = bell_.load(); !batch_.finished(); heard = bell_.load()) {
@@ -85,7 +85,7 @@ void WorkerPool::ring() {
     bell_.notify_all();
 }
 
-bool WorkerPool::visit(Place& place) {
+bool WorkerPool::visit(QueuePlace& place) {
     if (place.team.load(std::memory_order_relaxed) == nullptr) {
         return false;
     }
@@ -103,7 +103,7 @@ bool WorkerPool::visit(Place& place) {
 
 bool WorkerPool::help_all() {
     bool worked = false;
-    for (Place& place : board_) {
+    for (QueuePlace& place : board_) {
         worked = visit(place) || worked;
     }
     return worked;

@@ -41,7 +41,7 @@ class WorkerPool {
     static constexpr std::size_t kNoPlace = kPlaces;
 
     /// Where a team asks for helpers. It may go only when nobody visits it any more.
-    struct alignas(64) Place {
+    struct alignas(64) QueuePlace {
         std::atomic<Team*> team{nullptr};
         std::atomic<std::uint32_t> visitors{0};
     };
@@ -54,11 +54,11 @@ class WorkerPool {
     void work_loop();
     /// Looks at all places; true when there was something to do.
     bool help_all();
-    bool visit(Place& place);
+    bool visit(QueuePlace& place);
     void ring();
 
     std::vector<std::thread> workers_;
-    std::array<Place, kPlaces> board_;
+    std::array<QueuePlace, kPlaces> board_;
     /// Counts what may be of interest to who is idle. Who finds nothing to do waits for the next.
     alignas(64) std::atomic<std::uint32_t> bell_{0};
     std::atomic<bool> stop_{false};

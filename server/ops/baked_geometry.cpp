@@ -162,7 +162,7 @@ bool same_bits(const T& a, const T& b) {
     return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-std::string mesh_difference(const TriangleMesh::Tables& a, const TriangleMesh::Tables& b) {
+std::string mesh_difference(const TriangleMesh::MeshTables& a, const TriangleMesh::MeshTables& b) {
     const std::pair<bool, const char*> tables[] = {
         {same_bits(a.vertices, b.vertices), "vertices"},
         {same_bits(a.corners, b.corners), "corners"},
@@ -178,7 +178,8 @@ std::string mesh_difference(const TriangleMesh::Tables& a, const TriangleMesh::T
     return {};
 }
 
-std::string field_difference(const Heightfield::Tables& a, const Heightfield::Tables& b) {
+std::string field_difference(const Heightfield::HeightfieldTables& a,
+                             const Heightfield::HeightfieldTables& b) {
     if (a.columns != b.columns || a.rows != b.rows) {
         return "columns and rows";
     }
@@ -194,7 +195,7 @@ std::string field_difference(const Heightfield::Tables& a, const Heightfield::Ta
 }  // namespace
 
 std::string bake(const TriangleMesh& mesh) {
-    const TriangleMesh::Tables& t = mesh.tables();
+    const TriangleMesh::MeshTables& t = mesh.tables();
     const physics::BoxTree::Layout tree = t.tree.layout();
     std::string out =
         head_of(kMeshKind, mesh_bytes(t.vertices.size(), t.corners.size(), tree.nodes.size()));
@@ -212,7 +213,7 @@ std::string bake(const TriangleMesh& mesh) {
 }
 
 std::string bake(const Heightfield& field) {
-    const Heightfield::Tables& t = field.tables();
+    const Heightfield::HeightfieldTables& t = field.tables();
     std::string out = head_of(kFieldKind, kFieldHead + 4 * t.heights.size());
     put(t.columns, out);
     put(t.rows, out);

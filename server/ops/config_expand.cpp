@@ -293,7 +293,7 @@ static_assert(same(Flight::DEFAULT, physics::IntegratorKind::kDefault) &&
               same(Flight::RK4, physics::IntegratorKind::kRk4) &&
               same(Flight::ADAPTIVE, physics::IntegratorKind::kAdaptive));
 
-void expand_physics(const proto::Config::Physics& from, physics::Settings& out) {
+void expand_physics(const proto::Config::Physics& from, physics::PhysicsSettings& out) {
     out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
     out.substeps = static_cast<int>(from.substeps());
     out.velocity_iterations = static_cast<int>(from.velocity_iterations());

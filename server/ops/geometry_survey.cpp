@@ -120,7 +120,7 @@ void look_behind(const TriangleMesh& mesh, MeshSurvey& out) {
 }  // namespace
 
 MeshSurvey survey(const TriangleMesh& mesh, float error_budget_m) {
-    const TriangleMesh::Tables& t = mesh.tables();
+    const TriangleMesh::MeshTables& t = mesh.tables();
     MeshSurvey out;
     out.triangles = mesh.triangle_count();
     out.vertices = static_cast<std::uint32_t>(t.vertices.size());
@@ -152,7 +152,7 @@ MeshSurvey survey(const TriangleMesh& mesh, float error_budget_m) {
 }
 
 FieldSurvey survey(const physics::Heightfield& field) {
-    const physics::Heightfield::Tables& t = field.tables();
+    const physics::Heightfield::HeightfieldTables& t = field.tables();
     FieldSurvey out;
     out.columns = t.columns;
     out.rows = t.rows;

@@ -139,7 +139,7 @@ struct Settings {
     std::vector<zone::ParticleSource> particles;  ///< simulated ones
     std::vector<CosmeticSystem> cosmetics;
     std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
-    physics::Settings physics;
+    physics::PhysicsSettings physics;
     std::vector<MethodPlan> methods;          ///< how `physics` and `softs` came by their methods
     std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
     std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on

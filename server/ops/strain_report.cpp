@@ -78,7 +78,7 @@ void add_surfaces(const Settings& settings, std::vector<std::string>& out) {
 
 std::vector<std::string> stability_warnings_of(const Settings& settings) {
     const auto dt = static_cast<float>(1.0 / settings.tick_rate_hz);
-    const physics::Settings& physics = settings.physics;
+    const physics::PhysicsSettings& physics = settings.physics;
     std::vector<std::string> out;
     add("physics: ", physics::stability_warnings_of(physics, dt), out);
     for (const world::EntityType& type : settings.types) {

@@ -110,12 +110,12 @@ core::Result<physics::Shape> shape_of(const SurfaceConfig& s,
 /// As characters meet it: a view of the very tables that bodies collide with.
 std::shared_ptr<const motion::Surface> surface_over(const physics::Shape& shape) {
     if (shape.kind == physics::ShapeKind::kHeightfield) {
-        const physics::Heightfield::Tables& t = physics::field_of(shape).tables();
+        const physics::Heightfield::HeightfieldTables& t = physics::field_of(shape).tables();
         const motion::HeightGrid grid{
             t.columns, t.rows, t.spacing_x, t.spacing_z, t.thickness, t.heights};
         return std::make_shared<const motion::Surface>(grid, shape.geometry);
     }
-    const physics::TriangleMesh::Tables& t = physics::mesh_of(shape).tables();
+    const physics::TriangleMesh::MeshTables& t = physics::mesh_of(shape).tables();
     return std::make_shared<const motion::Surface>(motion::TriangleList{t.vertices, t.corners},
                                                    shape.geometry);
 }

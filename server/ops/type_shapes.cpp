@@ -93,7 +93,7 @@ core::Result<Solid> build_solid(const proto::Config::Type& type) {
     Solid out = solid_of(
         physics::Shape::compound(built->compound), built->frame, built->compound->radius());
     if (type.representation().single_beyond_m() > 0.0) {
-        const auto outer = physics::outer_of(*built->compound);
+        const auto outer = physics::outer_hull_of(*built->compound);
         if (!outer) {
             return core::Result<Solid>::failure("the hull around it: " + outer.error());
         }

@@ -86,7 +86,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     sensor[row] = def.sensor ? 1 : 0;
     inv_mass[row] = dynamic ? 1.0F / def.mass : 0.0F;
     events[row] = def.events;
-    telling += def.events != 0 ? 1 : 0;
+    reporting += def.events != 0 ? 1 : 0;
     set_inertia(row, def);
     radius[row] = bounding_radius(def.shape);
     first_contact[row] = kNoIndex;
@@ -130,7 +130,7 @@ void Bodies::set_shape(std::uint32_t row, const Shape& to) {
 
 void Bodies::destroy(std::uint32_t row) {
     mark_asleep(row);
-    telling -= events[row] != 0 ? 1 : 0;
+    reporting -= events[row] != 0 ? 1 : 0;
     alive[row] = 0;
     shape[row] = Shape();  // lets go of its geometry
     generation[row] = static_cast<std::uint16_t>((generation[row] + 1U) & 0xFFFU);

@@ -50,7 +50,7 @@ struct Bodies {
     std::vector<float> radius;         ///< bounding radius
     /// From principal to body axes, as far as there are bodies whose axes differ; empty mostly.
     std::vector<Quat> tilt;
-    std::uint32_t telling = 0;  ///< bodies with `events`
+    std::uint32_t reporting = 0;  ///< bodies with `events`
     // Derived from the pose.
     std::vector<Mat3> rotation;
     std::vector<Aabb> bounds;  ///< tight

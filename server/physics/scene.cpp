@@ -7,7 +7,7 @@
 
 namespace zoned::physics {
 
-Scene::Scene(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {
+Scene::Scene(const PhysicsSettings& settings) : impl_(std::make_unique<Impl>(settings)) {
     ZONED_ASSERT(why_unfit_integrator(settings.body_integrator).empty() &&
                      why_unfit_integrator(settings.particle_integrator).empty(),
                  "this integrator cannot move the bodies of a scene");

@@ -26,7 +26,7 @@ namespace zoned::physics {
 using spatial::BroadphaseKind;
 class RowSystem;
 
-struct Settings {
+struct PhysicsSettings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
     /// 0: each island gets as many as its loads ask for within the error budget; 1..64: this many.
     int substeps = 0;
@@ -72,8 +72,8 @@ struct StepStats {
     std::uint32_t islands = 0;
     std::uint32_t substeps = 0;     ///< of the island that got most
     std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
-    std::uint32_t unpaired = 0;     ///< bodies whose pairs wait because of Settings::max_pairs
-    std::uint32_t particles = 0;    ///< awake after the step
+    std::uint32_t unpaired = 0;   ///< bodies whose pairs wait because of PhysicsSettings::max_pairs
+    std::uint32_t particles = 0;  ///< awake after the step
     /// Islands in which a contact or joint asked for more substeps than there are: it keeps the
     /// error budget no longer (masses too different, springs too stiff, steps too long).
     std::uint32_t substep_limited = 0;
@@ -123,7 +123,7 @@ struct BodyState {
 };
 
 /// As what a body that forces move is simulated.
-enum class Representation : std::uint8_t {
+enum class BodyRepresentation : std::uint8_t {
     kFull,
     kParticle,
 };
@@ -132,7 +132,7 @@ enum class Representation : std::uint8_t {
 /// after warm-up.
 class Scene {
   public:
-    explicit Scene(const Settings& settings);
+    explicit Scene(const PhysicsSettings& settings);
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
     ~Scene();
@@ -172,7 +172,7 @@ class Scene {
     /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
     /// again is lifted out of static and kinematic bodies that it would overlap. Fails with the
     /// reason for other kinds, sensors, and bodies with joints.
-    core::Result<BodyState> set_representation(BodyId body, Representation representation);
+    core::Result<BodyState> set_representation(BodyId body, BodyRepresentation representation);
 
     /// Another shape about the same centre and axes, for a body that forces move and that is no
     /// particle; mass, moments, material, pose, motion and id stay. Wakes it and what it touched.

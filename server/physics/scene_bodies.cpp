@@ -13,7 +13,7 @@ namespace {
 /// In a pile each body has some twelve neighbours within the margins and shares each with another.
 constexpr std::size_t kContactsPerBody = 8;
 
-spatial::BoxIndex make_index(const Settings& s) {
+spatial::BoxIndex make_index(const PhysicsSettings& s) {
     const auto kind =
         s.broadphase == BroadphaseKind::kAutomatic ? spatial::choose_kind(0) : s.broadphase;
     return {kind, {s.cell_m, s.cell_depth, s.boxes_per_cell}};
@@ -21,7 +21,7 @@ spatial::BoxIndex make_index(const Settings& s) {
 
 }  // namespace
 
-Scene::Impl::Impl(const Settings& s)
+Scene::Impl::Impl(const PhysicsSettings& s)
     : settings(s),
       boxes{make_index(s), make_index(s), make_index(s)},
       resting(BroadphaseKind::kGrid, {s.cell_m, s.cell_depth, s.boxes_per_cell}) {
@@ -46,7 +46,7 @@ Scene::Impl::Impl(const Settings& s)
 
 void Scene::Impl::make_room(BodyKind kind) {
     const auto k = static_cast<std::size_t>(kind);
-    if (population[k] < room[k]) {
+    if (kind_counts[k] < room[k]) {
         return;
     }
     room[k] = std::max<std::size_t>(16, 2 * room[k]);
@@ -87,13 +87,13 @@ void Scene::Impl::make_room(BodyKind kind) {
     left_contacts.reserve(contacts);
     new_pairs.reserve(2 * contacts);
     solve_list.reserve(contacts);
-    news.reserve(contacts);
+    touch_changes.reserve(contacts);
     pending.reserve(4 * movers);
     refitted.reserve(movers);
 }
 
 void Scene::Impl::enter_broadphase(std::uint32_t row) {
-    ++population[static_cast<std::size_t>(bodies.kind[row])];
+    ++kind_counts[static_cast<std::size_t>(bodies.kind[row])];
     if (bodies.is_particle(row)) {
         return;  // finds others by itself
     }
@@ -107,7 +107,7 @@ void Scene::Impl::enter_broadphase(std::uint32_t row) {
 }
 
 void Scene::Impl::leave_broadphase(std::uint32_t row) {
-    --population[static_cast<std::size_t>(bodies.kind[row])];
+    --kind_counts[static_cast<std::size_t>(bodies.kind[row])];
     if (bodies.is_particle(row)) {
         if (bodies.awake[row] == 0) {
             resting.remove(row);

@@ -204,19 +204,19 @@ void Scene::Impl::update_contacts(float dt) {
     }
 }
 
-/// After the solve: who touches whom now, and of whom there is news.
+/// After the solve: who touches whom now, and of whom there is touch_changes.
 void Scene::Impl::settle_contacts() {
     const std::vector<std::uint32_t>& active = graph.active();
-    news.resize(active.size());
+    touch_changes.resize(active.size());
     team->run(active.size(), kPairGrain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            news[i] = settle_pair(active[i]);
+            touch_changes[i] = settle_pair(active[i]);
         }
     });
 }
 
 /// Writes nothing but the records of the pair.
-Scene::Impl::News Scene::Impl::settle_pair(std::uint32_t index) {
+Scene::Impl::TouchChange Scene::Impl::settle_pair(std::uint32_t index) {
     const bool touched = graph.pair(index).touching;
     bool touches = false;
     float impulse = 0.0F;
@@ -237,47 +237,49 @@ Scene::Impl::News Scene::Impl::settle_pair(std::uint32_t index) {
     Pair& pair = graph.pair(index);
     pair.touching = touches;
     if (impulse == 0.0F && !touches && !touched) {
-        return News::kNone;
+        return TouchChange::kNone;
     }
-    const News told = news_of(pair, touched, impulse);
-    if (told != News::kNone) {
+    const TouchChange change = touch_change_of(pair, touched, impulse);
+    if (change != TouchChange::kNone) {
         graph[index].step_impulse = impulse;
     }
-    return told;
+    return change;
 }
 
 void Scene::Impl::report_contacts() {
     for (std::size_t i = 0; i < graph.active().size(); ++i) {
-        if (news[i] != News::kNone) {
+        if (touch_changes[i] != TouchChange::kNone) {
             ContactEvent event = contact_event(graph.active()[i]);
-            event.began = news[i] == News::kBegan;
-            event.ended = news[i] == News::kEnded;
+            event.began = touch_changes[i] == TouchChange::kBegan;
+            event.ended = touch_changes[i] == TouchChange::kEnded;
             events.push_back(event);
         }
     }
 }
 
 /// What there is to tell of a pair, if somebody wants to know.
-Scene::Impl::News Scene::Impl::news_of(const Pair& pair, bool touched, float impulse) const {
+Scene::Impl::TouchChange Scene::Impl::touch_change_of(const Pair& pair,
+                                                      bool touched,
+                                                      float impulse) const {
     const bool began = pair.touching && !touched;
     const bool tagged = bodies.user[pair.a] != 0 || bodies.user[pair.b] != 0;
-    const News told = began                       ? News::kBegan
-                      : pair.touching || !touched ? News::kLasts
-                                                  : News::kEnded;
+    const TouchChange change = began                       ? TouchChange::kBegan
+                               : pair.touching || !touched ? TouchChange::kLasts
+                                                           : TouchChange::kEnded;
     if ((began && tagged) || impulse >= settings.event_impulse_ns) {
-        return told;
+        return change;
     }
-    if (bodies.telling > 0 && (pair.touching || touched)) {
+    if (bodies.reporting > 0 && (pair.touching || touched)) {
         const int asked = bodies.events[pair.a] | bodies.events[pair.b];
         const int phase = began ? kTellBegin : pair.touching ? kTellPersist : kTellEnd;
-        return (asked & phase) != 0 ? told : News::kNone;
+        return (asked & phase) != 0 ? change : TouchChange::kNone;
     }
-    return News::kNone;
+    return TouchChange::kNone;
 }
 
 void Scene::Impl::end_touch(std::uint32_t index, std::vector<ContactEvent>& out) {
     const Pair& pair = graph.pair(index);
-    if (bodies.telling == 0 || !pair.touching ||
+    if (bodies.reporting == 0 || !pair.touching ||
         ((bodies.events[pair.a] | bodies.events[pair.b]) & kTellEnd) == 0) {
         return;
     }

@@ -25,23 +25,23 @@ namespace zoned::physics {
 class VariantStepper;
 
 struct Scene::Impl {
-    explicit Impl(const Settings& s);
+    explicit Impl(const PhysicsSettings& s);
     ~Impl();
 
     /// What there is to report of a pair.
-    enum class News : std::uint8_t {
+    enum class TouchChange : std::uint8_t {
         kNone,
         kBegan,
         kLasts,
         kEnded
     };
 
-    struct Start {
+    struct StepStart {
         Vec3 position;
         Vec3 velocity;
     };
 
-    Settings settings;
+    PhysicsSettings settings;
     compute::Team alone;           ///< of the caller only
     compute::Team* team = &alone;  ///< who works at a step
     Bodies bodies;
@@ -63,8 +63,8 @@ struct Scene::Impl {
     ContactSolver solver;
     std::unique_ptr<VariantStepper> stepper;  ///< null with SolverVariant::kSoftStep
     std::unique_ptr<VariantStepper>
-        exact;                ///< for islands that SubstepPolicy leaves to it, else null
-    Settings exact_settings;  ///< of those
+        exact;                       ///< for islands that SubstepPolicy leaves to it, else null
+    PhysicsSettings exact_settings;  ///< of those
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
@@ -81,18 +81,18 @@ struct Scene::Impl {
     std::uint32_t held_back = 0;
     std::uint32_t quarantined = 0;  ///< since the last step began
 
-    std::array<std::size_t, 4> population{};  ///< bodies by kind
-    std::array<std::size_t, 4> room{};        ///< for how many of them there is room
+    std::array<std::size_t, 4> kind_counts{};  ///< bodies by kind
+    std::array<std::size_t, 4> room{};         ///< for how many of them there is room
 
     // Scratch of a step, kept for its capacity.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> active_joints;  ///< with an awake dynamic body
     std::vector<std::uint32_t> broken;
-    std::vector<News> news;                ///< of the step, by place in ContactGraph::active
-    std::vector<std::uint8_t> in_contact;  ///< by row: a contact holds it in this step
-    std::vector<Start> starts;             ///< by row: as it was before the solve
-    std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
+    std::vector<TouchChange> touch_changes;  ///< of the step, by place in ContactGraph::active
+    std::vector<std::uint8_t> in_contact;    ///< by row: a contact holds it in this step
+    std::vector<StepStart> starts;           ///< by row: as it was before the solve
+    std::vector<std::uint32_t> refitted;     ///< rows whose fat box is new, on their way to `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
     [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {
@@ -155,8 +155,8 @@ struct Scene::Impl {
     void find_manifold(std::uint32_t contact, const PairMotion& motion);
     void approach(std::uint32_t record, const PairMotion& motion);
     void settle_contacts();
-    News settle_pair(std::uint32_t contact);
-    [[nodiscard]] News news_of(const Pair& pair, bool touched, float impulse) const;
+    TouchChange settle_pair(std::uint32_t contact);
+    [[nodiscard]] TouchChange touch_change_of(const Pair& pair, bool touched, float impulse) const;
     void report_contacts();
     [[nodiscard]] ContactEvent contact_event(std::uint32_t contact) const;
     /// The pair is about to be forgotten: if it touches and somebody asked, that is an event.
@@ -171,7 +171,7 @@ struct Scene::Impl {
     void wake_joined_to_movers();
     void list_joints();
     void break_joints();
-    // scene_chains.cpp
+    // scene_manifolds.cpp
     /// Finds out what sort of pair it is.
     void classify(std::uint32_t contact);
     void update_chain(std::uint32_t contact, const PairMotion& motion);
@@ -184,7 +184,7 @@ struct Scene::Impl {
     [[nodiscard]] SensorEvent sensor_event(std::uint32_t contact) const;
 
     // scene_particles.cpp
-    struct Flight;
+    struct ParticleFlight;
     struct Bump;
     void step_particles(float dt);
     void step_particle(std::uint32_t row, float dt);
@@ -192,13 +192,16 @@ struct Scene::Impl {
     [[nodiscard, gnu::noinline, gnu::cold]] bool bend_flight(std::uint32_t row,
                                                              const Vec3& pull,
                                                              float dt,
-                                                             Flight& flight) const;
+                                                             ParticleFlight& flight) const;
     [[nodiscard]] bool meets_particle(std::uint32_t row, std::uint32_t other) const;
-    void find_bump(std::uint32_t row, const Flight& flight, Bump& bump) const;
-    void find_moving_bump(std::uint32_t row, const Flight& flight, float dt, Bump& bump) const;
-    void ride(std::uint32_t row, const Bump& bump, const Vec3& from, Flight& flight) const;
-    void land(std::uint32_t row, const Bump& bump, float time, Flight& flight) const;
-    void bounce(std::uint32_t row, const Bump& bump, Flight& flight) const;
+    void find_bump(std::uint32_t row, const ParticleFlight& flight, Bump& bump) const;
+    void find_moving_bump(std::uint32_t row,
+                          const ParticleFlight& flight,
+                          float dt,
+                          Bump& bump) const;
+    void ride(std::uint32_t row, const Bump& bump, const Vec3& from, ParticleFlight& flight) const;
+    void land(std::uint32_t row, const Bump& bump, float time, ParticleFlight& flight) const;
+    void bounce(std::uint32_t row, const Bump& bump, ParticleFlight& flight) const;
     void rest_particle(std::uint32_t row);
     /// Wakes the particles that rest on or near a body.
     void disturb_particles(std::uint32_t row);
@@ -217,7 +220,7 @@ struct Scene::Impl {
     /// The solve by an alternative to ContactSolver; writes `broken`.
     void solve_by_variant(float dt);
 
-    // scene_passage.cpp
+    // scene_tunnelling.cpp
     void note_starts();
     /// Takes back what the solve carried through static geometry.
     void hold_back(float dt);

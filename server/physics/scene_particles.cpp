@@ -31,7 +31,7 @@ Aabb box_about(const Vec3& x) {
 }  // namespace
 
 /// What is left of a particle's step: constant acceleration over `left` seconds.
-struct Scene::Impl::Flight {
+struct Scene::Impl::ParticleFlight {
     Vec3 position, velocity, acceleration;
     float left = 0.0F;
     bool supported = false;       // by something that stands still
@@ -61,7 +61,7 @@ bool Scene::Impl::meets_particle(std::uint32_t row, std::uint32_t other) const {
 /// The first surface on the straight way to where the flight ends. The true path bends off it by
 /// g t^2 / 8, a third of a millimetre; but each way begins where the last one ended, so that
 /// nothing is passed through.
-void Scene::Impl::find_bump(std::uint32_t row, const Flight& flight, Bump& bump) const {
+void Scene::Impl::find_bump(std::uint32_t row, const ParticleFlight& flight, Bump& bump) const {
     const Vec3 way = flight.way();
     const float length = way.norm();
     if (!(length > 1.0e-12F)) {
@@ -95,7 +95,7 @@ void Scene::Impl::find_bump(std::uint32_t row, const Flight& flight, Bump& bump)
 /// The same against kinematic bodies, as seen from each of them: what comes up to a particle hits
 /// it as what it flies into. The particle is carried on to where the surface is at the end.
 void Scene::Impl::find_moving_bump(std::uint32_t row,
-                                   const Flight& flight,
+                                   const ParticleFlight& flight,
                                    float dt,
                                    Bump& bump) const {
     const Vec3 to = flight.position + flight.way();
@@ -142,10 +142,13 @@ void Scene::Impl::find_moving_bump(std::uint32_t row,
 
 /// Goes to where the true path meets the surface. In a narrow crease the other side may be in the
 /// way: then the particle stays on the straight way, where it is known that nothing is.
-void Scene::Impl::land(std::uint32_t row, const Bump& bump, float time, Flight& flight) const {
+void Scene::Impl::land(std::uint32_t row,
+                       const Bump& bump,
+                       float time,
+                       ParticleFlight& flight) const {
     Vec3 to = flight.position + time * flight.velocity + (0.5F * time * time) * flight.acceleration;
     to += bump.normal.dot(bump.point - to) * bump.normal;
-    Flight check{flight.position, to - flight.position, Vec3::Zero(), 1.0F};
+    ParticleFlight check{flight.position, to - flight.position, Vec3::Zero(), 1.0F};
     check.beyond = 0.25F;
     Bump other;
     find_bump(row, check, other);
@@ -155,7 +158,7 @@ void Scene::Impl::land(std::uint32_t row, const Bump& bump, float time, Flight& 
 /// Coulomb friction and Newton's restitution at the surface. The speed at the surface follows from
 /// the height that was lost, so that a bounce rises to what the restitution says. What does not
 /// bounce slides on for the rest of the step.
-void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) const {
+void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, ParticleFlight& flight) const {
     const Vec3& n = bump.normal;
     const float before = n.dot(flight.velocity);
     float pull = n.dot(flight.acceleration);
@@ -206,7 +209,7 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) co
 void Scene::Impl::ride(std::uint32_t row,
                        const Bump& bump,
                        const Vec3& from,
-                       Flight& flight) const {
+                       ParticleFlight& flight) const {
     const Vec3 mean = 0.5F * (flight.velocity + flight.end_velocity());
     const Vec3 way = flight.left * (mean - bump.surface_velocity);
     const float length = way.norm();
@@ -221,7 +224,7 @@ void Scene::Impl::ride(std::uint32_t row,
         to += (again ? std::max(0.0F, t - skin) : length) * (way / length);
     }
     constexpr float kAll = 1.0F;
-    const Flight push{from, to - from, Vec3::Zero(), kAll};
+    const ParticleFlight push{from, to - from, Vec3::Zero(), kAll};
     Bump wall;
     flight.velocity = flight.end_velocity();
     find_bump(row, push, wall);
@@ -232,7 +235,10 @@ void Scene::Impl::ride(std::uint32_t row,
 /// (or the default's in several pieces): a
 /// parabola that ends where, and as fast as, that one says. It may not begin with the velocity that
 /// the particle has (semi-implicit Euler's is a straight line). False where the integrator gave up.
-bool Scene::Impl::bend_flight(std::uint32_t row, const Vec3& pull, float dt, Flight& flight) const {
+bool Scene::Impl::bend_flight(std::uint32_t row,
+                              const Vec3& pull,
+                              float dt,
+                              ParticleFlight& flight) const {
     Vec3 way = Vec3::Zero();
     Vec3 velocity = flight.velocity;
     const bool arrived = free_flight_in(settings.particle_flight_pieces,
@@ -252,7 +258,8 @@ void Scene::Impl::step_particle(std::uint32_t row, float dt) {
     const Vec3 start = bodies.velocity[row];
     const Vec3 end = (start + dt * pull) / (1.0F + dt * bodies.damping[row].linear);
     const bool damped = bodies.damping[row].linear > 0.0F;
-    Flight flight{bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
+    ParticleFlight flight{
+        bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
     const Vec3 after = flight.acceleration;
     // What lies still on something is left to the default: others would lift and drop it by turns.
     // Without drag the default's pieces add up to its whole.
@@ -423,7 +430,7 @@ void Scene::Impl::exchange(std::uint32_t row, Change&& change) {
     bodies.mark_awake(row);
 }
 
-core::Result<BodyState> Scene::set_representation(BodyId body, Representation representation) {
+core::Result<BodyState> Scene::set_representation(BodyId body, BodyRepresentation representation) {
     using Refused = core::Result<BodyState>;
     Bodies& bodies = impl_->bodies;
     const std::uint32_t row = bodies.row_of(body);
@@ -434,7 +441,7 @@ core::Result<BodyState> Scene::set_representation(BodyId body, Representation re
         return Refused::failure("representation: a sensor or a body with joints stays as it is");
     }
     const BodyKind wanted =
-        representation == Representation::kParticle ? BodyKind::kParticle : BodyKind::kDynamic;
+        representation == BodyRepresentation::kParticle ? BodyKind::kParticle : BodyKind::kDynamic;
     if (wanted == bodies.kind[row]) {
         return state(body);
     }

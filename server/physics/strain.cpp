@@ -24,14 +24,14 @@ std::string sentence(const char* format, Values... values) {
     return text;
 }
 
-float substep_of(const Settings& settings, float dt) {
+float substep_of(const PhysicsSettings& settings, float dt) {
     return dt / (settings.substeps > 0 ? static_cast<float>(settings.substeps) : kMostSubsteps);
 }
 
 }  // namespace
 
 std::vector<std::string> stability_warnings_of(const BodyDef& def,
-                                               const Settings& settings,
+                                               const PhysicsSettings& settings,
                                                float dt) {
     std::vector<std::string> out;
     const float far = def.position.cwiseAbs().maxCoeff();
@@ -76,7 +76,7 @@ std::vector<std::string> stability_warnings_of(const BodyDef& def,
 std::vector<std::string> stability_warnings_of(const JointDef& def,
                                                float mass_a,
                                                float mass_b,
-                                               const Settings& settings,
+                                               const PhysicsSettings& settings,
                                                float dt) {
     std::vector<std::string> out;
     const float h = substep_of(settings, dt);
@@ -103,7 +103,7 @@ std::vector<std::string> stability_warnings_of(const JointDef& def,
 /// See SubstepPolicy: a contact gives way by F / (m w^2) with w = 2 pi kContactRateShare / h.
 std::vector<std::string> stability_warnings_of_load(float light_kg,
                                                     float heavy_kg,
-                                                    const Settings& settings,
+                                                    const PhysicsSettings& settings,
                                                     float dt) {
     const float rate =
         2.0F * std::numbers::pi_v<float> * kContactRateShare / substep_of(settings, dt);
@@ -130,7 +130,7 @@ std::vector<std::string> stability_warnings_of_load(float light_kg,
                      settings.error_budget_m)};
 }
 
-std::vector<std::string> stability_warnings_of(const Settings& settings, float dt) {
+std::vector<std::string> stability_warnings_of(const PhysicsSettings& settings, float dt) {
     // A body of one kilogram on another asks for the least that a scene with contacts needs.
     std::vector<std::string> out = stability_warnings_of_load(1.0F, 1.0F, settings, dt);
     for (std::string& text : out) {

@@ -22,23 +22,23 @@ inline float farthest_for(float error_budget_m) {
 /// `dt` seconds: one sentence each, with the figures; empty when there is nothing to say. Forces
 /// and contacts that come up later show in StepStats instead.
 std::vector<std::string> stability_warnings_of(const BodyDef& def,
-                                               const Settings& settings,
+                                               const PhysicsSettings& settings,
                                                float dt);
 
 /// The same of a joint between bodies of these masses, kg; 0: it holds one to the world.
 std::vector<std::string> stability_warnings_of(const JointDef& def,
                                                float mass_a,
                                                float mass_b,
-                                               const Settings& settings,
+                                               const PhysicsSettings& settings,
                                                float dt);
 
 /// The same of a heavy body on a light one, both resting on the ground in steps of `dt` seconds.
 std::vector<std::string> stability_warnings_of_load(float light_kg,
                                                     float heavy_kg,
-                                                    const Settings& settings,
+                                                    const PhysicsSettings& settings,
                                                     float dt);
 
 /// And of the step itself.
-std::vector<std::string> stability_warnings_of(const Settings& settings, float dt);
+std::vector<std::string> stability_warnings_of(const PhysicsSettings& settings, float dt);
 
 }  // namespace zoned::physics

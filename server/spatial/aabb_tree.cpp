@@ -75,7 +75,7 @@ std::uint32_t AabbTree::new_node(int level) {
     } else {
         index = free_nodes_.back();
         free_nodes_.pop_back();
-        nodes_[index] = Node();
+        nodes_[index] = AabbTreeNode();
     }
     nodes_[index].level = static_cast<std::uint8_t>(level);
     return index;
@@ -86,15 +86,15 @@ void AabbTree::free_node(std::uint32_t index) {
     free_nodes_.push_back(index);
 }
 
-void AabbTree::put(std::uint32_t index, std::size_t lane, const Entry& entry) {
-    Node& node = nodes_[index];
+void AabbTree::put(std::uint32_t index, std::size_t lane, const AabbTreeEntry& entry) {
+    AabbTreeNode& node = nodes_[index];
     node.boxes.set(lane, entry.box);
     node.child[lane] = entry.child;
     const auto slot = static_cast<std::uint32_t>(index * kLanes + lane);
     (node.level == 0 ? slot_of_[entry.child] : nodes_[entry.child].parent) = slot;
 }
 
-void AabbTree::append(std::uint32_t index, const Entry& entry) {
+void AabbTree::append(std::uint32_t index, const AabbTreeEntry& entry) {
     put(index, nodes_[index].count++, entry);
 }
 
@@ -103,7 +103,7 @@ void AabbTree::append(std::uint32_t index, const Entry& entry) {
 std::uint32_t AabbTree::choose(const Aabb& box) {
     std::uint32_t index = root_;
     while (nodes_[index].level > 0) {
-        Node& node = nodes_[index];
+        AabbTreeNode& node = nodes_[index];
         const auto& s = node.boxes.sides;
         const Array8 x = s[3] - s[0];
         const Array8 y = s[4] - s[1];
@@ -128,8 +128,8 @@ std::uint32_t AabbTree::choose(const Aabb& box) {
 }
 
 /// Parts the eight children of a node and one more into two nodes, and tells the nodes above.
-void AabbTree::split(std::uint32_t index, const Entry& entry) {
-    std::array<Entry, kOverfull> entries;
+void AabbTree::split(std::uint32_t index, const AabbTreeEntry& entry) {
+    std::array<AabbTreeEntry, kOverfull> entries;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         entries[lane] = {nodes_[index].boxes.get(lane), nodes_[index].child[lane]};
     }
@@ -152,7 +152,7 @@ void AabbTree::split(std::uint32_t index, const Entry& entry) {
     for (std::size_t i = 0; i < kOverfull; ++i) {
         append(i < best.left ? index : other, entries[best.order[i]]);
     }
-    const Entry right{nodes_[other].boxes.bounds(), other};
+    const AabbTreeEntry right{nodes_[other].boxes.bounds(), other};
     if (parent == kNone) {
         const int level = nodes_[index].level + 1;
         root_ = new_node(level);
@@ -198,7 +198,7 @@ void AabbTree::insert(std::uint32_t row, const Aabb& box) {
 void AabbTree::erase(std::uint32_t slot) {
     const std::uint32_t index = slot / kLanes;
     const std::size_t lane = slot % kLanes;
-    Node& node = nodes_[index];
+    AabbTreeNode& node = nodes_[index];
     const std::size_t last = --node.count;
     if (node.count == 0) {
         const std::uint32_t parent = node.parent;
@@ -250,7 +250,7 @@ void AabbTree::remove(std::uint32_t row) {
 
 double AabbTree::cost() const {
     double cost = 0.0;
-    for (const Node& node : nodes_) {
+    for (const AabbTreeNode& node : nodes_) {
         if (node.count > 0) {
             cost += half_area(node.boxes.bounds());
         }
@@ -261,7 +261,7 @@ double AabbTree::cost() const {
 bool AabbTree::consistent() const {
     std::uint32_t rows = 0;
     for (std::uint32_t index = 0; index < nodes_.size(); ++index) {
-        const Node& node = nodes_[index];
+        const AabbTreeNode& node = nodes_[index];
         if (node.dirty || (node.count > 0 && (node.parent == kNone) != (index == root_))) {
             return false;
         }
@@ -274,7 +274,7 @@ bool AabbTree::consistent() const {
                 }
                 continue;
             }
-            const Node& child = nodes_[node.child[lane]];
+            const AabbTreeNode& child = nodes_[node.child[lane]];
             const Aabb box = child.boxes.bounds();
             const Aabb known = node.boxes.get(lane);
             if (child.parent != slot || child.level + 1 != node.level || child.count == 0 ||

@@ -79,7 +79,7 @@ class AabbTree {
     /// At least two children a node when it is made: 2^20 boxes are at most 20 levels high.
     static constexpr std::size_t kMaxStack = 20 * (kLanes - 1) + kLanes;
 
-    struct alignas(64) Node {
+    struct alignas(64) AabbTreeNode {
         BoxLanes boxes;
         std::array<std::uint32_t, kLanes> child{};  // rows at level 0, else nodes
         std::uint32_t parent = kNone;               // node * 8 + lane
@@ -91,7 +91,7 @@ class AabbTree {
     };
 
     /// A box on its way into a node: of a row (level 0) or of a node.
-    struct Entry {
+    struct AabbTreeEntry {
         Aabb box;
         std::uint32_t child = kNone;
     };
@@ -99,10 +99,10 @@ class AabbTree {
     // One box at a time, aabb_tree.cpp.
     std::uint32_t new_node(int level);
     void free_node(std::uint32_t index);
-    void put(std::uint32_t index, std::size_t lane, const Entry& entry);
-    void append(std::uint32_t index, const Entry& entry);
+    void put(std::uint32_t index, std::size_t lane, const AabbTreeEntry& entry);
+    void append(std::uint32_t index, const AabbTreeEntry& entry);
     [[nodiscard]] std::uint32_t choose(const Aabb& box);
-    void split(std::uint32_t index, const Entry& entry);
+    void split(std::uint32_t index, const AabbTreeEntry& entry);
     void erase(std::uint32_t slot);
     void refit_above(std::uint32_t index);
     void insert_unchecked(std::uint32_t row, const Aabb& box);
@@ -111,21 +111,21 @@ class AabbTree {
     // Many at once, aabb_tree_batch.cpp.
     void mark_dirty(std::uint32_t index);
     void refit_dirty();
-    std::uint32_t build(std::span<Entry> entries, int level);
-    void build_children(std::uint32_t index, std::span<Entry> entries, std::size_t slots);
+    std::uint32_t build(std::span<AabbTreeEntry> entries, int level);
+    void build_children(std::uint32_t index, std::span<AabbTreeEntry> entries, std::size_t slots);
 
-    std::vector<Node> nodes_;
+    std::vector<AabbTreeNode> nodes_;
     std::vector<std::uint32_t> free_nodes_;
     std::vector<std::uint32_t> slot_of_;  // by row: node * 8 + lane
     std::uint32_t root_ = kNone;
     std::uint32_t size_ = 0;
 
-    std::uint32_t built_size_ = 0;     // when the tree was last built
-    double built_cost_ = 0.0;          // likewise
-    double stretch_ = 0.0;             // by how much fitting has changed the cost since
-    std::uint32_t changes_ = 0;        // boxes inserted since
-    std::vector<Entry> scratch_;       // of rebuild
-    std::vector<std::uint32_t> left_;  // rows that left their nodes
+    std::uint32_t built_size_ = 0;        // when the tree was last built
+    double built_cost_ = 0.0;             // likewise
+    double stretch_ = 0.0;                // by how much fitting has changed the cost since
+    std::uint32_t changes_ = 0;           // boxes inserted since
+    std::vector<AabbTreeEntry> scratch_;  // of rebuild
+    std::vector<std::uint32_t> left_;     // rows that left their nodes
     std::array<std::vector<std::uint32_t>, 24> dirty_;  // nodes by level
 };
 
@@ -137,7 +137,7 @@ void AabbTree::query(const Aabb& box, Visit&& visit) const {
     std::array<std::uint32_t, kMaxStack> stack;
     stack[0] = root_;
     for (std::size_t top = 1; top > 0;) {
-        const Node& node = nodes_[stack[--top]];
+        const AabbTreeNode& node = nodes_[stack[--top]];
         const std::uint32_t mask = node.boxes.overlapping(box) & node.valid();
         if (node.level == 0) {
             for_each_lane(mask, [&](std::size_t lane) { visit(node.child[lane]); });
@@ -160,7 +160,7 @@ float AabbTree::cast(const Sweep& sweep, float limit, Visit&& visit) const {
         if (next.distance > limit) {
             continue;
         }
-        const Node& node = nodes_[next.child];
+        const AabbTreeNode& node = nodes_[next.child];
         Array8 enter;
         const std::uint32_t mask = node.boxes.met_by(lanes, limit, enter) & node.valid();
         const std::size_t end = push_ranked(mask, enter, node.child, stack.data(), top);
@@ -192,7 +192,7 @@ float AabbTree::nearest(const Vec3& point, float limit, Visit&& visit) const {
         if (next.distance > limit * limit) {
             continue;
         }
-        const Node& node = nodes_[next.child];
+        const AabbTreeNode& node = nodes_[next.child];
         const Array8 squared = node.boxes.squared_distance(point);
         const std::uint32_t mask =
             lanes_at_most(squared, Array8::Constant(limit * limit)) & node.valid();

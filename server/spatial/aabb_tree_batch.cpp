@@ -97,7 +97,7 @@ bool find_cut(const Entries& entries, std::size_t least, std::size_t most, Cut& 
 }  // namespace
 
 void AabbTree::mark_dirty(std::uint32_t index) {
-    Node& node = nodes_[index];
+    AabbTreeNode& node = nodes_[index];
     if (!node.dirty) {
         node.dirty = true;
         dirty_[node.level].push_back(index);
@@ -108,13 +108,13 @@ void AabbTree::mark_dirty(std::uint32_t index) {
 void AabbTree::refit_dirty() {
     for (auto& list : dirty_) {
         for (const std::uint32_t index : list) {
-            Node& node = nodes_[index];
+            AabbTreeNode& node = nodes_[index];
             node.dirty = false;
             const std::uint32_t parent = node.parent;
             if (parent == kNone) {
                 continue;
             }
-            Node& above = nodes_[parent / kLanes];
+            AabbTreeNode& above = nodes_[parent / kLanes];
             const Aabb box = node.boxes.bounds();
             const Aabb old = above.boxes.get(parent % kLanes);
             if (box.lower != old.lower || box.upper != old.upper) {
@@ -179,10 +179,10 @@ void AabbTree::rebuild() {
     changes_ = 0;
 }
 
-std::uint32_t AabbTree::build(std::span<Entry> entries, int level) {
+std::uint32_t AabbTree::build(std::span<AabbTreeEntry> entries, int level) {
     const std::uint32_t index = new_node(level);
     if (level == 0) {
-        for (const Entry& entry : entries) {
+        for (const AabbTreeEntry& entry : entries) {
             append(index, entry);
         }
         return index;
@@ -195,7 +195,9 @@ std::uint32_t AabbTree::build(std::span<Entry> entries, int level) {
 }
 
 /// Parts the entries among `slots` children of a node, which hold them for certain.
-void AabbTree::build_children(std::uint32_t index, std::span<Entry> entries, std::size_t slots) {
+void AabbTree::build_children(std::uint32_t index,
+                              std::span<AabbTreeEntry> entries,
+                              std::size_t slots) {
     const int level = nodes_[index].level - 1;
     if (slots == 1) {
         const std::uint32_t child = build(entries, level);
@@ -214,15 +216,16 @@ void AabbTree::build_children(std::uint32_t index, std::span<Entry> entries, std
     Cut cut;
     std::size_t left = std::clamp(due, least, most);
     if (find_cut(entries, least, most, cut)) {
-        const auto middle = std::partition(entries.begin(), entries.end(), [&](const Entry& e) {
-            return cut.bin_of(e.box) < cut.bin;
-        });
+        const auto middle =
+            std::partition(entries.begin(), entries.end(), [&](const AabbTreeEntry& e) {
+                return cut.bin_of(e.box) < cut.bin;
+            });
         left = static_cast<std::size_t>(middle - entries.begin());
     } else {
         std::nth_element(entries.begin(),
                          entries.begin() + static_cast<std::ptrdiff_t>(left),
                          entries.end(),
-                         [&](const Entry& a, const Entry& b) {
+                         [&](const AabbTreeEntry& a, const AabbTreeEntry& b) {
                              const float ma = middle_of(a.box, cut.axis);
                              const float mb = middle_of(b.box, cut.axis);
                              return ma != mb ? ma < mb : a.child < b.child;

@@ -20,7 +20,7 @@ void AllPairs::insert(std::uint32_t row, const Aabb& box) {
     if (place % kLanes == 0) {
         blocks_.emplace_back();
     }
-    Block& block = blocks_.back();
+    PairBlock& block = blocks_.back();
     block.boxes.set(place % kLanes, box);
     block.rows[place % kLanes] = row;
     block.valid |= 1U << (place % kLanes);
@@ -31,8 +31,8 @@ void AllPairs::remove(std::uint32_t row) {
     ZONED_ASSERT(contains(row), "the box is not there");
     const std::uint32_t place = place_of_[row];
     const std::uint32_t last = --size_;
-    Block& from = blocks_[last / kLanes];
-    Block& to = blocks_[place / kLanes];
+    PairBlock& from = blocks_[last / kLanes];
+    PairBlock& to = blocks_[place / kLanes];
     const std::uint32_t moved = from.rows[last % kLanes];
     to.boxes.set(place % kLanes, from.boxes.get(last % kLanes));
     to.rows[place % kLanes] = moved;

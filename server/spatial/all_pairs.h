@@ -34,7 +34,7 @@ class AllPairs {
     template <class Visit>
     void for_each(Visit&& visit) const {
         for (std::uint32_t place = 0; place < size_; ++place) {
-            const Block& block = blocks_[place / kLanes];
+            const PairBlock& block = blocks_[place / kLanes];
             visit(block.rows[place % kLanes], block.boxes.get(place % kLanes));
         }
     }
@@ -42,7 +42,7 @@ class AllPairs {
     /// Calls visit(row) once for each box that overlaps `box` (touching counts).
     template <class Visit>
     void query(const Aabb& box, Visit&& visit) const {
-        for (const Block& block : blocks_) {
+        for (const PairBlock& block : blocks_) {
             for_each_lane(block.boxes.overlapping(box) & block.valid,
                           [&](std::size_t lane) { visit(block.rows[lane]); });
         }
@@ -54,7 +54,7 @@ class AllPairs {
     float cast(const Sweep& sweep, float limit, Visit&& visit) const {
         const SweepLanes lanes(sweep);
         Array8 enter;
-        for (const Block& block : blocks_) {
+        for (const PairBlock& block : blocks_) {
             const std::uint32_t mask = block.boxes.met_by(lanes, limit, enter) & block.valid;
             for_each_lane(mask, [&](std::size_t lane) {
                 if (enter[static_cast<Eigen::Index>(lane)] <= limit) {
@@ -69,7 +69,7 @@ class AllPairs {
     /// limit, less than zero to stop. Returns the last limit.
     template <class Visit>
     float nearest(const Vec3& point, float limit, Visit&& visit) const {
-        for (const Block& block : blocks_) {
+        for (const PairBlock& block : blocks_) {
             const Array8 squared = block.boxes.squared_distance(point);
             for_each_lane(block.valid, [&](std::size_t lane) {
                 if (limit >= 0.0F && squared[static_cast<Eigen::Index>(lane)] <= limit * limit) {
@@ -83,13 +83,13 @@ class AllPairs {
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    struct Block {
+    struct PairBlock {
         BoxLanes boxes;
         std::array<std::uint32_t, kLanes> rows{};
         std::uint32_t valid = 0;
     };
 
-    std::vector<Block> blocks_;
+    std::vector<PairBlock> blocks_;
     std::vector<std::uint32_t> place_of_;  // by row
     std::uint32_t size_ = 0;
 };

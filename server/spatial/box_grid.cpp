@@ -15,7 +15,7 @@ BoxGrid::BoxGrid(float cell_m)
       heads_(kFirstCapacity, kNone),
       mask_(kFirstCapacity - 1) {
     for (int i = 0; i < kLevels; ++i) {
-        Level& level = levels_[static_cast<std::size_t>(i)];
+        BoxGridLevel& level = levels_[static_cast<std::size_t>(i)];
         level.cell = std::ldexp(cell_m, i + kFinestExponent);
         level.inv_cell = 1.0F / level.cell;
     }
@@ -80,9 +80,9 @@ void BoxGrid::rehash() {
 
 /// Adds a box to the list of each cell that it covers.
 void BoxGrid::link(std::uint32_t row) {
-    Entry& entry = entries_[row];
+    BoxGridEntry& entry = entries_[row];
     std::uint32_t before = kNone;
-    for_each_cell(entry, [&](const Cell& at) {
+    for_each_cell(entry, [&](const BoxGridCell& at) {
         const std::size_t slot = slot_for(key_of(entry.level, at));
         std::uint32_t node = free_node_;
         if (node != kNone) {
@@ -103,10 +103,10 @@ void BoxGrid::link(std::uint32_t row) {
 
 /// Takes a box out of its cells, which are the ones that link() found, in the same order.
 void BoxGrid::unlink(std::uint32_t row) {
-    Entry& entry = entries_[row];
+    BoxGridEntry& entry = entries_[row];
     std::uint32_t node = entry.first_node;
-    for_each_cell(entry, [&](const Cell& at) {
-        const Node gone = nodes_[node];
+    for_each_cell(entry, [&](const BoxGridCell& at) {
+        const BoxGridNode gone = nodes_[node];
         if (gone.previous != kNone) {
             nodes_[gone.previous].next = gone.next;
         } else {
@@ -126,7 +126,7 @@ void BoxGrid::reserve(std::size_t boxes) {
     // A box lies in at most eight cells, in three or four on average; rehashing keeps the table at
     // most a quarter full of cells in use.
     nodes_.reserve(8 * boxes);
-    for (Level& level : levels_) {
+    for (BoxGridLevel& level : levels_) {
         level.rows.reserve(boxes);
     }
     while (keys_.size() < 16 * boxes) {
@@ -144,11 +144,11 @@ void BoxGrid::insert(std::uint32_t row, const Aabb& box) {
     if (row >= entries_.size()) {
         entries_.resize(row + 1);
     }
-    Entry& entry = entries_[row];
+    BoxGridEntry& entry = entries_[row];
     ZONED_ASSERT(entry.level < 0, "a box was inserted twice");
     entry.box = box;
     entry.level = level_for(box);
-    Level& level = levels_[static_cast<std::size_t>(entry.level)];
+    BoxGridLevel& level = levels_[static_cast<std::size_t>(entry.level)];
     entry.lower = cell_of(level, box.lower);
     entry.upper = cell_of(level, box.upper);
     entry.position = static_cast<std::uint32_t>(level.rows.size());
@@ -158,9 +158,9 @@ void BoxGrid::insert(std::uint32_t row, const Aabb& box) {
 }
 
 void BoxGrid::update_one(std::uint32_t row, const Aabb& box) {
-    Entry& entry = entries_[row];
+    BoxGridEntry& entry = entries_[row];
     const int level = level_for(box);
-    const Level& cells = levels_[static_cast<std::size_t>(level)];
+    const BoxGridLevel& cells = levels_[static_cast<std::size_t>(level)];
     if (level == entry.level && cell_of(cells, box.lower) == entry.lower &&
         cell_of(cells, box.upper) == entry.upper) {
         entry.box = box;
@@ -180,8 +180,8 @@ void BoxGrid::update(std::span<const std::uint32_t> rows, std::span<const Aabb> 
 void BoxGrid::remove(std::uint32_t row) {
     ZONED_ASSERT(contains(row), "the box is not in the grid");
     unlink(row);
-    Entry& entry = entries_[row];
-    Level& level = levels_[static_cast<std::size_t>(entry.level)];
+    BoxGridEntry& entry = entries_[row];
+    BoxGridLevel& level = levels_[static_cast<std::size_t>(entry.level)];
     const std::uint32_t last = level.rows.back();
     level.rows[entry.position] = last;
     entries_[last].position = entry.position;

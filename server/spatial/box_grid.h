@@ -74,34 +74,34 @@ class BoxGrid {
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
     static constexpr std::uint64_t kEmptyKey = ~std::uint64_t{0};
 
-    struct Cell {
+    struct BoxGridCell {
         std::array<std::int32_t, 3> at{};
-        bool operator==(const Cell&) const = default;
+        bool operator==(const BoxGridCell&) const = default;
     };
 
-    struct Entry {
+    struct BoxGridEntry {
         Aabb box;
-        Cell lower, upper;           // range of cells, inclusive
+        BoxGridCell lower, upper;    // range of cells, inclusive
         std::int32_t level = -1;     // -1: not in the grid
         std::uint32_t position = 0;  // in levels_[level].rows
         std::uint32_t first_node = kNone;
     };
 
-    struct Level {
+    struct BoxGridLevel {
         float cell = 1.0F;
         float inv_cell = 1.0F;
         std::vector<std::uint32_t> rows;
     };
 
-    struct Node {
+    struct BoxGridNode {
         std::uint32_t row = kNone;
         std::uint32_t next = kNone;  // of the cell
         std::uint32_t previous = kNone;
         std::uint32_t sibling = kNone;  // of the box, in the next of its cells
     };
 
-    [[nodiscard]] Cell cell_of(const Level& level, const Vec3& point) const {
-        Cell cell;
+    [[nodiscard]] BoxGridCell cell_of(const BoxGridLevel& level, const Vec3& point) const {
+        BoxGridCell cell;
         for (std::size_t i = 0; i < 3; ++i) {
             const float scaled = point[static_cast<int>(i)] * level.inv_cell;
             cell.at[i] = static_cast<std::int32_t>(std::floor(std::clamp(scaled, -1.0e9F, 1.0e9F)));
@@ -109,7 +109,7 @@ class BoxGrid {
         return cell;
     }
 
-    static std::uint64_t key_of(int level, const Cell& cell) {
+    static std::uint64_t key_of(int level, const BoxGridCell& cell) {
         // 19 bits per axis: far apart cells may share a key, which costs a test and no error,
         // because boxes are compared in the end.
         constexpr std::uint64_t kMask = (1U << 19) - 1;
@@ -141,8 +141,8 @@ class BoxGrid {
 
     /// Calls visit(cell) for each cell that a box covers.
     template <class Visit>
-    static void for_each_cell(const Entry& entry, Visit&& visit) {
-        Cell at;
+    static void for_each_cell(const BoxGridEntry& entry, Visit&& visit) {
+        BoxGridCell at;
         for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
             for (at.at[1] = entry.lower.at[1]; at.at[1] <= entry.upper.at[1]; ++at.at[1]) {
                 for (at.at[2] = entry.lower.at[2]; at.at[2] <= entry.upper.at[2]; ++at.at[2]) {
@@ -155,17 +155,20 @@ class BoxGrid {
     void link(std::uint32_t row);
     void unlink(std::uint32_t row);
     template <class Visit>
-    void query_level(const Level& level, int index, const Aabb& box, Visit&& visit) const;
+    void query_level(const BoxGridLevel& level, int index, const Aabb& box, Visit&& visit) const;
     template <class Visit>
     float walk_ray(int index, const Sweep& sweep, float limit, Visit&& visit) const;
     template <class Visit>
-    float walk_sweep(const Level& level, int index, const Sweep& sweep, float limit, Visit&& visit)
-        const;
+    float walk_sweep(const BoxGridLevel& level,
+                     int index,
+                     const Sweep& sweep,
+                     float limit,
+                     Visit&& visit) const;
     void update_one(std::uint32_t row, const Aabb& box);
 
-    std::array<Level, kLevels> levels_;
-    std::vector<Entry> entries_;  // by row
-    std::vector<Node> nodes_;
+    std::array<BoxGridLevel, kLevels> levels_;
+    std::vector<BoxGridEntry> entries_;  // by row
+    std::vector<BoxGridNode> nodes_;
     std::uint32_t free_node_ = kNone;
     std::vector<std::uint64_t> keys_, spare_keys_;
     std::vector<std::uint32_t> heads_, spare_heads_;
@@ -176,9 +179,12 @@ class BoxGrid {
 };
 
 template <class Visit>
-void BoxGrid::query_level(const Level& level, int index, const Aabb& box, Visit&& visit) const {
-    const Cell lower = cell_of(level, box.lower);
-    const Cell upper = cell_of(level, box.upper);
+void BoxGrid::query_level(const BoxGridLevel& level,
+                          int index,
+                          const Aabb& box,
+                          Visit&& visit) const {
+    const BoxGridCell lower = cell_of(level, box.lower);
+    const BoxGridCell upper = cell_of(level, box.upper);
     double cells = 1.0;
     for (std::size_t i = 0; i < 3; ++i) {
         cells *= static_cast<double>(upper.at[i]) - lower.at[i] + 1.0;
@@ -191,13 +197,13 @@ void BoxGrid::query_level(const Level& level, int index, const Aabb& box, Visit&
         }
         return;
     }
-    Cell at;
+    BoxGridCell at;
     for (at.at[0] = lower.at[0]; at.at[0] <= upper.at[0]; ++at.at[0]) {
         for (at.at[1] = lower.at[1]; at.at[1] <= upper.at[1]; ++at.at[1]) {
             for (at.at[2] = lower.at[2]; at.at[2] <= upper.at[2]; ++at.at[2]) {
                 for (std::uint32_t n = find_head(key_of(index, at)); n != kNone;
                      n = nodes_[n].next) {
-                    const Entry& entry = entries_[nodes_[n].row];
+                    const BoxGridEntry& entry = entries_[nodes_[n].row];
                     if (!entry.box.overlaps(box)) {
                         continue;
                     }
@@ -216,19 +222,19 @@ void BoxGrid::query_level(const Level& level, int index, const Aabb& box, Visit&
 template <class Visit>
 void BoxGrid::query(const Aabb& box, Visit&& visit) const {
     for (int index = 0; index < kLevels; ++index) {
-        const Level& level = levels_[static_cast<std::size_t>(index)];
+        const BoxGridLevel& level = levels_[static_cast<std::size_t>(index)];
         if (!level.rows.empty()) {
             query_level(level, index, box, visit);
         }
     }
 }
 
-/// Cell by cell along a ray (Amanatides and Woo, "A fast voxel traversal algorithm for ray
+/// BoxGridCell by cell along a ray (Amanatides and Woo, "A fast voxel traversal algorithm for ray
 /// tracing", Eurographics 1987).
 template <class Visit>
 float BoxGrid::walk_ray(int index, const Sweep& ray, float limit, Visit&& visit) const {
-    const Level& level = levels_[static_cast<std::size_t>(index)];
-    Cell at = cell_of(level, ray.origin);
+    const BoxGridLevel& level = levels_[static_cast<std::size_t>(index)];
+    BoxGridCell at = cell_of(level, ray.origin);
     std::array<std::int32_t, 3> step{};
     std::array<float, 3> next{};
     std::array<float, 3> delta{};
@@ -256,7 +262,7 @@ float BoxGrid::walk_ray(int index, const Sweep& ray, float limit, Visit&& visit)
 
 /// Piece by piece along the way of a box.
 template <class Visit>
-float BoxGrid::walk_sweep(const Level& level,
+float BoxGrid::walk_sweep(const BoxGridLevel& level,
                           int index,
                           const Sweep& sweep,
                           float limit,
@@ -283,7 +289,7 @@ float BoxGrid::cast(const Sweep& sweep, float limit, Visit&& visit) const {
         return lanes.meets(entries_[row].box, current) ? visit(row, current) : current;
     };
     for (int index = 0; index < kLevels; ++index) {
-        const Level& level = levels_[static_cast<std::size_t>(index)];
+        const BoxGridLevel& level = levels_[static_cast<std::size_t>(index)];
         const double pieces = static_cast<double>(limit) * level.inv_cell + 2.0;
         const Vec3 span = 2.0F * level.inv_cell * sweep.half_extents + Vec3::Constant(3.0F);
         const bool ray = sweep.half_extents.isZero(0.0F);

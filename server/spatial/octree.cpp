@@ -42,21 +42,21 @@ float Octree::longest_side(const Aabb& box) const {
 }
 
 /// Whether the box may lie in the cell: small enough and with its middle inside.
-bool Octree::holds(const Node& node, const Aabb& box) const {
+bool Octree::holds(const OctreeNode& node, const Aabb& box) const {
     const Vec3 off = (0.5F * (box.lower + box.upper) - node.middle).cwiseAbs();
     const bool inside =
         off.x() <= node.half && off.z() <= node.half && (settings_.flat || off.y() <= node.half);
     return inside && longest_side(box) <= 2.0F * node.half;
 }
 
-std::size_t Octree::octant_of(const Node& node, const Aabb& box) const {
+std::size_t Octree::octant_of(const OctreeNode& node, const Aabb& box) const {
     const Vec3 middle = 0.5F * (box.lower + box.upper);
     return (middle.x() > node.middle.x() ? 1U : 0U) |
            (!settings_.flat && middle.y() > node.middle.y() ? 2U : 0U) |
            (middle.z() > node.middle.z() ? 4U : 0U);
 }
 
-BoxLanes Octree::loose_children(const Node& node) const {
+BoxLanes Octree::loose_children(const OctreeNode& node) const {
     BoxLanes boxes;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (settings_.flat && axis == 1) {
@@ -81,9 +81,9 @@ std::uint32_t Octree::new_node(const Vec3& middle, int level, std::uint32_t pare
     } else {
         index = free_nodes_.back();
         free_nodes_.pop_back();
-        nodes_[index] = Node();
+        nodes_[index] = OctreeNode();
     }
-    Node& node = nodes_[index];
+    OctreeNode& node = nodes_[index];
     node.middle = middle;
     node.half = std::ldexp(1.0F, level);
     node.level = static_cast<std::int8_t>(level);
@@ -92,7 +92,7 @@ std::uint32_t Octree::new_node(const Vec3& middle, int level, std::uint32_t pare
 }
 
 std::uint32_t Octree::child_of(std::uint32_t index, std::size_t octant) {
-    const Node node = nodes_[index];
+    const OctreeNode node = nodes_[index];
     if ((node.children >> octant & 1U) != 0) {
         return node.child[octant];
     }
@@ -122,7 +122,7 @@ void Octree::grow_root(const Aabb& box) {
         root_ = new_node(corner + Vec3::Constant(0.5F * size), level, kNone);
     }
     while (!holds(nodes_[root_], box) && nodes_[root_].level < kMaxLevel - 1) {
-        const Node old = nodes_[root_];
+        const OctreeNode old = nodes_[root_];
         // Away from the side where the box is not.
         const std::size_t towards = octant_of(old, box);
         Vec3 middle = old.middle;
@@ -132,7 +132,7 @@ void Octree::grow_root(const Aabb& box) {
             }
         }
         const std::uint32_t grown = new_node(middle, old.level + 1, kNone);
-        Node& node = nodes_[grown];
+        OctreeNode& node = nodes_[grown];
         std::size_t octant = 7U & ~towards;
         if (settings_.flat) {
             octant &= 5U;
@@ -156,8 +156,8 @@ std::uint32_t Octree::descend(std::uint32_t index, const Aabb& box) {
 }
 
 void Octree::link(std::uint32_t row, std::uint32_t index) {
-    Entry& entry = entries_[row];
-    Node& node = nodes_[index];
+    OctreeEntry& entry = entries_[row];
+    OctreeNode& node = nodes_[index];
     entry.node = index;
     entry.previous = kNone;
     entry.next = node.first;
@@ -169,7 +169,7 @@ void Octree::link(std::uint32_t row, std::uint32_t index) {
 }
 
 void Octree::unlink(std::uint32_t row) {
-    const Entry& entry = entries_[row];
+    const OctreeEntry& entry = entries_[row];
     (entry.previous == kNone ? nodes_[entry.node].first : entries_[entry.previous].next) =
         entry.next;
     if (entry.next != kNone) {
@@ -185,7 +185,7 @@ void Octree::add(std::uint32_t row, std::uint32_t start) {
     for (std::uint32_t i = index; i != kNone; i = nodes_[i].parent) {
         ++nodes_[i].total;
     }
-    const Node& node = nodes_[index];
+    const OctreeNode& node = nodes_[index];
     const int floor = nodes_[root_].level - settings_.max_depth;
     if (!node.split && node.own > static_cast<std::uint32_t>(settings_.boxes_per_cell) &&
         node.level > floor && node.level > -kMaxLevel) {
@@ -217,14 +217,14 @@ void Octree::take_boxes_of(std::uint32_t from, std::uint32_t to) {
         unlink(row);
         link(row, to);
     }
-    const Node node = nodes_[from];
+    const OctreeNode node = nodes_[from];
     for_each_lane(node.children, [&](std::size_t lane) { take_boxes_of(node.child[lane], to); });
     nodes_[from].children = 0;
     free_nodes_.push_back(from);
 }
 
 void Octree::give_up_parts(std::uint32_t index) {
-    const Node node = nodes_[index];
+    const OctreeNode node = nodes_[index];
     for_each_lane(node.children, [&](std::size_t lane) { take_boxes_of(node.child[lane], index); });
     nodes_[index].children = 0;
     nodes_[index].split = false;
@@ -272,8 +272,8 @@ void Octree::remove(std::uint32_t row) {
 void Octree::update(std::span<const std::uint32_t> rows, std::span<const Aabb> boxes) {
     for (const std::uint32_t row : rows) {
         ZONED_ASSERT(contains(row), "the box is not there");
-        Entry& entry = entries_[row];
-        const Node& node = nodes_[entry.node];
+        OctreeEntry& entry = entries_[row];
+        const OctreeNode& node = nodes_[entry.node];
         const Aabb& box = boxes[row];
         const bool stays = holds(node, box) && !(node.split && longest_side(box) <= node.half);
         entry.box = box;

@@ -78,7 +78,7 @@ class Octree {
     static constexpr int kMaxLevel = 40;
     static constexpr std::size_t kMaxStack = 2 * kMaxLevel * (kLanes - 1) + kLanes;
 
-    struct Node {
+    struct OctreeNode {
         Vec3 middle = Vec3::Zero();
         float half = 1.0F;  ///< of the cell's edge
         std::array<std::uint32_t, kLanes> child{};
@@ -91,7 +91,7 @@ class Octree {
         bool split = false;           ///< small boxes go to the children
     };
 
-    struct Entry {
+    struct OctreeEntry {
         Aabb box;
         std::uint32_t node = kNone;
         std::uint32_t next = kNone;
@@ -99,10 +99,10 @@ class Octree {
     };
 
     [[nodiscard]] float longest_side(const Aabb& box) const;
-    [[nodiscard]] bool holds(const Node& node, const Aabb& box) const;
-    [[nodiscard]] std::size_t octant_of(const Node& node, const Aabb& box) const;
+    [[nodiscard]] bool holds(const OctreeNode& node, const Aabb& box) const;
+    [[nodiscard]] std::size_t octant_of(const OctreeNode& node, const Aabb& box) const;
     /// The loose boxes of a node's eight possible children.
-    [[nodiscard]] BoxLanes loose_children(const Node& node) const;
+    [[nodiscard]] BoxLanes loose_children(const OctreeNode& node) const;
 
     std::uint32_t new_node(const Vec3& middle, int level, std::uint32_t parent);
     std::uint32_t child_of(std::uint32_t index, std::size_t octant);
@@ -117,9 +117,9 @@ class Octree {
     void withdraw(std::uint32_t row);
 
     OctreeSettings settings_;
-    std::vector<Node> nodes_;
+    std::vector<OctreeNode> nodes_;
     std::vector<std::uint32_t> free_nodes_;
-    std::vector<Entry> entries_;  // by row
+    std::vector<OctreeEntry> entries_;  // by row
     std::uint32_t root_ = kNone;
     std::uint32_t size_ = 0;
 };
@@ -132,7 +132,7 @@ void Octree::query(const Aabb& box, Visit&& visit) const {
     std::array<std::uint32_t, kMaxStack> stack;
     stack[0] = root_;
     for (std::size_t top = 1; top > 0;) {
-        const Node& node = nodes_[stack[--top]];
+        const OctreeNode& node = nodes_[stack[--top]];
         for (std::uint32_t row = node.first; row != kNone; row = entries_[row].next) {
             if (entries_[row].box.overlaps(box)) {
                 visit(row);
@@ -158,7 +158,7 @@ float Octree::cast(const Sweep& sweep, float limit, Visit&& visit) const {
         if (next.distance > limit) {
             continue;
         }
-        const Node& node = nodes_[next.child];
+        const OctreeNode& node = nodes_[next.child];
         for (std::uint32_t row = node.first; row != kNone; row = entries_[row].next) {
             if (lanes.meets(entries_[row].box, limit)) {
                 limit = visit(row, limit);
@@ -189,7 +189,7 @@ float Octree::nearest(const Vec3& point, float limit, Visit&& visit) const {
         if (next.distance > limit * limit) {
             continue;
         }
-        const Node& node = nodes_[next.child];
+        const OctreeNode& node = nodes_[next.child];
         for (std::uint32_t row = node.first; row != kNone; row = entries_[row].next) {
             if (squared_distance(entries_[row].box, point) <= limit * limit) {
                 limit = visit(row, limit);

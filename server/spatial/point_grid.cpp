@@ -19,10 +19,10 @@ bool usable(const Vec3& p) {
 }  // namespace
 
 template <class RowAt>
-void PointGrid::Layer::build(std::span<const Vec3> points,
-                             std::size_t count,
-                             RowAt&& row_at,
-                             float cell_m) {
+void PointGrid::GridLayer::build(std::span<const Vec3> points,
+                                 std::size_t count,
+                                 RowAt&& row_at,
+                                 float cell_m) {
     ZONED_ASSERT(cell_m > 0.0F, "a cell has a size");
     float max_x = -std::numeric_limits<float>::infinity();
     float max_z = max_x;
@@ -90,16 +90,14 @@ void PointGrid::build(std::span<const Vec3> points, float cell_m) {
     kept_.rows.clear();
     kept_at_.clear();
     kept_points_ = 0;
-    loose_.build(
-        points, points.size(), [](std::size_t i) { return i; }, cell_m);
+    loose_.build(points, points.size(), [](std::size_t i) { return i; }, cell_m);
 }
 
 void PointGrid::keep(std::span<const Vec3> points,
                      std::span<const std::uint32_t> rows,
                      float cell_m) {
     loose_.rows.clear();
-    kept_.build(
-        points, rows.size(), [rows](std::size_t i) { return rows[i]; }, cell_m);
+    kept_.build(points, rows.size(), [rows](std::size_t i) { return rows[i]; }, cell_m);
     kept_at_.assign(points.size(), kNone);
     for (std::size_t i = 0; i < kept_.rows.size(); ++i) {
         kept_at_[kept_.rows[i]] = static_cast<std::uint32_t>(i);
@@ -117,8 +115,7 @@ void PointGrid::follow(std::span<const Vec3> points,
     for (const std::uint32_t row : loose) {
         forget(row);
     }
-    loose_.build(
-        points, loose.size(), [loose](std::size_t i) { return loose[i]; }, cell_m);
+    loose_.build(points, loose.size(), [loose](std::size_t i) { return loose[i]; }, cell_m);
 }
 
 void PointGrid::forget(std::uint32_t row) {

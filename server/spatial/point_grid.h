@@ -42,7 +42,7 @@ class PointGrid {
 
   private:
     /// One grid: by cell, then in the order of the build.
-    struct Layer {
+    struct GridLayer {
         template <class RowAt>
         void build(std::span<const Vec3> points, std::size_t count, RowAt&& row_at, float cell_m);
 
@@ -99,8 +99,8 @@ class PointGrid {
 
     void forget(std::uint32_t row);
 
-    Layer kept_;
-    Layer loose_;
+    GridLayer kept_;
+    GridLayer loose_;
     std::vector<std::uint32_t> kept_at_;  // by row: index into the columns of kept_, or kNone
     std::size_t kept_points_ = 0;
 };

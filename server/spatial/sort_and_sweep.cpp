@@ -33,7 +33,7 @@ void SortAndSweep::append(std::uint32_t row) {
     if (place % kLanes == 0) {
         blocks_.emplace_back();
     }
-    Block& block = blocks_.back();
+    SweepBlock& block = blocks_.back();
     block.boxes.set(place % kLanes, boxes_[row]);
     block.rows[place % kLanes] = row;
     block.valid |= 1U << (place % kLanes);
@@ -91,7 +91,7 @@ void SortAndSweep::update(std::span<const std::uint32_t> rows, std::span<const A
 void SortAndSweep::choose_axis() {
     Vec3d sum = Vec3d::Zero();
     Vec3d squares = Vec3d::Zero();
-    for (const Block& block : blocks_) {
+    for (const SweepBlock& block : blocks_) {
         for_each_lane(block.valid, [&](std::size_t lane) {
             const Aabb& box = boxes_[block.rows[lane]];
             const Vec3d middle = 0.5 * (box.lower + box.upper).cast<double>();
@@ -113,7 +113,7 @@ void SortAndSweep::sort_order() {
     std::size_t shifts = 0;
     const std::size_t patience = 8 * order_.size() + 64;
     for (std::size_t i = 1; i < order_.size(); ++i) {
-        const Key key = order_[i];
+        const SweepKey key = order_[i];
         std::size_t k = i;
         for (; k > 0 && key < order_[k - 1]; --k) {
             order_[k] = order_[k - 1];
@@ -133,7 +133,7 @@ void SortAndSweep::write_blocks() {
     reach_.clear();
     float reach = -BoxLanes::kFar;
     for (std::size_t i = 0; i < order_.size(); i += kLanes) {
-        Block& block = blocks_.emplace_back();
+        SweepBlock& block = blocks_.emplace_back();
         const std::size_t n = std::min(kLanes, order_.size() - i);
         for (std::size_t lane = 0; lane < n; ++lane) {
             const std::uint32_t row = order_[i + lane].row;
@@ -155,7 +155,7 @@ void SortAndSweep::write_blocks() {
 void SortAndSweep::settle() {
     choose_axis();
     order_.clear();
-    for (const Block& block : blocks_) {
+    for (const SweepBlock& block : blocks_) {
         for_each_lane(block.valid, [&](std::size_t lane) {
             const std::uint32_t row = block.rows[lane];
             order_.push_back({boxes_[row].lower[axis_], row});

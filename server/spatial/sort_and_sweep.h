@@ -42,7 +42,7 @@ class SortAndSweep {
     /// Calls visit(row, box) for all boxes.
     template <class Visit>
     void for_each(Visit&& visit) const {
-        for (const Block& block : blocks_) {
+        for (const SweepBlock& block : blocks_) {
             for_each_lane(block.valid, [&](std::size_t lane) {
                 visit(block.rows[lane], block.boxes.get(lane));
             });
@@ -52,7 +52,7 @@ class SortAndSweep {
     /// Calls visit(row) once for each box that overlaps `box` (touching counts).
     template <class Visit>
     void query(const Aabb& box, Visit&& visit) const {
-        for_each_block(box.lower[axis_], box.upper[axis_], [&](const Block& block) {
+        for_each_block(box.lower[axis_], box.upper[axis_], [&](const SweepBlock& block) {
             for_each_lane(block.boxes.overlapping(box) & block.valid,
                           [&](std::size_t lane) { visit(block.rows[lane]); });
         });
@@ -70,14 +70,15 @@ class SortAndSweep {
         const float to = along != 0.0F ? from + along * limit : from;
         const float rounding = 1.0e-6F * (std::abs(from) + std::min(std::abs(to), 1.0e6F));
         const float half = sweep.half_extents[axis_] + rounding;
-        for_each_block(std::min(from, to) - half, std::max(from, to) + half, [&](const Block& b) {
-            const std::uint32_t mask = b.boxes.met_by(lanes, limit, enter) & b.valid;
-            for_each_lane(mask, [&](std::size_t lane) {
-                if (enter[static_cast<Eigen::Index>(lane)] <= limit) {
-                    limit = visit(b.rows[lane], limit);
-                }
+        for_each_block(
+            std::min(from, to) - half, std::max(from, to) + half, [&](const SweepBlock& b) {
+                const std::uint32_t mask = b.boxes.met_by(lanes, limit, enter) & b.valid;
+                for_each_lane(mask, [&](std::size_t lane) {
+                    if (enter[static_cast<Eigen::Index>(lane)] <= limit) {
+                        limit = visit(b.rows[lane], limit);
+                    }
+                });
             });
-        });
         return limit;
     }
 
@@ -87,7 +88,7 @@ class SortAndSweep {
     float nearest(const Vec3& point, float limit, Visit&& visit) const {
         const float at = point[axis_];
         const float reach = limit + 1.0e-5F * std::abs(at);
-        for_each_block(at - reach, at + reach, [&](const Block& b) {
+        for_each_block(at - reach, at + reach, [&](const SweepBlock& b) {
             const Array8 squared = b.boxes.squared_distance(point);
             for_each_lane(b.valid, [&](std::size_t lane) {
                 if (limit >= 0.0F && squared[static_cast<Eigen::Index>(lane)] <= limit * limit) {
@@ -101,17 +102,17 @@ class SortAndSweep {
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    struct Block {
+    struct SweepBlock {
         BoxLanes boxes;
         std::array<std::uint32_t, kLanes> rows{};
         std::uint32_t valid = 0;
     };
 
-    struct Key {
+    struct SweepKey {
         float lower = 0.0F;
         std::uint32_t row = kNone;
 
-        bool operator<(const Key& other) const {
+        bool operator<(const SweepKey& other) const {
             return lower != other.lower ? lower < other.lower : row < other.row;
         }
     };
@@ -137,10 +138,10 @@ class SortAndSweep {
     void sort_order();
     void write_blocks();
 
-    std::vector<Block> blocks_;            // sorted ones, then those of boxes that wait
+    std::vector<SweepBlock> blocks_;       // sorted ones, then those of boxes that wait
     std::vector<float> first_lower_;       // of each sorted block: its least lower end
     std::vector<float> reach_;             // of each sorted block: the farthest upper end up to it
-    std::vector<Key> order_;               // boxes by lower end, when they were last sorted
+    std::vector<SweepKey> order_;          // boxes by lower end, when they were last sorted
     std::vector<Aabb> boxes_;              // by row
     std::vector<std::uint32_t> place_of_;  // by row
     int axis_ = 0;

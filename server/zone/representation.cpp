@@ -85,8 +85,8 @@ void become(ZoneState& state, world::Row row, Representation wanted) {
     }
     const BodyId body = e.body[row];
     if ((now == Representation::kParticle) != (wanted == Representation::kParticle)) {
-        const auto as = wanted == Representation::kParticle ? physics::Representation::kParticle
-                                                            : physics::Representation::kFull;
+        const auto as = wanted == Representation::kParticle ? physics::BodyRepresentation::kParticle
+                                                            : physics::BodyRepresentation::kFull;
         if (!state.scene.set_representation(body, as)) {
             return;  // it has joints: it stays as it is
         }

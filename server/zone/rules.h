@@ -62,7 +62,7 @@ struct Contact {
 // contacts. What else rules do to them is said below.
 
 /// Which contacts rules hear of besides those that begin and those with an impulse of more than
-/// physics::Settings::event_impulse_ns.
+/// physics::PhysicsSettings::event_impulse_ns.
 struct ContactWish {
     bool lasts = false;  ///< in each step after the first, while one of the two is awake
     bool ends = false;

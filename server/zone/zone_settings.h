@@ -137,7 +137,7 @@ struct ZoneSettings {
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
     std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
     std::vector<CosmeticBurst> cosmetic_bursts;
-    physics::Settings physics;
+    physics::PhysicsSettings physics;
     ai::AiSettings ai;
     interest::Settings interest;
     ConcealSettings conceal;

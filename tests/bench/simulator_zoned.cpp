@@ -12,7 +12,7 @@ namespace {
 class ZonedSimulator : public Simulator {
   public:
     ZonedSimulator(const scenario::Description& description,
-                   const physics::Settings& settings,
+                   const physics::PhysicsSettings& settings,
                    unsigned threads)
         : pool_(threads),
           zoned_(build_scene(description, settings)) {
@@ -59,7 +59,9 @@ class ZonedSimulator : public Simulator {
     ZonedScene zoned_;
 };
 
-Engine zoned_engine(std::string method, const physics::Settings& settings, unsigned threads = 1) {
+Engine zoned_engine(std::string method,
+                    const physics::PhysicsSettings& settings,
+                    unsigned threads = 1) {
     return {std::move(method),
             "",
             [settings, threads](const scenario::Description& description) {
@@ -78,18 +80,18 @@ Engine zoned_engine(std::string method, const physics::Settings& settings, unsig
 }  // namespace
 
 std::vector<Engine> zoned_engines() {
-    physics::Settings strict;
+    physics::PhysicsSettings strict;
     strict.error_budget_m = 0.002F;
-    std::vector<Engine> engines{zoned_engine("default", physics::Settings()),
+    std::vector<Engine> engines{zoned_engine("default", physics::PhysicsSettings()),
                                 zoned_engine("budget_2mm", strict),
-                                zoned_engine("threads_2", physics::Settings(), 2)};
+                                zoned_engine("threads_2", physics::PhysicsSettings(), 2)};
     for (const int substeps : {2, 4, 8, 16}) {
-        physics::Settings fixed;
+        physics::PhysicsSettings fixed;
         fixed.substeps = substeps;
         engines.push_back(zoned_engine("substeps_" + std::to_string(substeps), fixed));
     }
     for (const NamedMethod& named : contact_methods()) {
-        physics::Settings other;
+        physics::PhysicsSettings other;
         other.method = named.method;
         other.methods.manifold = named.manifold;
         engines.push_back(zoned_engine(named.name, other));

@@ -31,8 +31,8 @@ BodyId add(physics::Scene& scene, const BodyDef& def) {
     return *id;
 }
 
-physics::Settings awake(float gravity) {
-    physics::Settings settings;
+physics::PhysicsSettings awake(float gravity) {
+    physics::PhysicsSettings settings;
     settings.gravity = Vec3(0.0F, -gravity, 0.0F);
     settings.sleep_after_s = 0.0F;
     return settings;
@@ -187,7 +187,7 @@ class FallTrial : public JudgedTrial {
 /// Boxes at random in a cube, 4 m apart in the mean, that no cache holds, and short rays from
 /// everywhere. The exact distances are those of the first rays only.
 struct RayWorld {
-    physics::Scene scene{physics::Settings()};
+    physics::Scene scene{physics::PhysicsSettings()};
     std::vector<physics::Ray> rays;
     std::vector<double> exact;
     Aabb box;

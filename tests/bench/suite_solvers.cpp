@@ -16,8 +16,8 @@ namespace zoned::bench {
 
 namespace {
 
+using physics::PhysicsSettings;
 using physics::RowSystem;
-using physics::Settings;
 
 struct Snapshot {
     std::string name;
@@ -42,7 +42,7 @@ std::vector<NamedMethod> row_methods() {
 /// The rows of a step after `settle` steps by conjugate gradients; `warm`: with the impulses of the
 /// step before as the first guess.
 RowSystem take(const Snapshot& snapshot, bool warm) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.method = physics::SolverVariant::kConjugateGradient;
     settings.methods.iterations = 60;
     settings.methods.keep_problem = true;
@@ -150,7 +150,7 @@ void run_curves(Session& session) {
 
 /// A column that starts with overlaps of 2 cm, over two seconds.
 Row beta_row(const NamedMethod& method, physics::Stabilisation mode, float beta) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.method = method.method;
     settings.methods.iterations = 50;
     settings.methods.measure = true;
@@ -195,7 +195,7 @@ Row beta_row(const NamedMethod& method, physics::Stabilisation mode, float beta)
 /// Baumgarte's bias on a single row, where theory has the region of stability: the factor by which
 /// the error goes on per step.
 Row single_row(float beta) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.method = physics::SolverVariant::kGaussSeidel;
     settings.gravity.setZero();
     settings.sleep_after_s = 0.0F;
@@ -292,7 +292,7 @@ void run_frames(Session& session) {
                 method.method == physics::SolverVariant::kDirect) {
                 continue;
             }
-            Settings settings;
+            PhysicsSettings settings;
             settings.method = method.method;
             settings.methods.iterations = 10;
             settings.methods.warm_start = warm;
@@ -326,7 +326,7 @@ void run_frames(Session& session) {
 /// A column of five whose top is heavier, step by step.
 class RatioTrial : public JudgedTrial {
   public:
-    RatioTrial(const Settings& settings, double top_mass)
+    RatioTrial(const PhysicsSettings& settings, double top_mass)
         : zoned_(build_scene(scenario::column(5, top_mass), settings)) {}
 
     void frame() override { stats_ = zoned_.scene.step(zoned_.dt); }
@@ -359,7 +359,7 @@ void run_ratios(Session& session) {
         std::vector<NamedMethod> named = contact_methods();
         named.insert(named.begin(), {"default", physics::SolverVariant::kSoftStep, {}});
         for (const NamedMethod& method : named) {
-            Settings settings;
+            PhysicsSettings settings;
             settings.method = method.method;
             settings.methods.manifold = method.manifold;
             methods.push_back({method.name, "", [settings, ratio] {

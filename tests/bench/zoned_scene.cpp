@@ -33,8 +33,8 @@ physics::BodyDef definition(const scenario::Body& body) {
     return def;
 }
 
-physics::Settings with_description(physics::Settings settings,
-                                   const scenario::Description& description) {
+physics::PhysicsSettings with_description(physics::PhysicsSettings settings,
+                                          const scenario::Description& description) {
     settings.gravity = description.gravity.cast<float>();
     if (!description.sleeping) {
         settings.sleep_after_s = 0.0F;
@@ -56,7 +56,8 @@ void add_joint(const scenario::BallJoint& joint, ZonedScene& out) {
 
 }  // namespace
 
-ZonedScene build_scene(const scenario::Description& description, physics::Settings settings) {
+ZonedScene build_scene(const scenario::Description& description,
+                       physics::PhysicsSettings settings) {
     ZonedScene out{physics::Scene(with_description(settings, description)),
                    {},
                    static_cast<float>(description.dt)};

@@ -17,7 +17,7 @@ struct ZonedScene {
 
 /// Gravity and sleeping are the description's, all else is `settings`'. Throws where the engine
 /// refuses a body or joint.
-ZonedScene build_scene(const scenario::Description& description, physics::Settings settings);
+ZonedScene build_scene(const scenario::Description& description, physics::PhysicsSettings settings);
 
 /// The methods besides the default by the names of their rows, with their settings.
 struct NamedMethod {

@@ -20,7 +20,7 @@ physics::Shape shape_of(const scenario::Solid& solid) {
 }
 
 physics::Scene build(const scenario::Description& description) {
-    physics::Settings settings;
+    physics::PhysicsSettings settings;
     settings.gravity = description.gravity.cast<float>();
     physics::Scene scene(settings);
     std::vector<BodyId> ids;

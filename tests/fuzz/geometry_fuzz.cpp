@@ -56,7 +56,7 @@ bool read(std::string_view bytes, Shape& out) {
 
 /// Rays and a body that falls: nothing that comes out of the surface may be anything but a number.
 void use(const Shape& shape) {
-    physics::Scene scene{physics::Settings{}};
+    physics::Scene scene{physics::PhysicsSettings{}};
     physics::BodyDef ground;
     ground.kind = physics::BodyKind::kStatic;
     ground.shape = shape;

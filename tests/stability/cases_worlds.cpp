@@ -42,7 +42,7 @@ void far(Run& run) {
 /// a millionth of a millionth per step at random, and by no law of its own.
 void long_runs(Run& run) {
     const int steps = run.pick(20'000, 1'000'000);
-    physics::Settings awake;
+    physics::PhysicsSettings awake;
     awake.sleep_after_s = 0.0F;
     const auto repeat = [&](World& world) {
         for (int i = 0; i < steps && world.step(); ++i) {
@@ -71,7 +71,7 @@ void long_runs(Run& run) {
         repeat(world);
     }
     {
-        physics::Settings weightless = awake;
+        physics::PhysicsSettings weightless = awake;
         weightless.gravity = Vec3::Zero();
         World world(run, "long", "spinning top", weightless);
         BodyDef top = body_of(Shape::box(Vec3(0.5F, 0.2F, 0.3F)), 1.0F, Vec3::Zero());

@@ -68,7 +68,10 @@ void spoil(Fault fault, BodyState& s) {
 
 }  // namespace
 
-World::World(Run& run, std::string name, std::string parameter, const physics::Settings& settings)
+World::World(Run& run,
+             std::string name,
+             std::string parameter,
+             const physics::PhysicsSettings& settings)
     : scene(settings),
       run_(run),
       gravity_(settings.gravity.cast<double>()) {
@@ -321,8 +324,8 @@ void World::finish() {
     run_.add(row);
 }
 
-physics::Settings weightless() {
-    physics::Settings settings;
+physics::PhysicsSettings weightless() {
+    physics::PhysicsSettings settings;
     settings.gravity = Vec3::Zero();
     return settings;
 }

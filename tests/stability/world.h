@@ -44,7 +44,7 @@ class World {
     World(Run& run,
           std::string name,
           std::string parameter,
-          const physics::Settings& settings = {});
+          const physics::PhysicsSettings& settings = {});
 
     /// Adds a body, which must be accepted, and its energy to what there is.
     BodyId add(const BodyDef& def);
@@ -147,7 +147,7 @@ class World {
 /// A dynamic body of that shape at rest; mass 1, friction 0.5.
 BodyDef body_of(const Shape& shape, float mass, const Vec3& position);
 
-physics::Settings weightless();
+physics::PhysicsSettings weightless();
 
 /// A number without what stands behind the point.
 std::string whole(double x);

@@ -10,7 +10,7 @@ namespace zoned::compute {
 namespace {
 
 using kernels::FlockBatch;
-using kernels::FlockSum;
+using kernels::FlockKernelSum;
 using kernels::kLanes;
 using kernels::Lanes;
 
@@ -28,7 +28,7 @@ void step_flock_batch(ParticleColumns& agents,
     for (int c = 0; c < 6; ++c) {
         state[c] = kernels::zk_load(at + c * stride);
     }
-    FlockSum<Lanes> sum{};
+    FlockKernelSum<Lanes> sum{};
     kernels::flock_look(&sum,
                         &rules,
                         &order.grid(),

@@ -39,7 +39,7 @@ void JointSolver::prepare(Bodies& bodies,
     unordered_.clear();
     for (const std::uint32_t index : joints) {
         const JointEntry& entry = table[index];
-        Item item;
+        JointItem item;
         item.joint = index;
         const Vec3 origin = bodies.position[entry.b];
         const auto place = [&](std::uint32_t row, std::uint32_t& slot, JointPose& pose, Quat& q) {
@@ -61,7 +61,7 @@ void JointSolver::prepare(Bodies& bodies,
     }
     order(moving);
     rows_.clear();
-    for (Item& item : items_) {
+    for (JointItem& item : items_) {
         const JointEntry& entry = table[item.joint];
         JointRows rows;
         write_rows(entry.joint, item.pose_a, item.pose_b, rows);
@@ -81,14 +81,14 @@ void JointSolver::prepare(Bodies& bodies,
 /// chain is as narrow as one joint, a tree nearly so.
 void JointSolver::order(const SolverBodies& moving) {
     first_of_.assign(moving.size() + 1, 0);
-    const auto each_slot = [&](const Item& item, auto&& visit) {
+    const auto each_slot = [&](const JointItem& item, auto&& visit) {
         for (const std::uint32_t slot : {item.a, item.b}) {
             if (slot != 0 && moving.moved_by_impulses(slot)) {
                 visit(slot);
             }
         }
     };
-    for (const Item& item : unordered_) {
+    for (const JointItem& item : unordered_) {
         each_slot(item, [&](std::uint32_t slot) { ++first_of_[slot + 1]; });
     }
     for (std::size_t s = 1; s < first_of_.size(); ++s) {
@@ -130,7 +130,7 @@ void JointSolver::walk(std::uint32_t from) {
     queue_[from] = static_cast<std::uint32_t>(items_.size());
     items_.push_back(unordered_[from]);
     for (std::size_t at = begin; at < items_.size(); ++at) {
-        const Item item = items_[at];
+        const JointItem item = items_[at];
         for (const std::uint32_t slot : {item.a, item.b}) {
             if (slot == 0) {
                 continue;
@@ -150,10 +150,10 @@ void JointSolver::walk(std::uint32_t from) {
 
 void JointSolver::shape_matrix() {
     starts_.clear();
-    for (Group& group : groups_) {
+    for (JointGroup& group : groups_) {
         group.first_row = static_cast<std::uint32_t>(starts_.size());
         for (std::uint32_t i = group.first; i < group.end; ++i) {
-            Item& item = items_[i];
+            JointItem& item = items_[i];
             item.earliest = item.first;
             for (const std::uint32_t slot : {item.a, item.b}) {
                 for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {

@@ -47,7 +47,7 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
         return JointPose{start.position + SolverBodies::linear(moving.drift[slot]),
                          moving.orientation(slot, q).toRotationMatrix()};
     };
-    for (const Item& item : items_) {
+    for (const JointItem& item : items_) {
         const Joint& joint = table[item.joint].joint;
         JointRows rows;
         write_rows(joint,
@@ -65,7 +65,7 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
 }
 
 void JointSolver::update_row(const SolverBodies& moving,
-                             const Item& item,
+                             const JointItem& item,
                              float undo,
                              Row& row) const {
     constexpr float kInfinite = std::numeric_limits<float>::infinity();
@@ -105,7 +105,7 @@ void JointSolver::update_row(const SolverBodies& moving,
 /// with m = 0 and t = 1/2, which keeps the energy of an undamped spring however stiff it is. Where
 /// the damping is too strong for the step and the effective mass at the anchors, t and m go up to
 /// 1, implicit Euler's, which do not ring.
-void JointSolver::update_spring(const SolverBodies& moving, const Item& item, Row& row) const {
+void JointSolver::update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const {
     const float inverse_mass = moving.motion[item.a].at[3] + moving.motion[item.b].at[3];
     const SpringConstants spring =
         spring_constants(*row.row.spring, static_cast<double>(inverse_mass));
@@ -126,13 +126,13 @@ void JointSolver::update_spring(const SolverBodies& moving, const Item& item, Ro
 }
 
 void JointSolver::warm_start(SolverBodies& moving) {
-    for (const Item& item : items_) {
+    for (const JointItem& item : items_) {
         for (std::size_t i = item.first; i < item.first + item.count; ++i) {
             rows_[i].impulse = std::clamp(rows_[i].impulse, rows_[i].low, rows_[i].high);
             apply(moving, item, rows_[i], rows_[i].impulse);
         }
     }
-    for (const Group& group : groups_) {
+    for (const JointGroup& group : groups_) {
         if (group.direct) {
             choose_held(moving, group);
             factor(moving, group);
@@ -141,7 +141,7 @@ void JointSolver::warm_start(SolverBodies& moving) {
 }
 
 /// Motors hold that have force left, limits that carry or are about to be reached.
-void JointSolver::choose_held(const SolverBodies& moving, const Group& group) {
+void JointSolver::choose_held(const SolverBodies& moving, const JointGroup& group) {
     for (std::uint32_t i = group.first; group.bounded && i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             Row& row = rows_[r];
@@ -154,7 +154,7 @@ void JointSolver::choose_held(const SolverBodies& moving, const Group& group) {
     }
 }
 
-void JointSolver::factor(const SolverBodies& moving, const Group& group) {
+void JointSolver::factor(const SolverBodies& moving, const JointGroup& group) {
     matrix_.clear(group.first_row, group.end_row);
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         assemble(moving, items_[i]);
@@ -167,10 +167,10 @@ void JointSolver::factor(const SolverBodies& moving, const Group& group) {
     matrix_.factor(group.first_row, group.end_row);
 }
 
-void JointSolver::assemble(const SolverBodies& moving, const Item& item) {
+void JointSolver::assemble(const SolverBodies& moving, const JointItem& item) {
     for (const std::uint32_t slot : {item.a, item.b}) {
         for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
-            const Item& other = items_[joints_of_[k]];
+            const JointItem& other = items_[joints_of_[k]];
             if (other.first <= item.first) {
                 add_block(moving, item, other, slot);
             }
@@ -180,8 +180,8 @@ void JointSolver::assemble(const SolverBodies& moving, const Item& item) {
 
 /// What impulses of q's rows do to the speeds of p's rows through one body.
 void JointSolver::add_block(const SolverBodies& moving,
-                            const Item& p,
-                            const Item& q,
+                            const JointItem& p,
+                            const JointItem& q,
                             std::uint32_t slot) {
     const bool b_of_p = p.b == slot;
     const bool b_of_q = q.b == slot;
@@ -204,7 +204,7 @@ void JointSolver::add_block(const SolverBodies& moving,
     }
 }
 
-float JointSolver::speed(const SolverBodies& moving, const Item& item, const Row& row) {
+float JointSolver::speed(const SolverBodies& moving, const JointItem& item, const Row& row) {
     const Row8& a = moving.motion[item.a];
     const Row8& b = moving.motion[item.b];
     return row.row.linear.dot(SolverBodies::linear(b) - SolverBodies::linear(a)) +
@@ -212,19 +212,25 @@ float JointSolver::speed(const SolverBodies& moving, const Item& item, const Row
            row.row.angular_b.dot(SolverBodies::angular(b));
 }
 
-void JointSolver::apply(SolverBodies& moving, const Item& item, const Row& row, float impulse) {
+void JointSolver::apply(SolverBodies& moving,
+                        const JointItem& item,
+                        const Row& row,
+                        float impulse) {
     moving.change(item.a, -impulse * row.row.linear, impulse * row.turn_a);
     moving.change(item.b, impulse * row.row.linear, impulse * row.turn_b);
 }
 
-void JointSolver::move_impulse(SolverBodies& moving, const Item& item, Row& row, float impulse) {
+void JointSolver::move_impulse(SolverBodies& moving,
+                               const JointItem& item,
+                               Row& row,
+                               float impulse) {
     const float to = std::clamp(impulse, row.low, row.high);
     apply(moving, item, row, to - row.impulse);
     row.impulse = to;
 }
 
 void JointSolver::solve(SolverBodies& moving) {
-    for (const Group& group : groups_) {
+    for (const JointGroup& group : groups_) {
         if (group.direct) {
             solve_group(moving, group);
         } else {
@@ -236,7 +242,7 @@ void JointSolver::solve(SolverBodies& moving) {
 /// Of the limits and motors those hold that carry or can still push. Each round ends with hard rows
 /// solved for the bounded ones as they are: what is cut off at a bound without solving again for
 /// the rest would leave them pulling against nothing.
-void JointSolver::solve_group(SolverBodies& moving, const Group& group) {
+void JointSolver::solve_group(SolverBodies& moving, const JointGroup& group) {
     for (int round = 1;; ++round) {
         find_unknowns(moving, group);
         while (group.bounded && release(moving, group)) {  // fewer rows hold each time
@@ -252,9 +258,9 @@ void JointSolver::solve_group(SolverBodies& moving, const Group& group) {
 }
 
 /// The changes of all held impulses that bring their rows to rest.
-void JointSolver::find_unknowns(const SolverBodies& moving, const Group& group) {
+void JointSolver::find_unknowns(const SolverBodies& moving, const JointGroup& group) {
     for (std::uint32_t i = group.first; i < group.end; ++i) {
-        const Item& item = items_[i];
+        const JointItem& item = items_[i];
         for (std::size_t r = item.first; r < item.first + item.count; ++r) {
             const Row& row = rows_[r];
             unknowns_[r] = row.held ? -static_cast<double>(speed(moving, item, row) + row.bias +
@@ -277,7 +283,7 @@ double JointSolver::share_to_bound(const Row& row, double unknown) {
 /// others have to be solved for anew. Each such step lowers the energy of the impulses, where all
 /// the way and a cut at the bounds might not (the primal active-set method: J. Nocedal, S. J.
 /// Wright, "Numerical Optimization", 2nd ed., 16.5).
-bool JointSolver::release(SolverBodies& moving, const Group& group) {
+bool JointSolver::release(SolverBodies& moving, const JointGroup& group) {
     double share = 1.0;
     for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
         share = std::min(share, share_to_bound(rows_[r], unknowns_[r]));
@@ -302,7 +308,7 @@ bool JointSolver::release(SolverBodies& moving, const Group& group) {
 }
 
 /// Limits that close and motors that push too far hold again; true if there are any.
-bool JointSolver::take_hold(const SolverBodies& moving, const Group& group) {
+bool JointSolver::take_hold(const SolverBodies& moving, const JointGroup& group) {
     bool any = false;
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
@@ -321,7 +327,7 @@ bool JointSolver::take_hold(const SolverBodies& moving, const Group& group) {
     return any;
 }
 
-void JointSolver::apply_unknowns(SolverBodies& moving, const Group& group) {
+void JointSolver::apply_unknowns(SolverBodies& moving, const JointGroup& group) {
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             if (rows_[r].held) {
@@ -334,7 +340,7 @@ void JointSolver::apply_unknowns(SolverBodies& moving, const Group& group) {
     }
 }
 
-void JointSolver::solve_singly(SolverBodies& moving, const Group& group) {
+void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             Row& row = rows_[r];
@@ -352,7 +358,7 @@ void JointSolver::solve_singly(SolverBodies& moving, const Group& group) {
 
 void JointSolver::add_totals() {
     ++substeps_;
-    for (Item& item : items_) {
+    for (JointItem& item : items_) {
         for (std::size_t r = item.first; r < item.first + item.count; ++r) {
             item.carried += rows_[r].impulse * rows_[r].row.linear;
         }
@@ -360,7 +366,7 @@ void JointSolver::add_totals() {
 }
 
 void JointSolver::store(JointTable& table) const {
-    for (const Item& item : items_) {
+    for (const JointItem& item : items_) {
         JointEntry& entry = table[item.joint];
         float sum = 0.0F;
         for (std::size_t i = 0; i < item.count; ++i) {

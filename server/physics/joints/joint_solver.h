@@ -54,7 +54,7 @@ class JointSolver {
     void store(JointTable& table) const;
 
   private:
-    struct Item {
+    struct JointItem {
         std::uint32_t joint = 0;
         std::uint32_t a = 0, b = 0;  // slots
         JointPose pose_a, pose_b;    // when the step began; the common origin is near b
@@ -79,7 +79,7 @@ class JointSolver {
     };
 
     /// Joints that hang together through bodies that move.
-    struct Group {
+    struct JointGroup {
         std::uint32_t first = 0, end = 0;          // of items
         std::uint32_t first_row = 0, end_row = 0;  // of rows
         bool direct = true;
@@ -92,35 +92,40 @@ class JointSolver {
     void shape_matrix();
 
     [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const;
-    void update_row(const SolverBodies& moving, const Item& item, float undo, Row& row) const;
-    void update_spring(const SolverBodies& moving, const Item& item, Row& row) const;
-    void choose_held(const SolverBodies& moving, const Group& group);
-    void factor(const SolverBodies& moving, const Group& group);
-    void assemble(const SolverBodies& moving, const Item& item);
-    void add_block(const SolverBodies& moving, const Item& p, const Item& q, std::uint32_t slot);
-    void solve_group(SolverBodies& moving, const Group& group);
-    void find_unknowns(const SolverBodies& moving, const Group& group);
+    void update_row(const SolverBodies& moving, const JointItem& item, float undo, Row& row) const;
+    void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;
+    void choose_held(const SolverBodies& moving, const JointGroup& group);
+    void factor(const SolverBodies& moving, const JointGroup& group);
+    void assemble(const SolverBodies& moving, const JointItem& item);
+    void add_block(const SolverBodies& moving,
+                   const JointItem& p,
+                   const JointItem& q,
+                   std::uint32_t slot);
+    void solve_group(SolverBodies& moving, const JointGroup& group);
+    void find_unknowns(const SolverBodies& moving, const JointGroup& group);
     [[nodiscard]] static double share_to_bound(const Row& row, double unknown);
-    bool release(SolverBodies& moving, const Group& group);
-    bool take_hold(const SolverBodies& moving, const Group& group);
-    void apply_unknowns(SolverBodies& moving, const Group& group);
-    void solve_singly(SolverBodies& moving, const Group& group);
-    [[nodiscard]] static float speed(const SolverBodies& moving, const Item& item, const Row& row);
+    bool release(SolverBodies& moving, const JointGroup& group);
+    bool take_hold(const SolverBodies& moving, const JointGroup& group);
+    void apply_unknowns(SolverBodies& moving, const JointGroup& group);
+    void solve_singly(SolverBodies& moving, const JointGroup& group);
+    [[nodiscard]] static float speed(const SolverBodies& moving,
+                                     const JointItem& item,
+                                     const Row& row);
     /// Takes the impulse to `impulse`, within its bounds.
-    static void move_impulse(SolverBodies& moving, const Item& item, Row& row, float impulse);
-    static void apply(SolverBodies& moving, const Item& item, const Row& row, float impulse);
+    static void move_impulse(SolverBodies& moving, const JointItem& item, Row& row, float impulse);
+    static void apply(SolverBodies& moving, const JointItem& item, const Row& row, float impulse);
 
     float h_ = 0.0F;
     int substeps_ = 0;  // since `prepare`
-    std::vector<Item> items_;
+    std::vector<JointItem> items_;
     std::vector<Row> rows_;
-    std::vector<Group> groups_;
+    std::vector<JointGroup> groups_;
     EnvelopeSolver matrix_;
     std::vector<double> unknowns_;
     std::vector<std::uint32_t> starts_;
     // Joints by body: of slot s, from first_of_[s] to first_of_[s + 1].
     std::vector<std::uint32_t> first_of_, joints_of_;
-    std::vector<Item> unordered_;
+    std::vector<JointItem> unordered_;
     std::vector<std::uint8_t> visited_;
     std::vector<std::uint32_t> queue_;
 };

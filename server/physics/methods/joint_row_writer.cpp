@@ -85,7 +85,7 @@ void JointRowWriter::write(const Bodies& bodies,
 }
 
 void JointRowWriter::store(const RowSystem& system, double h, int count, JointTable& table) const {
-    for (const Span& span : spans_) {
+    for (const RowSpan& span : spans_) {
         JointEntry& entry = table[span.joint];
         Vec3d force = Vec3d::Zero();
         double sum = 0.0;

@@ -26,13 +26,13 @@ class JointRowWriter {
     void store(const RowSystem& system, double h, int count, JointTable& table) const;
 
   private:
-    struct Span {
+    struct RowSpan {
         std::uint32_t joint = 0;
         std::uint32_t first = 0;
         std::uint32_t count = 0;
     };
 
-    std::vector<Span> spans_;
+    std::vector<RowSpan> spans_;
 };
 
 /// Pose of the body in a slot, relative to `origin`; that of the row where the slot is 0.

@@ -46,8 +46,8 @@ enum class PenaltyIntegrator : std::uint8_t {
     kVelocityVerlet,
 };
 
-/// Parameters of all methods but kSoftStep. Settings::substeps counts for them too; 0 stands for 1,
-/// for 4 with kProjection and for 16 with kPenalty.
+/// Parameters of all methods but kSoftStep. PhysicsSettings::substeps counts for them too; 0 stands
+/// for 1, for 4 with kProjection and for 16 with kPenalty.
 struct VariantSettings {
     int iterations = 20;             ///< passes of a solve, 1..1000
     float tolerance_mps = 0.0F;      ///< stop when the residual is below this; 0: never

@@ -35,7 +35,7 @@ bool solves_rows(SolverVariant method) {
 
 }  // namespace
 
-int VariantStepper::substeps_of(const Settings& settings) {
+int VariantStepper::substeps_of(const PhysicsSettings& settings) {
     if (settings.substeps > 0) {
         return settings.substeps;
     }

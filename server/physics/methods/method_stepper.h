@@ -22,7 +22,7 @@ struct VariantStep {
     std::span<const std::uint32_t> contacts;
     JointTable& joints;
     std::span<const std::uint32_t> active_joints;
-    const Settings& settings;
+    const PhysicsSettings& settings;
     float dt = 0.0F;  ///< s
 };
 
@@ -53,7 +53,7 @@ class VariantStepper {
     /// See Scene::problem.
     [[nodiscard]] const RowSystem& problem() const { return problem_; }
 
-    static int substeps_of(const Settings& settings);
+    static int substeps_of(const PhysicsSettings& settings);
 
   private:
     void take_bodies(const VariantStep& step);

@@ -46,7 +46,7 @@ Vec3d point_velocity(const RowBody& body, const Vec3d& arm) {
 
 }  // namespace
 
-void Projection::list_points(const Place& place,
+void Projection::list_points(const BodyPlace& place,
                              std::span<const ContactSpan> contacts,
                              const VariantBodies& moving,
                              const RowSystem& system) {
@@ -62,7 +62,7 @@ void Projection::list_points(const Place& place,
             if (span.divided && i > 0) {
                 break;
             }
-            Point point;
+            ProjectionPoint point;
             point.normal_row = span.first + i;
             const RowShape& row = system.shape[point.normal_row];
             point.a = system.a[point.normal_row];
@@ -94,7 +94,9 @@ void Projection::list_points(const Place& place,
 
 /// Normal first, then friction: the slip since the substep began is taken back as far as the cone
 /// allows.
-void Projection::project_point(Point& point, VariantBodies& moving, RowSystem& system) const {
+void Projection::project_point(ProjectionPoint& point,
+                               VariantBodies& moving,
+                               RowSystem& system) const {
     RowBody& p = system.bodies[point.a];
     RowBody& q = system.bodies[point.b];
     VariantBody& pose_a = moving[point.a];
@@ -126,7 +128,7 @@ void Projection::project_point(Point& point, VariantBodies& moving, RowSystem& s
     act(q, pose_b, h_, impulse, arm_b.cross(impulse));
 }
 
-void Projection::project_joints(const Place& place,
+void Projection::project_joints(const BodyPlace& place,
                                 VariantBodies& moving,
                                 RowSystem& system) const {
     for (const std::uint32_t index : place.joint_list) {
@@ -169,8 +171,8 @@ void Projection::project_joints(const Place& place,
 /// Points that press are closed when the substep ends: their speed along the normal is that of
 /// restitution, or nothing. What the way out of an overlap has left as speed goes so, through a
 /// whole stack in several passes.
-void Projection::correct_velocities(const Place& place, RowSystem& system) {
-    for (const Point& point : points_) {
+void Projection::correct_velocities(const BodyPlace& place, RowSystem& system) {
+    for (const ProjectionPoint& point : points_) {
         if (point.push <= 0.0) {
             continue;
         }
@@ -191,7 +193,7 @@ void Projection::correct_velocities(const Place& place, RowSystem& system) {
     }
 }
 
-void Projection::solve(const Place& place,
+void Projection::solve(const BodyPlace& place,
                        std::span<const ContactSpan> contacts,
                        VariantBodies& moving,
                        RowSystem& system) {
@@ -210,14 +212,14 @@ void Projection::solve(const Place& place,
     moving.move(place.bodies, h_, false, system);
     for (int i = 0; i < iterations; ++i) {
         project_joints(place, moving, system);
-        for (Point& point : points_) {
+        for (ProjectionPoint& point : points_) {
             project_point(point, moving, system);
         }
     }
     for (int i = 0; i < iterations; ++i) {
         correct_velocities(place, system);
     }
-    for (const Point& point : points_) {
+    for (const ProjectionPoint& point : points_) {
         system.lambda[point.normal_row] = point.push;
         if (point.tangent_row != kNoIndex) {
             system.lambda[point.tangent_row] = point.rub1;

@@ -21,25 +21,25 @@ namespace zoned::physics {
 /// restitution is given where points met fast enough.
 class Projection {
   public:
-    struct Place {
+    struct BodyPlace {
         const Bodies& bodies;
         const ContactGraph& graph;
         const JointTable& joints;
-        const Settings& settings;
+        const PhysicsSettings& settings;
         std::span<const std::uint32_t> joint_list;
         double h = 0.0;  ///< s
     };
 
     /// The whole of a substep; `system` holds its rows at the start, with velocities after forces,
     /// and in `lambda` afterwards the impulses of the contacts.
-    void solve(const Place& place,
+    void solve(const BodyPlace& place,
                std::span<const ContactSpan> contacts,
                VariantBodies& moving,
                RowSystem& system);
 
   private:
     /// One point of one contact.
-    struct Point {
+    struct ProjectionPoint {
         std::uint32_t a = 0, b = 0;  // slots
         std::uint32_t normal_row = 0;
         std::uint32_t tangent_row = kNoIndex;
@@ -52,16 +52,16 @@ class Projection {
         double push = 0.0, rub1 = 0.0, rub2 = 0.0;  // impulses so far, N s
     };
 
-    void list_points(const Place& place,
+    void list_points(const BodyPlace& place,
                      std::span<const ContactSpan> contacts,
                      const VariantBodies& moving,
                      const RowSystem& system);
-    void project_point(Point& point, VariantBodies& moving, RowSystem& system) const;
-    void project_joints(const Place& place, VariantBodies& moving, RowSystem& system) const;
-    void correct_velocities(const Place& place, RowSystem& system);
+    void project_point(ProjectionPoint& point, VariantBodies& moving, RowSystem& system) const;
+    void project_joints(const BodyPlace& place, VariantBodies& moving, RowSystem& system) const;
+    void correct_velocities(const BodyPlace& place, RowSystem& system);
 
     double h_ = 0.0;
-    std::vector<Point> points_;
+    std::vector<ProjectionPoint> points_;
     std::vector<Mat3d> axes_;  // by slot: rotation when the substep began
 };
 

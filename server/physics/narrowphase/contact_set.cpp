@@ -145,7 +145,7 @@ void ContactSet::collide(const Placed& a, const Placed& b, const Probe& probe) {
     for_part_pairs(a, b, probe, [&](const PartPlaced& of_a, const PartPlaced& of_b) {
         meet({of_a, of_b}, probe);
     });
-    for (const Group& group : groups_) {
+    for (const ManifoldGroup& group : groups_) {
         PartManifold out{group.key, {}, group.material_a, group.material_b};
         out.manifold.normal = group.normal;
         out.manifold.separation = group.separation;
@@ -221,7 +221,7 @@ void ContactSet::add(const Pair& pair,
     const auto of_a = static_cast<PartKey>(pair.a.part != nullptr ? pair.a.index : triangle);
     const auto of_b = static_cast<PartKey>(pair.b.part != nullptr ? pair.b.index : triangle);
     const PartKey key = (of_a << 32) | of_b;
-    Group* group = nullptr;
+    ManifoldGroup* group = nullptr;
     for (std::size_t i = 0; i < static_cast<std::size_t>(manifold.count); ++i) {
         ManifoldPoint point = manifold.points[i];
         if (point.separation > margin) {
@@ -256,21 +256,23 @@ void ContactSet::add(const Pair& pair,
 
 /// The group of the manifold's normal and materials, or a new one; when all are taken, that of the
 /// shallowest one if the manifold is deeper.
-ContactSet::Group* ContactSet::group_for(const Pair& pair, PartKey key, const Manifold& manifold) {
+ContactSet::ManifoldGroup* ContactSet::group_for(const Pair& pair,
+                                                 PartKey key,
+                                                 const Manifold& manifold) {
     const Material* material_a = Pair::material(pair.a);
     const Material* material_b = Pair::material(pair.b);
-    for (Group& group : groups_) {
+    for (ManifoldGroup& group : groups_) {
         if (group.normal.dot(manifold.normal) >= kSameNormal && group.material_a == material_a &&
             group.material_b == material_b) {
             return &group;
         }
     }
-    Group* group = nullptr;
+    ManifoldGroup* group = nullptr;
     if (groups_.size() < kMaxPairManifolds) {
         group = &groups_.emplace_back();
     } else {
-        group =
-            &*std::max_element(groups_.begin(), groups_.end(), [](const Group& a, const Group& b) {
+        group = &*std::max_element(
+            groups_.begin(), groups_.end(), [](const ManifoldGroup& a, const ManifoldGroup& b) {
                 return a.separation < b.separation;
             });
         ++dropped_;

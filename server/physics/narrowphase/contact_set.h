@@ -54,7 +54,7 @@ class ContactSet {
     static constexpr std::size_t kGroupPoints = 16;
 
     /// Manifolds that will be one.
-    struct Group {
+    struct ManifoldGroup {
         PartKey key;
         Vec3 normal;
         float separation;
@@ -69,9 +69,9 @@ class ContactSet {
     template <class Surface>
     void meet_surface(const Pair& pair, const Probe& probe, const Surface& surface, bool a_is);
     void add(const Pair& pair, std::uint32_t triangle, const Probe& probe, Manifold& manifold);
-    Group* group_for(const Pair& pair, PartKey key, const Manifold& manifold);
+    ManifoldGroup* group_for(const Pair& pair, PartKey key, const Manifold& manifold);
 
-    std::vector<Group> groups_;
+    std::vector<ManifoldGroup> groups_;
     std::vector<PartManifold> manifolds_;
     bool sensed_ = false;
     std::uint32_t dropped_ = 0;

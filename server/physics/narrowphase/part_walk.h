@@ -14,7 +14,7 @@ namespace zoned::physics {
 /// A convex shape or a surface, alone or as part of a compound.
 struct PartPlaced {
     Placed placed;
-    const Compound::Part* part = nullptr;  ///< null: the body's own shape
+    const Compound::CompoundChild* part = nullptr;  ///< null: the body's own shape
     std::uint32_t index = 0;
 };
 
@@ -32,7 +32,7 @@ void for_parts_near(const Placed& shape,
     }
     const Compound& compound = compound_of(shape.shape);
     const auto at = [&](std::uint32_t i) {
-        const Compound::Part& part = compound.parts()[i];
+        const Compound::CompoundChild& part = compound.parts()[i];
         const Mat3 rotation = shape.rotation * part.rotation;
         const Placed placed{part.part.shape, shape.to_world(part.part.frame.position), rotation};
         visit(PartPlaced{placed, &part, i});
@@ -63,7 +63,7 @@ void for_triangles(const TriangleMesh& mesh, const Aabb& area, Visit&& visit) {
 
 template <class Visit>
 void for_triangles(const Heightfield& field, const Aabb& area, Visit&& visit) {
-    const Heightfield::Cells cells = field.cells_over(area);
+    const Heightfield::HeightfieldCells cells = field.cells_over(area);
     for (std::uint32_t k = cells.first_k; k < cells.last_k; ++k) {
         for (std::uint32_t i = cells.first_i; i < cells.last_i; ++i) {
             const std::array<float, 4> y{field.height(i, k),

@@ -59,7 +59,7 @@ std::string unfit_numbers(const ParticleSystemDef& def) {
 }
 
 kernels::ParticleField view_of(const Heightfield& field, const Vec3& origin) {
-    const Heightfield::Tables& t = field.tables();
+    const Heightfield::HeightfieldTables& t = field.tables();
     const Vec3 corner = field.sample(0, 0);
     return {static_cast<int>(t.columns),
             static_cast<int>(t.rows),

@@ -26,7 +26,7 @@ void for_solid_parts(const Placed& body, const Aabb& area, Visit&& visit) {
     const Compound& compound = compound_of(body.shape);
     bool goes_on = true;
     compound.tree().query(to_frame(area, body), [&](std::uint32_t i) {
-        const Compound::Part& part = compound.parts()[i];
+        const Compound::CompoundChild& part = compound.parts()[i];
         if (goes_on && !part.part.sensor) {
             const Mat3 rotation = body.rotation * part.rotation;
             goes_on =

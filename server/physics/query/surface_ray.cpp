@@ -120,7 +120,7 @@ bool cast_heightfield(const Heightfield& field,
     if (!clip_ray(field.box().grown(1.0e-3F), o, d, enter, leave)) {
         return false;
     }
-    const Heightfield::Tables& tables = field.tables();
+    const Heightfield::HeightfieldTables& tables = field.tables();
     const auto columns = static_cast<std::int64_t>(tables.columns) - 1;
     const auto rows = static_cast<std::int64_t>(tables.rows) - 1;
     CellSteps x(o.x(), d.x(), enter, tables.spacing_x, 0.5 * static_cast<double>(columns));
@@ -159,7 +159,7 @@ bool cast_compound(const Compound& compound,
     bool hit = false;
     std::uint32_t best = 0;
     const auto test = [&](std::uint32_t i, float bound) {
-        const Compound::Part& part = compound.parts()[i];
+        const Compound::CompoundChild& part = compound.parts()[i];
         const Placed placed{part.part.shape, part.part.frame.position, part.rotation};
         float at = 0.0F;
         Vec3 out = Vec3::Zero();

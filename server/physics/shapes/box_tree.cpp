@@ -95,7 +95,7 @@ std::size_t BoxTree::depth() const {
     std::array<std::size_t, kMaxDepth> waiting{};  // depths of the right children to come
     std::size_t height = 0;
     std::size_t depth = 1;
-    for (const Node& node : nodes_) {
+    for (const BoxTreeNode& node : nodes_) {
         deepest = std::max(deepest, depth);
         if (node.items == 0) {
             waiting[height++] = ++depth;
@@ -107,16 +107,17 @@ std::size_t BoxTree::depth() const {
 }
 
 bool BoxTree::same_as(const BoxTree& other) const {
-    static_assert(sizeof(Node) == 32, "nodes are compared byte by byte: no padding");
+    static_assert(sizeof(BoxTreeNode) == 32, "nodes are compared byte by byte: no padding");
     return order_ == other.order_ && nodes_.size() == other.nodes_.size() &&
            (nodes_.empty() ||
-            std::memcmp(nodes_.data(), other.nodes_.data(), nodes_.size() * sizeof(Node)) == 0);
+            std::memcmp(nodes_.data(), other.nodes_.data(), nodes_.size() * sizeof(BoxTreeNode)) ==
+                0);
 }
 
 BoxTree::Layout BoxTree::layout() const {
     Layout out;
     out.nodes.reserve(nodes_.size());
-    for (const Node& node : nodes_) {
+    for (const BoxTreeNode& node : nodes_) {
         out.nodes.push_back(static_cast<std::uint8_t>(node.items));
     }
     out.order = order_;
@@ -149,7 +150,7 @@ core::Result<BoxTree> BoxTree::restore(Layout layout, std::span<const Aabb> boxe
         if (complete) {
             return wrong(" lies beyond the last leaf");
         }
-        Node& node = tree.nodes_.emplace_back();
+        BoxTreeNode& node = tree.nodes_.emplace_back();
         if (items == 0) {
             if (depth == kMaxDepth) {
                 return wrong(" is too deep");
@@ -180,7 +181,7 @@ core::Result<BoxTree> BoxTree::restore(Layout layout, std::span<const Aabb> boxe
 /// The nodes' boxes, from the leaves up: children stand behind their parents.
 void BoxTree::fit(std::span<const Aabb> boxes) {
     for (std::size_t at = nodes_.size(); at-- > 0;) {
-        Node& node = nodes_[at];
+        BoxTreeNode& node = nodes_[at];
         if (node.items == 0) {
             node.box = join(nodes_[at + 1].box, nodes_[node.next].box);
             continue;
@@ -250,7 +251,7 @@ std::uint32_t BoxTree::split(std::span<const Aabb> boxes,
     return static_cast<std::uint32_t>(half - order_.begin());
 }
 
-float BoxTree::Ray::enter(const Aabb& box) const {
+float BoxTree::BoxTreeRay::enter(const Aabb& box) const {
     float enter = 0.0F;
     float leave = INFINITY;
     for (int i = 0; i < 3; ++i) {

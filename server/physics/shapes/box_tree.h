@@ -40,7 +40,7 @@ class BoxTree {
         std::array<std::uint32_t, kMaxDepth> stack;
         std::size_t height = 0;
         for (std::uint32_t at = 0; at < nodes_.size();) {
-            const Node& node = nodes_[at];
+            const BoxTreeNode& node = nodes_[at];
             if (node.box.overlaps(area)) {
                 if (node.items == 0) {
                     stack[height++] = node.next;
@@ -62,7 +62,7 @@ class BoxTree {
     /// meets within 0 <= t <= limit, nearer boxes first. Returns the last limit.
     template <class Test>
     float cast(const Vec3& origin, const Vec3& direction, float limit, Test&& test) const {
-        const Ray ray(origin, direction);
+        const BoxTreeRay ray(origin, direction);
         std::array<std::pair<std::uint32_t, float>, kMaxDepth + 1> stack;
         std::size_t height = 0;
         if (!nodes_.empty()) {
@@ -73,7 +73,7 @@ class BoxTree {
             if (!(enter <= limit)) {
                 continue;
             }
-            const Node& node = nodes_[at];
+            const BoxTreeNode& node = nodes_[at];
             for (std::uint32_t i = 0; i < node.items; ++i) {
                 limit = test(order_[node.next + i], limit);
             }
@@ -102,7 +102,7 @@ class BoxTree {
 
     /// Of memory.
     [[nodiscard]] std::size_t bytes() const {
-        return nodes_.size() * sizeof(Node) + order_.size() * sizeof(order_[0]);
+        return nodes_.size() * sizeof(BoxTreeNode) + order_.size() * sizeof(order_[0]);
     }
 
     /// Whether both are the same bit for bit, boxes included.
@@ -114,17 +114,17 @@ class BoxTree {
     /// Splits are halves of the items from this depth on, so that no tree is deeper than kMaxDepth.
     static constexpr std::uint32_t kHalvesFrom = 32;
 
-    struct Node {
+    struct BoxTreeNode {
         Aabb box;
         std::uint32_t next = 0;  ///< inner: the right child (the left one follows); leaf: its items
         std::uint32_t items = 0;  ///< leaf: how many
     };
 
     /// A ray with its inverse direction, for slabs.
-    struct Ray {
+    struct BoxTreeRay {
         Vec3 origin, inverse;
 
-        Ray(const Vec3& o, const Vec3& d) : origin(o), inverse(d.cwiseInverse()) {}
+        BoxTreeRay(const Vec3& o, const Vec3& d) : origin(o), inverse(d.cwiseInverse()) {}
 
         /// Where the ray enters the box; infinite when it misses it.
         [[nodiscard]] float enter(const Aabb& box) const;
@@ -141,7 +141,7 @@ class BoxTree {
 
     void fit(std::span<const Aabb> boxes);
 
-    std::vector<Node> nodes_;
+    std::vector<BoxTreeNode> nodes_;
     std::vector<std::uint32_t> order_;
 };
 

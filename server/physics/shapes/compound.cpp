@@ -46,7 +46,7 @@ core::Result<BuiltCompound> assemble(std::span<const CompoundPart> parts,
         return Built::failure("compound: " + axes.error());
     }
     const Eigen::Quaterniond turn = Eigen::Quaterniond(axes->rotation).normalized();
-    Compound::Tables t;
+    Compound::CompoundTables t;
     std::vector<Aabb> boxes;
     for (const CompoundPart& given : parts) {
         CompoundPart part = given;

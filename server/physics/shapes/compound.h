@@ -25,13 +25,13 @@ struct CompoundPart {
 /// axes. Parts may overlap: what they share counts twice.
 class Compound final : public Geometry {
   public:
-    struct Part {
+    struct CompoundChild {
         CompoundPart part;
         Mat3 rotation;  ///< of part.frame
     };
 
-    struct Tables {
-        std::vector<Part> parts;
+    struct CompoundTables {
+        std::vector<CompoundChild> parts;
         BoxTree tree;
         float mass = 0.0F;    ///< kg, from the parts' densities
         float volume = 0.0F;  ///< m3
@@ -39,9 +39,11 @@ class Compound final : public Geometry {
         Vec3 moments_per_kg = Vec3::Zero();
     };
 
-    explicit Compound(Tables tables) : Geometry(ShapeKind::kCompound), t_(std::move(tables)) {}
+    explicit Compound(CompoundTables tables)
+        : Geometry(ShapeKind::kCompound),
+          t_(std::move(tables)) {}
 
-    [[nodiscard]] const std::vector<Part>& parts() const { return t_.parts; }
+    [[nodiscard]] const std::vector<CompoundChild>& parts() const { return t_.parts; }
 
     [[nodiscard]] const BoxTree& tree() const { return t_.tree; }
 
@@ -54,7 +56,7 @@ class Compound final : public Geometry {
     [[nodiscard]] const Vec3& moments_per_kg() const { return t_.moments_per_kg; }
 
   private:
-    Tables t_;
+    CompoundTables t_;
 };
 
 /// The compound of a shape of kind kCompound.

@@ -27,7 +27,7 @@ Aabb Heightfield::box() const {
             Vec3(half.x(), t_.highest, half.z())};
 }
 
-Heightfield::Cells Heightfield::cells_over(const Aabb& area) const {
+Heightfield::HeightfieldCells Heightfield::cells_over(const Aabb& area) const {
     const Aabb whole = box();
     if (!(area.lower.x() <= whole.upper.x() && area.upper.x() >= whole.lower.x() &&
           area.lower.z() <= whole.upper.z() && area.upper.z() >= whole.lower.z())) {
@@ -122,7 +122,7 @@ core::Result<std::shared_ptr<const Heightfield>> build_heightfield(std::span<con
     if (!(options.thickness >= 0.0F && options.thickness <= kMaxSize)) {
         return Built::failure("heightfield: thickness out of range");
     }
-    Heightfield::Tables t;
+    Heightfield::HeightfieldTables t;
     t.thickness = options.thickness;
     t.columns = options.columns;
     t.rows = options.rows;

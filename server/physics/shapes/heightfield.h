@@ -20,7 +20,7 @@ inline constexpr std::uint32_t kMaxFieldSamples = 1U << 14;  ///< along one side
 /// `thickness` under its lowest sample: what has its centre there is pushed up out of it.
 class Heightfield final : public Geometry {
   public:
-    struct Tables {
+    struct HeightfieldTables {
         std::uint32_t columns = 0;  ///< samples along x
         std::uint32_t rows = 0;     ///< samples along z
         float spacing_x = 1.0F;     ///< m
@@ -31,18 +31,18 @@ class Heightfield final : public Geometry {
         float thickness = 0.0F;
     };
 
-    explicit Heightfield(Tables tables)
+    explicit Heightfield(HeightfieldTables tables)
         : Geometry(ShapeKind::kHeightfield),
           t_(std::move(tables)) {}
 
     [[nodiscard]] Aabb box() const;
 
-    /// Cells (i, k) with lower.i <= i < upper.i and so on, whose columns overlap a box.
-    struct Cells {
+    /// HeightfieldCells (i, k) with lower.i <= i < upper.i and so on, whose columns overlap a box.
+    struct HeightfieldCells {
         std::uint32_t first_i = 0, last_i = 0, first_k = 0, last_k = 0;  // last is one beyond
     };
 
-    [[nodiscard]] Cells cells_over(const Aabb& area) const;
+    [[nodiscard]] HeightfieldCells cells_over(const Aabb& area) const;
 
     [[nodiscard]] float height(std::uint32_t i, std::uint32_t k) const {
         return t_.heights[static_cast<std::size_t>(k) * t_.columns + i];
@@ -62,10 +62,10 @@ class Heightfield final : public Geometry {
     /// The triangle over or under a point; false when the point is beside the field.
     [[nodiscard]] bool triangle_at(const Vec3& p, Triangle& out) const;
 
-    [[nodiscard]] const Tables& tables() const { return t_; }
+    [[nodiscard]] const HeightfieldTables& tables() const { return t_; }
 
   private:
-    Tables t_;
+    HeightfieldTables t_;
 };
 
 /// The field of a shape of kind kHeightfield.

@@ -12,7 +12,7 @@ namespace zoned::physics {
 
 namespace {
 
-using HullTables = ConvexHull::Tables;
+using HullTables = ConvexHull::HullTables;
 
 float tolerance_of(const HullOptions& options, double extent) {
     if (options.tolerance > 0.0F) {

@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxHullPoints = 1U << 16;
 class ConvexHull final : public Geometry {
   public:
     /// Filled in by build_hull.
-    struct Tables {
+    struct HullTables {
         std::vector<float> x, y, z;  ///< padded
         std::vector<HullFace> faces;
         std::vector<std::uint8_t> loops;
@@ -29,7 +29,7 @@ class ConvexHull final : public Geometry {
         Aabb box;
     };
 
-    explicit ConvexHull(Tables tables) : Geometry(ShapeKind::kHull), t_(std::move(tables)) {}
+    explicit ConvexHull(HullTables tables) : Geometry(ShapeKind::kHull), t_(std::move(tables)) {}
 
     [[nodiscard]] HullView view() const;
 
@@ -47,7 +47,7 @@ class ConvexHull final : public Geometry {
     [[nodiscard]] const Aabb& box() const { return t_.box; }
 
   private:
-    Tables t_;
+    HullTables t_;
 };
 
 /// The hull of a shape of kind kHull.

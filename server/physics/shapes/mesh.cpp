@@ -12,7 +12,7 @@ namespace zoned::physics {
 
 namespace {
 
-using MeshTables = TriangleMesh::Tables;
+using MeshTables = TriangleMesh::MeshTables;
 using Corners = std::array<std::uint32_t, 3>;
 
 constexpr float kMinWeld = 1.0e-6F;

@@ -21,7 +21,7 @@ inline constexpr std::size_t kMaxEdgeTriangles = 64;  ///< all of them look at e
 /// touches it. A thing that got behind is not pulled through: it is not held at all.
 class TriangleMesh final : public Geometry {
   public:
-    struct Tables {
+    struct MeshTables {
         std::vector<Vec3> vertices;
         std::vector<std::array<std::uint32_t, 3>> corners;
         std::vector<Vec3> normals;
@@ -29,7 +29,7 @@ class TriangleMesh final : public Geometry {
         BoxTree tree;
     };
 
-    explicit TriangleMesh(Tables tables) : Geometry(ShapeKind::kMesh), t_(std::move(tables)) {}
+    explicit TriangleMesh(MeshTables tables) : Geometry(ShapeKind::kMesh), t_(std::move(tables)) {}
 
     [[nodiscard]] std::uint32_t triangle_count() const {
         return static_cast<std::uint32_t>(t_.corners.size());
@@ -41,10 +41,10 @@ class TriangleMesh final : public Geometry {
 
     [[nodiscard]] const Aabb& box() const { return t_.tree.box(); }
 
-    [[nodiscard]] const Tables& tables() const { return t_; }
+    [[nodiscard]] const MeshTables& tables() const { return t_; }
 
   private:
-    Tables t_;
+    MeshTables t_;
 };
 
 /// The mesh of a shape of kind kMesh.

@@ -73,12 +73,12 @@ struct Outline {
 
 }  // namespace
 
-core::Result<OuterShape> outer_of(const Compound& compound) {
-    using Made = core::Result<OuterShape>;
+core::Result<OuterHull> outer_hull_of(const Compound& compound) {
+    using Made = core::Result<OuterHull>;
     Outline outline;
     CompoundPart part;
     bool first = true;
-    for (const Compound::Part& p : compound.parts()) {
+    for (const Compound::CompoundChild& p : compound.parts()) {
         if (p.part.sensor) {
             continue;
         }

@@ -5,7 +5,7 @@
 
 namespace zoned::physics {
 
-struct OuterShape {
+struct OuterHull {
     /// In the compound's own frame, so that a body changes from one to the other where it stands.
     std::shared_ptr<const Compound> compound;
     /// How far the parts stand out of the hull at most, m: round parts are cut to corners, and of
@@ -16,6 +16,6 @@ struct OuterShape {
 /// The hull of the parts that have a mass, with the first one's material and filter. What rests on
 /// level ground rests on it alike, where its parts have corners. Fails with the reason where none
 /// can be built.
-core::Result<OuterShape> outer_of(const Compound& compound);
+core::Result<OuterHull> outer_hull_of(const Compound& compound);
 
 }  // namespace zoned::physics

@@ -18,7 +18,7 @@ class ContactColoring {
     /// Up to this many colours; a contact that finds none of them free gets a group of its own.
     static constexpr std::uint32_t kColors = 64;
 
-    struct Group {
+    struct ColorGroup {
         std::uint32_t begin = 0;
         std::uint32_t end = 0;
     };
@@ -36,11 +36,11 @@ class ContactColoring {
     [[nodiscard]] const std::vector<std::uint32_t>& order() const { return order_; }
 
     /// Ranges of at most eight contacts in `order()`, all of one colour.
-    [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+    [[nodiscard]] const std::vector<ColorGroup>& groups() const { return groups_; }
 
     /// Ranges of groups whose contacts share no moving body: the colours, and each contact that
     /// found none.
-    [[nodiscard]] const std::vector<Group>& stages() const { return stages_; }
+    [[nodiscard]] const std::vector<ColorGroup>& stages() const { return stages_; }
 
   private:
     static constexpr std::size_t kClasses = (kColors + 1) * (kMaxManifoldPoints + 1);
@@ -48,8 +48,8 @@ class ContactColoring {
     std::vector<std::uint64_t> taken_;  // by slot: colours in use
     std::vector<std::uint16_t> class_;  // by place in the list: colour and number of points
     std::vector<std::uint32_t> order_;
-    std::vector<Group> groups_;
-    std::vector<Group> stages_;
+    std::vector<ColorGroup> groups_;
+    std::vector<ColorGroup> stages_;
     std::array<std::uint32_t, kClasses + 1> first_{};
 };
 

@@ -76,7 +76,7 @@ void ContactSolver::watch_impacts() {
 /// Notes how fast the surfaces will be when they meet, for points that will within this substep.
 /// The velocities hold gravity for the whole substep already, the impact comes after the gap s was
 /// closed: v_impact^2 = v_start^2 - 2 a s with the relative acceleration a along the normal.
-void ContactSolver::watch(Watch& w) {
+void ContactSolver::watch(SolverWatch& w) {
     const ContactBatch& batch = batches_[w.batch];
     const std::uint32_t lane = w.lane;
     const Single at(batch, w.lane, moving_);
@@ -105,14 +105,14 @@ void ContactSolver::watch(Watch& w) {
 
 /// What stopped an impact is no force that goes on.
 void ContactSolver::forget_impacts() {
-    for (Watch& w : watches_) {
+    for (SolverWatch& w : watches_) {
         if (w.impact) {
             forget_impact(w);
         }
     }
 }
 
-void ContactSolver::forget_impact(Watch& w) {
+void ContactSolver::forget_impact(SolverWatch& w) {
     ContactBatch& batch = batches_[w.batch];
     for (std::size_t k = 0; k < batch.count; ++k) {
         points_[batch.points + k].impulse[w.lane] = 0.0F;
@@ -126,7 +126,7 @@ void ContactSolver::forget_impact(Watch& w) {
 /// Newton's restitution: points that met faster than the threshold and carried an impulse leave
 /// with e times the speed of impact; friction of the second half of the impact comes with it.
 void ContactSolver::restitute() {
-    for (Watch& w : watches_) {
+    for (SolverWatch& w : watches_) {
         const ContactBatch& batch = batches_[w.batch];
         bool bounces = false;
         for (std::size_t k = 0; k < batch.count; ++k) {
@@ -138,17 +138,17 @@ void ContactSolver::restitute() {
             w.impact = true;
         }
     }
-    const bool any =
-        std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.impact; });
+    const bool any = std::any_of(
+        watches_.begin(), watches_.end(), [](const SolverWatch& w) { return w.impact; });
     for (int i = 0; any && i < kRestitutionIterations; ++i) {
         joints_.solve(moving_);
-        for (Watch& w : watches_) {
+        for (SolverWatch& w : watches_) {
             if (w.impact) {
                 bounce(w);
             }
         }
     }
-    for (Watch& w : watches_) {
+    for (SolverWatch& w : watches_) {
         if (w.impact) {
             add_totals(w);
             forget_impact(w);
@@ -159,7 +159,7 @@ void ContactSolver::restitute() {
 /// From the speed at which the surfaces met to that with which they have to part here, s from where
 /// they met: v^2 = (e v_met)^2 + 2 a s with the relative acceleration a along the normal. Substeps
 /// after the impact let the bodies sink a little, and that must cost no energy.
-void ContactSolver::aim(Watch& w) {
+void ContactSolver::aim(SolverWatch& w) {
     const ContactBatch& batch = batches_[w.batch];
     const Single at(batch, w.lane, moving_);
     for (std::size_t k = 0; k < batch.count; ++k) {
@@ -172,7 +172,7 @@ void ContactSolver::aim(Watch& w) {
     }
 }
 
-void ContactSolver::bounce(Watch& w) {
+void ContactSolver::bounce(SolverWatch& w) {
     ContactBatch& batch = batches_[w.batch];
     const std::uint32_t lane = w.lane;
     const Single at(batch, w.lane, moving_);
@@ -221,7 +221,7 @@ void ContactSolver::bounce(Watch& w) {
     batch.impulse2[lane] = f2;
 }
 
-void ContactSolver::add_totals(const Watch& w) {
+void ContactSolver::add_totals(const SolverWatch& w) {
     const ContactBatch& batch = batches_[w.batch];
     for (std::size_t k = 0; k < batch.count; ++k) {
         PointLanes& p = points_[batch.points + k];

@@ -84,7 +84,7 @@ void ContactSolver::lay_out(const ContactGraph& graph) {
     std::uint32_t points = 0;
     std::uint32_t couplings = 0;
     for (std::size_t g = 0; g < batches_.size(); ++g) {
-        const ContactColoring::Group group = coloring_.groups()[g];
+        const ContactColoring::ColorGroup group = coloring_.groups()[g];
         ContactBatch& batch = batches_[g];
         batch.contact.fill(kNoIndex);
         batch.count = 0;

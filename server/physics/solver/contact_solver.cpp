@@ -49,7 +49,7 @@ void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
 
 template <class Visit>
 void ContactSolver::for_each_batch(Visit&& visit) {
-    for (const ContactColoring::Group stage : coloring_.stages()) {
+    for (const ContactColoring::ColorGroup stage : coloring_.stages()) {
         team_->run(stage.end - stage.begin, kBatchGrain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 visit(batches_[stage.begin + i]);

@@ -64,7 +64,7 @@ class ContactSolver {
 
   private:
     /// A contact that may bounce: where it stands, and how fast its points met.
-    struct Watch {
+    struct SolverWatch {
         std::uint32_t batch = 0;
         std::uint32_t lane = 0;
         float restitution = 0.0F;
@@ -121,13 +121,13 @@ class ContactSolver {
 
     // contact_impacts.cpp
     void watch_impacts();
-    void watch(Watch& w);
+    void watch(SolverWatch& w);
     void forget_impacts();
-    void forget_impact(Watch& w);
-    void add_totals(const Watch& w);
+    void forget_impact(SolverWatch& w);
+    void add_totals(const SolverWatch& w);
     void restitute();
-    void aim(Watch& w);
-    void bounce(Watch& w);
+    void aim(SolverWatch& w);
+    void bounce(SolverWatch& w);
 
     void store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken);
     void store_batch(const ContactBatch& batch, ContactGraph& graph) const;
@@ -144,7 +144,7 @@ class ContactSolver {
     std::vector<ContactBatch> batches_;
     std::vector<PointLanes> points_;
     std::vector<Lanes> couplings_;
-    std::vector<Watch> watches_;
+    std::vector<SolverWatch> watches_;
 };
 
 }  // namespace zoned::physics

@@ -296,19 +296,19 @@ void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::u
         }
     });
     for (std::size_t i = 1; i < row_.size(); ++i) {
-        if (outcome_[i] == Outcome::kUnfit) {
+        if (outcome_[i] == StoreOutcome::kUnfit) {
             stop_broken(bodies, row_[i], broken);
         }
-        bodies.slowed += outcome_[i] == Outcome::kSlowed ? 1 : 0;
+        bodies.slowed += outcome_[i] == StoreOutcome::kSlowed ? 1 : 0;
     }
 }
 
 /// Where the result is of no use the body is as it was.
-SolverBodies::Outcome SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
+SolverBodies::StoreOutcome SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
     const std::uint32_t row = row_[slot];
     bodies.solver_slot[row] = 0;
     if (!moved_by_impulses(slot)) {
-        return Outcome::kStored;
+        return StoreOutcome::kStored;
     }
     Quat orientation = bodies.orientation[row];
     Vec3 spin = angular(motion[slot]);
@@ -333,12 +333,12 @@ SolverBodies::Outcome SolverBodies::store_body(Bodies& bodies, std::size_t slot)
     Vec3 velocity = linear(motion[slot]);
     const bool slowed = slow_down(velocity, spin);
     if (!fit(position, velocity, spin, orientation)) {
-        return Outcome::kUnfit;
+        return StoreOutcome::kUnfit;
     }
     bodies.set_pose(row, position, orientation);
     bodies.velocity[row] = velocity;
     bodies.angular_velocity[row] = spin;
-    return slowed ? Outcome::kSlowed : Outcome::kStored;
+    return slowed ? StoreOutcome::kSlowed : StoreOutcome::kStored;
 }
 
 void fly_free(Bodies& bodies,

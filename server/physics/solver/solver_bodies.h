@@ -84,13 +84,13 @@ class SolverBodies {
     template <class Visit>
     void for_each_slot(compute::Team& team, Visit&& visit);
     void turn(const Bodies& bodies, float seconds, Spinner& spinner);
-    enum class Outcome : std::uint8_t {
+    enum class StoreOutcome : std::uint8_t {
         kStored,
         kSlowed,  ///< speed or spin was cut to the most there is
         kUnfit,   ///< not finite or out of range
     };
 
-    [[nodiscard]] Outcome store_body(Bodies& bodies, std::size_t slot) const;
+    [[nodiscard]] StoreOutcome store_body(Bodies& bodies, std::size_t slot) const;
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
@@ -105,7 +105,7 @@ class SolverBodies {
     std::vector<std::uint32_t> row_;
     std::vector<Spinner> spinners_;
     std::vector<std::uint32_t> spinner_of_;  // by slot: place in `spinners_`, or kNoIndex
-    std::vector<Outcome> outcome_;           // of each body, by slot
+    std::vector<StoreOutcome> outcome_;      // of each body, by slot
 };
 
 /// Turns a body freely, about principal axes that may be tilted against its own; see rotate_freely.

@@ -15,7 +15,7 @@ float deceleration(SolverVariant method,
                    ManifoldMode manifold,
                    float angle,
                    float load = 1.0F) {
-    Settings settings = settings_of(method, 200);
+    PhysicsSettings settings = settings_of(method, 200);
     settings.methods.friction = model;
     settings.methods.manifold = manifold;
     VariantScene s(settings);
@@ -106,7 +106,7 @@ TEST(Friction, OfTheExactSolverLiesOnTheConeAndAtThePyramidsCorner) {
 
 /// Sum of the impulses on the ground over a second, N s.
 float load_of(ManifoldMode manifold) {
-    Settings settings = settings_of(SolverVariant::kGaussSeidel, 50);
+    PhysicsSettings settings = settings_of(SolverVariant::kGaussSeidel, 50);
     settings.methods.manifold = manifold;
     settings.event_impulse_ns = 0.0F;
     VariantScene s(settings);

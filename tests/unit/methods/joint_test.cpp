@@ -12,7 +12,7 @@ struct Held {
     BodyId body;
     JointId joint;
 
-    Held(const Settings& settings, JointDef def) : s(settings) {
+    Held(const PhysicsSettings& settings, JointDef def) : s(settings) {
         BodyDef box;
         box.shape = Shape::box(Vec3(0.5F, 0.2F, 0.3F));
         box.mass = 2.0F;

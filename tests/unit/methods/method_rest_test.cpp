@@ -6,7 +6,7 @@
 namespace zoned::physics {
 namespace {
 
-VariantScene stack(const Settings& settings, int boxes, float top_mass) {
+VariantScene stack(const PhysicsSettings& settings, int boxes, float top_mass) {
     VariantScene s(settings);
     s.ground();
     for (int i = 0; i < boxes; ++i) {
@@ -43,7 +43,7 @@ TEST_P(EachMethod, HoldsAStackOfFiveBoxesForFiveSeconds) {
 // Of the load that rests on the ground after a second, m g h in each step, no method may miss more
 // than rocking moves about: a tenth.
 TEST_P(EachMethod, CarriesTheWeightOfABox) {
-    Settings settings = settings_of(GetParam(), 50);
+    PhysicsSettings settings = settings_of(GetParam(), 50);
     settings.event_impulse_ns = 0.0F;
     VariantScene s(settings);
     s.ground();
@@ -119,7 +119,7 @@ TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
 // With one normal row per contact five boxes are 20 rows instead of 60. What holds a box upright is
 // that its centre of pressure moves to where it leans.
 TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
-    Settings settings = settings_of(SolverVariant::kDirect);
+    PhysicsSettings settings = settings_of(SolverVariant::kDirect);
     settings.methods.manifold = ManifoldMode::kDivided;
     VariantScene s = stack(settings, 5, 1.0e5F);
     for (int i = 0; i < 600; ++i) {
@@ -131,7 +131,7 @@ TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
 }
 
 TEST(DirectMethod, CountsIslandsThatAreTooLargeAndLeavesThemToGaussSeidel) {
-    Settings settings = settings_of(SolverVariant::kDirect, 30);
+    PhysicsSettings settings = settings_of(SolverVariant::kDirect, 30);
     settings.methods.direct_rows = 20;
     VariantScene s(settings);
     s.ground();

@@ -59,8 +59,8 @@ inline std::string name_of(SolverVariant method) {
     return "?";
 }
 
-inline Settings settings_of(SolverVariant method, int iterations = 20) {
-    Settings settings;
+inline PhysicsSettings settings_of(SolverVariant method, int iterations = 20) {
+    PhysicsSettings settings;
     settings.method = method;
     settings.methods.iterations = iterations;
     settings.sleep_after_s = 0.0F;
@@ -70,7 +70,7 @@ inline Settings settings_of(SolverVariant method, int iterations = 20) {
 /// A scene and the bodies that were put into it.
 class VariantScene {
   public:
-    explicit VariantScene(const Settings& settings) : scene(settings) {}
+    explicit VariantScene(const PhysicsSettings& settings) : scene(settings) {}
 
     BodyId add(const BodyDef& def) {
         const auto id = scene.add(def);

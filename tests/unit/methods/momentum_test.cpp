@@ -4,8 +4,8 @@
 namespace zoned::physics {
 namespace {
 
-Settings weightless(SolverVariant method) {
-    Settings settings = settings_of(method, 60);
+PhysicsSettings weightless(SolverVariant method) {
+    PhysicsSettings settings = settings_of(method, 60);
     settings.gravity.setZero();
     return settings;
 }

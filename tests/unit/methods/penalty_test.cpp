@@ -10,7 +10,7 @@ namespace {
 /// The largest error of a distance joint of 1 m in the second half of 600 steps, from 1 cm. A joint
 /// of one row on one body is a single spring of exactly the frequency that the share says.
 float swing(float share, float damping, PenaltyIntegrator integrator) {
-    Settings settings = settings_of(SolverVariant::kPenalty);
+    PhysicsSettings settings = settings_of(SolverVariant::kPenalty);
     settings.gravity.setZero();
     settings.substeps = 1;
     settings.methods.penalty_share = share;
@@ -73,7 +73,7 @@ TEST(PenaltyMethod, KnowsItsLimit) {
 TEST(PenaltyMethod, KeepsAStackStableJustBelowTheLimit) {
     for (const auto integrator :
          {PenaltyIntegrator::kSemiImplicitEuler, PenaltyIntegrator::kVelocityVerlet}) {
-        Settings settings = settings_of(SolverVariant::kPenalty);
+        PhysicsSettings settings = settings_of(SolverVariant::kPenalty);
         settings.methods.penalty_share = 0.95F;
         settings.methods.penalty_integrator = integrator;
         VariantScene s(settings);

@@ -9,8 +9,8 @@
 
 namespace zoned::physics {
 
-inline Settings problem_settings(FrictionModel friction, ManifoldMode manifold) {
-    Settings settings = settings_of(SolverVariant::kGaussSeidel);
+inline PhysicsSettings problem_settings(FrictionModel friction, ManifoldMode manifold) {
+    PhysicsSettings settings = settings_of(SolverVariant::kGaussSeidel);
     settings.methods.keep_problem = true;
     settings.methods.warm_start = false;
     settings.methods.friction = friction;

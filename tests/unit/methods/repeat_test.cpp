@@ -22,7 +22,7 @@ void fill_pit(VariantScene& s) {
     }
 }
 
-std::uint64_t hash_after(const Settings& settings, float seconds) {
+std::uint64_t hash_after(const PhysicsSettings& settings, float seconds) {
     VariantScene s(settings);
     fill_pit(s);
     s.run(seconds);
@@ -33,13 +33,13 @@ std::uint64_t hash_after(const Settings& settings, float seconds) {
 
 TEST(SolverVariants, GiveTheSameBitsTwice) {
     for (const SolverVariant method : all_methods()) {
-        const Settings settings = settings_of(method);
+        const PhysicsSettings settings = settings_of(method);
         EXPECT_EQ(hash_after(settings, 0.6F), hash_after(settings, 0.6F)) << name_of(method);
     }
 }
 
 TEST(SolverVariants, GiveOtherBitsWhereRowsAreVisitedInAnotherOrder) {
-    Settings settings = settings_of(SolverVariant::kGaussSeidel);
+    PhysicsSettings settings = settings_of(SolverVariant::kGaussSeidel);
     const std::uint64_t straight = hash_after(settings, 1.5F);
     settings.methods.shuffle = 7;
     const std::uint64_t shuffled = hash_after(settings, 1.5F);
@@ -50,7 +50,7 @@ TEST(SolverVariants, GiveOtherBitsWhereRowsAreVisitedInAnotherOrder) {
 TEST(SolverVariants, AllocateNothingOnceWarm) {
     for (const SolverVariant method : all_methods()) {
         for (const auto mode : {Stabilisation::kBaumgarte, Stabilisation::kSplit}) {
-            Settings settings = settings_of(method);
+            PhysicsSettings settings = settings_of(method);
             settings.methods.stabilisation = mode;
             settings.methods.measure = true;
             VariantScene s(settings);

@@ -13,7 +13,7 @@ struct Course {
 };
 
 /// A distance joint of one row that is 1 mm too long, without gravity.
-Course undo(Settings settings, int steps) {
+Course undo(PhysicsSettings settings, int steps) {
     settings.gravity.setZero();
     settings.methods.measure = true;
     VariantScene s(settings);
@@ -33,8 +33,8 @@ Course undo(Settings settings, int steps) {
     return course;
 }
 
-Settings with_beta(float beta) {
-    Settings settings = settings_of(SolverVariant::kGaussSeidel);
+PhysicsSettings with_beta(float beta) {
+    PhysicsSettings settings = settings_of(SolverVariant::kGaussSeidel);
     settings.methods.beta = beta;
     return settings;
 }
@@ -68,7 +68,7 @@ TEST(EnergyMeter, AccountsForAllOfTheKineticEnergy) {
     for (const auto mode :
          {Stabilisation::kBaumgarte, Stabilisation::kSoft, Stabilisation::kSplit}) {
         for (const int steps : {1, 3, 20}) {
-            Settings settings = with_beta(0.3F);
+            PhysicsSettings settings = with_beta(0.3F);
             settings.methods.stabilisation = mode;
             settings.methods.soft_damping_ratio = 0.2F;
             const Course course = undo(settings, steps);
@@ -79,7 +79,7 @@ TEST(EnergyMeter, AccountsForAllOfTheKineticEnergy) {
 
 // Positions go by the same factor, and velocities hear nothing of it.
 TEST(SplitImpulses, UndoAnErrorWithoutAnyVelocity) {
-    Settings settings = with_beta(0.3F);
+    PhysicsSettings settings = with_beta(0.3F);
     settings.methods.stabilisation = Stabilisation::kSplit;
     const Course course = undo(settings, 10);
     EXPECT_NEAR(course.errors.back(), 0.001F * std::pow(0.7F, 10.0F), 1.0e-6F);
@@ -89,7 +89,7 @@ TEST(SplitImpulses, UndoAnErrorWithoutAnyVelocity) {
 
 // Implicit Euler of a spring and damper of 5 Hz: x'' = -w^2 x - 2 zeta w x'.
 TEST(SoftRows, MoveAsASpringAndDamperDoByImplicitEuler) {
-    Settings settings = with_beta(0.0F);
+    PhysicsSettings settings = with_beta(0.0F);
     settings.methods.stabilisation = Stabilisation::kSoft;
     settings.methods.soft_hz = 5.0F;
     settings.methods.soft_damping_ratio = 0.7F;
@@ -109,7 +109,7 @@ TEST(SoftRows, MoveAsASpringAndDamperDoByImplicitEuler) {
 // on velocities throw the upper one up, split impulses do not.
 TEST(Stabilisation, PartsOverlapsAndOnlySplitImpulsesDoSoWithoutThrowing) {
     const auto highest = [](Stabilisation mode, float beta) {
-        Settings settings = settings_of(SolverVariant::kGaussSeidel, 60);
+        PhysicsSettings settings = settings_of(SolverVariant::kGaussSeidel, 60);
         settings.methods.stabilisation = mode;
         settings.methods.beta = beta;
         VariantScene s(settings);

@@ -46,7 +46,7 @@ std::string reason(const std::string& bytes) {
 }
 
 physics::Scene scene_on(const Shape& ground) {
-    physics::Scene scene{physics::Settings{}};
+    physics::Scene scene{physics::PhysicsSettings{}};
     physics::BodyDef def;
     def.kind = physics::BodyKind::kStatic;
     def.shape = ground;

@@ -9,7 +9,7 @@ using physics::IntegratorKind;
 TEST(PhysicsIntegrator, IsTheEnginesOwnDefaultWithoutASection) {
     const Outcome out = parse(kValid);
     ASSERT_TRUE(out.ok);
-    EXPECT_EQ(out.settings.physics.body_integrator, physics::Settings().body_integrator);
+    EXPECT_EQ(out.settings.physics.body_integrator, physics::PhysicsSettings().body_integrator);
     EXPECT_EQ(out.settings.physics.particle_integrator, IntegratorKind::kDefault);
 }
 

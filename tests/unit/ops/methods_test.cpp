@@ -7,8 +7,8 @@ namespace {
 TEST(PhysicsMethod, IsTheEnginesOwnDefaultWithoutASection) {
     const Outcome out = parse(kValid);
     ASSERT_TRUE(out.ok);
-    const physics::Settings& got = out.settings.physics;
-    const physics::Settings engine;
+    const physics::PhysicsSettings& got = out.settings.physics;
+    const physics::PhysicsSettings engine;
     EXPECT_EQ(got.method, engine.method);
     const physics::VariantSettings& m = got.methods;
     const physics::VariantSettings& e = engine.methods;

@@ -269,7 +269,7 @@ surface { file: "thin.obj" x_m: 30 })");
 }
 
 TEST(Broadphase, ReachesTheEngineByNameAndIsTheEnginesOwnDefault) {
-    const physics::Settings engine;
+    const physics::PhysicsSettings engine;
     const auto plain = parse(test::kValid);
     EXPECT_EQ(plain.settings.physics.broadphase, engine.broadphase);
     EXPECT_EQ(plain.settings.physics.cell_depth, engine.cell_depth);

@@ -100,7 +100,7 @@ TEST(TypeShapes, AreTurnedAsWrittenAndStandOnWhatIsBelow) {
 
 /// What stands as it was written stays so: the foot carries the top, the wedge lies on its base.
 TEST(TypeShapes, StayAsTheyStand) {
-    physics::Settings settings = world().settings.physics;
+    physics::PhysicsSettings settings = world().settings.physics;
     physics::Scene scene(settings);
     physics::BodyDef ground;
     ground.kind = physics::BodyKind::kStatic;

@@ -77,7 +77,7 @@ TEST(Compound, TakesAnyTensor) {
     const Vec3 moments = principal_inertia(Shape::compound(built.compound), 10.0F);
     EXPECT_TRUE(rotated_tensor(r, moments).isApprox(tensor, 1e-5F));
     // The part stays where it was given, although the frame has turned and shifted.
-    const Compound::Part& stored = built.compound->parts()[0];
+    const Compound::CompoundChild& stored = built.compound->parts()[0];
     EXPECT_LT((built.frame * stored.part.frame).position.norm(), 1e-6F);
     tensor(0, 0) = 10.0F;
     const auto refused = build_compound(parts, 10.0F, Vec3::Zero(), tensor);
@@ -117,7 +117,7 @@ TEST(Compound, OfTwoBoxesStandsAsOneBoxDoes) {
         part(hull_shape(box_corners({0.5F, 0.25F, 0.5F})), {0, 0.25F, 0})};
     const BuiltCompound built = *build_compound(slabs);
     for (const bool mesh : {false, true}) {
-        Settings settings;
+        PhysicsSettings settings;
         settings.sleep_after_s = 0.0F;
         Scene scene(settings);
         add_static(scene,
@@ -141,7 +141,7 @@ TEST(Compound, OfTwoBoxesStandsAsOneBoxDoes) {
 
 TEST(Compound, FallsAsleepAndWakesLikeAnythingElse) {
     const BuiltCompound built = *build_compound(hammer());
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_static(scene, field_shape(21, 0.5F, [](float, float) { return 0.0F; }));
     const BodyId id = *scene.add(body_of(built, {Vec3(0, 0.3F, 0)}));
     for (int i = 0; i < 300; ++i) {
@@ -164,7 +164,7 @@ TEST(Compound, TumblesWithoutAllocatingAfterWarmUp) {
     // Hammers, hulls and balls on rough ground, thrown up again and again.
     core::Rng rng(71);
     const BuiltCompound built = *build_compound(hammer());
-    Settings settings;
+    PhysicsSettings settings;
     settings.sleep_after_s = 0.0F;
     Scene scene(settings);
     add_static(scene, field_shape(41, 0.5F, [](float x, float z) {
@@ -211,7 +211,7 @@ TEST(Compound, TheSameCallsGiveTheSameBits) {
     const auto run = [] {
         core::Rng rng(72);
         const BuiltCompound built = *build_compound(hammer());
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         add_static(scene, mesh_shape(grid_mesh(20, 0.7F, [](float x, float z) {
                        return 0.2F * std::round(std::abs(x) + std::abs(z));
                    })));

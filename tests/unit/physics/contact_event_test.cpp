@@ -18,7 +18,7 @@ struct Count {
 };
 
 struct Drop {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyId floor, ball;
     Count count;
 

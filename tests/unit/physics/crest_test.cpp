@@ -40,7 +40,7 @@ TEST(Crest, LetsBoxesComeToRest) {
     const Shape surfaces[] = {Shape::heightfield(hill_field()), hill_mesh()};
     for (const Shape& surface : surfaces) {
         for (int i = 0; i < 60; ++i) {
-            Scene scene{Settings()};
+            Scene scene{PhysicsSettings()};
             BodyDef ground;
             ground.kind = BodyKind::kStatic;
             ground.shape = surface;

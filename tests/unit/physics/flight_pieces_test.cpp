@@ -15,7 +15,7 @@ constexpr float kTick = 1.0F / 30;
 
 /// Where a body with a linear drag is after a second.
 Vec3 flown(IntegratorKind kind, int pieces, bool particle) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.body_integrator = settings.particle_integrator = kind;
     settings.body_flight_pieces = settings.particle_flight_pieces = pieces;
     Scene scene(settings);

@@ -80,7 +80,7 @@ TEST(Damping, SlowsDownAsTheExponentialSays) {
 }
 
 TEST(Damping, BringsAFallingBodyToItsFinalSpeed) {
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     Scene scene(s);
     const BodyId id = cube(scene, {1.0F, 0.0F});

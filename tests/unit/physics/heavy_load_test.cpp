@@ -28,7 +28,7 @@ struct Bed {
 
     explicit Bed(float mass)
         : scene([] {
-              Settings settings;
+              PhysicsSettings settings;
               settings.sleep_after_s = 0.0F;
               return settings;
           }()) {

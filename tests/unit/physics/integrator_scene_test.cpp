@@ -15,8 +15,8 @@ namespace {
 constexpr int kFlightSteps = 120;
 constexpr double kAirDrag = 1.5;
 
-Settings flown_by(IntegratorKind kind) {
-    Settings settings;
+PhysicsSettings flown_by(IntegratorKind kind) {
+    PhysicsSettings settings;
     settings.body_integrator = kind;
     settings.particle_integrator = kind;
     return settings;

@@ -17,8 +17,8 @@ class JointScene {
         : scene(settings(gravity, sleeping)),
           gravity_(gravity.cast<double>()) {}
 
-    static Settings settings(const Vec3& gravity, bool sleeping) {
-        Settings s;
+    static PhysicsSettings settings(const Vec3& gravity, bool sleeping) {
+        PhysicsSettings s;
         s.gravity = gravity;
         s.sleep_after_s = sleeping ? s.sleep_after_s : 0.0F;
         return s;

@@ -54,7 +54,7 @@ TEST(Restitution, OfThePartThatTouchesCounts) {
     right.material.restitution = 1.0F;
     const CompoundPart parts[] = {left, right};
     const BuiltCompound built = *build_compound(parts);
-    Settings settings;
+    PhysicsSettings settings;
     settings.sleep_after_s = 0.0F;
     Scene scene(settings);
     add_static(scene, Shape::plane(), {0.0F, 0.0F});
@@ -72,7 +72,7 @@ TEST(Restitution, OfThePartThatTouchesCounts) {
 
 TEST(Filter, LetsPassWhomTheMasksDoNotName) {
     for (const bool meets : {false, true}) {
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         BodyDef floor;
         floor.kind = BodyKind::kStatic;
         floor.shape = Shape::plane();
@@ -101,7 +101,7 @@ TEST(Filter, OfPartsAppliesToEachPart) {
     slab.shape = Shape::box(Vec3(5, 0.5F, 5));
     slab.frame.position = Vec3(0, -0.5F, 0);
     const BuiltCompound ground = *build_compound({&slab, 1});
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef floor;
     floor.kind = BodyKind::kStatic;
     floor.shape = Shape::compound(ground.compound);
@@ -124,7 +124,7 @@ TEST(Sensor, ReportsWhoComesAndGoesAndPushesNobody) {
     const Shape box = Shape::box(Vec3(2, 0.5F, 2));
     const Shape hull = hull_shape(box_corners(Vec3(2, 0.5F, 2)));
     for (const Shape& shape : {box, hull}) {
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         BodyDef zone;
         zone.kind = BodyKind::kStatic;
         zone.shape = shape;
@@ -154,7 +154,7 @@ TEST(Sensor, ReportsWhoComesAndGoesAndPushesNobody) {
 }
 
 TEST(Sensor, IsLeftByWhatIsRemovedOrCarriedOff) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef zone;
     zone.kind = BodyKind::kStatic;
     zone.shape = Shape::box(Vec3(3, 3, 3));
@@ -187,7 +187,7 @@ TEST(Sensor, AsAPartOfABodyFeelsWhatTheBodyComesNear) {
     const CompoundPart parts[] = {core, feeler};
     const BuiltCompound built = *build_compound(parts);
     EXPECT_FLOAT_EQ(built.mass, 1000.0F);
-    Settings settings;
+    PhysicsSettings settings;
     settings.gravity = Vec3::Zero();
     Scene scene(settings);
     BodyDef def;
@@ -218,7 +218,7 @@ TEST(Sensor, AsAPartOfABodyFeelsWhatTheBodyComesNear) {
 }
 
 TEST(ContactEvent, TellsPointNormalAndDepth) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_static(scene, mesh_shape(grid_mesh(10, 1.0F, [](float, float) { return 0.0F; })));
     BodyDef def = ball_at(Vec3(0.2F, 0.49F, 0.1F), 5);
     def.user = 5;

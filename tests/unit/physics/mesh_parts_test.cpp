@@ -104,7 +104,7 @@ TEST(BoxTree, TakesNoRandomBytesForATreeThatIsNone) {
 TEST(Mesh, ComesBackFromItsPartsBitForBit) {
     const MeshInput in = grid_mesh(9, 0.5F, [](float x, float z) { return std::sin(x * z); });
     const auto built = build_mesh(in.vertices, in.indices)->mesh;
-    const TriangleMesh::Tables& t = built->tables();
+    const TriangleMesh::MeshTables& t = built->tables();
     EXPECT_EQ(t.vertices.size(), 100U);
     const MeshParts parts{t.vertices, t.corners, t.bends, t.tree.layout()};
     const auto restored = restore_mesh(parts);

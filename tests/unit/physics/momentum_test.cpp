@@ -170,7 +170,7 @@ TEST(FreeBody, KeepsItsVelocityExactly) {
 }
 
 TEST(FreeBody, FallsAlongTheExactParabola) {
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     Scene scene(s);
     BodyDef def;

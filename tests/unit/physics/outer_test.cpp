@@ -38,12 +38,12 @@ BodyDef table_at(const Vec3& position) {
 }
 
 Shape outer_table() {
-    return Shape::compound(outer_of(*table().compound)->compound);
+    return Shape::compound(outer_hull_of(*table().compound)->compound);
 }
 
 TEST(Outer, HasTheBoundsAndTheMassPropertiesOfTheCompound) {
     const BuiltCompound built = table();
-    const auto outer = outer_of(*built.compound);
+    const auto outer = outer_hull_of(*built.compound);
     ASSERT_TRUE(outer.ok());
     EXPECT_EQ(outer->compound->parts().size(), 1U);
     EXPECT_EQ(outer->compound->moments_per_kg(), built.compound->moments_per_kg());
@@ -59,7 +59,7 @@ TEST(Outer, HasTheBoundsAndTheMassPropertiesOfTheCompound) {
 TEST(Outer, TellsWhatItCutsOffOfRoundParts) {
     const std::vector<CompoundPart> parts{part_at(Shape::sphere(0.25F), Vec3(-0.5F, 0, 0)),
                                           part_at(Shape::sphere(0.25F), Vec3(0.5F, 0, 0))};
-    const auto outer = outer_of(*build_compound(parts)->compound);
+    const auto outer = outer_hull_of(*build_compound(parts)->compound);
     ASSERT_TRUE(outer.ok());
     const float told = outer->cut_off;
     EXPECT_GT(told, 0.0F);
@@ -67,7 +67,7 @@ TEST(Outer, TellsWhatItCutsOffOfRoundParts) {
 }
 
 TEST(Outer, RestsWhereTheCompoundRests) {
-    Settings settings;
+    PhysicsSettings settings;
     Scene scene(settings);
     BodyDef ground;
     ground.kind = BodyKind::kStatic;
@@ -149,7 +149,7 @@ TEST(SetShape, RefusesWhatCannotHaveIt) {
     EXPECT_FALSE(scene.set_shape(BodyId(), Shape::sphere(1.0F)).ok());
     EXPECT_FALSE(scene.set_shape(moves, Shape::plane()).ok());
     EXPECT_FALSE(scene.set_shape(moves, Shape::sphere(kNan)).ok());
-    ASSERT_TRUE(scene.set_representation(moves, Representation::kParticle).ok());
+    ASSERT_TRUE(scene.set_representation(moves, BodyRepresentation::kParticle).ok());
     EXPECT_FALSE(scene.set_shape(moves, Shape::sphere(1.0F)).ok());
 }
 

@@ -30,7 +30,7 @@ void add_ground(Scene& scene, bool plane) {
 
 /// Hashes of a scene in which bodies of all kinds come, go, fall, are pushed and teleported.
 std::vector<std::uint64_t> lively(BroadphaseKind kind) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.broadphase = kind;
     Scene scene(settings);
     core::Rng rng(4);
@@ -83,7 +83,7 @@ TEST(Pairs, AreTheSameForEveryBroadphase) {
 }
 
 TEST(Pairs, OfACrowdInOnePlaceAreCappedAndReportedAndNobodyFallsThroughTheFloor) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.max_pairs = 11000;
     Scene scene(settings);
     add_ground(scene, false);
@@ -107,7 +107,7 @@ TEST(Pairs, OfACrowdInOnePlaceAreCappedAndReportedAndNobodyFallsThroughTheFloor)
 }
 
 TEST(Pairs, ThatFoundNoRoomAreFoundOnceOthersHaveParted) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.max_pairs = 40;
     settings.gravity = Vec3::Zero();
     Scene scene(settings);
@@ -135,7 +135,7 @@ TEST(Pairs, ThatFoundNoRoomAreFoundOnceOthersHaveParted) {
 }
 
 TEST(Pairs, OfALongBodyThatSpinsFastAreThoseInItsBoundingSphere) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.gravity = Vec3::Zero();
     Scene scene(settings);
     BodyDef rod;

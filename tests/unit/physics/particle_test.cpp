@@ -32,7 +32,7 @@ BodyDef ground(float friction = 0.5F) {
 }
 
 TEST(Particle, FliesAlongTheParabola) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const BodyId id = *scene.add(particle(Vec3(1, 2, 3), Vec3(3, 20, -2)));
     run_steps(scene, 120);
     const double t = 2.0;
@@ -43,7 +43,7 @@ TEST(Particle, FliesAlongTheParabola) {
 }
 
 TEST(Particle, RisesToTheSquareOfTheRestitutionAfterABounce) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     ASSERT_TRUE(scene.add(ground()).ok());
     BodyDef def = particle(Vec3(0, 10, 0));
     def.material.restitution = 0.8F;
@@ -67,7 +67,7 @@ TEST(Particle, RisesToTheSquareOfTheRestitutionAfterABounce) {
 }
 
 TEST(Particle, NeverPassesThroughThinWalls) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.gravity.setZero();
     Scene scene{settings};
     BodyDef wall;
@@ -109,7 +109,7 @@ TEST(Particle, NeverPassesThroughAMeshOfManyTriangles) {
             indices.insert(indices.end(), {a, c, c + 1, a, c + 1, a + 1});
         }
     }
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef terrain;
     terrain.kind = BodyKind::kStatic;
     terrain.shape = Shape::mesh(build_mesh(vertices, indices).value().mesh);
@@ -134,7 +134,7 @@ TEST(Particle, NeverPassesThroughAMeshOfManyTriangles) {
 }
 
 TEST(Particle, SlidesDownAnInclineAsFrictionSays) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const float a = 0.5235988F;
     BodyDef slope = ground(0.3F);
     slope.orientation = Quat(Eigen::AngleAxisf(-a, Vec3::UnitZ()));
@@ -149,7 +149,7 @@ TEST(Particle, SlidesDownAnInclineAsFrictionSays) {
 }
 
 TEST(Particle, SleepsOnTheGroundAndWakesWhenItGoes) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef slab = ground();
     slab.shape = Shape::box({2, 0.5F, 2});
     slab.position = Vec3(0, -0.5F, 0);
@@ -166,7 +166,7 @@ TEST(Particle, SleepsOnTheGroundAndWakesWhenItGoes) {
 }
 
 TEST(Particle, IsCarriedByALiftAndWokenByIt) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef lift;
     lift.kind = BodyKind::kKinematic;
     lift.shape = Shape::box({2, 0.1F, 2});
@@ -188,7 +188,7 @@ TEST(Particle, IsCarriedByALiftAndWokenByIt) {
 }
 
 TEST(Particle, TurnsIntoABodyAndBackWithItsMomentum) {
-    Settings settings;
+    PhysicsSettings settings;
     settings.gravity.setZero();
     Scene scene{settings};
     BodyDef def;
@@ -198,7 +198,7 @@ TEST(Particle, TurnsIntoABodyAndBackWithItsMomentum) {
     def.velocity = Vec3(1, 2, 3);
     def.angular_velocity = Vec3(0, 1, 0);
     const BodyId id = *scene.add(def);
-    ASSERT_TRUE(scene.set_representation(id, Representation::kParticle).ok());
+    ASSERT_TRUE(scene.set_representation(id, BodyRepresentation::kParticle).ok());
     const Quat frozen = scene.state(id).orientation;
     run_steps(scene, 30);
     EXPECT_EQ(scene.state(id).orientation.coeffs(), frozen.coeffs());
@@ -206,7 +206,7 @@ TEST(Particle, TurnsIntoABodyAndBackWithItsMomentum) {
     EXPECT_EQ(scene.user(id), 77U);
     scene.apply_impulse(id, Vec3(3, 0, 0), Vec3(5, 5, 5));
     EXPECT_EQ(scene.state(id).velocity, Vec3(2, 2, 3));
-    ASSERT_TRUE(scene.set_representation(id, Representation::kFull).ok());
+    ASSERT_TRUE(scene.set_representation(id, BodyRepresentation::kFull).ok());
     EXPECT_EQ(scene.state(id).velocity, Vec3(2, 2, 3));
     EXPECT_EQ(scene.state(id).angular_velocity, def.angular_velocity);
     run_steps(scene, 1);
@@ -214,14 +214,14 @@ TEST(Particle, TurnsIntoABodyAndBackWithItsMomentum) {
 }
 
 TEST(Particle, IsLiftedOutOfTheGroundWhenItBecomesABody) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     ASSERT_TRUE(scene.add(ground()).ok());
     BodyDef def = particle(Vec3(0, 1, 0));
     def.shape = Shape::box({0.5F, 0.5F, 0.5F});
     const BodyId id = *scene.add(def);
     run_steps(scene, 90);
     ASSERT_LT(scene.state(id).position.y(), 0.01F);
-    const auto state = scene.set_representation(id, Representation::kFull);
+    const auto state = scene.set_representation(id, BodyRepresentation::kFull);
     ASSERT_TRUE(state.ok());
     EXPECT_NEAR(state->position.y(), 0.5F, 1e-3F);
     run_steps(scene, 120);
@@ -230,10 +230,10 @@ TEST(Particle, IsLiftedOutOfTheGroundWhenItBecomesABody) {
 }
 
 TEST(Particle, RefusesToBeWhatHasJointsOrNoMass) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const BodyId floor = *scene.add(ground());
-    EXPECT_FALSE(scene.set_representation(floor, Representation::kParticle).ok());
-    EXPECT_FALSE(scene.set_representation(BodyId(), Representation::kParticle).ok());
+    EXPECT_FALSE(scene.set_representation(floor, BodyRepresentation::kParticle).ok());
+    EXPECT_FALSE(scene.set_representation(BodyId(), BodyRepresentation::kParticle).ok());
     BodyDef def = particle(Vec3(0, 5, 0));
     def.sensor = true;
     EXPECT_FALSE(scene.add(def).ok());
@@ -243,13 +243,13 @@ TEST(Particle, RefusesToBeWhatHasJointsOrNoMass) {
     JointDef joint;
     joint.b = held;
     ASSERT_TRUE(scene.add_joint(joint).ok());
-    EXPECT_FALSE(scene.set_representation(held, Representation::kParticle).ok());
+    EXPECT_FALSE(scene.set_representation(held, BodyRepresentation::kParticle).ok());
 }
 
 TEST(Particle, HasTheSameHashInEachRunAndAllocatesNothing) {
     std::uint64_t hash[2];
     for (std::uint64_t& h : hash) {
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         ASSERT_TRUE(scene.add(ground()).ok());
         core::Rng rng(4);
         for (int i = 0; i < 300; ++i) {

@@ -80,7 +80,7 @@ TEST(Passage, IsNotLookedForWhereBodiesAreSlow) {
 /// Three turns in a step, so that each step sees the capsule in the same pose: its low end comes up
 /// at 430 m/s and more, and needs no contact to get out of the floor.
 TEST(Passage, IsClosedToWhatSpinsInTimeWithTheSteps) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef ground;
     ground.kind = BodyKind::kStatic;
     ground.shape = Shape::box(Vec3(10.0F, 1.0F, 10.0F));

@@ -14,8 +14,8 @@ inline const Vec3 kDown(0.0F, -kGravity, 0.0F);
 inline constexpr QueryFilter kAll{};
 
 /// Nothing falls and nothing sleeps.
-inline Settings weightless() {
-    Settings settings;
+inline PhysicsSettings weightless() {
+    PhysicsSettings settings;
     settings.gravity = Vec3::Zero();
     settings.sleep_after_s = 0.0F;
     return settings;

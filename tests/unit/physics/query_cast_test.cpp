@@ -35,7 +35,7 @@ BodyId add_shape(Scene& scene,
 }
 
 struct Alone {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
 
     explicit Alone(const Shape& shape,
                    const Vec3& x = Vec3::Zero(),
@@ -466,7 +466,7 @@ TEST(Closest, PointOfABodyIsThatOfItsClosedForm) {
 
 TEST(Closest, OfManyBodiesIsTheNearest) {
     core::Rng rng(8);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     std::vector<Vec3> centres;
     for (int i = 0; i < 500; ++i) {
         centres.push_back(random_vector(rng, 30));

@@ -27,7 +27,7 @@ BodyDef still_ball(const Vec3& x, std::uint32_t user = 0) {
 
 /// Balls of radius 0.5 in a row along x, 2 m apart, the first at x = 2, in the order of ids.
 struct Row {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     std::vector<BodyId> balls;
 
     explicit Row(int n) {
@@ -112,7 +112,7 @@ TEST(Query, LeavesOutWhatTheFilterLeavesOut) {
 }
 
 TEST(Query, SeesSensorsOnlyWhenAskedTo) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef def = still_ball(Vec3(3, 0, 0));
     def.sensor = true;
     ASSERT_TRUE(scene.add(def).ok());
@@ -127,7 +127,7 @@ TEST(Query, SeesSensorsOnlyWhenAskedTo) {
 
 TEST(Query, OfEqualDistancesTheLowerIdComesFirst) {
     for (const BroadphaseKind kind : {BroadphaseKind::kTree, BroadphaseKind::kGrid}) {
-        Settings settings;
+        PhysicsSettings settings;
         settings.broadphase = kind;
         Scene scene(settings);
         std::vector<BodyId> ids;

@@ -75,7 +75,7 @@ TEST(RayOrder, IsOnlyForManyRaysAmongMoreBodiesThanCachesHold) {
 
 TEST(RayOrder, ChangesNoAnswerAndAllocatesNothing) {
     constexpr float kSide = 80.0F;
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     core::Rng rng(6);
     constexpr std::size_t kBodies = (1U << 16) + 100;
     for (std::size_t i = 0; i < kBodies; ++i) {

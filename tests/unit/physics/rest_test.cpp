@@ -21,7 +21,7 @@ BodyId ground(Scene& scene, float friction, const Quat& tilt = Quat::Identity())
 }
 
 void stack_stands(bool sleeping, const Shape& shape = Shape::box(Vec3::Constant(0.5F))) {
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = sleeping ? 0.5F : 0.0F;
     Scene scene(s);
     ground(scene, 0.5F);
@@ -58,7 +58,7 @@ TEST(Stack, OfFiveHullsThatAreBoxesStandsAsBoxesDo) {
 
 /// Distance slid along a 30 degree incline.
 float slide(float friction, float seconds) {
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     Scene scene(s);
     const Quat tilt(Eigen::AngleAxisf(30.0F / 180.0F * 3.14159265F, Vec3::UnitZ()));
@@ -89,7 +89,7 @@ TEST(Incline, HoldsABoxBelowTheAngleOfFriction) {
 }
 
 TEST(Incline, RollsASphereAtFiveSeventhsOfTheSlope) {
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     Scene scene(s);
     const Quat tilt(Eigen::AngleAxisf(0.2F, Vec3::UnitZ()));
@@ -112,7 +112,7 @@ TEST(Incline, RollsASphereAtFiveSeventhsOfTheSlope) {
 
 TEST(Box, StandsOnItsEdgeContactAcrossAnother) {
     // Two boxes with crossed edges: only the edge-edge axis gives the contact.
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     Scene scene(s);
     BodyDef lower;
@@ -138,7 +138,7 @@ TEST(Box, StandsOnItsEdgeContactAcrossAnother) {
 TEST(ThrownBox, DoesNotPassAWall) {
     for (const float speed : {20.0F, 60.0F, 200.0F}) {
         for (int start = 0; start < 20; ++start) {
-            Scene scene{Settings()};
+            Scene scene{PhysicsSettings()};
             BodyDef wall;
             wall.kind = BodyKind::kStatic;
             wall.shape = Shape::box(Vec3(0.25F, 3.0F, 3.0F));
@@ -158,7 +158,7 @@ TEST(ThrownBox, DoesNotPassAWall) {
 }
 
 float apex_after(float restitution, float dt, int bounces, float height) {
-    Settings s;
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     Scene scene(s);
     BodyDef floor;

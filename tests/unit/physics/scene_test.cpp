@@ -45,7 +45,7 @@ Filter ghost() {
 // 5 steps of 1/30 s fall g t^2 / 2 = 0.136 m.
 TEST(Scene, LetsASleepingBodyFallThroughWhatItMeetsNoMore) {
     for (const bool of_floor : {false, true}) {
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         const BodyId floor = add_floor(scene);
         BodyDef def = box_at(Vec3(0, 0.5F, 0));
         def.asleep = true;
@@ -68,7 +68,7 @@ TEST(Scene, LetsASleepingBodyFallThroughWhatItMeetsNoMore) {
 // Overlap is undone at 3 m/s: half a metre takes five steps of 1/30 s, and the rest is settling.
 TEST(Scene, PushesOutWhoSleepsInABodyThatItMeetsAgain) {
     for (const BodyKind kind : {BodyKind::kStatic, BodyKind::kKinematic, BodyKind::kDynamic}) {
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         add_floor(scene);
         BodyDef def = box_at(Vec3(0, 0.25F, 0));
         def.shape = Shape::box(Vec3(2.0F, 0.25F, 2.0F));
@@ -93,7 +93,7 @@ TEST(Scene, PushesOutWhoSleepsInABodyThatItMeetsAgain) {
 }
 
 TEST(Scene, RefusesWhatIsNotFiniteOrNotPositive) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const auto refused = [&](auto&& spoil) {
         BodyDef def = box_at(Vec3::Zero());
         spoil(def);
@@ -119,7 +119,7 @@ TEST(Scene, RefusesWhatIsNotFiniteOrNotPositive) {
 }
 
 TEST(Scene, IdsOfRemovedBodiesAreDeadThoughRowsAreReused) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const BodyId first = *scene.add(box_at(Vec3::Zero()));
     scene.remove(first);
     const BodyId second = *scene.add(box_at(Vec3::Zero()));
@@ -132,7 +132,7 @@ TEST(Scene, IdsOfRemovedBodiesAreDeadThoughRowsAreReused) {
 }
 
 TEST(Sleep, SceneAtRestIsSkippedAndWakesByImpulse) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     const BodyId box = *scene.add(box_at(Vec3(0, 0.5F, 0)));
     run_steps(scene, 60, kTick);
@@ -150,7 +150,7 @@ TEST(Sleep, SceneAtRestIsSkippedAndWakesByImpulse) {
 }
 
 TEST(Sleep, RemovalOfTheSupportWakesTheWholeStack) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     std::vector<BodyId> boxes;
     for (int i = 0; i < 4; ++i) {
@@ -165,7 +165,7 @@ TEST(Sleep, RemovalOfTheSupportWakesTheWholeStack) {
 }
 
 TEST(Sleep, ATouchWakesTheIslandAndNobodyElse) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     const BodyId a = *scene.add(box_at(Vec3(0, 0.5F, 0)));
     const BodyId on_a = *scene.add(box_at(Vec3(0, 1.5F, 0)));
@@ -185,7 +185,7 @@ TEST(Sleep, ATouchWakesTheIslandAndNobodyElse) {
 }
 
 TEST(Sleep, BodiesAddedAsleepKnowTheirNeighboursWhenWoken) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     std::vector<BodyId> boxes;
     for (int i = 0; i < 3; ++i) {
@@ -203,7 +203,7 @@ TEST(Sleep, BodiesAddedAsleepKnowTheirNeighboursWhenWoken) {
 }
 
 TEST(Kinematic, PushesAndWakesWhatItRunsInto) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     const BodyId box = *scene.add(box_at(Vec3(2, 0.5F, 0)));
     const BodyId walker = *scene.add(character_at(Vec3(0, 0.9F, 0)));
@@ -220,7 +220,7 @@ TEST(Kinematic, PushesAndWakesWhatItRunsInto) {
 }
 
 TEST(Kinematic, LiftCarriesASleepingBox) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef lift;
     lift.kind = BodyKind::kKinematic;
     lift.shape = Shape::box(Vec3(2, 0.1F, 2));
@@ -235,7 +235,7 @@ TEST(Kinematic, LiftCarriesASleepingBox) {
 }
 
 TEST(Teleport, WakesWhatWasTouchedAndFindsNewPartners) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     const BodyId lower = *scene.add(box_at(Vec3(0, 0.5F, 0), 1));
     const BodyId upper = *scene.add(box_at(Vec3(0, 1.5F, 0), 2));
@@ -260,7 +260,7 @@ TEST(Teleport, WakesWhatWasTouchedAndFindsNewPartners) {
 }
 
 TEST(Kinematic, NeverPairsWithStaticOrKinematic) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     BodyDef slab;
     slab.kind = BodyKind::kStatic;
@@ -278,7 +278,7 @@ TEST(Kinematic, NeverPairsWithStaticOrKinematic) {
 }
 
 TEST(Events, TellWhenAPairBeginsToTouchHowFastAndHowHard) {
-    Settings s;
+    PhysicsSettings s;
     s.gravity = Vec3::Zero();
     Scene scene(s);
     BodyDef a;
@@ -316,7 +316,7 @@ TEST(Events, TellWhenAPairBeginsToTouchHowFastAndHowHard) {
 }
 
 TEST(Quarantine, StopsABodyWhoseStateIsNotFiniteAndHarmsNobody) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     const BodyId sick = *scene.add(box_at(Vec3(0, 0.5F, 0)));
     const BodyId well = *scene.add(box_at(Vec3(0, 1.5F, 0)));
@@ -338,7 +338,7 @@ TEST(Quarantine, StopsABodyWhoseStateIsNotFiniteAndHarmsNobody) {
 }
 
 TEST(Quarantine, CatchesABodyThatFallsOutOfTheWorld) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef def = box_at(Vec3(0, -999990.0F, 0));
     def.velocity = Vec3(0, -5000, 0);
     const BodyId id = *scene.add(def);
@@ -352,7 +352,7 @@ TEST(Quarantine, CatchesABodyThatFallsOutOfTheWorld) {
 }
 
 TEST(RayCast, FindsTheNearestOfAllKindsAndSkipsTheIgnored) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const BodyId floor = add_floor(scene);
     BodyDef wall;
     wall.kind = BodyKind::kStatic;
@@ -384,7 +384,7 @@ TEST(RayCast, FindsTheNearestOfAllKindsAndSkipsTheIgnored) {
 }
 
 TEST(Overlap, ListsBodiesWhoseBoxesMeetTheArea) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     const BodyId floor = add_floor(scene);
     const BodyId a = *scene.add(box_at(Vec3(0, 3, 0)));
     const BodyId b = *scene.add(box_at(Vec3(2, 3, 0)));
@@ -399,7 +399,7 @@ TEST(Overlap, ListsBodiesWhoseBoxesMeetTheArea) {
 /// A lively scene with everything in it, driven by a seed.
 std::vector<std::uint64_t> run_scene(int ticks, bool count_allocations) {
     core::Rng rng(99);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_floor(scene);
     std::vector<BodyId> props;
     std::vector<BodyId> walkers;
@@ -444,7 +444,7 @@ TEST(Step, DoesNotAllocateAfterWarmUp) {
 
 TEST(Hash, SeesTheSmallestChange) {
     const auto hash_of = [](float y) {
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         (void)scene.add(box_at(Vec3(0, y, 0)));
         core::StateHash hash;
         scene.hash(hash);

@@ -15,25 +15,25 @@ bool says(const std::vector<std::string>& all, const char* text) {
 }
 
 TEST(StabilityWarnings, SaysNothingAboutOrdinaryThings) {
-    EXPECT_TRUE(stability_warnings_of(BodyDef(), Settings(), kFrame).empty());
-    EXPECT_TRUE(stability_warnings_of(JointDef(), 1.0F, 10.0F, Settings(), kFrame).empty());
-    EXPECT_TRUE(stability_warnings_of(Settings(), kFrame).empty());
-    EXPECT_TRUE(stability_warnings_of_load(1.0F, 100.0F, Settings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of(BodyDef(), PhysicsSettings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of(JointDef(), 1.0F, 10.0F, PhysicsSettings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of(PhysicsSettings(), kFrame).empty());
+    EXPECT_TRUE(stability_warnings_of_load(1.0F, 100.0F, PhysicsSettings(), kFrame).empty());
 }
 
 TEST(StabilityWarnings, NamesBodiesTooFarOutTooThinTooFastAndTooSmallForTheStep) {
     BodyDef def;
     def.position.z() = -5000.0F;
-    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), kFrame), "5000 m out"));
+    EXPECT_TRUE(says(stability_warnings_of(def, PhysicsSettings(), kFrame), "5000 m out"));
     def = BodyDef();
     def.shape = Shape::box({0.5F, 0.5F, 0.009F});
-    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), kFrame), "0.018 m thick"));
+    EXPECT_TRUE(says(stability_warnings_of(def, PhysicsSettings(), kFrame), "0.018 m thick"));
     def = BodyDef();
     def.shape = Shape::box({0.5F, 0.5F, 0.1F});
     def.angular_velocity.x() = 200.0F;
-    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), kFrame), "3.33333 rad"));
+    EXPECT_TRUE(says(stability_warnings_of(def, PhysicsSettings(), kFrame), "3.33333 rad"));
     def = BodyDef();
-    EXPECT_TRUE(says(stability_warnings_of(def, Settings(), 0.25F), "0.613125 m farther"));
+    EXPECT_TRUE(says(stability_warnings_of(def, PhysicsSettings(), 0.25F), "0.613125 m farther"));
 }
 
 TEST(StabilityWarnings, NamesSpringsTooStiffAndMassesTooDifferent) {
@@ -41,14 +41,15 @@ TEST(StabilityWarnings, NamesSpringsTooStiffAndMassesTooDifferent) {
     def.kind = JointKind::kSpring;
     def.spring_hz = 400.0F;
     // 64 substeps of 1/60 s: half a radian each is 305.6 Hz.
-    EXPECT_TRUE(says(stability_warnings_of(def, 1.0F, 1.0F, Settings(), kFrame), "305.577 Hz"));
-    Settings few;
+    EXPECT_TRUE(
+        says(stability_warnings_of(def, 1.0F, 1.0F, PhysicsSettings(), kFrame), "305.577 Hz"));
+    PhysicsSettings few;
     few.substeps = 4;
     def.spring_hz = 20.0F;
     EXPECT_FALSE(stability_warnings_of(def, 1.0F, 1.0F, few, kFrame).empty());
     def.spring_hz = 1.0F;
-    EXPECT_FALSE(stability_warnings_of(def, 1.0F, 1.0e6F, Settings(), kFrame).empty());
-    EXPECT_TRUE(says(stability_warnings_of_load(1.0F, 1.0e6F, Settings(), kFrame),
+    EXPECT_FALSE(stability_warnings_of(def, 1.0F, 1.0e6F, PhysicsSettings(), kFrame).empty());
+    EXPECT_TRUE(says(stability_warnings_of_load(1.0F, 1.0e6F, PhysicsSettings(), kFrame),
                      "the lighter for 1000 kg"));
     EXPECT_TRUE(says(stability_warnings_of_load(1.0F, 1.0e6F, few, kFrame), "gives way by"));
     EXPECT_FALSE(stability_warnings_of(few, 0.5F).empty());
@@ -64,7 +65,7 @@ BodyDef box(float mass, float y) {
 
 /// A plate of that mass on n x n boxes of 1 kg, a tenth of a metre apart.
 std::uint32_t most_substep_limited(int n, float heavy) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef floor;
     floor.kind = BodyKind::kStatic;
     floor.shape = Shape::plane();
@@ -94,11 +95,11 @@ TEST(StabilityWarnings, IsCountedWhereALoadAsksForMoreThanTheMostSubsteps) {
 }
 
 TEST(StabilityWarnings, IsCountedOfBodiesThatMoveTooFarOut) {
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     ASSERT_TRUE(scene.add(box(1.0F, 10.0F)).ok());
     EXPECT_EQ(scene.step(kFrame).far_bodies, 0U);
     BodyDef out = box(1.0F, 10.0F);
-    out.position.x() = 1.1F * farthest_for(Settings().error_budget_m);
+    out.position.x() = 1.1F * farthest_for(PhysicsSettings().error_budget_m);
     ASSERT_TRUE(scene.add(out).ok());
     EXPECT_EQ(scene.step(kFrame).far_bodies, 1U);
 }

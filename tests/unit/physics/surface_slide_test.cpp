@@ -14,8 +14,8 @@ float flat(float, float) {
     return 0.0F;
 }
 
-Settings awake() {
-    Settings s;
+PhysicsSettings awake() {
+    PhysicsSettings s;
     s.sleep_after_s = 0.0F;
     return s;
 }

@@ -285,7 +285,7 @@ TEST(CastRay, HitsSurfacesWhereLookingAtAllTrianglesHits) {
 /// Distance from a point to the nearest triangle.
 float distance_to(const Heightfield& field, const Vec3& p) {
     float least = INFINITY;
-    const Heightfield::Cells cells = field.cells_over(Aabb{p, p}.grown(2.0F));
+    const Heightfield::HeightfieldCells cells = field.cells_over(Aabb{p, p}.grown(2.0F));
     for (std::uint32_t k = cells.first_k; k < cells.last_k; ++k) {
         for (std::uint32_t i = cells.first_i; i < cells.last_i; ++i) {
             for (std::uint32_t half = 0; half < 2; ++half) {

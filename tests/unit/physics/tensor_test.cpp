@@ -145,7 +145,7 @@ TEST(InertiaTensor, ThatIsTiltedTakesImpulsesAsTheTensorSays) {
 }
 
 TEST(InertiaTensor, ThatIsTiltedKeepsAngularMomentumInACollision) {
-    Settings s = weightless();
+    PhysicsSettings s = weightless();
     Scene scene(s);
     const Quat tilt = Quat(0.8F, 0.3F, -0.4F, 0.2F).normalized();
     const Vec3 moments(0.1F, 0.2F, 0.26F);

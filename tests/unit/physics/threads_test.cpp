@@ -37,7 +37,7 @@ Shape shape_of(int i, core::Rng& rng) {
 /// sensor and a plate that moves, some of them hinged together, some bouncing.
 class Crowd {
   public:
-    Crowd() : scene_(Settings()) {
+    Crowd() : scene_(PhysicsSettings()) {
         core::Rng rng(7);
         add_static(scene_, mesh_shape(grid_mesh(16, 1.5F, [](float x, float z) {
                        return 0.04F * (x * x + z * z);
@@ -135,7 +135,7 @@ TEST(Threads, TakeNoMemoryWhileAHeapLies) {
     compute::WorkerPool pool(3);
     compute::Team team;
     team.join_pool(pool);
-    Settings settings;
+    PhysicsSettings settings;
     settings.sleep_after_s = 0.0F;
     Scene scene(settings);
     scene.work_with(&team);

@@ -39,7 +39,7 @@ TEST(SoftContact, APinnedClothHoldsABall) {
         def.material.drag = 1.0F;
         SoftBodies bodies(awake_soft());
         const SoftId id = put(bodies, def);
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         const BodyId ball = add_ball(scene, 0.25F, 1.0F, Vec3(1, 1, 1));
         run(bodies, 600, &scene);
         const BodyState s = scene.state(ball);
@@ -56,7 +56,7 @@ TEST(SoftContact, AJellyHitByABallKeepsTheSumOfMomentum) {
     SoftDef def = jelly();
     SoftBodies bodies(weightless_soft());
     const SoftId id = put(bodies, def);
-    Settings settings;
+    PhysicsSettings settings;
     settings.gravity.setZero();
     Scene scene(settings);
     // The shape of the ball enters by its inertia: 2/5 m r^2.
@@ -90,7 +90,7 @@ TEST(SoftContact, FastNodesDoNotTunnel) {
     }
     SoftBodies bodies(awake_soft());
     const SoftId id = put(bodies, def);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef slab;
     slab.kind = BodyKind::kStatic;
     slab.shape = Shape::box(Vec3(5, 0.02F, 5));
@@ -107,7 +107,7 @@ TEST(SoftContact, FrictionHoldsOnASlopeThatItMayHold) {
         def.material.friction = friction;
         SoftBodies bodies(awake_soft());
         const SoftId id = put(bodies, def);
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         BodyDef slope;
         slope.kind = BodyKind::kStatic;
         slope.shape = Shape::box(Vec3(10, 0.1F, 10));
@@ -129,7 +129,7 @@ TEST(SoftContact, AKinematicBodyCarriesACloth) {
     }
     SoftBodies bodies(awake_soft());
     const SoftId id = put(bodies, def);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef lift;
     lift.kind = BodyKind::kKinematic;
     lift.shape = Shape::box(Vec3(2, 0.1F, 2));
@@ -150,7 +150,7 @@ TEST(SoftSleep, EndsWhenABallComes) {
     def.material.drag = 2.0F;
     SoftBodies bodies;
     const SoftId id = put(bodies, def);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     add_ground(scene, -0.1F);
     run(bodies, 400, &scene);
     ASSERT_TRUE(bodies.asleep(id));

@@ -171,7 +171,7 @@ TEST(Gas, KeepsTheVolumeOfABalloonThatLiesOnTheGround) {
         def.material.drag = 1.0F;
         SoftBodies bodies;
         const SoftId id = put(bodies, def);
-        Scene scene{Settings()};
+        Scene scene{PhysicsSettings()};
         BodyDef ground;
         ground.kind = BodyKind::kStatic;
         ground.shape = Shape::plane();
@@ -219,7 +219,7 @@ TEST(Jelly, KeepsItsVolumeByItsBulkModulusAlone) {
             def.material.drag = 3.0F;
             SoftBodies bodies;
             const SoftId id = put(bodies, def);
-            Scene scene{Settings()};
+            Scene scene{PhysicsSettings()};
             BodyDef ground;
             ground.kind = BodyKind::kStatic;
             ground.shape = Shape::plane();

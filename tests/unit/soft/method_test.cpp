@@ -164,7 +164,7 @@ TEST_P(EachMethod, NoAllocationAfterWarmUp) {
     SoftDef folded = with(cloth(8));
     folded.material.self_collision = true;
     put(bodies, folded);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     BodyDef ground;
     ground.kind = BodyKind::kStatic;
     ground.shape = Shape::plane();

@@ -324,7 +324,7 @@ TEST(SemiImplicitSprings, BearABalloonInAPress) {
     def.solver.method = SoftMethod::kSemiImplicitEuler;
     SoftBodies bodies(stepped(weightless_soft()));
     const SoftId id = put(bodies, def);
-    Scene scene{Settings()};
+    Scene scene{PhysicsSettings()};
     std::array<BodyId, 2> jaws;
     for (const std::size_t side : {0U, 1U}) {
         BodyDef jaw;

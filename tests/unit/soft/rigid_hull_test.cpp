@@ -40,7 +40,7 @@ TEST(RigidHull, RestsWhereTheNodesRested) {
     SoftDef def = jelly();
     SoftBodies bodies(awake_soft());
     const SoftId id = put(bodies, def);
-    Scene scene{Settings{}};
+    Scene scene{PhysicsSettings{}};
     BodyDef ground;
     ground.kind = BodyKind::kStatic;
     ground.shape = Shape::plane();
@@ -65,7 +65,7 @@ TEST(RigidHull, HasTheMassTheTensorAndTheMotionOfTheNodes) {
     const Momenta nodes = momenta(bodies, id);
     const auto rigid = bodies.rigid_body(id);
     ASSERT_TRUE(rigid.ok()) << rigid.error();
-    Settings settings;
+    PhysicsSettings settings;
     settings.gravity.setZero();
     Scene scene(settings);
     const auto body = scene.add(*rigid);
@@ -89,7 +89,7 @@ TEST(RigidHull, IsMadeOfARopeAndOfACloth) {
         const SoftId id = put(bodies, def);
         const auto rigid = bodies.rigid_body(id);
         ASSERT_TRUE(rigid.ok()) << rigid.error();
-        Scene scene{Settings{}};
+        Scene scene{PhysicsSettings{}};
         const auto body = scene.add(*rigid);
         ASSERT_TRUE(body.ok()) << body.error();
         for (int i = 0; i < 120; ++i) {

@@ -28,7 +28,7 @@ Row watch(Fault fault) {
 Row watch_momentum(Fault fault) {
     stability::Run run;
     run.fault = fault;
-    physics::Settings settings;
+    physics::PhysicsSettings settings;
     settings.gravity = Vec3::Zero();
     World world(run, "watched", "", settings);
     for (const float side : {-1.0F, 1.0F}) {
