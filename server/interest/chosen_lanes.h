@@ -28,7 +28,7 @@ inline constexpr std::array<std::uint64_t, 256> kPlacesOfBits = [] {
 /// Writes from[i] for each bit i of `mask`, in order, and something to what is left of eight
 /// numbers from `to` on. Without the
 /// instruction that moves lanes about it takes 1.7 ns in place of 0.6.
-inline void store_chosen(const std::uint32_t* from, std::uint32_t mask, std::uint32_t* to) {
+inline void compress_store(const std::uint32_t* from, std::uint32_t mask, std::uint32_t* to) {
     const std::uint64_t places = kPlacesOfBits[mask];
 #if defined(__AVX2__)
     const __m256i lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(places)));

@@ -1,4 +1,4 @@
-// Crossings: which pairs may have changed since the tick before, eight at a time.
+// ThresholdCrossings: which pairs may have changed since the tick before, eight at a time.
 #pragma once
 
 #include "server/interest/interest_step.h"
@@ -12,7 +12,7 @@ namespace zoned::interest {
 
 /// Squared distances at which a pair changes its level of detail, whatever the radii: the largest
 /// floats whose roots lod_at() still counts as within.
-struct LodSteps {
+struct LodThresholds {
     static constexpr std::size_t kMost = 3;
     std::array<float, kMost> nearer{};    ///< a level is taken when it is reached
     std::array<float, kMost> farther{};   ///< a level that is held is lost beyond it
@@ -20,8 +20,8 @@ struct LodSteps {
     std::array<float, kMost> farther_m{};
     std::size_t count = 0;
 
-    LodSteps() = default;
-    explicit LodSteps(const Settings& settings);
+    LodThresholds() = default;
+    explicit LodThresholds(const InterestSettings& settings);
 };
 
 /// What a pair is (known or not, level of detail) follows from what it was and from which of the
@@ -33,7 +33,7 @@ struct LodSteps {
 /// are eight points that stay. Where both sides of a pair move, it is a step of the one and then
 /// one of the other: what changes in all changes in one of them. Bit i of the answer is set where
 /// the pair may change. The arithmetic is that of hears(): no pair is missed.
-struct Crossings {
+struct ThresholdCrossings {
     float x = 0.0F;
     float z = 0.0F;
     float old_x = 0.0F;
@@ -41,7 +41,7 @@ struct Crossings {
     float radius_m = 0.0F;  ///< >= 0
     float old_radius_m = 0.0F;
     float widen = 1.1F;  ///< 1 + hysteresis
-    const LodSteps* lods = nullptr;
+    const LodThresholds* lods = nullptr;
 
     using Array8 = spatial::Array8;
 
@@ -90,7 +90,11 @@ struct Crossings {
 
 /// The same for one pair, whichever of the two moved, by the squares of their distance (m2) now and
 /// a tick ago and the radius that holds between them.
-inline bool crossed(float now, float before, float radius_m, float widen, const LodSteps& lods) {
+inline bool crossed(float now,
+                    float before,
+                    float radius_m,
+                    float widen,
+                    const LodThresholds& lods) {
     const float plain = radius_m * radius_m;
     const float wide = radius_m * widen * (radius_m * widen);
     bool any = (now <= plain && !(before <= plain)) || (before <= wide && !(now <= wide));
@@ -103,14 +107,14 @@ inline bool crossed(float now, float before, float radius_m, float widen, const 
 
 /// The same eight at a time, where the point and its other sides may all have moved: these were at
 /// (old_xs, old_zs). Exactly what crossed() says of each.
-struct BothCrossings {
+struct MutualCrossings {
     float x = 0.0F;
     float z = 0.0F;
     float old_x = 0.0F;
     float old_z = 0.0F;
     float radius_m = 0.0F;  ///< >= 0
     float widen = 1.1F;     ///< 1 + hysteresis
-    const LodSteps* lods = nullptr;
+    const LodThresholds* lods = nullptr;
     const float* old_xs = nullptr;  ///< eight
     const float* old_zs = nullptr;
 
@@ -157,13 +161,18 @@ struct BothCrossings {
 /// The same for a point whose other sides have moved as well, by their present places alone: a pair
 /// may change whose distance is so near a step that the two came across it with `reach_m` in all.
 /// Some that it names did not: a tick ago they were on the same side.
-class NearSteps {
+class NearThresholds {
   public:
     using Array8 = spatial::Array8;
 
     /// The point is at (x, z), hears up to `radius_m`; `reach_m`, m, is at least what it and any
     /// other moved together.
-    NearSteps(float x, float z, float radius_m, float widen, float reach_m, const LodSteps& lods)
+    NearThresholds(float x,
+                   float z,
+                   float radius_m,
+                   float widen,
+                   float reach_m,
+                   const LodThresholds& lods)
         : x_(x),
           z_(z),
           radius_m_(radius_m),
@@ -225,8 +234,8 @@ class NearSteps {
     float radius_m_;
     float widen_;
     float reach_m_;
-    std::array<float, 2 + 2 * LodSteps::kMost> square_{};
-    std::array<float, 2 + 2 * LodSteps::kMost> slack_{};
+    std::array<float, 2 + 2 * LodThresholds::kMost> square_{};
+    std::array<float, 2 + 2 * LodThresholds::kMost> slack_{};
     std::size_t count_ = 0;
 };
 

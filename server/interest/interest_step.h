@@ -1,4 +1,4 @@
-// interest_step: the rule of aura-nimbus matching; who hears of what, with hysteresis, and at which
+// Interest rule: the rule of aura-nimbus matching; who hears of what, with hysteresis, and at which
 // level of detail. matcher.h applies it to everybody.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace zoned::interest {
 
-struct Settings {
+struct InterestSettings {
     float hysteresis =
         0.1F;  ///< what is heard is lost only beyond (1 + hysteresis) x the radius, [0, 1]
     std::vector<float> lod_radius_m;  ///< promised LOD k holds within lod_radius_m[k], ascending;
@@ -20,7 +20,7 @@ struct Settings {
                               ///< that its news is there in time
 };
 
-struct Report {
+struct InterestReport {
     std::uint32_t viewers = 0;
     std::uint32_t visible_pairs = 0;
     std::uint32_t entered = 0;
@@ -93,7 +93,7 @@ inline bool hears(float dx,
 
 /// LOD subscribed at a distance: the smallest k with distance <= lod_radius_m[k] + lead (known at k
 /// or nearer: + lead + hysteresis x radius).
-std::uint8_t lod_at(float distance, const Settings& settings, int current_lod);
+std::uint8_t lod_at(float distance, const InterestSettings& settings, int current_lod);
 
 /// Brute force over all pairs, memory-less: the set within the radii (`inner`) and within the radii
 /// with hysteresis (`outer`), by row. What a viewer knows must contain `inner` and be contained in
@@ -101,7 +101,7 @@ std::uint8_t lod_at(float distance, const Settings& settings, int current_lod);
 void brute_force(const world::Entities& entities,
                  const world::TypeTable& types,
                  const world::Viewer& viewer,
-                 const Settings& settings,
+                 const InterestSettings& settings,
                  std::vector<world::Row>& inner,
                  std::vector<world::Row>& outer);
 

@@ -23,7 +23,7 @@ constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
 
-void KeptGrid::choose_cells(const GridPoints& points, float cell_m) {
+void IncrementalGrid::choose_cells(const GridPoints& points, float cell_m) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::size_t size = points.x.size();
     Array8 low_x = Array8::Constant(kInfinity), high_x = -low_x, low_z = low_x, high_z = -low_x;
@@ -77,7 +77,7 @@ void KeptGrid::choose_cells(const GridPoints& points, float cell_m) {
 }
 
 /// Cell of each key and how many points each cell holds.
-void KeptGrid::count_points(const GridPoints& points) {
+void IncrementalGrid::count_points(const GridPoints& points) {
     const std::size_t size = points.x.size();
     const std::size_t cells = columns_ * (static_cast<std::size_t>(last_line_) + 1);
     counts_.assign(cells + 1, 0);  // the last one takes those that are no point
@@ -109,7 +109,7 @@ void KeptGrid::count_points(const GridPoints& points) {
     counts_.pop_back();
 }
 
-void KeptGrid::fill(const GridPoints& points) {
+void IncrementalGrid::fill(const GridPoints& points) {
     const bool alike = smallest_radius_ == largest_radius_;
     if (alike) {
         std::fill(radius_.begin(), radius_.end(), largest_radius_);
@@ -131,7 +131,7 @@ void KeptGrid::fill(const GridPoints& points) {
     }
 }
 
-void KeptGrid::build(const GridPoints& points, float cell_m) {
+void IncrementalGrid::build(const GridPoints& points, float cell_m) {
     ZONED_ASSERT(cell_m > 0.0F, "a cell has a size");
     choose_cells(points, cell_m);
     count_points(points);
@@ -162,7 +162,7 @@ void KeptGrid::build(const GridPoints& points, float cell_m) {
 
 // ---------------------------------------------------------------- following
 
-void KeptGrid::move_slot(std::uint32_t from, std::uint32_t to) {
+void IncrementalGrid::move_slot(std::uint32_t from, std::uint32_t to) {
     x_at(to) = x_at(from);
     z_at(to) = z_at(from);
     radius_[to] = radius_[from];
@@ -170,13 +170,13 @@ void KeptGrid::move_slot(std::uint32_t from, std::uint32_t to) {
     slot_of_[keys_[to]] = to;
 }
 
-void KeptGrid::clear_slot(std::uint32_t slot) {
+void IncrementalGrid::clear_slot(std::uint32_t slot) {
     x_at(slot) = z_at(slot) = kNoNumber;
     radius_[slot] = 0.0F;
 }
 
 /// Borders between cells move by a slot until the free one is in `wanted`.
-bool KeptGrid::make_room(std::uint32_t wanted) {
+bool IncrementalGrid::make_room(std::uint32_t wanted) {
     const auto free = [&](std::uint32_t c) {
         return begins_[c] + counts_[c] < begins_[c + 1];
     };
@@ -206,7 +206,7 @@ bool KeptGrid::make_room(std::uint32_t wanted) {
     return false;
 }
 
-bool KeptGrid::put(std::uint32_t key, float x, float z, float radius_m) {
+bool IncrementalGrid::put(std::uint32_t key, float x, float z, float radius_m) {
     if (counts_.empty()) {
         return false;
     }
@@ -225,7 +225,7 @@ bool KeptGrid::put(std::uint32_t key, float x, float z, float radius_m) {
     return true;
 }
 
-void KeptGrid::take(std::uint32_t key) {
+void IncrementalGrid::take(std::uint32_t key) {
     const std::uint32_t slot = slot_of_[key];
     const std::uint32_t c = cell(x_at(slot), z_at(slot));
     const std::uint32_t last = begins_[c] + --counts_[c];
@@ -236,15 +236,15 @@ void KeptGrid::take(std::uint32_t key) {
     clear_slot(last);
 }
 
-bool KeptGrid::change_cell(std::uint32_t key, float x, float z) {
+bool IncrementalGrid::change_cell(std::uint32_t key, float x, float z) {
     const float radius_m = radius_[slot_of_[key]];
     take(key);
     return put(key, x, z, radius_m);
 }
 
-bool KeptGrid::move_all(std::span<const std::uint32_t> keys,
-                        std::span<const float> x,
-                        std::span<const float> z) {
+bool IncrementalGrid::move_all(std::span<const std::uint32_t> keys,
+                               std::span<const float> x,
+                               std::span<const float> z) {
     constexpr std::size_t kAhead = 12;
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (i + kAhead < keys.size()) {
@@ -261,9 +261,9 @@ bool KeptGrid::move_all(std::span<const std::uint32_t> keys,
 
 // ---------------------------------------------------------------- asking
 
-void KeptGrid::lay_out(std::span<const float> x,
-                       std::span<const float> z,
-                       std::vector<Block>& out) const {
+void IncrementalGrid::lay_out(std::span<const float> x,
+                              std::span<const float> z,
+                              std::vector<GridBlock>& out) const {
     out.resize(blocks_.size());
     if (x.empty()) {
         return;
@@ -280,12 +280,12 @@ void KeptGrid::lay_out(std::span<const float> x,
 }
 
 template <bool kFlat>
-std::size_t KeptGrid::gather_within(float x,
-                                    float z,
-                                    float radius_m,
-                                    float widen,
-                                    std::uint32_t own,
-                                    std::uint32_t* out) const {
+std::size_t IncrementalGrid::gather_within(float x,
+                                           float z,
+                                           float radius_m,
+                                           float widen,
+                                           std::uint32_t own,
+                                           std::uint32_t* out) const {
     // The differences below are rounded: a point may count as within the radius that lies a
     // rounding outside of it, in the next cell.
     const float reach = radius_m * widen * 1.0001F;
@@ -309,7 +309,7 @@ std::size_t KeptGrid::gather_within(float x,
             }
             const std::uint32_t off = own_slot - b * kLanes;
             mask &= ~static_cast<std::uint32_t>(std::uint64_t{1} << std::min(off, 32U));
-            store_chosen(&keys_[b * kLanes], mask, out + found);
+            compress_store(&keys_[b * kLanes], mask, out + found);
             found += static_cast<std::size_t>(std::popcount(mask));
         }
     };
@@ -317,12 +317,12 @@ std::size_t KeptGrid::gather_within(float x,
     return found;
 }
 
-std::size_t KeptGrid::gather(float x,
-                             float z,
-                             float radius_m,
-                             float widen,
-                             std::uint32_t own,
-                             std::uint32_t* out) const {
+std::size_t IncrementalGrid::gather(float x,
+                                    float z,
+                                    float radius_m,
+                                    float widen,
+                                    std::uint32_t own,
+                                    std::uint32_t* out) const {
     return all_reach(radius_m) ? gather_within<true>(x, z, radius_m, widen, own, out)
                                : gather_within<false>(x, z, radius_m, widen, own, out);
 }

@@ -1,5 +1,5 @@
-// KeptGrid: a uniform grid over points in the x-z plane that follows points which move, come and go
-// without being rebuilt.
+// IncrementalGrid: a uniform grid over points in the x-z plane that follows points which move, come
+// and go without being rebuilt.
 #pragma once
 
 #include "server/spatial/box_lanes.h"
@@ -29,12 +29,12 @@ struct GridPoints {
 /// packed memory array (Bender, Demaine and Farach-Colton, "Cache-oblivious B-trees", SIAM Journal
 /// on Computing 35, 2005, section 2). Empty slots hold what is not a number and fail every
 /// comparison. The order within a cell depends on the past; nobody may depend on it.
-class KeptGrid {
+class IncrementalGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
     /// PointsOfInterest of eight slots: one line of the cache.
-    struct alignas(64) Block {
+    struct alignas(64) GridBlock {
         std::array<float, spatial::kLanes> x;
         std::array<float, spatial::kLanes> z;
     };
@@ -52,7 +52,7 @@ class KeptGrid {
     /// in it.
     bool move(std::uint32_t key, float x, float z) {
         const std::uint32_t slot = slot_of_[key];
-        Block& block = blocks_[slot / kLanes];
+        GridBlock& block = blocks_[slot / kLanes];
         const std::size_t lane = slot % kLanes;
         if (cell(x, z) == cell(block.x[lane], block.z[lane])) {
             block.x[lane] = x;
@@ -197,7 +197,9 @@ class KeptGrid {
 
     /// Other places of the points, `x` and `z` by key, in the order of the slots, something in
     /// those that are empty.
-    void lay_out(std::span<const float> x, std::span<const float> z, std::vector<Block>& out) const;
+    void lay_out(std::span<const float> x,
+                 std::span<const float> z,
+                 std::vector<GridBlock>& out) const;
 
     /// Asks for the places that a query for the same box will read soon.
     void prefetch(float x0, float x1, float z0, float z1) const {
@@ -274,7 +276,7 @@ class KeptGrid {
 
     std::vector<std::uint32_t> begins_;  // first slot of each cell, and one past the end
     std::vector<std::uint32_t> counts_;  // points in each cell; its slots may be more
-    std::vector<Block> blocks_;
+    std::vector<GridBlock> blocks_;
     std::vector<float> radius_;
     std::vector<std::uint32_t> keys_;
     std::vector<std::uint32_t> slot_of_;  // by key

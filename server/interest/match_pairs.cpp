@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kReachSlack = 1.0001F;
 constexpr std::size_t kRoom = 4;
-// More notes than blocks over this: to lay out where all were costs less than to look it up for
+// More notes than blocks over this: to lay out where all were costs less than to pending it up for
 // each that was noted.
 constexpr std::size_t kLayOutShare = 2;
 constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of floats may lose
@@ -20,20 +20,20 @@ constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of f
 
 /// What a viewer hears of by all pairs near it, merged with what it knew.
 void Matcher::refresh(std::size_t viewer) {
-    const Seat& seat = seats_[viewer];
+    const MatchedViewer& add_viewers = matched_viewers_[viewer];
     const ViewCone cone = viewer_cone_.empty() ? ViewCone{} : viewer_cone_[viewer];
     const float reach = std::max(viewer_nimbus_[viewer], cone.length_m);
     std::size_t found = 0;
-    if (seat.row != world::kNoRow && reach > 0.0F) {
+    if (add_viewers.row != world::kNoRow && reach > 0.0F) {
         found = entity_grid_.gather(
-            viewer_x_[viewer], viewer_z_[viewer], reach, widen_, seat.row, near_.data());
+            viewer_x_[viewer], viewer_z_[viewer], reach, widen_, add_viewers.row, near_.data());
     }
     if (cone.length_m > 0.0F) {
         found = keep_within_cone(viewer, cone, found);
     }
     sorted_.resize(found);
     for (std::size_t i = 0; i < found; ++i) {
-        sorted_[i] = (static_cast<std::uint64_t>(population_.id(near_[i]).value) << 32U) | near_[i];
+        sorted_[i] = (static_cast<std::uint64_t>(moved_set_.id(near_[i]).value) << 32U) | near_[i];
     }
     std::sort(sorted_.begin(), sorted_.end());
     merge(viewer, cone, found);
@@ -43,8 +43,8 @@ void Matcher::refresh(std::size_t viewer) {
     if (set.changed) {
         marked_.push_back(static_cast<std::uint32_t>(viewer));
     }
-    seats_[viewer].stamp = next_stamp_++;
-    set.stamp = seats_[viewer].stamp;
+    matched_viewers_[viewer].stamp = next_stamp_++;
+    set.stamp = matched_viewers_[viewer].stamp;
 }
 
 /// Of what is near, what may be heard at all: a cone holds a small part of its disc, and what is
@@ -55,11 +55,11 @@ std::size_t Matcher::keep_within_cone(std::size_t viewer,
     std::size_t kept = 0;
     for (std::size_t i = 0; i < candidates; ++i) {
         const world::Row row = near_[i];
-        const bool heard = hears(population_.x(row) - viewer_x_[viewer],
-                                 population_.z(row) - viewer_z_[viewer],
+        const bool heard = hears(moved_set_.x(row) - viewer_x_[viewer],
+                                 moved_set_.z(row) - viewer_z_[viewer],
                                  viewer_nimbus_[viewer],
                                  cone,
-                                 population_.aura_m(row),
+                                 moved_set_.aura_m(row),
                                  true,
                                  settings_.hysteresis);
         near_[kept] = row;
@@ -83,14 +83,14 @@ void Matcher::merge(std::size_t viewer, const ViewCone& cone, std::size_t candid
         const bool known = old != old_end && old->entity == entity;
         const int known_lod = known ? old->lod : -1;
         old += known ? 1 : 0;
-        const float dx = population_.x(row) - viewer_x_[viewer];
-        const float dz = population_.z(row) - viewer_z_[viewer];
+        const float dx = moved_set_.x(row) - viewer_x_[viewer];
+        const float dz = moved_set_.z(row) - viewer_z_[viewer];
         const float distance_squared = dx * dx + dz * dz;
         if (!hears(dx,
                    dz,
                    viewer_nimbus_[viewer],
                    cone,
-                   population_.aura_m(row),
+                   moved_set_.aura_m(row),
                    known,
                    settings_.hysteresis)) {
             if (known) {
@@ -124,7 +124,7 @@ void Matcher::enclose_viewers() {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     viewers_.x0 = viewers_.z0 = kInfinity;
     viewers_.x1 = viewers_.z1 = -kInfinity;
-    for (std::size_t i = 0; i < seats_.size(); ++i) {
+    for (std::size_t i = 0; i < matched_viewers_.size(); ++i) {
         if (viewer_nimbus_[i] > 0.0F) {
             viewers_.x0 = std::min({viewers_.x0, viewer_x_[i], viewer_old_x_[i]});
             viewers_.x1 = std::max({viewers_.x1, viewer_x_[i], viewer_old_x_[i]});
@@ -137,24 +137,24 @@ void Matcher::enclose_viewers() {
 /// Entities that changed against the viewers near the place that they left and the one they came
 /// to.
 void Matcher::cross_changes() {
-    for (const Change& change : population_.changes()) {
-        const bool here = change.row != world::kNoRow && population_.aura_m(change.row) > 0.0F;
+    for (const EntityChange& change : moved_set_.changes()) {
+        const bool here = change.row != world::kNoRow && moved_set_.aura_m(change.row) > 0.0F;
         const bool was = change.old_aura_m > 0.0F;
-        Crossings test;
-        test.x = here ? population_.x(change.row) : change.old_x;
-        test.z = here ? population_.z(change.row) : change.old_z;
+        ThresholdCrossings test;
+        test.x = here ? moved_set_.x(change.row) : change.old_x;
+        test.z = here ? moved_set_.z(change.row) : change.old_z;
         test.old_x = was ? change.old_x : test.x;
         test.old_z = was ? change.old_z : test.z;
-        test.radius_m = here ? population_.aura_m(change.row) : 0.0F;
+        test.radius_m = here ? moved_set_.aura_m(change.row) : 0.0F;
         test.old_radius_m = change.old_aura_m;
         test.widen = widen_;
         test.lods = &lods_;
-        const Look look{0, change.entity, change.row};
+        const PendingPair pending{0, change.entity, change.row};
         if (was) {
-            cross_viewers(test, look, Box(test.old_x, test.old_z, test.old_x, test.old_z));
+            cross_viewers(test, pending, MatchBox(test.old_x, test.old_z, test.old_x, test.old_z));
         }
         if (here) {
-            cross_viewers(test, look, Box(test.x, test.z, test.x, test.z));
+            cross_viewers(test, pending, MatchBox(test.x, test.z, test.x, test.z));
         }
     }
 }
@@ -162,24 +162,24 @@ void Matcher::cross_changes() {
 /// Entities that stepped against the viewers near them. These are few and near each other in
 /// memory: the order of the entities does not matter.
 void Matcher::cross_steps() {
-    for (const world::Row row : population_.steps()) {
-        if (!(population_.aura_m(row) > 0.0F)) {
+    for (const world::Row row : moved_set_.steps()) {
+        if (!(moved_set_.aura_m(row) > 0.0F)) {
             continue;
         }
-        Crossings test;
-        test.x = population_.x(row);
-        test.z = population_.z(row);
-        test.old_x = population_.old_x(row);
-        test.old_z = population_.old_z(row);
-        test.radius_m = population_.aura_m(row);
+        ThresholdCrossings test;
+        test.x = moved_set_.x(row);
+        test.z = moved_set_.z(row);
+        test.old_x = moved_set_.old_x(row);
+        test.old_z = moved_set_.old_z(row);
+        test.radius_m = moved_set_.aura_m(row);
         test.old_radius_m = test.radius_m;
         test.widen = widen_;
         test.lods = &lods_;
-        cross_viewers(test, {0, EntityId(), row}, Box(test.x, test.z, test.old_x, test.old_z));
+        cross_viewers(test, {0, EntityId(), row}, MatchBox(test.x, test.z, test.old_x, test.old_z));
     }
 }
 
-Matcher::Box::Box(float x, float z, float other_x, float other_z)
+Matcher::MatchBox::MatchBox(float x, float z, float other_x, float other_z)
     : x0(std::min(x, other_x)),
       x1(std::max(x, other_x)),
       z0(std::min(z, other_z)),
@@ -187,7 +187,7 @@ Matcher::Box::Box(float x, float z, float other_x, float other_z)
 }
 
 /// A little more than by that much, so that rounding never decides.
-void Matcher::Box::widen(float by_m) {
+void Matcher::MatchBox::widen(float by_m) {
     const float by_x = by_m * kReachSlack + kNearest * std::max(std::abs(x0), std::abs(x1));
     const float by_z = by_m * kReachSlack + kNearest * std::max(std::abs(z0), std::abs(z1));
     x0 -= by_x;
@@ -197,9 +197,11 @@ void Matcher::Box::widen(float by_m) {
 }
 
 /// Against the viewers near the places, as if they stood where they were a tick ago.
-void Matcher::cross_viewers(const Crossings& test, const Look& look, const Box& places) {
+void Matcher::cross_viewers(const ThresholdCrossings& test,
+                            const PendingPair& pending,
+                            const MatchBox& places) {
     const float radius = std::max(test.radius_m, test.old_radius_m);
-    Box box = places;
+    MatchBox box = places;
     box.widen(std::min(radius, largest_nimbus_m_) * widen_);
     // Most of a large world is far from every viewer.
     if (box.x1 < viewers_.x0 || box.x0 > viewers_.x1 || box.z1 < viewers_.z0 ||
@@ -207,7 +209,7 @@ void Matcher::cross_viewers(const Crossings& test, const Look& look, const Box& 
         return;
     }
     const auto visit = [&](std::uint32_t viewer) {
-        looks_.push_back({viewer, look.gone, look.row});
+        pending_pairs_.push_back({viewer, pending.gone, pending.row});
     };
     if (viewer_grid_.all_reach(radius)) {
         viewer_grid_.for_each_chosen<true>(box.x0, box.x1, box.z0, box.z1, test, visit);
@@ -217,9 +219,10 @@ void Matcher::cross_viewers(const Crossings& test, const Look& look, const Box& 
 }
 
 /// All places from which the viewer hears now or heard a tick ago.
-Matcher::Box Matcher::box_around(std::uint32_t viewer) const {
-    Box box(viewer_x_[viewer], viewer_z_[viewer], viewer_old_x_[viewer], viewer_old_z_[viewer]);
-    box.widen(std::min(viewer_nimbus_[viewer], population_.largest_aura_m()) * widen_);
+Matcher::MatchBox Matcher::box_around(std::uint32_t viewer) const {
+    MatchBox box(
+        viewer_x_[viewer], viewer_z_[viewer], viewer_old_x_[viewer], viewer_old_z_[viewer]);
+    box.widen(std::min(viewer_nimbus_[viewer], moved_set_.largest_aura_m()) * widen_);
     return box;
 }
 
@@ -229,7 +232,7 @@ void Matcher::cross_entities(std::uint32_t viewer) {
     if (fresh_flag_[viewer] != 0 || !(viewer_nimbus_[viewer] > 0.0F)) {
         return;
     }
-    Crossings test;
+    ThresholdCrossings test;
     test.x = viewer_x_[viewer];
     test.z = viewer_z_[viewer];
     test.old_x = viewer_old_x_[viewer];
@@ -238,9 +241,9 @@ void Matcher::cross_entities(std::uint32_t viewer) {
     test.old_radius_m = test.radius_m;
     test.widen = widen_;
     test.lods = &lods_;
-    const Box box = box_around(viewer);
+    const MatchBox box = box_around(viewer);
     const auto visit = [&](std::uint32_t row) {
-        looks_.push_back({viewer, EntityId(), row});
+        pending_pairs_.push_back({viewer, EntityId(), row});
     };
     if (entity_grid_.all_reach(test.radius_m)) {
         entity_grid_.for_each_chosen<true>(box.x0, box.x1, box.z0, box.z1, test, visit);
@@ -260,13 +263,13 @@ void Matcher::cross_all(std::uint32_t viewer) {
     const float stride_x = x - viewer_old_x_[viewer];
     const float stride_z = z - viewer_old_z_[viewer];
     const float step = std::sqrt(stride_x * stride_x + stride_z * stride_z) * kReachSlack;
-    const NearSteps test(x, z, nimbus, widen_, step + entity_step_m_, lods_);
-    Box box = box_around(viewer);
+    const NearThresholds test(x, z, nimbus, widen_, step + entity_step_m_, lods_);
+    MatchBox box = box_around(viewer);
     box.widen(entity_step_m_);
     if (notes_.size() < noted_ + entity_grid_.blocks() + 1) {
         notes_.resize(2 * noted_ + entity_grid_.blocks() + 1);
     }
-    KeptGrid::Note* out = notes_.data() + noted_;
+    IncrementalGrid::Note* out = notes_.data() + noted_;
     noted_ +=
         entity_grid_.all_reach(nimbus)
             ? entity_grid_.note_chosen<true>(box.x0, box.x1, box.z0, box.z1, test, viewer, out)
@@ -281,28 +284,28 @@ void Matcher::sift() {
     }
     constexpr std::size_t kSoon = 8;
     constexpr std::size_t kLater = 16;
-    const auto key_of = [&](const KeptGrid::Note& note) {
+    const auto key_of = [&](const IncrementalGrid::Note& note) {
         return entity_grid_.key_at(note.block,
                                    static_cast<std::uint32_t>(std::countr_zero(note.mask)));
     };
     for (std::size_t i = 0; i < noted_; ++i) {
         if (i + kLater < noted_) {
             entity_grid_.prefetch(notes_[i + kLater].block);
-            population_.prefetch_step(key_of(notes_[i + kSoon]));
+            moved_set_.prefetch_step(key_of(notes_[i + kSoon]));
         }
         const std::uint32_t viewer = notes_[i].asker;
-        for (KeptGrid::Note note = notes_[i]; note.mask != 0; note.mask &= note.mask - 1) {
+        for (IncrementalGrid::Note note = notes_[i]; note.mask != 0; note.mask &= note.mask - 1) {
             const world::Row row = key_of(note);
-            const float dx = population_.x(row) - viewer_x_[viewer];
-            const float dz = population_.z(row) - viewer_z_[viewer];
-            const float old_dx = population_.old_x(row) - viewer_old_x_[viewer];
-            const float old_dz = population_.old_z(row) - viewer_old_z_[viewer];
+            const float dx = moved_set_.x(row) - viewer_x_[viewer];
+            const float dz = moved_set_.z(row) - viewer_z_[viewer];
+            const float old_dx = moved_set_.old_x(row) - viewer_old_x_[viewer];
+            const float old_dz = moved_set_.old_z(row) - viewer_old_z_[viewer];
             if (crossed(dx * dx + dz * dz,
                         old_dx * old_dx + old_dz * old_dz,
-                        std::min(viewer_nimbus_[viewer], population_.aura_m(row)),
+                        std::min(viewer_nimbus_[viewer], moved_set_.aura_m(row)),
                         widen_,
                         lods_)) {
-                looks_.push_back({viewer, EntityId(), row});
+                pending_pairs_.push_back({viewer, EntityId(), row});
             }
         }
     }
@@ -310,12 +313,12 @@ void Matcher::sift() {
 
 /// The same where there are many: eight at a time, in places that lie near each other.
 void Matcher::sift_blocks() {
-    entity_grid_.lay_out(population_.old_xs(), population_.old_zs(), old_places_);
-    BothCrossings test;
+    entity_grid_.lay_out(moved_set_.old_xs(), moved_set_.old_zs(), old_places_);
+    MutualCrossings test;
     test.widen = widen_;
     test.lods = &lods_;
     for (std::size_t i = 0; i < noted_; ++i) {
-        const KeptGrid::Note& note = notes_[i];
+        const IncrementalGrid::Note& note = notes_[i];
         const std::uint32_t viewer = note.asker;
         test.x = viewer_x_[viewer];
         test.z = viewer_z_[viewer];
@@ -329,14 +332,14 @@ void Matcher::sift_blocks() {
                                               : entity_grid_.chosen_of<false>(note.block, test));
         for (; mask != 0; mask &= mask - 1) {
             const auto lane = static_cast<std::uint32_t>(std::countr_zero(mask));
-            looks_.push_back({viewer, EntityId(), entity_grid_.key_at(note.block, lane)});
+            pending_pairs_.push_back({viewer, EntityId(), entity_grid_.key_at(note.block, lane)});
         }
     }
 }
 
-/// The entity that a look is about.
-EntityId Matcher::entity_of(const Look& look) const {
-    return look.row == world::kNoRow ? look.gone : population_.id(look.row);
+/// The entity that a pending is about.
+EntityId Matcher::entity_of(const PendingPair& pending) const {
+    return pending.row == world::kNoRow ? pending.gone : moved_set_.id(pending.row);
 }
 
 /// The sets lie far apart in memory: what will be read is asked for some pairs ahead. Of a set
@@ -345,22 +348,23 @@ void Matcher::settle_pairs() {
     constexpr std::size_t kSoon = 6;
     constexpr std::size_t kLater = 12;
     constexpr std::size_t kLast = 18;
-    for (std::size_t i = 0; i < looks_.size(); ++i) {
-        if (i + kLast < looks_.size()) {
-            const Look& last = looks_[i + kLast];
+    for (std::size_t i = 0; i < pending_pairs_.size(); ++i) {
+        if (i + kLast < pending_pairs_.size()) {
+            const PendingPair& last = pending_pairs_[i + kLast];
             __builtin_prefetch(&(*out_)[last.viewer]);
-            population_.prefetch(last.row);
+            moved_set_.prefetch(last.row);
         }
-        if (i + kLater < looks_.size()) {
-            const std::vector<world::Visible>& later = (*out_)[looks_[i + kLater].viewer].visible;
+        if (i + kLater < pending_pairs_.size()) {
+            const std::vector<world::Visible>& later =
+                (*out_)[pending_pairs_[i + kLater].viewer].visible;
             const world::Visible* data = later.data();
             const std::size_t quarter = later.size() / 4;
             __builtin_prefetch(data + quarter);
             __builtin_prefetch(data + 2 * quarter);
             __builtin_prefetch(data + 3 * quarter);
         }
-        if (i + kSoon < looks_.size()) {
-            const Look& soon = looks_[i + kSoon];
+        if (i + kSoon < pending_pairs_.size()) {
+            const PendingPair& soon = pending_pairs_[i + kSoon];
             const std::vector<world::Visible>& set = (*out_)[soon.viewer].visible;
             const EntityId entity = entity_of(soon);
             const world::Visible* at = set.data();
@@ -373,18 +377,18 @@ void Matcher::settle_pairs() {
                 }
             }
         }
-        settle_pair(looks_[i]);
+        settle_pair(pending_pairs_[i]);
     }
-    looks_.clear();
+    pending_pairs_.clear();
 }
 
 /// The rule for one pair, by what the viewer knows. To do it twice changes nothing.
-void Matcher::settle_pair(const Look& look) {
-    const std::uint32_t viewer = look.viewer;
-    const world::Row row = look.row;
-    const EntityId entity = entity_of(look);
-    const Seat& seat = seats_[viewer];
-    if (fresh_flag_[viewer] != 0 || row == seat.row) {
+void Matcher::settle_pair(const PendingPair& pending) {
+    const std::uint32_t viewer = pending.viewer;
+    const world::Row row = pending.row;
+    const EntityId entity = entity_of(pending);
+    const MatchedViewer& add_viewers = matched_viewers_[viewer];
+    if (fresh_flag_[viewer] != 0 || row == add_viewers.row) {
         return;
     }
     ++report_.examined;
@@ -397,12 +401,12 @@ void Matcher::settle_pair(const Look& look) {
     bool heard = false;
     float distance_squared = 0.0F;
     if (row != world::kNoRow) {
-        const float dx = population_.x(row) - viewer_x_[viewer];
-        const float dz = population_.z(row) - viewer_z_[viewer];
+        const float dx = moved_set_.x(row) - viewer_x_[viewer];
+        const float dz = moved_set_.z(row) - viewer_z_[viewer];
         distance_squared = dx * dx + dz * dz;
         heard = hears(distance_squared,
                       viewer_nimbus_[viewer],
-                      population_.aura_m(row),
+                      moved_set_.aura_m(row),
                       known,
                       settings_.hysteresis);
     }

@@ -19,7 +19,7 @@ constexpr float kViewerCells = 3.0F;
 // less than following.
 constexpr std::size_t kFollowShare = 6;
 
-bool same(const Settings& a, const Settings& b) {
+bool same(const InterestSettings& a, const InterestSettings& b) {
     return a.hysteresis == b.hysteresis && a.lod_radius_m == b.lod_radius_m &&
            a.lod_lead_m == b.lod_lead_m;
 }
@@ -40,13 +40,13 @@ float largest_square(float reach) {
     return square;
 }
 
-bool suits(const KeptGrid& grid, float cell_m) {
+bool suits(const IncrementalGrid& grid, float cell_m) {
     return grid.cell_m() > 0.5F * cell_m && grid.cell_m() < 2.0F * cell_m && !grid.worn();
 }
 
 }  // namespace
 
-LodSteps::LodSteps(const Settings& settings) {
+LodThresholds::LodThresholds(const InterestSettings& settings) {
     ZONED_ASSERT(settings.lod_radius_m.size() <= kMost, "at most three radii");
     for (const float radius : settings.lod_radius_m) {
         nearer_m[count] = std::max(0.0F, radius + settings.lod_lead_m);
@@ -58,37 +58,38 @@ LodSteps::LodSteps(const Settings& settings) {
     }
 }
 
-Report Matcher::step(const world::Entities& entities,
-                     const world::TypeTable& types,
-                     std::span<const world::Viewer> viewers,
-                     const Settings& settings,
-                     world::Visibility& out) {
-    report_ = Report{};
+InterestReport Matcher::step(const world::Entities& entities,
+                             const world::TypeTable& types,
+                             std::span<const world::Viewer> viewers,
+                             const InterestSettings& settings,
+                             world::Visibility& out) {
+    report_ = InterestReport{};
     if (viewers.empty()) {
         out.clear();
-        seats_.clear();
+        matched_viewers_.clear();
         marked_.clear();
         viewers_changed_ = true;
         report_.skipped = true;
         return report_;
     }
     begin(settings, out);
-    population_.follow(entities, types);
+    moved_set_.follow(entities, types);
     align(viewers, out);
-    seat(viewers, out);
+    add_viewers(viewers, out);
     find_avatars(entities);
     read_viewers();
     read_cones(entities);
-    const float radius = std::min(largest_nimbus_m_, population_.largest_aura_m());
+    const float radius = std::min(largest_nimbus_m_, moved_set_.largest_aura_m());
     const float cell_m = std::max(1.0F, radius / kCellsPerRadius);
     // Entities that moved meet the few viewers near them, viewers that moved the many entities:
     // together less than all viewers with all entities, unless most move.
-    const double share = static_cast<double>(population_.changed()) /
-                             static_cast<double>(std::max<std::size_t>(1, population_.size())) +
-                         static_cast<double>(moved_.size()) / static_cast<double>(seats_.size());
+    const double share =
+        static_cast<double>(moved_set_.changed()) /
+            static_cast<double>(std::max<std::size_t>(1, moved_set_.size())) +
+        static_cast<double>(moved_.size()) / static_cast<double>(matched_viewers_.size());
     everybody_ = share >= 1.0;
     follow_entities(cell_m);
-    seat_viewers(kViewerCells * cell_m);
+    index_viewers(kViewerCells * cell_m);
     for (const std::uint32_t viewer : fresh_) {
         refresh(viewer);
     }
@@ -115,7 +116,7 @@ Report Matcher::step(const world::Entities& entities,
         constexpr std::size_t kAhead = 2;
         for (std::size_t i = 0; i < moved_.size(); ++i) {
             if (i + kAhead < moved_.size()) {
-                const Box box = box_around(moved_[i + kAhead]);
+                const MatchBox box = box_around(moved_[i + kAhead]);
                 entity_grid_.prefetch(box.x0, box.x1, box.z0, box.z1);
             }
             cross_entities(moved_[i]);
@@ -127,12 +128,12 @@ Report Matcher::step(const world::Entities& entities,
 }
 
 /// Takes back what the last tick said of differences.
-void Matcher::begin(const Settings& settings, world::Visibility& out) {
+void Matcher::begin(const InterestSettings& settings, world::Visibility& out) {
     out_ = &out;
     refresh_all_ = !same(settings, settings_);
     if (refresh_all_) {
         settings_ = settings;
-        lods_ = LodSteps(settings);
+        lods_ = LodThresholds(settings);
         widen_ = 1.0F + settings.hysteresis;
     }
     const auto clear = [](world::VisibleSet& set) {
@@ -141,9 +142,9 @@ void Matcher::begin(const Settings& settings, world::Visibility& out) {
         set.lod_changed.clear();
         set.changed = false;
     };
-    const bool untouched = out.size() == seats_.size() &&
+    const bool untouched = out.size() == matched_viewers_.size() &&
                            std::all_of(marked_.begin(), marked_.end(), [&](std::uint32_t viewer) {
-                               return out[viewer].stamp == seats_[viewer].stamp;
+                               return out[viewer].stamp == matched_viewers_[viewer].stamp;
                            });
     if (untouched) {
         for (const std::uint32_t viewer : marked_) {
@@ -179,26 +180,27 @@ void Matcher::align(std::span<const world::Viewer> viewers, world::Visibility& o
         return set;
     });
     const bool seats =
-        world::align(seats_, spare_seats_, viewers, client_of, [](const auto& viewer) {
-            return Seat{viewer, world::kNoRow, 0};
+        world::align(matched_viewers_, spare_viewers_, viewers, client_of, [](const auto& viewer) {
+            return MatchedViewer{viewer, world::kNoRow, 0};
         });
     viewers_changed_ = viewers_changed_ || sets || seats;
 }
 
 /// Who has to be matched with everything: those that are new here, and whose set is another one.
-void Matcher::seat(std::span<const world::Viewer> viewers, world::Visibility& out) {
-    fresh_flag_.assign(seats_.size(), 0);
-    for (std::uint32_t i = 0; i < seats_.size(); ++i) {
-        Seat& seat = seats_[i];
-        if (refresh_all_ || seat.stamp == 0 || seat.stamp != out[i].stamp ||
-            seat.viewer.avatar != viewers[i].avatar) {
-            if (seat.viewer.avatar != viewers[i].avatar) {
-                if (seat.row < viewer_of_row_.size() && viewer_of_row_[seat.row] == i) {
-                    viewer_of_row_[seat.row] = KeptGrid::kNone;
+void Matcher::add_viewers(std::span<const world::Viewer> viewers, world::Visibility& out) {
+    fresh_flag_.assign(matched_viewers_.size(), 0);
+    for (std::uint32_t i = 0; i < matched_viewers_.size(); ++i) {
+        MatchedViewer& add_viewers = matched_viewers_[i];
+        if (refresh_all_ || add_viewers.stamp == 0 || add_viewers.stamp != out[i].stamp ||
+            add_viewers.viewer.avatar != viewers[i].avatar) {
+            if (add_viewers.viewer.avatar != viewers[i].avatar) {
+                if (add_viewers.row < viewer_of_row_.size() &&
+                    viewer_of_row_[add_viewers.row] == i) {
+                    viewer_of_row_[add_viewers.row] = IncrementalGrid::kNone;
                 }
-                seat.row = world::kNoRow;
+                add_viewers.row = world::kNoRow;
             }
-            seat.viewer = viewers[i];
+            add_viewers.viewer = viewers[i];
             make_fresh(i);
         }
     }
@@ -213,30 +215,31 @@ void Matcher::make_fresh(std::uint32_t viewer) {
 
 void Matcher::find_avatars(const world::Entities& entities) {
     const auto find = [&](std::uint32_t viewer) {
-        Seat& seat = seats_[viewer];
-        const world::Row row = entities.find(seat.viewer.avatar);
+        MatchedViewer& add_viewers = matched_viewers_[viewer];
+        const world::Row row = entities.find(add_viewers.viewer.avatar);
         if (row != world::kNoRow) {
             viewer_of_row_[row] = viewer;
         }
-        if (row != seat.row) {
+        if (row != add_viewers.row) {
             make_fresh(viewer);
         }
-        seat.row = row;
+        add_viewers.row = row;
     };
     if (viewers_changed_) {
-        viewer_of_row_.assign(population_.size(), KeptGrid::kNone);
+        viewer_of_row_.assign(moved_set_.size(), IncrementalGrid::kNone);
     } else {
-        viewer_of_row_.resize(population_.size(), KeptGrid::kNone);
-        for (const world::Row row : population_.rows_left()) {
+        viewer_of_row_.resize(moved_set_.size(), IncrementalGrid::kNone);
+        for (const world::Row row : moved_set_.rows_left()) {
             if (row < viewer_of_row_.size()) {
-                viewer_of_row_[row] = KeptGrid::kNone;
+                viewer_of_row_[row] = IncrementalGrid::kNone;
             }
         }
     }
-    if (viewers_changed_ || population_.rows_changed()) {
-        for (std::uint32_t i = 0; i < seats_.size(); ++i) {
-            const world::Row row = seats_[i].row;
-            if (row < population_.size() && population_.id(row) == seats_[i].viewer.avatar) {
+    if (viewers_changed_ || moved_set_.rows_changed()) {
+        for (std::uint32_t i = 0; i < matched_viewers_.size(); ++i) {
+            const world::Row row = matched_viewers_[i].row;
+            if (row < moved_set_.size() &&
+                moved_set_.id(row) == matched_viewers_[i].viewer.avatar) {
                 viewer_of_row_[row] = i;
             } else {
                 find(i);
@@ -245,35 +248,35 @@ void Matcher::find_avatars(const world::Entities& entities) {
         return;
     }
     for (const std::uint32_t viewer : fresh_) {
-        if (seats_[viewer].row == world::kNoRow) {
+        if (matched_viewers_[viewer].row == world::kNoRow) {
             find(viewer);
         }
     }
 }
 
 void Matcher::read_viewer(std::size_t viewer) {
-    const world::Row row = seats_[viewer].row;
-    const bool placed = row != world::kNoRow && std::isfinite(population_.x(row)) &&
-                        std::isfinite(population_.z(row));
-    viewer_x_[viewer] = placed ? population_.x(row) : 0.0F;
-    viewer_z_[viewer] = placed ? population_.z(row) : 0.0F;
-    viewer_nimbus_[viewer] = placed ? population_.nimbus_m(row) : 0.0F;
+    const world::Row row = matched_viewers_[viewer].row;
+    const bool placed = row != world::kNoRow && std::isfinite(moved_set_.x(row)) &&
+                        std::isfinite(moved_set_.z(row));
+    viewer_x_[viewer] = placed ? moved_set_.x(row) : 0.0F;
+    viewer_z_[viewer] = placed ? moved_set_.z(row) : 0.0F;
+    viewer_nimbus_[viewer] = placed ? moved_set_.nimbus_m(row) : 0.0F;
 }
 
 /// Who looks far now is matched with everything, and only for that.
 void Matcher::read_cones(const world::Entities& entities) {
     viewer_cone_.clear();
-    if (!population_.has_cones()) {
+    if (!moved_set_.has_cones()) {
         return;
     }
-    viewer_cone_.resize(seats_.size());
-    for (std::uint32_t i = 0; i < seats_.size(); ++i) {
-        const world::Row row = seats_[i].row;
-        if (row == world::kNoRow || !std::isfinite(population_.x(row)) ||
-            !std::isfinite(population_.z(row))) {
+    viewer_cone_.resize(matched_viewers_.size());
+    for (std::uint32_t i = 0; i < matched_viewers_.size(); ++i) {
+        const world::Row row = matched_viewers_[i].row;
+        if (row == world::kNoRow || !std::isfinite(moved_set_.x(row)) ||
+            !std::isfinite(moved_set_.z(row))) {
             continue;
         }
-        viewer_cone_[i] = view_cone(population_.cone(row), entities.yaw[row], settings_.hysteresis);
+        viewer_cone_[i] = view_cone(moved_set_.cone(row), entities.yaw[row], settings_.hysteresis);
         if (viewer_cone_[i].length_m > 0.0F && fresh_flag_[i] == 0) {
             fresh_flag_[i] = kFreshByCone;
             fresh_.push_back(i);
@@ -283,29 +286,29 @@ void Matcher::read_cones(const world::Entities& entities) {
 
 /// Columns of the viewers, from their avatars; finds those that stepped.
 void Matcher::read_viewers() {
-    const std::size_t size = seats_.size();
+    const std::size_t size = matched_viewers_.size();
     for (auto* column : {&viewer_x_, &viewer_z_, &viewer_old_x_, &viewer_old_z_, &viewer_nimbus_}) {
         column->resize(size);
     }
-    for (const Change& change : population_.changes()) {
+    for (const EntityChange& change : moved_set_.changes()) {
         if (change.row != world::kNoRow) {
             __builtin_prefetch(&viewer_of_row_[change.row]);
         }
     }
-    for (const Change& change : population_.changes()) {
+    for (const EntityChange& change : moved_set_.changes()) {
         const std::uint32_t viewer =
-            change.row != world::kNoRow ? viewer_of_row_[change.row] : KeptGrid::kNone;
-        if (viewer != KeptGrid::kNone) {
+            change.row != world::kNoRow ? viewer_of_row_[change.row] : IncrementalGrid::kNone;
+        if (viewer != IncrementalGrid::kNone) {
             make_fresh(viewer);
         }
     }
-    for (const world::Row row : population_.steps()) {
+    for (const world::Row row : moved_set_.steps()) {
         const std::uint32_t viewer = viewer_of_row_[row];
-        if (viewer != KeptGrid::kNone && fresh_flag_[viewer] == 0) {
+        if (viewer != IncrementalGrid::kNone && fresh_flag_[viewer] == 0) {
             viewer_old_x_[viewer] = viewer_x_[viewer];
             viewer_old_z_[viewer] = viewer_z_[viewer];
-            viewer_x_[viewer] = population_.x(row);
-            viewer_z_[viewer] = population_.z(row);
+            viewer_x_[viewer] = moved_set_.x(row);
+            viewer_z_[viewer] = moved_set_.z(row);
             moved_.push_back(viewer);
         }
     }
@@ -316,8 +319,8 @@ void Matcher::read_viewers() {
             viewer_old_z_[i] = viewer_z_[i];
         }
         for (const std::uint32_t i : moved_) {
-            viewer_old_x_[i] = population_.old_x(seats_[i].row);
-            viewer_old_z_[i] = population_.old_z(seats_[i].row);
+            viewer_old_x_[i] = moved_set_.old_x(matched_viewers_[i].row);
+            viewer_old_z_[i] = moved_set_.old_z(matched_viewers_[i].row);
         }
     }
     for (const std::uint32_t i : fresh_) {
@@ -330,25 +333,25 @@ void Matcher::read_viewers() {
         smallest_nimbus_m_ = std::numeric_limits<float>::infinity();
         for (std::size_t i = 0; i < size; ++i) {
             largest_nimbus_m_ = std::max(largest_nimbus_m_, viewer_nimbus_[i]);
-            if (seats_[i].row != world::kNoRow) {
+            if (matched_viewers_[i].row != world::kNoRow) {
                 smallest_nimbus_m_ = std::min(smallest_nimbus_m_, viewer_nimbus_[i]);
             }
         }
     }
-    entity_step_m_ = population_.longest_step_m();
+    entity_step_m_ = moved_set_.longest_step_m();
 }
 
 // ---------------------------------------------------------------- grids
 
 void Matcher::follow_entities(float cell_m) {
-    const std::size_t size = population_.size();
-    const std::vector<Change>& changes = population_.changes();
+    const std::size_t size = moved_set_.size();
+    const std::vector<EntityChange>& changes = moved_set_.changes();
     const double leaving = static_cast<double>(changes.size()) +
-                           entity_grid_.leaving(population_.steps().size(), entity_step_m_);
+                           entity_grid_.leaving(moved_set_.steps().size(), entity_step_m_);
     bool good = suits(entity_grid_, cell_m) &&
                 leaving <= static_cast<double>(size) / static_cast<double>(kFollowShare);
     if (good) {
-        for (const world::Row row : population_.rows_left()) {
+        for (const world::Row row : moved_set_.rows_left()) {
             if (entity_grid_.holds(row)) {
                 entity_grid_.take(row);
             }
@@ -358,34 +361,33 @@ void Matcher::follow_entities(float cell_m) {
         for (std::size_t i = 0; i < changes.size() && good; ++i) {
             good = changes[i].row == world::kNoRow || follow_entity(changes[i]);
         }
-        good =
-            good && entity_grid_.move_all(population_.steps(), population_.xs(), population_.zs());
+        good = good && entity_grid_.move_all(moved_set_.steps(), moved_set_.xs(), moved_set_.zs());
     }
     if (!good) {
-        entity_grid_.build(population_.points(), cell_m);
+        entity_grid_.build(moved_set_.points(), cell_m);
     }
     near_.resize(size + spatial::kLanes);
 }
 
 /// Their slots in the grid are anywhere in memory.
 void Matcher::prefetch_changes() const {
-    for (const Change& change : population_.changes()) {
+    for (const EntityChange& change : moved_set_.changes()) {
         if (change.row != world::kNoRow) {
             entity_grid_.prefetch_slot(change.row);
         }
     }
-    for (const Change& change : population_.changes()) {
+    for (const EntityChange& change : moved_set_.changes()) {
         if (change.row != world::kNoRow) {
             entity_grid_.prefetch_place(change.row);
         }
     }
 }
 
-bool Matcher::follow_entity(const Change& change) {
+bool Matcher::follow_entity(const EntityChange& change) {
     const world::Row row = change.row;
-    const float aura = population_.aura_m(row);
-    const float x = population_.x(row);
-    const float z = population_.z(row);
+    const float aura = moved_set_.aura_m(row);
+    const float x = moved_set_.x(row);
+    const float z = moved_set_.z(row);
     if (entity_grid_.holds(row)) {
         if (aura > 0.0F && aura == entity_grid_.radius_m(row)) {
             return entity_grid_.move(row, x, z);
@@ -399,9 +401,9 @@ bool Matcher::follow_entity(const Change& change) {
 }
 
 /// The viewers where they were a tick ago, but for those that are new there.
-void Matcher::seat_viewers(float cell_m) {
+void Matcher::index_viewers(float cell_m) {
     bool good = !viewers_changed_ && suits(viewer_grid_, cell_m) &&
-                fresh_.size() <= seats_.size() / kFollowShare;
+                fresh_.size() <= matched_viewers_.size() / kFollowShare;
     for (std::size_t i = 0; i < fresh_.size() && good; ++i) {
         const std::uint32_t viewer = fresh_[i];
         if (viewer_grid_.holds(viewer)) {
@@ -419,7 +421,8 @@ void Matcher::seat_viewers(float cell_m) {
 /// The viewers where they are.
 void Matcher::follow_viewers() {
     const double leaving = viewer_grid_.leaving(moved_.size(), entity_step_m_);
-    if (leaving > static_cast<double>(seats_.size()) / static_cast<double>(kFollowShare) ||
+    if (leaving >
+            static_cast<double>(matched_viewers_.size()) / static_cast<double>(kFollowShare) ||
         !viewer_grid_.move_all(moved_, viewer_x_, viewer_z_)) {
         viewer_grid_.build({viewer_x_, viewer_z_, viewer_nimbus_}, viewer_grid_.cell_m());
     }
@@ -428,7 +431,7 @@ void Matcher::follow_viewers() {
 /// All areas overlap when the diagonal of the box around everybody is within the smallest radius of
 /// all: then every pair hears of each other, whatever the positions.
 bool Matcher::all_overlap(float& diagonal_squared) const {
-    const float smallest = std::min(smallest_nimbus_m_, population_.smallest_aura_m());
+    const float smallest = std::min(smallest_nimbus_m_, moved_set_.smallest_aura_m());
     if (!(smallest > 0.0F) || std::isinf(smallest)) {
         return false;
     }
@@ -447,13 +450,13 @@ bool Matcher::all_overlap(float& diagonal_squared) const {
         return hears(diagonal_squared, smallest, smallest, false, settings_.hysteresis);
     };
     // In most worlds the first few are too far apart.
-    for (world::Row row = 0; row < population_.size(); ++row) {
-        if (population_.aura_m(row) > 0.0F && !enclose(population_.x(row), population_.z(row))) {
+    for (world::Row row = 0; row < moved_set_.size(); ++row) {
+        if (moved_set_.aura_m(row) > 0.0F && !enclose(moved_set_.x(row), moved_set_.z(row))) {
             return false;
         }
     }
-    for (std::size_t i = 0; i < seats_.size(); ++i) {
-        if (seats_[i].row != world::kNoRow && !enclose(viewer_x_[i], viewer_z_[i])) {
+    for (std::size_t i = 0; i < matched_viewers_.size(); ++i) {
+        if (matched_viewers_[i].row != world::kNoRow && !enclose(viewer_x_[i], viewer_z_[i])) {
             return false;
         }
     }
@@ -472,8 +475,8 @@ void Matcher::finish() {
         report_.entered += static_cast<std::uint32_t>(set.entered.size());
         report_.left += static_cast<std::uint32_t>(set.left.size());
     }
-    report_.viewers = static_cast<std::uint32_t>(seats_.size());
-    report_.changed = static_cast<std::uint32_t>(population_.changed());
+    report_.viewers = static_cast<std::uint32_t>(matched_viewers_.size());
+    report_.changed = static_cast<std::uint32_t>(moved_set_.changed());
     report_.refreshed = static_cast<std::uint32_t>(fresh_.size());
     if (viewers_changed_ || !fresh_.empty()) {
         pairs_ = 0;
@@ -489,7 +492,7 @@ void Matcher::finish() {
         viewer_old_x_[viewer] = viewer_x_[viewer];
         viewer_old_z_[viewer] = viewer_z_[viewer];
     }
-    population_.settle();
+    moved_set_.settle();
     viewers_changed_ = false;
     out_ = nullptr;
 }

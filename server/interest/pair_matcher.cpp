@@ -21,10 +21,10 @@ void PairMatcher::step(const world::Entities& entities,
                        Pairs& out) {
     read_entities(entities, types);
     read_viewers(entities, types, viewers);
-    strips_.build({x_, z_, aura_}, std::max(1.0F, std::min(largest_nimbus_m_, largest_aura_m_)));
+    row_grid_.build({x_, z_, aura_}, std::max(1.0F, std::min(largest_nimbus_m_, largest_aura_m_)));
     order_queries();
     ends_.resize(queries_.size());
-    strips_.match(queries_, 0, out.rows, ends_);
+    row_grid_.match(queries_, 0, out.rows, ends_);
     out.first.assign(viewers.size(), 0);
     out.count.assign(viewers.size(), 0);
     std::uint32_t begin = 0;
@@ -39,7 +39,7 @@ void PairMatcher::step(const world::Entities& entities,
 /// Counting sort of the queries, so that neighbours in the plane follow each other: stretch by
 /// stretch, and through a stretch strip by strip.
 void PairMatcher::order_queries() {
-    const Strips::Cells cells = strips_.cells();
+    const RowGrid::RowGridCells cells = row_grid_.cells();
     const std::uint32_t per_stretch = cells.columns / kStretches + 1;
     const std::size_t size = asked_.size();
     place_.resize(size);

@@ -41,16 +41,16 @@ class PairMatcher {
     std::vector<float> aura_;
     std::vector<float> aura_of_;  // by type and stance
     std::vector<world::Row> viewer_row_;
-    std::vector<StripQuery> asked_;           // of viewers that hear at all
+    std::vector<RowGridQuery> asked_;         // of viewers that hear at all
     std::vector<std::uint32_t> asker_;        // their viewers
     std::vector<std::uint32_t> place_;        // and where they stand
     std::vector<std::uint32_t> place_begin_;  // of the next two, by place
-    std::vector<StripQuery> queries_;         // by place: neighbours ask for the same points
+    std::vector<RowGridQuery> queries_;       // by place: neighbours ask for the same points
     std::vector<std::uint32_t> viewer_of_;
     std::vector<std::uint32_t> ends_;
     float largest_aura_m_ = 0.0F;
     float largest_nimbus_m_ = 0.0F;
-    Strips strips_;
+    RowGrid row_grid_;
 };
 
 }  // namespace zoned::interest

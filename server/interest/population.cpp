@@ -31,7 +31,7 @@ std::uint32_t bits(float value) {
 
 }  // namespace
 
-void Population::follow(const world::Entities& entities, const world::TypeTable& types) {
+void MovedSet::follow(const world::Entities& entities, const world::TypeTable& types) {
     read_types(types);
     changes_.clear();
     lost_.clear();
@@ -61,7 +61,7 @@ void Population::follow(const world::Entities& entities, const world::TypeTable&
     if (rows_changed()) {
         pair_up();
     }
-    for (const Change& change : changes_) {
+    for (const EntityChange& change : changes_) {
         if (change.row != world::kNoRow) {
             old_x_[change.row] = x_[change.row];
             old_z_[change.row] = z_[change.row];
@@ -71,7 +71,7 @@ void Population::follow(const world::Entities& entities, const world::TypeTable&
 }
 
 /// Radii by kind in one flat table: a look at the types themselves costs a line of cache each.
-void Population::read_types(const world::TypeTable& types) {
+void MovedSet::read_types(const world::TypeTable& types) {
     const std::size_t kinds = types.size() * kStances;
     if (aura_of_.size() == kinds) {
         return;
@@ -96,7 +96,7 @@ void Population::read_types(const world::TypeTable& types) {
 
 /// Rows whose entity is another one or of another kind, and rows that moved. Where few may have
 /// changed, those alone are compared.
-void Population::list_touched(const world::Entities& e) {
+void MovedSet::list_touched(const world::Entities& e) {
     constexpr std::size_t kFew = 8;
     const std::size_t common = std::min(ids_.size(), e.size());
     const world::RowSet& stirring = e.stirring();
@@ -126,7 +126,7 @@ void Population::list_touched(const world::Entities& e) {
     steps_.resize(kept);
 }
 
-void Population::prefetch_all(world::Row row) const {
+void MovedSet::prefetch_all(world::Row row) const {
     __builtin_prefetch(&ids_[row]);
     __builtin_prefetch(&kinds_[row]);
     __builtin_prefetch(&x_[row], 1);
@@ -137,7 +137,7 @@ void Population::prefetch_all(world::Row row) const {
 }
 
 /// Piece by piece in loops that each compare many rows at once, and without a branch per row.
-void Population::compare_all(const world::Entities& e, std::size_t common) {
+void MovedSet::compare_all(const world::Entities& e, std::size_t common) {
     constexpr std::size_t kPiece = 512;
     steps_.resize(common + kPiece);
     std::size_t found = 0;
@@ -174,7 +174,7 @@ void Population::compare_all(const world::Entities& e, std::size_t common) {
         std::fill(stepped.begin() + static_cast<std::ptrdiff_t>(size), stepped.end(), 0);
         for (std::size_t i = 0; i < size; i += spatial::kLanes) {
             const std::uint32_t mask = lanes_equal(stepped.data() + i, 1);
-            store_chosen(rows.data() + i, mask, steps_.data() + found);
+            compress_store(rows.data() + i, mask, steps_.data() + found);
             found += static_cast<std::size_t>(std::popcount(mask));
         }
     }
@@ -183,10 +183,10 @@ void Population::compare_all(const world::Entities& e, std::size_t common) {
 
 /// Writes for each row from `first` on what is other than zero where it holds another entity or one
 /// of another kind than a tick ago; returns all of that together.
-std::uint32_t Population::compare_kinds(const world::Entities& e,
-                                        std::size_t first,
-                                        std::size_t size,
-                                        std::uint32_t* other) const {
+std::uint32_t MovedSet::compare_kinds(const world::Entities& e,
+                                      std::size_t first,
+                                      std::size_t size,
+                                      std::uint32_t* other) const {
     const EntityId* const id = e.id.data() + first;
     const TypeIndex* const type = e.type.data() + first;
     const std::uint8_t* const stance = e.stance.data() + first;
@@ -203,7 +203,7 @@ std::uint32_t Population::compare_kinds(const world::Entities& e,
 }
 
 /// Takes over where rows moved to; those that jumped are changes, the others stay in the list.
-void Population::follow_steps(const world::Entities& e) {
+void MovedSet::follow_steps(const world::Entities& e) {
     float longest = 0.0F;
     std::size_t kept = 0;
     for (const world::Row row : steps_) {
@@ -226,7 +226,7 @@ void Population::follow_steps(const world::Entities& e) {
 }
 
 /// A row whose entity is another one, or did more than step.
-void Population::take(const world::Entities& e, world::Row row) {
+void MovedSet::take(const world::Entities& e, world::Row row) {
     if (e.id[row] != ids_[row]) {
         lost_.push_back({ids_[row], row, x_[row], z_[row], aura_[row]});
         found_.push_back({e.id[row], row});
@@ -240,7 +240,7 @@ void Population::take(const world::Entities& e, world::Row row) {
 }
 
 /// Writes a row's columns but for where it was a tick ago.
-void Population::enter(const world::Entities& e, world::Row row) {
+void MovedSet::enter(const world::Entities& e, world::Row row) {
     ids_[row] = e.id[row];
     kinds_[row] = kind_in(e, row);
     ZONED_ASSERT(e.stance[row] < kStances && kind_of(row) < aura_of_.size(),
@@ -256,7 +256,7 @@ void Population::enter(const world::Entities& e, world::Row row) {
     }
 }
 
-void Population::leave(world::Row row) {
+void MovedSet::leave(world::Row row) {
     if ((kinds_[row] & kHiddenBit) == 0) {
         --heard_of_kind_[kind_of(row)];
         nowhere_ -= std::isfinite(x_[row]) && std::isfinite(z_[row]) ? 0U : 1U;
@@ -264,22 +264,22 @@ void Population::leave(world::Row row) {
 }
 
 /// Entities that lost a row and found another have moved house; the others came or are gone.
-void Population::pair_up() {
+void MovedSet::pair_up() {
     const auto by_entity = [](const auto& a, const auto& b) {
         return a.entity < b.entity;
     };
     std::sort(lost_.begin(), lost_.end(), by_entity);
     std::sort(found_.begin(), found_.end(), by_entity);
     auto found = found_.cbegin();
-    const auto came = [&](const Found& f) {
+    const auto came = [&](const FoundEntity& f) {
         changes_.push_back({f.entity, f.row, x_[f.row], z_[f.row], 0.0F});
     };
-    for (const Lost& lost : lost_) {
+    for (const LostEntity& lost : lost_) {
         rows_left_.push_back(lost.row);
         while (found != found_.cend() && found->entity < lost.entity) {
             came(*found++);
         }
-        Change change{lost.entity, world::kNoRow, lost.x, lost.z, lost.aura_m};
+        EntityChange change{lost.entity, world::kNoRow, lost.x, lost.z, lost.aura_m};
         if (found != found_.cend() && found->entity == lost.entity) {
             change.row = (found++)->row;
         }
@@ -290,7 +290,7 @@ void Population::pair_up() {
     }
 }
 
-void Population::survey() {
+void MovedSet::survey() {
     largest_aura_m_ = 0.0F;
     smallest_aura_m_ = nowhere_ > 0 ? 0.0F : std::numeric_limits<float>::infinity();
     for (std::size_t kind = 0; kind < aura_of_.size(); ++kind) {
@@ -301,7 +301,7 @@ void Population::survey() {
     }
 }
 
-void Population::settle() {
+void MovedSet::settle() {
     if (steps_.size() > size() / 4) {
         std::copy(x_.begin(), x_.end(), old_x_.begin());
         std::copy(z_.begin(), z_.end(), old_z_.begin());

@@ -1,4 +1,4 @@
-// Population: the columns of all entities that matching reads, and what changed in them since the
+// MovedSet: the columns of all entities that matching reads, and what changed in them since the
 // tick before.
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace zoned::interest {
 
 /// One entity that is not as it was a tick ago, and did more than step.
-struct Change {
+struct EntityChange {
     EntityId entity;
     world::Row row = world::kNoRow;  ///< none: it is gone
     float old_x = 0.0F;              ///< m; only where it had an aura
@@ -21,7 +21,7 @@ struct Change {
     float old_aura_m = 0.0F;  ///< 0: it was not here, was hidden or nowhere
 };
 
-class Population {
+class MovedSet {
   public:
     /// An entity that moves no farther than this within a tick steps. One that jumps is looked at
     /// in the place that it left and in the place that it came to, m.
@@ -36,7 +36,7 @@ class Population {
 
     [[nodiscard]] std::size_t size() const { return ids_.size(); }
 
-    [[nodiscard]] const std::vector<Change>& changes() const { return changes_; }
+    [[nodiscard]] const std::vector<EntityChange>& changes() const { return changes_; }
 
     /// Rows of entities that only stepped, ascending.
     [[nodiscard]] const std::vector<world::Row>& steps() const { return steps_; }
@@ -108,7 +108,7 @@ class Population {
     [[nodiscard]] float smallest_aura_m() const { return smallest_aura_m_; }
 
   private:
-    struct Lost {
+    struct LostEntity {
         EntityId entity;
         world::Row row = world::kNoRow;
         float x = 0.0F;
@@ -116,7 +116,7 @@ class Population {
         float aura_m = 0.0F;
     };
 
-    struct Found {
+    struct FoundEntity {
         EntityId entity;
         world::Row row = world::kNoRow;
     };
@@ -151,10 +151,10 @@ class Population {
     std::vector<std::uint32_t> heard_of_kind_;  // entities of each kind that are not hidden
     std::uint32_t nowhere_ = 0;                 // not hidden, but at no place
     std::vector<world::Row> touched_;
-    std::vector<Lost> lost_;
-    std::vector<Found> found_;
+    std::vector<LostEntity> lost_;
+    std::vector<FoundEntity> found_;
     std::vector<world::Row> rows_left_;
-    std::vector<Change> changes_;
+    std::vector<EntityChange> changes_;
     std::vector<world::Row> steps_;
     float longest_step_m_ = 0.0F;
     float largest_aura_m_ = 0.0F;

@@ -32,7 +32,7 @@ ViewCone view_cone(const world::Entities& entities,
         types[entities.type[row]].nimbus_cone[entities.stance[row]], entities.yaw[row], hysteresis);
 }
 
-std::uint8_t lod_at(float distance, const Settings& settings, int current_lod) {
+std::uint8_t lod_at(float distance, const InterestSettings& settings, int current_lod) {
     std::uint8_t lod = 0;
     for (const float radius : settings.lod_radius_m) {
         const bool held = current_lod >= 0 && current_lod <= static_cast<int>(lod);
@@ -49,7 +49,7 @@ std::uint8_t lod_at(float distance, const Settings& settings, int current_lod) {
 void brute_force(const world::Entities& entities,
                  const world::TypeTable& types,
                  const world::Viewer& viewer,
-                 const Settings& settings,
+                 const InterestSettings& settings,
                  std::vector<world::Row>& inner,
                  std::vector<world::Row>& outer) {
     inner.clear();

@@ -32,7 +32,7 @@ constexpr std::size_t kListed = 512;
 /// Thinner strips follow the circle better and cost a run each: a query that n points are near has
 /// 2 k + 1 runs for k strips per radius and reads about n (1 + 0.7 / k) points, an eighth of which
 /// costs a third as much as a run; least where k^2 is n / 80.
-void Strips::divide(const StripPoints& points, float radius_m) {
+void RowGrid::divide(const RowGridPoints& points, float radius_m) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     float x0 = kInfinity, x1 = -kInfinity, z0 = kInfinity, z1 = -kInfinity;
     const std::size_t stride = std::max<std::size_t>(1, points.x.size() / kSample);
@@ -69,7 +69,7 @@ void Strips::divide(const StripPoints& points, float radius_m) {
 }
 
 /// Cell of each key and how many points each cell holds; the last cell takes what is no point.
-void Strips::count(const StripPoints& points) {
+void RowGrid::count(const RowGridPoints& points) {
     const std::size_t size = points.x.size();
     const auto cells = static_cast<std::int32_t>(cells_.strips * cells_.columns);
     cell_.resize(size);
@@ -82,8 +82,8 @@ void Strips::count(const StripPoints& points) {
     const float last_x = cells_.last_column, last_z = cells_.last_strip;
     const auto wide = static_cast<std::uint32_t>(cells_.columns);
     for (std::size_t i = 0; i < size; ++i) {
-        const std::uint32_t c = Cells::place((x[i] - min_x) * per_x, last_x);
-        const std::uint32_t s = Cells::place((z[i] - min_z) * per_z, last_z);
+        const std::uint32_t c = RowGridCells::place((x[i] - min_x) * per_x, last_x);
+        const std::uint32_t s = RowGridCells::place((z[i] - min_z) * per_z, last_z);
         const std::uint32_t at = s * wide + c;
         cell[i] = radius[i] > 0.0F ? at : static_cast<std::uint32_t>(cells);
     }
@@ -105,7 +105,7 @@ void Strips::count(const StripPoints& points) {
     largest_radius_ = std::bit_cast<float>(largest);
 }
 
-void Strips::order(const StripPoints& points) {
+void RowGrid::order(const RowGridPoints& points) {
     const std::size_t size = points.x.size();
     begins_.resize(next_.size());
     std::uint32_t before = 0;
@@ -123,7 +123,7 @@ void Strips::order(const StripPoints& points) {
     const std::size_t points_here = begins_.back();
     blocks_.resize(points_here / kStripLanes + 2);
     for (std::size_t slot = 0; slot < points_here; slot += kStripLanes) {
-        Block& block = blocks_[slot / kStripLanes];
+        RowGridBlock& block = blocks_[slot / kStripLanes];
         for (std::size_t i = 0; i < kStripLanes; ++i) {
             const std::uint32_t key = keys_[slot + i];
             block.x[i] = points.x[key];
@@ -141,7 +141,7 @@ void Strips::order(const StripPoints& points) {
     }
 }
 
-void Strips::build(const StripPoints& points, float radius_m) {
+void RowGrid::build(const RowGridPoints& points, float radius_m) {
     divide(points, radius_m);
     count(points);
     order(points);
@@ -149,9 +149,9 @@ void Strips::build(const StripPoints& points, float radius_m) {
 
 /// Writes down which groups of eight hold all points near queries. Without a branch that depends
 /// on where these are.
-class Strips::List {
+class RowGrid::List {
   public:
-    explicit List(Strips& strips)
+    explicit List(RowGrid& strips)
         : cells_(strips.cells_),
           largest_radius_(strips.largest_radius_),
           begins_(strips.begins_.data()),
@@ -160,8 +160,8 @@ class Strips::List {
 
     /// Appends those of a query, at least one. Eight strips at a time, and as many for each query
     /// of a radius.
-    [[gnu::always_inline]] void add(const StripQuery& query, std::uint32_t number) {
-        const Cells& c = cells_;
+    [[gnu::always_inline]] void add(const RowGridQuery& query, std::uint32_t number) {
+        const RowGridCells& c = cells_;
         // The differences of places are rounded: a point may count as within the radius that lies
         // a rounding outside of it, in the next cell.
         const float reach = std::min(query.radius_m, largest_radius_) * 1.0001F +
@@ -208,7 +208,7 @@ class Strips::List {
                                          const Array8& half,
                                          std::uint32_t strips,
                                          std::uint32_t number) {
-        const Cells& c = cells_;
+        const RowGridCells& c = cells_;
         // Casts of what is a value already: of an expression they are done one by one.
         const Array8 left = (middle - half).max(0.0F).min(c.last_column);
         const Array8 right = (middle + half).max(0.0F).min(c.last_column);
@@ -247,7 +247,7 @@ class Strips::List {
         listed += groups;
     }
 
-    const Cells cells_;  // by value: nothing that is written could change it
+    const RowGridCells cells_;  // by value: nothing that is written could change it
     const float largest_radius_;
     const std::uint32_t* const begins_;
     std::uint32_t* const groups_;
@@ -258,19 +258,19 @@ class Strips::List {
 };
 
 template <bool kFlat>
-std::size_t Strips::work_off(std::size_t listed,
-                             const StripQuery* queries,
-                             std::size_t found,
-                             std::uint32_t* keys,
-                             std::uint32_t* ends) const {
+std::size_t RowGrid::work_off(std::size_t listed,
+                              const RowGridQuery* queries,
+                              std::size_t found,
+                              std::uint32_t* keys,
+                              std::uint32_t* ends) const {
     const std::uint32_t* const groups = groups_.data();
     const std::uint32_t* const askers = askers_.data();
-    const Block* const blocks = blocks_.data();
+    const RowGridBlock* const blocks = blocks_.data();
     const std::uint32_t* const all = keys_.data();
     for (std::size_t i = 0; i < listed; ++i) {
         const std::size_t slot = static_cast<std::size_t>(groups[i]) * kStripLanes;
-        const Block& block = blocks[groups[i]];
-        const StripQuery& query = queries[askers[i]];
+        const RowGridBlock& block = blocks[groups[i]];
+        const RowGridQuery& query = queries[askers[i]];
         const Array8 dx = Eigen::Map<const Array8>(block.x.data()) - query.x;
         const Array8 dz = Eigen::Map<const Array8>(block.z.data()) - query.z;
         std::uint32_t mask = 0;
@@ -283,17 +283,17 @@ std::size_t Strips::work_off(std::size_t listed,
             mask = spatial::lanes_at_most(dx * dx + dz * dz, r * r);
         }
         mask &= ~lanes_equal(all + slot, query.own);
-        store_chosen(all + slot, mask, keys + found);
+        compress_store(all + slot, mask, keys + found);
         found += static_cast<std::size_t>(std::popcount(mask));
         ends[askers[i]] = static_cast<std::uint32_t>(found);
     }
     return found;
 }
 
-void Strips::match(std::span<const StripQuery> queries,
-                   std::size_t from,
-                   std::vector<std::uint32_t>& keys,
-                   std::span<std::uint32_t> ends) {
+void RowGrid::match(std::span<const RowGridQuery> queries,
+                    std::size_t from,
+                    std::vector<std::uint32_t>& keys,
+                    std::span<std::uint32_t> ends) {
     const std::size_t most = kListed + blocks_.size() + cells_.strips + 4 * kStripLanes;
     groups_.resize(most);
     askers_.resize(most);
@@ -311,7 +311,7 @@ void Strips::match(std::span<const StripQuery> queries,
         if (keys.size() < found + room) {
             keys.resize(2 * found + room);
         }
-        const StripQuery* const asked = &queries[first];
+        const RowGridQuery* const asked = &queries[first];
         const bool flat = largest <= smallest_radius_ || smallest_radius_ == largest_radius_;
         found = flat ? work_off<true>(list.listed, asked, found, keys.data(), &ends[first])
                      : work_off<false>(list.listed, asked, found, keys.data(), &ends[first]);

@@ -1,4 +1,5 @@
-// Strips: the points of one moment in the x-z plane, sorted into strips and within each by columns.
+// RowGrid: the points of one moment in the x-z plane, sorted into strips and within each by
+// columns.
 #pragma once
 
 #include "server/spatial/box_lanes.h"
@@ -12,14 +13,14 @@
 namespace zoned::interest {
 
 /// Points and their radii by key (0 .. size - 1). A point without a positive radius is no point.
-struct StripPoints {
+struct RowGridPoints {
     std::span<const float> x;  ///< m, finite where the radius is positive
     std::span<const float> z;  ///< likewise
     std::span<const float> radius_m;
 };
 
 /// Who asks for all points but one near a place.
-struct StripQuery {
+struct RowGridQuery {
     float x = 0.0F;  ///< m, finite
     float z = 0.0F;
     float radius_m = 0.0F;  ///< > 0
@@ -33,23 +34,23 @@ struct StripQuery {
 /// that. So the runs of many queries are written down first, as one list of groups of eight points,
 /// and then the list is worked off without a branch: half the time. Building is a counting sort of
 /// the keys alone, because these stay in the nearer cache; places follow them in order.
-class Strips {
+class RowGrid {
   public:
     /// Indexes all points for queries of about `radius_m` > 0.
-    void build(const StripPoints& points, float radius_m);
+    void build(const RowGridPoints& points, float radius_m);
 
     /// Writes for each query the keys of all points within min(its radius, their radius), closed,
     /// in the arithmetic of hears(), one query after the other, from keys[from] on; ends[i] is
     /// where those of query i end. Keys beyond what it needs are written over. Neighbours in
     /// `queries` should be neighbours in the plane.
-    void match(std::span<const StripQuery> queries,
+    void match(std::span<const RowGridQuery> queries,
                std::size_t from,
                std::vector<std::uint32_t>& keys,
                std::span<std::uint32_t> ends);
 
     /// What divides the plane; the outermost strips and columns reach on without an end, so that it
     /// decides how much a query reads, and nothing else.
-    struct Cells {
+    struct RowGridCells {
         std::uint32_t strips = 1;
         std::uint32_t columns = 1;
         float last_strip = 0.0F;
@@ -78,23 +79,23 @@ class Strips {
         }
     };
 
-    [[nodiscard]] const Cells& cells() const { return cells_; }
+    [[nodiscard]] const RowGridCells& cells() const { return cells_; }
 
   private:
     class List;
 
     /// PointsOfInterest of eight slots: one line of the cache.
-    struct alignas(64) Block {
+    struct alignas(64) RowGridBlock {
         std::array<float, spatial::kLanes> x;
         std::array<float, spatial::kLanes> z;
     };
 
-    void divide(const StripPoints& points, float radius_m);
-    void count(const StripPoints& points);
-    void order(const StripPoints& points);
+    void divide(const RowGridPoints& points, float radius_m);
+    void count(const RowGridPoints& points);
+    void order(const RowGridPoints& points);
     template <bool kFlat>
     std::size_t work_off(std::size_t listed,
-                         const StripQuery* queries,
+                         const RowGridQuery* queries,
                          std::size_t found,
                          std::uint32_t* keys,
                          std::uint32_t* ends) const;
@@ -103,13 +104,13 @@ class Strips {
     std::vector<std::uint32_t> next_;    // by cell, scratch of build()
     std::vector<std::uint32_t> cell_;    // by key, scratch of build()
     std::vector<std::uint32_t> keys_;    // by slot, as are the next three
-    std::vector<Block> blocks_;
+    std::vector<RowGridBlock> blocks_;
     std::vector<float> radius_;          // only where they differ
     std::vector<std::uint32_t> groups_;  // first slots of eight, scratch of match()
     std::vector<std::uint32_t> askers_;  // the query of each group
     float smallest_radius_ = 0.0F;
     float largest_radius_ = 0.0F;
-    Cells cells_;
+    RowGridCells cells_;
 };
 
 }  // namespace zoned::interest

@@ -54,12 +54,12 @@ void Topics::remove(ClientId client) {
     }
 }
 
-Topics::History& Topics::history(std::string_view topic) {
+Topics::TopicHistory& Topics::history(std::string_view topic) {
     const auto known = histories_.find(topic);
     if (known != histories_.end()) {
         return known->second;
     }
-    History past;
+    TopicHistory past;
     for (const HistoryRule& rule : rules_) {
         const std::string_view name = rule.name;
         const bool open = name.ends_with('*');
@@ -75,7 +75,7 @@ void Topics::remember(std::string_view topic, PastEvent event) {
     if (rules_.empty()) {
         return;
     }
-    History& past = history(topic);
+    TopicHistory& past = history(topic);
     if (past.rule == nullptr) {
         return;
     }
@@ -95,7 +95,7 @@ void Topics::take_missed(ClientId client, std::string_view topic, std::vector<Pa
     if (rules_.empty()) {
         return;
     }
-    History& past = history(topic);
+    TopicHistory& past = history(topic);
     if (past.rule == nullptr) {
         return;
     }

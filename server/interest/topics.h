@@ -51,7 +51,7 @@ class Topics {
     void take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out);
 
   private:
-    struct History {
+    struct TopicHistory {
         const HistoryRule* rule = nullptr;  // null: nothing is kept
         std::deque<PastEvent> events;
         std::size_t bytes = 0;
@@ -59,11 +59,11 @@ class Topics {
         std::map<ClientId, std::uint64_t> heard;  // up to which number, of those who were told
     };
 
-    History& history(std::string_view topic);
+    TopicHistory& history(std::string_view topic);
 
     std::map<std::string, std::vector<ClientId>, std::less<>> subscribers_;
     std::vector<HistoryRule> rules_;
-    std::map<std::string, History, std::less<>> histories_;
+    std::map<std::string, TopicHistory, std::less<>> histories_;
 };
 
 }  // namespace zoned::interest

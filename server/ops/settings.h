@@ -144,7 +144,7 @@ struct Settings {
     std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
     std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on
     ai::AiSettings ai;
-    interest::Settings interest;
+    interest::InterestSettings interest;
     replication::Settings replication;
     clock::SlowDefs slow;
     zone::RulesSettings rules;

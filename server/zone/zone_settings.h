@@ -139,7 +139,7 @@ struct ZoneSettings {
     std::vector<CosmeticBurst> cosmetic_bursts;
     physics::PhysicsSettings physics;
     ai::AiSettings ai;
-    interest::Settings interest;
+    interest::InterestSettings interest;
     ConcealSettings conceal;
     RewindSettings rewind;
     std::vector<std::string> stances;  ///< the config's own, from kFirstNamedStance on

@@ -59,7 +59,7 @@ struct StepReport {
     physics::ParticleReport particles;
     ai::AiReport ai;
     std::optional<ai::LevelChange> level_change;
-    interest::Report interest;
+    interest::InterestReport interest;
     replication::Report replication;
     std::uint32_t handoffs_out = 0;
     std::uint32_t out_of_world = 0;   ///< entities that left the world and were put back

@@ -42,8 +42,8 @@ const std::vector<InterestScene>& interest_scenes() {
 }
 
 /// What is heard with hysteresis and two levels of detail, as a server has them by default.
-interest::Settings interest_settings() {
-    interest::Settings settings;
+interest::InterestSettings interest_settings() {
+    interest::InterestSettings settings;
     settings.lod_radius_m = {30.0F};
     return settings;
 }
@@ -174,7 +174,9 @@ class AllPairs {
 
     /// With memory: what the viewer ought to know after this tick. Entities have the ids of their
     /// rows, plus one.
-    void follow(const Field& field, std::size_t viewer, const interest::Settings& settings) {
+    void follow(const Field& field,
+                std::size_t viewer,
+                const interest::InterestSettings& settings) {
         known_.resize(field.viewers().size());
         match(field, viewer, 1.0F + settings.hysteresis);
         const world::Row own = field.entities().find(field.viewers()[viewer].avatar);
@@ -288,7 +290,7 @@ class InterestTrial : public JudgedTrial {
     }
 
     InterestScene scene_;
-    interest::Settings settings_;
+    interest::InterestSettings settings_;
     Field field_;
     AllPairs truth_;
     std::size_t wrong_ = 0;
@@ -328,7 +330,7 @@ class MatcherTrial final : public InterestTrial {
 
   private:
     interest::Matcher matcher_;
-    interest::Report report_;
+    interest::InterestReport report_;
     interest::PairMatcher pair_matcher_;
     world::Visibility visibility_;
     interest::Pairs found_;

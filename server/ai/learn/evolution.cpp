@@ -29,7 +29,7 @@ std::variant<Genetic, Neat> first_population(const Task& task,
 Evolution::Evolution(const Task& task, const BreedingSettings& settings, std::uint64_t seed)
     : task_(task),
       seed_(seed),
-      population_(first_population(task, settings, seed)) {
+      moved_set_(first_population(task, settings, seed)) {
     if (const auto* fixed = std::get_if<FixedTopology>(&settings)) {
         shape_ = fixed->shape;
     }
@@ -38,18 +38,18 @@ Evolution::Evolution(const Task& task, const BreedingSettings& settings, std::ui
 }
 
 std::size_t Evolution::individuals() const {
-    const auto* genetic = std::get_if<Genetic>(&population_);
+    const auto* genetic = std::get_if<Genetic>(&moved_set_);
     return genetic != nullptr ? genetic->individuals().size()
-                              : std::get<Neat>(population_).genomes().size();
+                              : std::get<Neat>(moved_set_).genomes().size();
 }
 
 NeuralNetwork Evolution::network_of_individual(std::size_t index) const {
-    if (const auto* genetic = std::get_if<Genetic>(&population_)) {
+    if (const auto* genetic = std::get_if<Genetic>(&moved_set_)) {
         NeuralNetwork network = shape_;
         network.parameters = genetic->individuals()[index];
         return network;
     }
-    return network_of(std::get<Neat>(population_).genomes()[index]);
+    return network_of(std::get<Neat>(moved_set_).genomes()[index]);
 }
 
 void Evolution::step(const RunRanges& run) {
@@ -67,24 +67,24 @@ void Evolution::step(const RunRanges& run) {
         score_ = score;
         best_ = champion;
     }
-    std::visit([this](auto& population) { population.breed(judged_); }, population_);
+    std::visit([this](auto& population) { population.breed(judged_); }, moved_set_);
 }
 
 std::uint64_t Evolution::generation() const {
-    return std::visit([](const auto& population) { return population.generation(); }, population_);
+    return std::visit([](const auto& population) { return population.generation(); }, moved_set_);
 }
 
 std::size_t Evolution::species() const {
-    const auto* neat = std::get_if<Neat>(&population_);
+    const auto* neat = std::get_if<Neat>(&moved_set_);
     return neat != nullptr ? neat->species().size() : 1;
 }
 
 Evolution::EvolutionState Evolution::state() const {
     EvolutionState state;
-    if (const auto* genetic = std::get_if<Genetic>(&population_)) {
+    if (const auto* genetic = std::get_if<Genetic>(&moved_set_)) {
         state.population = genetic->state();
     } else {
-        state.population = std::get<Neat>(population_).state();
+        state.population = std::get<Neat>(moved_set_).state();
     }
     state.best = best_;
     state.score = score_;
@@ -93,10 +93,10 @@ Evolution::EvolutionState Evolution::state() const {
 }
 
 void Evolution::restore(EvolutionState state) {
-    if (auto* genetic = std::get_if<Genetic>(&population_)) {
+    if (auto* genetic = std::get_if<Genetic>(&moved_set_)) {
         genetic->restore(std::move(std::get<Genetic::GeneticState>(state.population)));
     } else {
-        std::get<Neat>(population_).restore(std::move(std::get<Neat::NeatState>(state.population)));
+        std::get<Neat>(moved_set_).restore(std::move(std::get<Neat::NeatState>(state.population)));
     }
     judged_.resize(individuals());
     best_ = std::move(state.best);

@@ -61,7 +61,7 @@ class Evolution {
     const Task& task_;
     std::uint64_t seed_;
     NeuralNetwork shape_;
-    std::variant<Genetic, Neat> population_;
+    std::variant<Genetic, Neat> moved_set_;
     NeuralNetwork best_;
     double score_ = -1.0;
     double fitness_ = 0.0;

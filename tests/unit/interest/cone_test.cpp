@@ -81,7 +81,7 @@ using Memory = std::map<EntityId, std::uint8_t>;
 Memory all_pairs(const world::Entities& e,
                  const world::TypeTable& types,
                  const world::Viewer& viewer,
-                 const Settings& settings,
+                 const InterestSettings& settings,
                  const Memory& before) {
     Memory now;
     const world::Row own = e.find(viewer.avatar);
@@ -151,7 +151,7 @@ class LookingRound {
 
 TEST(MatcherWithCones, EqualsAllPairsWithMemoryWhileViewersTurnZoomAndWalk) {
     const world::TypeTable types = types_with_cones(true);
-    Settings settings;
+    InterestSettings settings;
     settings.lod_radius_m = {30.0F, 70.0F};
     std::size_t by_cone = 0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -202,7 +202,7 @@ TEST(MatcherWithCones, SaysNoDifferenceWhereThereIsNone) {
     }
     const std::uint64_t before = allocation_count();
     for (int tick = 0; tick < 5; ++tick) {
-        const Report report = matcher.step(w.entities, types, w.viewers, {}, out);
+        const InterestReport report = matcher.step(w.entities, types, w.viewers, {}, out);
         EXPECT_EQ(report.entered + report.left, 0U);
         EXPECT_EQ(report.refreshed, w.viewers.size());
         for (const world::VisibleSet& set : out) {

@@ -22,12 +22,12 @@ struct Count {
     int all = 0;
 };
 
-/// Eight points at a time step by up to `step_m` about a point that steps as far; NearSteps is told
-/// `told` of what both may step together.
+/// Eight points at a time step by up to `step_m` about a point that steps as far; NearThresholds is
+/// told `told` of what both may step together.
 Count count_near(float step_m, float told, bool flat) {
-    Settings settings;
+    InterestSettings settings;
     settings.lod_radius_m = {20.0F, 30.0F};
-    const LodSteps lods(settings);
+    const LodThresholds lods(settings);
     core::Rng rng(17);
     Count count;
     const auto along = [&] {
@@ -49,7 +49,7 @@ Count count_near(float step_m, float told, bool flat) {
             before[i] = (at_x - old_x) * (at_x - old_x) + (at_z - old_z) * (at_z - old_z);
         }
         const float reach = told * 2.0F * step_m * 1.0001F + 2e-3F;  // places are rounded by 2^-13
-        const NearSteps near(x, z, nimbus, kWiden, reach, lods);
+        const NearThresholds near(x, z, nimbus, kWiden, reach, lods);
         const std::uint32_t mask = flat ? near.flat(xs, zs) : near(xs, zs, radii);
         for (int i = 0; i < 8; ++i) {
             const float now = (xs[i] - x) * (xs[i] - x) + (zs[i] - z) * (zs[i] - z);
@@ -64,7 +64,7 @@ Count count_near(float step_m, float told, bool flat) {
     return count;
 }
 
-TEST(NearSteps, MissNoPairThatCameAcrossAStep) {
+TEST(NearThresholds, MissNoPairThatCameAcrossAStep) {
     for (const bool flat : {true, false}) {
         for (const float step_m : {0.05F, 0.5F, 8.0F}) {
             const Count count = count_near(step_m, 1.0F, flat);
@@ -74,22 +74,22 @@ TEST(NearSteps, MissNoPairThatCameAcrossAStep) {
     }
 }
 
-TEST(NearSteps, MissSomeWhenToldOfAFractionOfTheStep) {
+TEST(NearThresholds, MissSomeWhenToldOfAFractionOfTheStep) {
     EXPECT_GT(count_near(0.5F, 0.2F, true).missed, 0);
     EXPECT_GT(count_near(0.5F, 0.2F, false).missed, 0);
 }
 
-TEST(BothCrossings, SayOfEightWhatCrossedSaysOfEach) {
-    Settings settings;
+TEST(MutualCrossings, SayOfEightWhatCrossedSaysOfEach) {
+    InterestSettings settings;
     settings.lod_radius_m = {20.0F, 30.0F};
-    const LodSteps lods(settings);
+    const LodThresholds lods(settings);
     core::Rng rng(23);
     int did = 0;
     int all = 0;
     for (int round = 0; round < 20000; ++round) {
         const bool flat = round % 2 == 0;
         spatial::Array8 xs, zs, old_xs, old_zs, radii;
-        BothCrossings test;
+        MutualCrossings test;
         test.radius_m = 50.0F;
         test.widen = kWiden;
         test.lods = &lods;
@@ -126,7 +126,7 @@ TEST(BothCrossings, SayOfEightWhatCrossedSaysOfEach) {
     EXPECT_LT(did, all / 2);
 }
 
-TEST(NearSteps, NameFewWhereStepsAreSmall) {
+TEST(NearThresholds, NameFewWhereStepsAreSmall) {
     // Six rings, 0.1 m to both sides and the 2 mm of the test, of 23 to 55 m (229 m in all) in a
     // square of 120 m: 2 pi 229 x 0.204 / 14,400 = 2.0 %.
     const Count count = count_near(0.05F, 1.0F, true);

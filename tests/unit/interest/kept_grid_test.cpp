@@ -15,7 +15,7 @@ namespace {
 /// Points that come, go and move, and a grid that follows them.
 struct Followed {
     std::vector<float> x, z, radius;
-    KeptGrid grid;
+    IncrementalGrid grid;
 
     explicit Followed(std::size_t keys) : x(keys), z(keys), radius(keys) {}
 
@@ -42,7 +42,7 @@ struct Followed {
     }
 };
 
-TEST(KeptGrid, FindsWhatAllPairsFindWhilePointsComeGoAndMove) {
+TEST(IncrementalGrid, FindsWhatAllPairsFindWhilePointsComeGoAndMove) {
     constexpr std::uint32_t kKeys = 400;
     core::Rng rng(3);
     Followed f(kKeys);
@@ -109,7 +109,7 @@ TEST(PairMatcher, FindsThePairsThatAllPairsFind) {
         std::size_t pairs = 0;
         for (std::size_t i = 0; i < viewers.size(); ++i) {
             std::vector<world::Row> inner, outer;
-            brute_force(e, types, viewers[i], Settings{}, inner, outer);
+            brute_force(e, types, viewers[i], InterestSettings{}, inner, outer);
             std::vector<world::Row> rows(found.rows.begin() + found.first[i],
                                          found.rows.begin() + found.first[i] + found.count[i]);
             std::sort(rows.begin(), rows.end());

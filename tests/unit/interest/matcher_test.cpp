@@ -25,8 +25,8 @@ world::TypeTable three_types() {
     return types;
 }
 
-Settings two_lods() {
-    Settings settings;
+InterestSettings two_lods() {
+    InterestSettings settings;
     settings.lod_radius_m = {30.0F};
     return settings;
 }
@@ -39,7 +39,7 @@ class Model {
     void step(const world::Entities& entities,
               const world::TypeTable& types,
               const world::Viewer& viewer,
-              const Settings& settings) {
+              const InterestSettings& settings) {
         const Known before = known_;
         known_.clear();
         const world::Row own = entities.find(viewer.avatar);
@@ -64,7 +64,7 @@ class Model {
     Known known_;
 };
 
-/// A small world whose population, places, types and stances change at random.
+/// A small world whose moved_set, places, types and stances change at random.
 struct RandomWorld {
     explicit RandomWorld(std::uint64_t seed, float extent_m) : rng(seed), extent(extent_m) {}
 
@@ -197,7 +197,7 @@ void expect_difference(const world::VisibleSet& set,
 void expect_between_brute_force(const RandomWorld& w,
                                 const world::TypeTable& types,
                                 const world::Viewer& viewer,
-                                const Settings& settings,
+                                const InterestSettings& settings,
                                 const Model::Known& known) {
     std::vector<world::Row> inner, outer;
     brute_force(w.entities, types, viewer, settings, inner, outer);
@@ -215,7 +215,7 @@ void expect_between_brute_force(const RandomWorld& w,
 /// Returns how many ticks were broadcasts.
 int run_random_world(std::uint64_t seed, float extent, int ticks) {
     const world::TypeTable types = three_types();
-    const Settings settings = two_lods();
+    const InterestSettings settings = two_lods();
     RandomWorld w(seed, extent);
     Matcher matcher;
     world::Visibility visibility;
@@ -226,7 +226,8 @@ int run_random_world(std::uint64_t seed, float extent, int ticks) {
         w.change();
         w.era = static_cast<std::uint32_t>(tick / 40);
         w.choose_viewers(viewers);
-        const Report report = matcher.step(w.entities, types, viewers, settings, visibility);
+        const InterestReport report =
+            matcher.step(w.entities, types, viewers, settings, visibility);
         broadcasts += report.broadcast ? 1 : 0;
         std::erase_if(models, [&](const auto& entry) {
             return std::none_of(viewers.begin(), viewers.end(), [&](const world::Viewer& v) {
@@ -261,7 +262,7 @@ TEST(Matcher, EqualsBruteForceWithMemoryInEveryTickOfARandomWorld) {
 template <class Tamper>
 std::uint64_t follow_quiet_world(std::uint64_t seed, float extent, int ticks, Tamper&& tamper) {
     const world::TypeTable types = three_types();
-    const Settings settings = two_lods();
+    const InterestSettings settings = two_lods();
     RandomWorld w(seed, extent);
     for (int i = 0; i < 150; ++i) {
         w.spawn();
@@ -281,7 +282,8 @@ std::uint64_t follow_quiet_world(std::uint64_t seed, float extent, int ticks, Ta
                 return v.client == entry.first;
             });
         });
-        const Report report = matcher.step(w.entities, types, viewers, settings, visibility);
+        const InterestReport report =
+            matcher.step(w.entities, types, viewers, settings, visibility);
         refreshed += report.refreshed;
         EXPECT_EQ(visibility.size(), viewers.size());
         std::uint32_t pairs = 0;
@@ -313,7 +315,7 @@ TEST(Matcher, EqualsBruteForceWithMemoryWhereOnlyAFewMove) {
 /// All walk (few pairs are near a step) or run (more are than the grid has blocks), with one radius
 /// and with several.
 TEST(Matcher, EqualsBruteForceWithMemoryWhereAllWalkOrRun) {
-    const Settings settings = two_lods();
+    const InterestSettings settings = two_lods();
     for (const bool alike : {true, false}) {
         world::TypeTable types = three_types();
         if (alike) {
@@ -405,7 +407,7 @@ TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
     world::TypeTable types(1);
     types[0].aura_m = {20, 20, 20, 20};
     types[0].nimbus_m = {25, 25, 25, 25};
-    const Settings settings = two_lods();
+    const InterestSettings settings = two_lods();
     RandomWorld w(9, 5.5F);
     for (int i = 0; i < 20; ++i) {
         w.spawn();
@@ -427,7 +429,8 @@ TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
                 p = w.anywhere();
             }
         }
-        const Report report = matcher.step(w.entities, types, viewers, settings, visibility);
+        const InterestReport report =
+            matcher.step(w.entities, types, viewers, settings, visibility);
         broadcasts += report.broadcast ? 1 : 0;
         for (std::size_t i = 0; i < viewers.size(); ++i) {
             const Model::Known before = models[i].known_;
@@ -440,10 +443,10 @@ TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
     EXPECT_LT(broadcasts, 300);
 }
 
-/// Settings that nobody has set are settings too.
+/// InterestSettings that nobody has set are settings too.
 TEST(Matcher, ForgetsWhatGoesBeyondTheWidenedRadiusAlsoWithDefaultSettings) {
     const world::TypeTable types = three_types();
-    const Settings settings;
+    const InterestSettings settings;
     world::Entities entities;
     entities.add(EntityId(1), 0);
     const world::Row goer = entities.add(EntityId(2), 0);
@@ -466,7 +469,7 @@ TEST(Matcher, SkipsEverythingWithoutAViewer) {
     w.spawn();
     Matcher matcher;
     world::Visibility visibility(1);
-    const Report report = matcher.step(w.entities, types, {}, two_lods(), visibility);
+    const InterestReport report = matcher.step(w.entities, types, {}, two_lods(), visibility);
     EXPECT_TRUE(report.skipped);
     EXPECT_FALSE(report.broadcast);
     EXPECT_TRUE(visibility.empty());
@@ -499,7 +502,7 @@ TEST(Matcher, LeavesOutPositionsThatAreNotFinite) {
                                                 {ClientId(2), EntityId(2)}};
     Matcher matcher;
     world::Visibility visibility;
-    const Report report = matcher.step(entities, types, viewers, two_lods(), visibility);
+    const InterestReport report = matcher.step(entities, types, viewers, two_lods(), visibility);
     EXPECT_FALSE(report.broadcast);
     ASSERT_EQ(visibility[0].visible.size(), 1U);
     EXPECT_EQ(visibility[0].visible[0].entity, EntityId(3));
@@ -524,9 +527,9 @@ TEST(Matcher, MatchesTenThousandViewersWithoutAllocatingAfterWarmUp) {
         }
     }
     Matcher matcher;
-    const Settings settings = two_lods();
+    const InterestSettings settings = two_lods();
     world::Visibility visibility;
-    Report report;
+    InterestReport report;
     constexpr int kWarmUp = 3;
     constexpr int kTicks = 10;
     double seconds = 0.0;

@@ -6,7 +6,7 @@ namespace zoned::interest {
 namespace {
 
 TEST(LodAt, HoldsANearerLevelUntilItsHysteresisIsPassed) {
-    Settings settings;
+    InterestSettings settings;
     settings.lod_radius_m = {30.0F, 60.0F};
     settings.lod_lead_m = 3.0F;
     settings.hysteresis = 0.1F;

@@ -22,11 +22,11 @@ struct Cloud {
         radius_m.push_back(radius);
     }
 
-    [[nodiscard]] StripPoints points() const { return {x, z, radius_m}; }
+    [[nodiscard]] RowGridPoints points() const { return {x, z, radius_m}; }
 };
 
 /// The rule itself, for all points; ascending.
-std::vector<std::uint32_t> all_near(const Cloud& cloud, const StripQuery& query) {
+std::vector<std::uint32_t> all_near(const Cloud& cloud, const RowGridQuery& query) {
     std::vector<std::uint32_t> near;
     for (std::uint32_t key = 0; key < cloud.x.size(); ++key) {
         const float dx = cloud.x[key] - query.x;
@@ -41,7 +41,7 @@ std::vector<std::uint32_t> all_near(const Cloud& cloud, const StripQuery& query)
 
 /// Compares all queries with the rule, each with its keys in its own place. Returns how many pairs
 /// there are.
-std::size_t compare(Strips& strips, const Cloud& cloud, const std::vector<StripQuery>& queries) {
+std::size_t compare(RowGrid& strips, const Cloud& cloud, const std::vector<RowGridQuery>& queries) {
     constexpr std::uint32_t kFrom = 3;
     std::vector<std::uint32_t> keys(kFrom, 77);
     std::vector<std::uint32_t> ends(queries.size());
@@ -92,8 +92,8 @@ Cloud cloud_of(const std::string& layout, core::Rng& rng, std::size_t size, bool
     return cloud;
 }
 
-std::vector<StripQuery> queries_in(const Cloud& cloud, core::Rng& rng, float radius) {
-    std::vector<StripQuery> queries;
+std::vector<RowGridQuery> queries_in(const Cloud& cloud, core::Rng& rng, float radius) {
+    std::vector<RowGridQuery> queries;
     for (std::uint32_t key = 0; key < cloud.x.size(); key += 7) {
         queries.push_back({cloud.x[key], cloud.z[key], radius, key});
     }
@@ -108,9 +108,9 @@ std::vector<StripQuery> queries_in(const Cloud& cloud, core::Rng& rng, float rad
     return queries;
 }
 
-TEST(Strips, GiveWhatAllPointsGive) {
+TEST(RowGrid, GiveWhatAllPointsGive) {
     core::Rng rng(11);
-    Strips strips;  // one for all: nothing of an earlier cloud may stay
+    RowGrid strips;  // one for all: nothing of an earlier cloud may stay
     for (const bool alike : {true, false}) {
         for (const std::string layout : {"even",
                                          "clusters",
@@ -141,8 +141,8 @@ TEST(Strips, GiveWhatAllPointsGive) {
     }
 }
 
-TEST(Strips, NoPointsAreNearNobody) {
-    Strips strips;
+TEST(RowGrid, NoPointsAreNearNobody) {
+    RowGrid strips;
     Cloud cloud;
     strips.build(cloud.points(), 10.0F);
     EXPECT_EQ(compare(strips, cloud, {{0, 0, 10, 0}, {1e6F, -1e6F, 1e6F, 1}}), 0U);
@@ -154,8 +154,8 @@ TEST(Strips, NoPointsAreNearNobody) {
 }
 
 /// 3-4-5: the squares are exact in floats.
-TEST(Strips, ExactlyAtTheRadiusIsWithinAndTheNextFloatIsNot) {
-    Strips strips;
+TEST(RowGrid, ExactlyAtTheRadiusIsWithinAndTheNextFloatIsNot) {
+    RowGrid strips;
     for (const float shift : {0.0F, 1024.0F, -65536.0F}) {
         Cloud cloud;
         cloud.add(shift, shift, 5.0F);
@@ -171,9 +171,9 @@ TEST(Strips, ExactlyAtTheRadiusIsWithinAndTheNextFloatIsNot) {
     }
 }
 
-TEST(Strips, AreUsedAgainWithoutAnythingOfBefore) {
+TEST(RowGrid, AreUsedAgainWithoutAnythingOfBefore) {
     core::Rng rng(3);
-    Strips strips;
+    RowGrid strips;
     const Cloud many = cloud_of("even", rng, 5000, true);
     strips.build(many.points(), 30.0F);
     EXPECT_GT(compare(strips, many, queries_in(many, rng, 30.0F)), 1000U);
