@@ -49,12 +49,12 @@ EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::strin
     seen.set_fraction(static_cast<std::uint32_t>(std::min(65535.0, aim.fraction * 65536.0)));
     seen.set_aimed(aim.hit.value);
     for (const view::Sight& sight : aim.near) {
-        sandbox::Sighting& told = *seen.add_sighting();
-        told.set_entity(sight.entity.value);
-        told.set_x(units_of(sight.position.x()));
-        told.set_y(units_of(sight.position.y()));
-        told.set_z(units_of(sight.position.z()));
-        told.set_publication(sight.publication);
+        sandbox::Sighting& sighting = *seen.add_sighting();
+        sighting.set_entity(sight.entity.value);
+        sighting.set_x(units_of(sight.position.x()));
+        sighting.set_y(units_of(sight.position.y()));
+        sighting.set_z(units_of(sight.position.z()));
+        sighting.set_publication(sight.publication);
     }
     payload = bytes_of(shoot);
     return aim.hit;

@@ -129,25 +129,25 @@ void Bot::hear_of_commands(const wire::OwnState& own) {
     if (!lead_) {
         return;
     }
-    if (told_tick_ >= 0 && own.input_tick > told_tick_) {
+    if (notified_tick_ >= 0 && own.input_tick > notified_tick_) {
         // Only some ticks are told of, but whenever commands begin to be missing: between two that
         // were missed, all were.
-        const auto ticks = static_cast<std::uint64_t>(own.input_tick - told_tick_);
+        const auto ticks = static_cast<std::uint64_t>(own.input_tick - notified_tick_);
         inputs_.ticks += ticks;
-        inputs_.missing += own.input_missing ? (told_missing_ ? ticks : 1) : 0;
-        lead_->on_told(own.input_missing, client_.clock().rtt_s());
+        inputs_.missing += own.input_missing ? (notified_missing_ ? ticks : 1) : 0;
+        lead_->on_feedback(own.input_missing, client_.clock().rtt_s());
     }
-    if (told_tick_ >= 0 || !own.input_missing) {
-        told_tick_ = std::max(told_tick_, own.input_tick);
-        told_missing_ = own.input_missing;
+    if (notified_tick_ >= 0 || !own.input_missing) {
+        notified_tick_ = std::max(notified_tick_, own.input_tick);
+        notified_missing_ = own.input_missing;
     }
 }
 
 void Bot::on_path_answers() {
-    const link::UplinkNews& news = client_.uplink();
+    const link::UplinkUpdate& update = client_.uplink();
     std::size_t late = 0;
-    if (commands_.on_news(news, late) && lead_) {
-        lead_->add_path(news.server_receive_s - client_.clock().server_time(news.sent_s),
+    if (commands_.on_update(update, late) && lead_) {
+        lead_->add_path(update.server_receive_s - client_.clock().server_time(update.sent_s),
                         static_cast<int>(late));
     }
 }
@@ -179,7 +179,7 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     next_input_ = -1;
     lead_.reset();
     commands_.clear();
-    told_tick_ = -1;
+    notified_tick_ = -1;
     std::string error = "no world description";
     auto world = welcome.has_world() ? worlds_.get(welcome.config_digest(), welcome.world(), error)
                                      : nullptr;

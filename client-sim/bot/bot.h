@@ -152,8 +152,9 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     std::optional<clock::InputLead> lead_;
     CommandLog commands_;
     InputStats inputs_;
-    Tick told_tick_ = -1;  // newest tick whose command the server spoke of; -1: none came in time
-    bool told_missing_ = false;
+    Tick notified_tick_ =
+        -1;  // newest tick whose command the server spoke of; -1: none came in time
+    bool notified_missing_ = false;
     double packet_sent_s_ = 0.0;
     Tick next_input_ = -1;
     std::vector<std::uint8_t> body_;

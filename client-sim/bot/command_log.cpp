@@ -10,17 +10,17 @@ void CommandLog::on_sent(std::uint64_t sequence, Tick newest, std::size_t count)
     }
 }
 
-bool CommandLog::on_news(const link::UplinkNews& news, std::size_t& late) {
-    if (news.sequence <= heard_) {
+bool CommandLog::on_update(const link::UplinkUpdate& update, std::size_t& late) {
+    if (update.sequence <= heard_) {
         return false;
     }
-    heard_ = news.sequence;
-    const Packet& packet = packets_[news.sequence % kKept];
-    if (packet.sequence != news.sequence || packet.count == 0) {
+    heard_ = update.sequence;
+    const Packet& packet = packets_[update.sequence % kKept];
+    if (packet.sequence != update.sequence || packet.count == 0) {
         return false;
     }
     // Packets are sent one a tick; where that was not so, a few arrivals more stay unknown.
-    late = std::min(news.missed_before, packet.count - 1);
+    late = std::min(update.missed_before, packet.count - 1);
     for (std::size_t i = 0; i <= late; ++i) {
         const Tick tick = packet.newest - static_cast<Tick>(i);
         if (tick < 0) {
@@ -28,7 +28,7 @@ bool CommandLog::on_news(const link::UplinkNews& news, std::size_t& late) {
         }
         Arrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
         if (arrival.tick != tick) {
-            arrival = {tick, news.server_receive_s};
+            arrival = {tick, update.server_receive_s};
         }
     }
     return true;

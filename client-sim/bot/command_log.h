@@ -22,7 +22,7 @@ class CommandLog {
 
     /// True when `news` is of a packet of commands and had not been heard before; `late` is then
     /// how many commands came first with this packet although they had been sent before it.
-    bool on_news(const link::UplinkNews& news, std::size_t& late);
+    bool on_update(const link::UplinkUpdate& update, std::size_t& late);
 
     /// When the server had the command for a tick, by its clock; none when that is not known.
     [[nodiscard]] std::optional<double> arrival_s(Tick tick) const;

@@ -48,8 +48,8 @@ void ArrivalLog::note_late(std::uint64_t sequence, double arrival_server_s) {
     }
 }
 
-NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
-    NewsAge age;
+UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
+    UpdateAge age;
     const double at_s = static_cast<double>(tick) * tick_s_;
     const std::size_t arrivals = std::min(arrival_count_, kArrivals);
     for (std::size_t i = 0; i < arrivals; ++i) {
@@ -90,14 +90,14 @@ NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
     }
     age.age_s = std::max(age.age_s, outage_s);
     age.plain_s = std::max(age.delay_s + tick_s_, outage_s);
-    age.widened = told(tick, age);
+    age.widened = notified_bounds(tick, age);
     return age;
 }
 
 /// What is shown at a tick was sent up to D before it, under the bounds told then: those of the
 /// packets since, and of the last one before, which hold until another is told. Where packets were
 /// lost, the next one repeats what they told.
-wire::Widened ArrivalLog::told(Tick tick, const NewsAge& age) const {
+wire::Widened ArrivalLog::notified_bounds(Tick tick, const UpdateAge& age) const {
     const auto ticks = static_cast<Tick>(std::ceil(age.age_s / tick_s_)) + 1;
     const Tick until = age.loss ? tick + ticks : tick;
     Tick from = std::numeric_limits<Tick>::min();

@@ -13,7 +13,7 @@
 namespace zoned::link {
 
 /// What is known of the news at one tick.
-struct NewsAge {
+struct UpdateAge {
     double delay_s = 0.0;   ///< largest one-way delay measured around the tick
     double age_s = 0.0;     ///< D of the promised bound: delay + tick (+ resend, or a whole outage)
     bool loss = false;      ///< a packet near the tick never came, or came late
@@ -38,7 +38,7 @@ class ArrivalLog {
     /// where a packet whose news could matter at T was lost, plus a round trip and a tick: from the
     /// loss until the server has given the packet up (wire::give_up_ticks) and sent again. Across
     /// an outage (a hole in the sequence longer than kOutageTicks) news is as old as the outage.
-    [[nodiscard]] NewsAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
+    [[nodiscard]] UpdateAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
 
     /// When the packet came, by the time of on_packet(); none where it did not, or too long ago.
     [[nodiscard]] std::optional<double> arrival_s(std::uint64_t sequence) const;
@@ -50,7 +50,7 @@ class ArrivalLog {
 
     /// The widest bounds that the server has told of for what was shown at a tick with news of that
     /// age.
-    [[nodiscard]] wire::Widened told(Tick tick, const NewsAge& age) const;
+    [[nodiscard]] wire::Widened notified_bounds(Tick tick, const UpdateAge& age) const;
 
     /// Server tick of the newest packet.
     [[nodiscard]] Tick newest_tick() const { return newest_tick_; }

@@ -102,7 +102,7 @@ class Client {
 
     [[nodiscard]] const clock::ClockSync& clock() const { return channel_.clock(); }
 
-    [[nodiscard]] const UplinkNews& uplink() const { return channel_.uplink(); }
+    [[nodiscard]] const UplinkUpdate& uplink() const { return channel_.uplink(); }
 
     [[nodiscard]] const DatagramStats& datagrams() const { return channel_.stats(); }
 

@@ -29,7 +29,7 @@ struct DatagramStats {
 };
 
 /// What the server said last of our own datagrams.
-struct UplinkNews {
+struct UplinkUpdate {
     std::uint64_t sequence = 0;     ///< newest that it had received; 0: none yet
     double sent_s = 0.0;            ///< when that one left, local
     double server_receive_s = 0.0;  ///< when it came, by the server's clock
@@ -76,7 +76,7 @@ class DatagramChannel {
 
     [[nodiscard]] const clock::ClockSync& clock() const { return clock_; }
 
-    [[nodiscard]] const UplinkNews& uplink() const { return uplink_; }
+    [[nodiscard]] const UplinkUpdate& uplink() const { return uplink_; }
 
     /// Of the newest datagram that was sealed; 0: none.
     [[nodiscard]] std::uint64_t newest_up() const { return next_up_ - 1; }
@@ -107,7 +107,7 @@ class DatagramChannel {
     std::uint16_t newest_one_way_128us_ = 0;
     std::uint64_t last_sampled_ = 0;
     std::uint64_t judged_up_ = 0;  // all up to here are known to have come or not
-    UplinkNews uplink_;
+    UplinkUpdate uplink_;
     std::uint64_t newest_down_ = 0;
     double newest_send_s_ = 0.0;
     clock::ClockSync clock_;

@@ -24,14 +24,14 @@ bool is_tick(std::int64_t tick) {
 
 bool well_formed(const proto::AuditRecord& record, const view::World& world) {
     if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick()) ||
-        !is_tick(record.avatar_radii_tick()) || !is_tick(record.news_since())) {
+        !is_tick(record.avatar_radii_tick()) || !is_tick(record.updates_since())) {
         return false;
     }
-    const auto sound = [](const proto::AuditNews& news) {
-        return news.ticks_size() == news.sequences_size() && is_tick(news.postponed_tick()) &&
-               std::all_of(news.ticks().begin(), news.ticks().end(), is_tick);
+    const auto sound = [](const proto::AuditUpdate& update) {
+        return update.ticks_size() == update.sequences_size() && is_tick(update.postponed_tick()) &&
+               std::all_of(update.ticks().begin(), update.ticks().end(), is_tick);
     };
-    if (!std::all_of(record.news().begin(), record.news().end(), sound)) {
+    if (!std::all_of(record.updates().begin(), record.updates().end(), sound)) {
         return false;
     }
     return std::all_of(
@@ -42,20 +42,20 @@ bool well_formed(const proto::AuditRecord& record, const view::World& world) {
         });
 }
 
-std::map<std::uint32_t, TellingOf> telling_of(const proto::AuditRecord& record) {
-    std::map<std::uint32_t, TellingOf> all;
-    for (const proto::AuditNews& news : record.news()) {
-        TellingOf& telling = all[news.entity()];
-        telling.postponed_tick = news.postponed_tick();
-        telling.leaving = news.leaving();
-        for (int i = 0; i < news.ticks_size(); ++i) {
-            telling.packets.push_back({news.ticks(i), news.sequences(i)});
+std::map<std::uint32_t, SentUpdates> sent_updates_of(const proto::AuditRecord& record) {
+    std::map<std::uint32_t, SentUpdates> all;
+    for (const proto::AuditUpdate& update : record.updates()) {
+        SentUpdates& sent_updates = all[update.entity()];
+        sent_updates.postponed_tick = update.postponed_tick();
+        sent_updates.leaving = update.leaving();
+        for (int i = 0; i < update.ticks_size(); ++i) {
+            sent_updates.packets.push_back({update.ticks(i), update.sequences(i)});
         }
     }
     return all;
 }
 
-Tick grace_ticks(const link::NewsAge& age, double rtt_s, double tick_s) {
+Tick grace_ticks(const link::UpdateAge& age, double rtt_s, double tick_s) {
     // News of appearing or going may take D, and one round trip is granted beside.
     return static_cast<Tick>(std::ceil((age.age_s + rtt_s) / tick_s)) + 1;
 }
@@ -158,12 +158,12 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.rtt_s = rtt_s;
     const double resend_s = rtt_s + context.world->tick_s;
     context.all_named =
-        record.news_since() > 0 &&
-        static_cast<double>(record.tick() - record.news_since()) * context.world->tick_s >=
+        record.updates_since() > 0 &&
+        static_cast<double>(record.tick() - record.updates_since()) * context.world->tick_s >=
             context.age.plain_s + resend_s;
     context.grace = grace_ticks(context.age, rtt_s, context.world->tick_s);
     if (context.shown_at != context.tick) {
-        const link::NewsAge then = bot.arrivals().at(context.tick, rtt_s);
+        const link::UpdateAge then = bot.arrivals().at(context.tick, rtt_s);
         const double behind_s =
             static_cast<double>(context.shown_at - context.tick) * context.world->tick_s;
         context.age.age_s = past_age_s(context.age, then, behind_s);
@@ -181,10 +181,10 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     } else if (!context.age.measured || bot.arrivals().newest_tick() < context.shown_at) {
         ++tally.skipped_unmeasured;
     } else {
-        tally.news_age_s.add(context.age.age_s);
+        tally.update_age_s.add(context.age.age_s);
         tally.usual_age_s.add(
             usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_));
-        telling_ = telling_of(record);
+        sent_updates_ = sent_updates_of(record);
         for (const proto::AuditEntity& truth : record.entities()) {
             compare_entity(about(context, EntityId(truth.entity())), truth, tally);
         }
@@ -199,14 +199,14 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
 }
 
 Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
-    static const TellingOf kNothing;
-    const auto found = telling_.find(entity.value);
-    const TellingOf& telling = found != telling_.end() ? found->second : kNothing;
+    static const SentUpdates kNothing;
+    const auto found = sent_updates_.find(entity.value);
+    const SentUpdates& sent_updates = found != sent_updates_.end() ? found->second : kNothing;
     Context own = context;
     const double tick_s = context.world->tick_s;
-    own.postponed = telling.postponed_tick;
+    own.postponed = sent_updates.postponed_tick;
     own.age = age_of(context.age,
-                     telling,
+                     sent_updates,
                      context.all_named,
                      context.bot->arrivals(),
                      context.tick,
@@ -240,13 +240,14 @@ void Auditor::compare_slow(const view::View& view, const proto::AuditRecord& rec
             tally.slow_error_max = std::max(tally.slow_error_max, error);
         }
     };
-    const auto told = [](std::size_t known, int count) {
+    const auto known_by_both = [](std::size_t known, int count) {
         return std::min(known, static_cast<std::size_t>(count));
     };
-    for (std::size_t c = 0; c < told(slow.clocks(), record.shared_clocks_size()); ++c) {
+    for (std::size_t c = 0; c < known_by_both(slow.clocks(), record.shared_clocks_size()); ++c) {
         compare(slow.clock_at(c, record.tick()), record.shared_clocks(static_cast<int>(c)));
     }
-    for (std::size_t v = 0; v < told(slow.variables(), record.slow_variables_size()); ++v) {
+    for (std::size_t v = 0; v < known_by_both(slow.variables(), record.slow_variables_size());
+         ++v) {
         compare(slow.value_at(v, record.tick()), record.slow_variables(static_cast<int>(v)));
     }
 }
@@ -290,7 +291,7 @@ void Auditor::compare_entity(const Context& context,
         // of its return within the grace.
         (version == nullptr || context.tick - version->event_tick >= context.grace);
     if (due && was_postponed(context)) {
-        ++tally.missing_told;
+        ++tally.missing_notified;
     } else if (due) {
         Finding finding;
         finding.kind = FindingKind::kMissing;
@@ -434,11 +435,11 @@ void Auditor::find_extra(const Context& around, Tally& tally) {
             continue;
         }
         // Only word of its leaving that was lost, or had to wait, excuses that it is still there.
-        const auto telling = telling_.find(id.value);
-        const bool leaving = telling != telling_.end() && telling->second.leaving;
+        const auto sent_updates = sent_updates_.find(id.value);
+        const bool leaving = sent_updates != sent_updates_.end() && sent_updates->second.leaving;
         const Context context = leaving ? about(around, id) : around;
         if (was_postponed(context)) {
-            ++tally.missing_told;
+            ++tally.missing_notified;
             continue;
         }
         if (context.tick - previous_tick_ < context.grace) {

@@ -43,7 +43,7 @@ struct Tally {
     core::Histogram displayed_m;
     core::Histogram predicted_rad;
     core::Histogram displayed_rad;
-    core::Histogram news_age_s;
+    core::Histogram update_age_s;
     core::Histogram
         usual_age_s;  ///< what the age would be on the same path if nothing were in the way
     std::uint64_t records = 0;
@@ -61,7 +61,7 @@ struct Tally {
     std::uint64_t samples_unbounded = 0;      ///< not judged: the client was told of no bound
     /// Not judged: the budget made just these wait, and the client was told that it lacks
     /// something.
-    std::uint64_t missing_told = 0;
+    std::uint64_t missing_notified = 0;
     std::uint64_t position_violations = 0;
     std::uint64_t orientation_violations = 0;
     std::uint64_t missing = 0;
@@ -114,12 +114,12 @@ class Auditor {
         Tick tick = 0;
         Tick shown_at = 0;  ///< the view tick at which `tick` was displayed
         double rtt_s = 0.0;
-        link::NewsAge age;
+        link::UpdateAge age;
         bool stale = false;
         bool lost_again = false;
         bool all_named = false;  ///< as `complete` of age_of()
         Tick grace = 0;          ///< ticks that news of appearing or going may take
-        Tick postponed = 0;      ///< of one entity: as TellingOf
+        Tick postponed = 0;      ///< of one entity: as SentUpdates
         Tick avatar_discontinuity = 0;
         Tick avatar_radii = 0;
     };
@@ -157,7 +157,7 @@ class Auditor {
     double spread_s_;
     std::deque<proto::AuditRecord> waiting_;
     std::map<std::uint32_t, Seen> seen_;
-    std::map<std::uint32_t, TellingOf> telling_;  ///< of the record being compared
+    std::map<std::uint32_t, SentUpdates> sent_updates_;  ///< of the record being compared
     Tick previous_tick_ = -1;
     double least_rtt_s_ = std::numeric_limits<double>::infinity();
     FrozenState frozen_;

@@ -33,16 +33,16 @@ double allowed_orientation_error(const BoundInputs& inputs, bool character) {
     return std::min(std::numbers::pi + kAngleSlack, inputs.bound + inputs.quantum + turn);
 }
 
-double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s) {
+double past_age_s(const link::UpdateAge& now, const link::UpdateAge& then, double behind_s) {
     if (now.loss || then.loss) {
         return std::max(now.age_s, then.age_s);
     }
     return now.delay_s <= behind_s + kSlackS ? 0.0 : std::max(0.0, now.age_s - behind_s);
 }
 
-double past_plain_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s) {
-    const link::NewsAge heard{now.delay_s, now.plain_s, false, {}, true, now.plain_s};
-    const link::NewsAge before{then.delay_s, then.plain_s, false, {}, true, then.plain_s};
+double past_plain_s(const link::UpdateAge& now, const link::UpdateAge& then, double behind_s) {
+    const link::UpdateAge heard{now.delay_s, now.plain_s, false, {}, true, now.plain_s};
+    const link::UpdateAge before{then.delay_s, then.plain_s, false, {}, true, then.plain_s};
     return past_age_s(heard, before, behind_s);
 }
 

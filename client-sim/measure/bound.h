@@ -33,10 +33,10 @@ inline constexpr double kMaxSpinRps = 40.0;
 /// all that was sent up to the tick had come (both neighbours are known then); where a packet was
 /// lost around either, news of a change may have been replaced by that of a later one and never
 /// come, so nothing is taken off.
-double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s);
+double past_age_s(const link::UpdateAge& now, const link::UpdateAge& then, double behind_s);
 
-/// Likewise where nothing of it was lost: NewsAge::plain_s of both.
-double past_plain_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s);
+/// Likewise where nothing of it was lost: UpdateAge::plain_s of both.
+double past_plain_s(const link::UpdateAge& now, const link::UpdateAge& then, double behind_s);
 
 /// How old news is on a path that works: half its least round trip and a tick; where the newest was
 /// lost, a round trip and a tick more. `spread_s`: by how much a link conditioner of our own makes

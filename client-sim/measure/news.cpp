@@ -4,18 +4,18 @@
 
 namespace zoned::measure {
 
-link::NewsAge age_of(const link::NewsAge& around,
-                     const TellingOf& telling,
-                     bool complete,
-                     const link::ArrivalLog& log,
-                     Tick tick,
-                     double shown_s,
-                     double rtt_s,
-                     double tick_s) {
+link::UpdateAge age_of(const link::UpdateAge& around,
+                       const SentUpdates& sent_updates,
+                       bool complete,
+                       const link::ArrivalLog& log,
+                       Tick tick,
+                       double shown_s,
+                       double rtt_s,
+                       double tick_s) {
     // What came last brought everything before it; what was sent after it and lost is missed.
     Tick missed_since = 0;
     int losses = 0;
-    for (const TellingOf::Packet& packet : telling.packets) {
+    for (const SentUpdates::Packet& packet : sent_updates.packets) {
         const std::optional<double> came_s = log.arrival_s(packet.sequence);
         if (packet.tick > tick) {
             break;
@@ -29,7 +29,7 @@ link::NewsAge age_of(const link::NewsAge& around,
         missed_since = missed_since > 0 ? missed_since : packet.tick;
         losses += log.lost(packet.sequence) ? 1 : 0;
     }
-    link::NewsAge age = around;
+    link::UpdateAge age = around;
     if (losses > 0) {
         const double resend_s = rtt_s + tick_s;
         const double gone_by_s = static_cast<double>(tick - missed_since + 1) * tick_s;
@@ -42,7 +42,7 @@ link::NewsAge age_of(const link::NewsAge& around,
         age.age_s = around.plain_s;
     }
     if (age.age_s > around.age_s) {
-        age.widened = log.told(tick, age);
+        age.widened = log.notified_bounds(tick, age);
     }
     return age;
 }

@@ -11,7 +11,7 @@ namespace zoned::measure {
 
 /// What the server says it did to tell of one entity. The default is: nothing but what the client
 /// has acknowledged.
-struct TellingOf {
+struct SentUpdates {
     struct Packet {
         Tick tick = 0;
         std::uint64_t sequence = 0;
@@ -35,13 +35,13 @@ struct TellingOf {
 /// `complete`: the server can name all packets that matter; else a loss of any packet counts as one
 /// of this entity's news. `tick`: of the truth; `shown_s`: when it was displayed, in the time of
 /// the log.
-link::NewsAge age_of(const link::NewsAge& around,
-                     const TellingOf& telling,
-                     bool complete,
-                     const link::ArrivalLog& log,
-                     Tick tick,
-                     double shown_s,
-                     double rtt_s,
-                     double tick_s);
+link::UpdateAge age_of(const link::UpdateAge& around,
+                       const SentUpdates& sent_updates,
+                       bool complete,
+                       const link::ArrivalLog& log,
+                       Tick tick,
+                       double shown_s,
+                       double rtt_s,
+                       double tick_s);
 
 }  // namespace zoned::measure

@@ -48,7 +48,7 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("samples_stale", t.samples_stale);
     json.field("samples_widened", t.samples_widened);
     json.field("samples_unbounded", t.samples_unbounded);
-    json.field("missing_told", t.missing_told);
+    json.field("missing_told", t.missing_notified);
     json.field("audit_records", t.records);
     json.field("audits_skipped_late", t.skipped_late);
     json.field("audits_skipped_unsettled", t.skipped_unsettled);
@@ -56,7 +56,7 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("audits_skipped_unmeasured", t.skipped_unmeasured);
     json.field("samples_skipped_discontinuity", t.skipped_discontinuity);
     json.field("samples_skipped_leaving", t.skipped_leaving);
-    write_range(json, "news_age_s", t.news_age_s, true);
+    write_range(json, "news_age_s", t.update_age_s, true);
     write_range(json, "usual_news_age_s", t.usual_age_s, true);
     json.field("slow_samples", t.slow_samples);
     json.field("slow_violations", t.slow_violations);
@@ -244,7 +244,7 @@ std::string to_table(const Report& r) {
     row(out, "displayed position error", r.audit.displayed_m, "m");
     row(out, "predicted position error", r.audit.predicted_m, "m");
     row(out, "predicted orientation error", r.audit.predicted_rad, "rad");
-    row(out, "age of news", r.audit.news_age_s, "s");
+    row(out, "age of news", r.audit.update_age_s, "s");
     row(out, "own correction", r.own_correction_m, "m");
     row(out, "round trip", r.rtt_ms, "ms");
     row(out, "clock error", r.clock_error_ms, "ms");

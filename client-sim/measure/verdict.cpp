@@ -84,7 +84,7 @@ void judge_staleness(Report& r) {
     const std::string text =
         "stale: " + number(100.0 * share) +
         " % of the samples were compared with news older than the paths explain (" +
-        number(t.news_age_s.percentile(0.99)) + " s at p99, usual were " +
+        number(t.update_age_s.percentile(0.99)) + " s at p99, usual were " +
         number(t.usual_age_s.percentile(0.99)) +
         " s), so what was allowed is large: is a machine overloaded, or the network cut?";
     (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
@@ -95,10 +95,10 @@ void judge_pressure(Report& r) {
     const Tally& t = r.audit;
     const double all = static_cast<double>(t.samples + t.samples_unbounded);
     const double share = all > 0.0 ? static_cast<double>(t.samples_unbounded) / all : 0.0;
-    if (share > kStaleWarning || t.missing_told > 0) {
+    if (share > kStaleWarning || t.missing_notified > 0) {
         const std::string text = "pressure: " + number(100.0 * share) +
                                  " % of the samples without a bound, " +
-                                 count_of(t.missing_told, "entity", "entities") +
+                                 count_of(t.missing_notified, "entity", "entities") +
                                  " told to be missing: the budget or the path is too narrow";
         (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
     }

@@ -20,20 +20,20 @@ bool is_within(const google::protobuf::RepeatedField<float>& numbers, float limi
 }  // namespace
 
 Bursts::Outcome Bursts::apply(const proto::Event& event, Tick now) {
-    proto::ParticleBurst told;
-    if (!told.ParseFromString(event.payload()) || told.system() >= world_->cosmetics.size() ||
-        !world_->cosmetics[told.system()].burst || told.count() == 0 ||
-        told.count() > motion::kMostInCosmeticBurst || event.tick() < 0 ||
-        !is_within(told.position(), kFarthest_m) || !is_within(told.velocity(), kFastest_mps)) {
+    proto::ParticleBurst update;
+    if (!update.ParseFromString(event.payload()) || update.system() >= world_->cosmetics.size() ||
+        !world_->cosmetics[update.system()].burst || update.count() == 0 ||
+        update.count() > motion::kMostInCosmeticBurst || event.tick() < 0 ||
+        !is_within(update.position(), kFarthest_m) || !is_within(update.velocity(), kFastest_mps)) {
         return Outcome::kMalformed;
     }
-    const CosmeticSystem& system = world_->cosmetics[told.system()];
+    const CosmeticSystem& system = world_->cosmetics[update.system()];
     motion::Burst burst;
-    burst.seed = told.seed();
+    burst.seed = update.seed();
     burst.start = static_cast<Tick>(event.tick());
-    burst.position = {told.position(0), told.position(1), told.position(2)};
-    burst.velocity = {told.velocity(0), told.velocity(1), told.velocity(2)};
-    burst.count = told.count();
+    burst.position = {update.position(0), update.position(1), update.position(2)};
+    burst.velocity = {update.velocity(0), update.velocity(1), update.velocity(2)};
+    burst.count = update.count();
     const auto full = [&] {
         return live_.size() >= kMost || particles_ + burst.count > kMostAlive;
     };

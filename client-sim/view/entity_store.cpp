@@ -342,7 +342,7 @@ motion::KinematicState EntityStore::local_display(const Version& version, Tick t
 std::optional<WorldState> EntityStore::interpolated(const Entity& entity,
                                                     double tick,
                                                     Tick known_by,
-                                                    double* owed_m) const {
+                                                    double* remaining_error_m) const {
     const auto whole = static_cast<Tick>(std::floor(tick));
     const Version* held = implied(entity, whole, known_by);
     if (held == nullptr || !held->present) {
@@ -350,7 +350,7 @@ std::optional<WorldState> EntityStore::interpolated(const Entity& entity,
     }
     motion::KinematicState shown = local_prediction(*held, tick);
     const Version* next = following(entity, whole, known_by);
-    double owed = 0.0;
+    double remaining_m = 0.0;
     if (next != nullptr && next->present) {
         const Tick lead =
             std::min(Playout::lead_ticks(world_->tick_s), next->event_tick - held->event_tick);
@@ -373,16 +373,16 @@ std::optional<WorldState> EntityStore::interpolated(const Entity& entity,
             shown.velocity = -shown.velocity;
             shown = back.display(motion::ConvergenceMethod::kHermite, shown, ago_s);
             shown.velocity = -shown.velocity;
-            owed = static_cast<double>(
-                motion::Convergence::owed(motion::ConvergenceMethod::kHermite,
-                                          jump,
-                                          ago_s,
-                                          period_s,
-                                          (there.velocity - here.velocity).norm()));
+            remaining_m = static_cast<double>(
+                motion::Convergence::remaining_error(motion::ConvergenceMethod::kHermite,
+                                                     jump,
+                                                     ago_s,
+                                                     period_s,
+                                                     (there.velocity - here.velocity).norm()));
         }
     }
-    if (owed_m != nullptr) {
-        *owed_m = owed;
+    if (remaining_error_m != nullptr) {
+        *remaining_error_m = remaining_m;
     }
     return WorldState{
         origin(held->zone) + shown.position.cast<double>(), shown.orientation, shown.velocity};

@@ -141,12 +141,13 @@ class EntityStore {
     /// What an interpolating view displays for `tick` (with its fraction) at view tick `known_by`:
     /// the prediction of the implied version, led to the following one within the last
     /// Playout::lead_ticks before that holds: a cubic Hermite spline in their difference,
-    /// continuous in position and velocity at both ends. nullopt: not in the view. `owed_m`
-    /// receives how far that may be off the prediction (Convergence::owed).
+    /// continuous in position and velocity at both ends. nullopt: not in the view.
+    /// `remaining_error_m` receives how far that may be off the prediction
+    /// (Convergence::remaining_error).
     [[nodiscard]] std::optional<WorldState> interpolated(const Entity& entity,
                                                          double tick,
                                                          Tick known_by,
-                                                         double* owed_m = nullptr) const;
+                                                         double* remaining_error_m = nullptr) const;
 
     [[nodiscard]] bool upright(TypeIndex type) const {
         return type < world_->types.size() && world_->types[type].upright;

@@ -16,7 +16,7 @@ Tick Playout::lead_ticks(double tick_s) {
     return std::max<Tick>(1, std::lround(kLeadS / tick_s));
 }
 
-void Playout::on_news(Tick lateness) {
+void Playout::on_update(Tick lateness) {
     const auto value = static_cast<std::uint8_t>(std::clamp<Tick>(lateness, 0, kMaxDelay));
     std::uint8_t& slot = lateness_[samples_ % kSamples];
     if (samples_ >= kSamples) {

@@ -40,7 +40,7 @@ class Playout {
 
     /// The oldest news of a packet came `lateness` ticks after its tick: the difference between the
     /// first view tick that can use it and the tick that it is about.
-    void on_news(Tick lateness);
+    void on_update(Tick lateness);
 
     /// The view reached its next tick (of the server's clock), one after the other; after a larger
     /// step the clock jumps. Nothing happens before the first news.

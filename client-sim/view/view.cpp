@@ -128,7 +128,7 @@ Taken View::apply(const link::OpenedPacket& packet, double now_s) {
             ++stats_.input_missing;
         }
     }
-    oldest_news_ = packet.head.tick;
+    oldest_update_ = packet.head.tick;
     taken.read = true;
     if (settings_.meter) {
         count_packet(packet);
@@ -138,7 +138,7 @@ Taken View::apply(const link::OpenedPacket& packet, double now_s) {
     } else {
         apply_records(packet, now_s);
     }
-    playout_.on_news(tick_ + 1 - oldest_news_);
+    playout_.on_update(tick_ + 1 - oldest_update_);
     return taken;
 }
 
@@ -174,7 +174,7 @@ void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes
         }
         return before->versions.back().publication_tick >= record.tick
                    ? wire::TrafficReason::kRepeat
-                   : wire::TrafficReason::kNews;
+                   : wire::TrafficReason::kUpdate;
     });
 }
 
@@ -183,13 +183,13 @@ void View::take_slow_state(const proto::Event& event) {
     const auto sensible = [](Tick tick) {
         return tick >= 0 && tick < (Tick{1} << 50);
     };
-    proto::SlowState told;
-    bool good = told.ParseFromString(event.payload());
-    for (const auto& c : told.courses()) {
+    proto::SlowState update;
+    bool good = update.ParseFromString(event.payload());
+    for (const auto& c : update.courses()) {
         good = good && c.clock() < slow_.clocks() && sensible(c.from()) &&
                std::isfinite(c.value()) && std::isfinite(c.rate_per_s());
     }
-    for (const auto& c : told.cursors()) {
+    for (const auto& c : update.cursors()) {
         good = good && c.variable() < slow_.variables() && sensible(c.since()) &&
                c.phase() < slow_.variable(c.variable()).def().phases.size() &&
                std::isfinite(c.before());
@@ -199,7 +199,7 @@ void View::take_slow_state(const proto::Event& event) {
         return;
     }
     ++stats_.slow_told;
-    for (const auto& c : told.courses()) {
+    for (const auto& c : update.courses()) {
         const clock::Course course{c.from(), c.value(), c.rate_per_s()};
         const auto known = slow_.clock_at(c.clock(), event.tick());
         if (course.from <= event.tick() && known) {
@@ -208,7 +208,7 @@ void View::take_slow_state(const proto::Event& event) {
         }
         slow_.announce(c.clock(), course);
     }
-    for (const auto& c : told.cursors()) {
+    for (const auto& c : update.cursors()) {
         stats_.slow_corrected +=
             slow_.place(c.variable(), {c.number(), c.since(), c.phase(), c.before()}) > 0.0 ? 1 : 0;
     }
@@ -290,7 +290,7 @@ bool View::apply_record(wire::RecordReader& reader,
         reason_ = wire::TrafficReason::kJoin;
     } else {
         reason_ = head->kind == wire::RecordKind::kAbsolute ? wire::TrafficReason::kKeyframe
-                                                            : wire::TrafficReason::kNews;
+                                                            : wire::TrafficReason::kUpdate;
     }
     return true;
 }
@@ -302,14 +302,14 @@ Applied View::show(const EntityStore::Record& record, const wire::QuantizedState
         ++stats_.shown;
         ++stats_.by_order[static_cast<std::size_t>(state.order) % stats_.by_order.size()];
         const Version& shown = store_.find(record.head.entity)->versions.back();
-        oldest_news_ = std::min(oldest_news_, shown.event_tick);
+        oldest_update_ = std::min(oldest_update_, shown.event_tick);
         if (listener_ != nullptr) {
             listener_->on_shown(record.head.entity,
                                 record.publication_tick,
                                 std::max(tick_ + 1, record.publication_tick + delay()));
         }
     } else if (applied == Applied::kLate) {
-        oldest_news_ = std::min(oldest_news_, record.publication_tick);
+        oldest_update_ = std::min(oldest_update_, record.publication_tick);
     }
     return applied;
 }

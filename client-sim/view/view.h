@@ -186,7 +186,8 @@ class View {
     /// Of the record that was applied last; unread until it was.
     wire::TrafficReason reason_ = wire::TrafficReason::kUnread;
     Tick tick_ = 0;
-    Tick oldest_news_ = 0;  // of the packet being applied: the earliest tick that its news is about
+    Tick oldest_update_ =
+        0;  // of the packet being applied: the earliest tick that its news is about
     ZoneId zone_;
     std::uint64_t newest_sequence_ = 0;
     std::string wish_;

@@ -10,7 +10,7 @@ namespace zoned::app {
 
 namespace {
 
-constexpr float kBandWorthTelling = 0.1F;
+constexpr float kLoggedBandChange = 0.1F;
 
 bool has_band(const ai::CompiledBrain& brain) {
     return std::any_of(brain.states.begin(), brain.states.end(), [](const ai::BrainState& state) {
@@ -46,7 +46,7 @@ std::string difficulty_text(const zone::ZoneState& state) {
         difficulty.position);
 }
 
-void tell_difficulty(const zone::Zone& zone) {
+void log_difficulty(const zone::Zone& zone) {
     const auto& change = zone.report().level_change;
     if (!change) {
         return;
@@ -84,14 +84,14 @@ std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone
     return out;
 }
 
-void tell_bands(const std::map<std::string, BandFigures>& now,
-                Tick tick,
-                Tick between,
-                BandsTold& told) {
+void log_bands(const std::map<std::string, BandFigures>& now,
+               Tick tick,
+               Tick between,
+               LoggedBands& logged) {
     for (const auto& [brain, figures] : now) {
-        BandsTold::Told& last = told.by_brain[brain];
-        const bool other = std::abs(figures.least - last.figures.least) >= kBandWorthTelling ||
-                           std::abs(figures.most - last.figures.most) >= kBandWorthTelling;
+        LoggedBands::LoggedBand& last = logged.by_brain[brain];
+        const bool other = std::abs(figures.least - last.figures.least) >= kLoggedBandChange ||
+                           std::abs(figures.most - last.figures.most) >= kLoggedBandChange;
         if (!other || (last.at && tick - *last.at < between)) {
             continue;
         }

@@ -17,7 +17,7 @@ namespace zoned::app {
 std::string difficulty_text(const zone::ZoneState& state);
 
 /// Logs the change of difficulty of the zone's last tick, where there was one.
-void tell_difficulty(const zone::Zone& zone);
+void log_difficulty(const zone::Zone& zone);
 
 /// The factors of speed of NPCs in states with a rubber band.
 struct BandFigures {
@@ -29,21 +29,21 @@ struct BandFigures {
 /// By brain, over all zones; brains of which no NPC is in such a state are left out.
 std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone::Zone>> zones);
 
-/// Rubber bands that were told, and when.
-struct BandsTold {
-    struct Told {
+/// Rubber bands that were logged, and when.
+struct LoggedBands {
+    struct LoggedBand {
         BandFigures figures;
         std::optional<Tick> at;  ///< none: never yet
     };
 
-    std::map<std::string, Told> by_brain;
+    std::map<std::string, LoggedBand> by_brain;
 };
 
-/// Logs the brains whose least or most factor is off by 0.1 or more from what was told last (1 to
+/// Logs the brains whose least or most factor is off by 0.1 or more from what was logged last (1 to
 /// begin with), each at most once in `between` ticks.
-void tell_bands(const std::map<std::string, BandFigures>& now,
-                Tick tick,
-                Tick between,
-                BandsTold& told);
+void log_bands(const std::map<std::string, BandFigures>& now,
+               Tick tick,
+               Tick between,
+               LoggedBands& logged);
 
 }  // namespace zoned::app

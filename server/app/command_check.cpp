@@ -43,7 +43,7 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                     surface.path.c_str(),
                     field ? "heightfield" : "mesh",
                     surface.file.c_str(),
-                    surface.told ? "told to clients" : "not told to clients");
+                    surface.replicated ? "told to clients" : "not told to clients");
     }
     for (const std::string& warning : ops::stability_warnings_of(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), warning.c_str());

@@ -108,7 +108,7 @@ class Server {
         loop_->start();
         announce();
         if (settings_.replication.meter) {
-            tell_status();
+            log_status();
         }
         io_.run();
         return finish(steady_seconds() - begin);
@@ -202,14 +202,14 @@ class Server {
         std::fflush(stdout);
     }
 
-    void tell_status() {
+    void log_status() {
         status_timer_.expires_after(kStatusEvery);
         status_timer_.async_wait([this](const asio::error_code& error) {
             if (!error) {
                 log_traffic({settings_, *loop_, network_, 1, 0.0},
-                            traffic_told_,
+                            logged_traffic_,
                             std::chrono::duration<double>(kStatusEvery).count());
-                tell_status();
+                log_status();
             }
         });
     }
@@ -272,7 +272,7 @@ class Server {
     bool reloading_ = false;
     asio::steady_timer stop_timer_;
     asio::steady_timer status_timer_;
-    wire::TrafficTable traffic_told_;
+    wire::TrafficTable logged_traffic_;
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
     World world_;

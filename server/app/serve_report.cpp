@@ -64,7 +64,7 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.extra["records_sent"] = static_cast<double>(loop.records_sent);
     report.extra["records_resent"] = static_cast<double>(loop.records_resent);
     report.extra["particles"] = static_cast<double>(loop.particles);
-    report.extra["bursts_told"] = static_cast<double>(loop.bursts_told);
+    report.extra["bursts_told"] = static_cast<double>(loop.bursts_sent);
     report.extra["device_particle_steps"] = static_cast<double>(loop.device_particles);
     report.extra["device_faults"] = static_cast<double>(loop.device_faults);
     report.extra["interest_broadcast_ticks"] = static_cast<double>(loop.broadcast_ticks);

@@ -148,7 +148,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.handoffs = world_.handoffs();
     s.client_handoffs = world_.client_handoffs();
     s.undeliverable = world_.undeliverable();
-    s.bursts_told = world_.bursts_told();
+    s.bursts_sent = world_.bursts_sent();
     s.entities = 0;
     s.awake_bodies = 0;
     s.particles = 0;
@@ -169,17 +169,17 @@ void TickLoop::count_traffic() {
     world_.sum_traffic(stats_.traffic);
     stats_.state_flapping = flapping_of(world_.zones());
     tell_flapping(stats_.state_flapping, flapping_told_);
-    tell_bands(bands_of(world_.zones()),
-               world_.now(),
-               static_cast<Tick>(kBandsEvery_s / schedule_.dt_s()),
-               bands_told_);
+    log_bands(bands_of(world_.zones()),
+              world_.now(),
+              static_cast<Tick>(kBandsEvery_s / schedule_.dt_s()),
+              logged_bands_);
 }
 
 void TickLoop::count_zone(std::size_t index) {
     LoopStats& s = stats_;
     const zone::Zone& zone = *world_.zones()[index];
     const zone::StepReport& r = zone.report();
-    tell_difficulty(zone);
+    log_difficulty(zone);
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
         PassTotals& total = s.passes[p];
         const bool ran = r.passes[p].ran;

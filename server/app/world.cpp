@@ -361,9 +361,9 @@ void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
                                   pending.event.kind,
                                   pending.event.payload});
                 leak_topic(zone->state().settings.faults, recipients);
-            } else if (pending.audience == zone::Audience::kHearers) {
+            } else if (pending.audience == zone::Audience::kViewers) {
                 for (const auto& other : zones_) {
-                    other->hearers(pending.source, recipients);
+                    other->recipients_of(pending.source, recipients);
                 }
                 std::sort(recipients.begin(), recipients.end());
                 recipients.erase(std::unique(recipients.begin(), recipients.end()),
@@ -381,10 +381,10 @@ void World::resolve_bursts(std::vector<mailbox::OutboxItem>& out) {
         for (const zone::BurstOut& burst : zone->output().bursts) {
             mailbox::EventOut event;
             for (const auto& other : zones_) {
-                other->hearers_of_place(burst.burst.position.cast<double>(),
-                                        burst.aura_m,
-                                        burst.line_of_sight,
-                                        event.recipients);
+                other->recipients_near(burst.burst.position.cast<double>(),
+                                       burst.aura_m,
+                                       burst.line_of_sight,
+                                       event.recipients);
             }
             if (event.recipients.empty()) {
                 continue;
@@ -395,7 +395,7 @@ void World::resolve_bursts(std::vector<mailbox::OutboxItem>& out) {
             event.kind = proto::CORE_EVENT_PARTICLE_BURST;
             event.payload = bytes_of(describe_burst(burst));
             out.emplace_back(std::move(event));
-            ++bursts_told_;
+            ++bursts_sent_;
         }
     }
 }

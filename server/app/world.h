@@ -53,7 +53,7 @@ class World {
     [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
 
     /// Cosmetic bursts that somebody heard.
-    [[nodiscard]] std::uint64_t bursts_told() const { return bursts_told_; }
+    [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 
     /// What the state packets of all zones so far were spent on; empty where
     /// replication::Settings::meter is off.
@@ -108,7 +108,7 @@ class World {
     Tick slow_sync_ticks_ = 0;
     double wrong_clock_ = 0.0;  // a fault on purpose
     std::uint64_t next_event_ = 0;
-    std::uint64_t bursts_told_ = 0;
+    std::uint64_t bursts_sent_ = 0;
     std::uint64_t handoffs_ = 0;
     std::uint64_t client_handoffs_ = 0;
     std::uint64_t undeliverable_ = 0;

@@ -42,10 +42,10 @@ void World::tell_slow_state(std::vector<ClientId> recipients,
     if (recipients.empty()) {
         return;
     }
-    proto::SlowState told;
+    proto::SlowState update;
     for (std::size_t c = 0; c < slow_->clocks(); ++c) {
         for (const clock::Course& course : slow_->clock(c).from(now_)) {
-            proto::SlowState::Course& one = *told.add_courses();
+            proto::SlowState::Course& one = *update.add_courses();
             one.set_clock(static_cast<std::uint32_t>(c));
             one.set_from(course.from);
             one.set_value(course.value);
@@ -54,7 +54,7 @@ void World::tell_slow_state(std::vector<ClientId> recipients,
     }
     for (std::size_t v = 0; v < slow_->variables(); ++v) {
         if (const auto cursor = slow_->cursor_at(v, now_)) {
-            proto::SlowState::Cursor& one = *told.add_cursors();
+            proto::SlowState::Cursor& one = *update.add_cursors();
             one.set_variable(static_cast<std::uint32_t>(v));
             one.set_number(cursor->number);
             one.set_since(cursor->since);
@@ -66,8 +66,8 @@ void World::tell_slow_state(std::vector<ClientId> recipients,
     event.event = own_event_id();
     event.tick = now_;
     event.kind = proto::CORE_EVENT_SLOW_STATE;
-    event.payload.resize(told.ByteSizeLong());
-    told.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
+    event.payload.resize(update.ByteSizeLong());
+    update.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
     event.recipients = std::move(recipients);
     out.emplace_back(std::move(event));
 }

@@ -182,7 +182,7 @@ struct AuditEntity {
 
 /// What was done to tell a client of one entity, as far as the client has not acknowledged it:
 /// which packets it may check against those that came. No statement about the truth.
-struct AuditNews {
+struct AuditUpdate {
     EntityId entity;
     Tick postponed_tick = 0;  ///< when the byte budget last made something of it wait; 0 = never
     bool leaving = false;     ///< what the packets carry is its removal
@@ -205,9 +205,9 @@ struct AuditRecord {
     Tick avatar_discontinuity_tick = 0;
     Tick avatar_radii_tick = 0;
     std::vector<AuditEntity> entities;
-    std::vector<AuditNews> news;         ///< ascending by entity; only where there is something
-    Tick news_since = 0;                 ///< from which tick on `news` names all packets; 0: none
-    std::vector<double> shared_clocks;   ///< their values, by number
+    std::vector<AuditUpdate> updates;   ///< ascending by entity; only where there is something
+    Tick updates_since = 0;             ///< from which tick on `updates` names all packets; 0: none
+    std::vector<double> shared_clocks;  ///< their values, by number
     std::vector<double> slow_variables;  ///< likewise
 };
 

@@ -58,7 +58,7 @@ struct StaticSurface {
     Quat orientation = Quat::Identity();
     float friction = 0.6F;
     float restitution = 0.0F;
-    bool told = true;
+    bool replicated = true;
 
     /// In zone-local coordinates around `origin`, or in the world's.
     [[nodiscard]] motion::StaticSurface around(const Vec3d& origin) const {

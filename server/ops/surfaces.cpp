@@ -18,7 +18,7 @@ namespace {
 
 using SurfaceConfig = proto::Config::Surface;
 
-constexpr std::size_t kObjMistakesTold = 3;
+constexpr std::size_t kObjMistakesShown = 3;
 
 /// What a file with its options holds, shared by all places where it stands.
 struct LoadedSurface {
@@ -27,7 +27,7 @@ struct LoadedSurface {
     physics::Shape shape;
     std::shared_ptr<const motion::Surface> surface;
     float level_m = 0.0F;
-    std::size_t told_bytes = 0;
+    std::size_t replicated_bytes = 0;
 };
 
 /// A mistake, and the field of the surface that it is about.
@@ -69,7 +69,7 @@ core::Result<physics::Shape> shape_of_obj(const SurfaceConfig& s, const std::str
     if (!scan.good()) {
         std::string text = "has " + std::to_string(scan.mistake_count) +
                            (scan.mistake_count == 1 ? " mistake" : " mistakes");
-        for (std::size_t m = 0; m < scan.mistakes.size() && m < kObjMistakesTold; ++m) {
+        for (std::size_t m = 0; m < scan.mistakes.size() && m < kObjMistakesShown; ++m) {
             text +=
                 "; line " + std::to_string(scan.mistakes[m].line) + ": " + scan.mistakes[m].text;
         }
@@ -146,9 +146,9 @@ LoadedSurface load(const SurfaceConfig& s, SurfaceMistakes& mistakes) {
         out.level_m =
             narrow(std::abs(s.height_m())) / static_cast<float>((1U << png_bits(*bytes)) - 1U);
     }
-    proto::StaticSurface told;
-    describe_geometry(*out.surface, told);
-    out.told_bytes = told.ByteSizeLong();
+    proto::StaticSurface message;
+    describe_geometry(*out.surface, message);
+    out.replicated_bytes = message.ByteSizeLong();
     return out;
 }
 
@@ -164,7 +164,7 @@ StaticSurface place(const SurfaceConfig& s, const LoadedSurface& loaded, const s
     out.orientation = narrow(turn(s.yaw_deg(), Vec3d::UnitY()));
     out.friction = narrow(s.friction());
     out.restitution = narrow(s.restitution());
-    out.told = s.told();
+    out.replicated = s.replicated();
     return out;
 }
 
@@ -247,7 +247,7 @@ class SurfaceLoader {
 std::vector<StaticSurface> load_surfaces(proto::Config& config, Diagnostics& diagnostics) {
     std::vector<StaticSurface> out;
     SurfaceLoader loader(diagnostics);
-    std::size_t told = 0;
+    std::size_t replicated = 0;
     for (int i = 0; i < config.statics().surface_size(); ++i) {
         const std::string path = join_path("statics", "surface", i);
         SurfaceConfig& s = *config.mutable_statics()->mutable_surface(i);
@@ -257,14 +257,14 @@ std::vector<StaticSurface> load_surfaces(proto::Config& config, Diagnostics& dia
         }
         out.push_back(place(s, *loaded, path));
         check_place(out.back(), config, diagnostics);
-        const std::size_t before = told;
-        told += s.told() ? loaded->told_bytes : 0;
-        if (told > kMaxToldBytes && before <= kMaxToldBytes) {
+        const std::size_t before = replicated;
+        replicated += s.replicated() ? loaded->replicated_bytes : 0;
+        if (replicated > kMaxReplicatedBytes && before <= kMaxReplicatedBytes) {
             diagnostics.add(path,
-                            "with this, each client would be told " + std::to_string(told) +
+                            "with this, each client would be told " + std::to_string(replicated) +
                                 " bytes of surfaces at login, more than " +
-                                std::to_string(kMaxToldBytes) +
-                                ": make it coarser, or set told: false");
+                                std::to_string(kMaxReplicatedBytes) +
+                                ": make it coarser, or set replicated: false");
         }
     }
     return out;

@@ -10,7 +10,7 @@
 namespace zoned::ops {
 
 /// What all told surfaces of a world may take in the message that each client gets at login, bytes.
-inline constexpr std::size_t kMaxToldBytes = 4U << 20;
+inline constexpr std::size_t kMaxReplicatedBytes = 4U << 20;
 
 /// All surfaces of the config that are good, in its order. Mistakes (a file that is missing,
 /// damaged, too large or no geometry, options that its content has no use for or lacks, another

@@ -80,7 +80,7 @@ void describe_door(const NamedDoor& from, proto::Door& out) {
 /// All but the geometry itself.
 void describe_surface(const StaticSurface& from, proto::StaticSurface& out) {
     out.set_content(from.content);
-    out.set_told(from.told);
+    out.set_replicated(from.replicated);
     for (int axis = 0; axis < 3; ++axis) {
         out.add_position(from.position[axis]);
     }
@@ -215,7 +215,7 @@ void describe_geometry(const motion::Surface& from, proto::StaticSurface& out) {
 proto::WorldDescription describe_world(const Settings& settings) {
     proto::WorldDescription out = describe_honestly(settings);
     for (std::size_t s = 0; s < settings.surfaces.size(); ++s) {
-        if (settings.surfaces[s].told) {
+        if (settings.surfaces[s].replicated) {
             describe_geometry(*settings.surfaces[s].surface,
                               *out.mutable_surfaces(static_cast<int>(s)));
         }

@@ -148,7 +148,7 @@ Subscription ClientState::subscribe(const world::Visible& visible,
     s.stamp = next_stamp_++;
     s.known = known;
     s.switched_tick = known ? now : 0;
-    s.delivery.owed_tick = now;
+    s.delivery.pending_tick = now;
     return s;
 }
 
@@ -173,7 +173,7 @@ void ClientState::add_removal(EntityId entity, Tick now) {
         Removal r;
         r.entity = entity;
         r.stamp = next_stamp_++;
-        r.delivery.owed_tick = now;
+        r.delivery.pending_tick = now;
         removals.insert(it, r);
     }
 }
@@ -372,15 +372,15 @@ void ClientState::lose(const SentEntry& entry) {
     }
 }
 
-Tick ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
-    struct Told {
+Tick ClientState::unacknowledged(std::vector<mailbox::AuditUpdate>& out) const {
+    struct SentCopy {
         EntityId entity;
         std::uint64_t sequence = 0;
         Tick tick = 0;
         bool acked = false;
     };
 
-    std::vector<Told> told;
+    std::vector<SentCopy> sent_copies;
     const std::uint64_t oldest =
         next_sequence_ > SentLog::kCapacity ? next_sequence_ - SentLog::kCapacity : 1;
     for (std::uint64_t sequence = oldest; sequence < next_sequence_; ++sequence) {
@@ -390,38 +390,39 @@ Tick ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
             const auto removal = lower_bound_entity(removals, entry.entity);
             const bool leaving = removal != removals.end() && removal->entity == entry.entity;
             if (!leaving || entry.stamp == removal->stamp) {
-                told.push_back(
+                sent_copies.push_back(
                     {entry.entity, sequence, packet->tick, packet->fate == Fate::kAcked});
             }
         }
     }
-    std::sort(told.begin(), told.end(), [](const Told& a, const Told& b) {
+    std::sort(sent_copies.begin(), sent_copies.end(), [](const SentCopy& a, const SentCopy& b) {
         return a.entity != b.entity ? a.entity < b.entity : a.sequence < b.sequence;
     });
-    const auto news_of = [&](EntityId entity) -> mailbox::AuditNews& {
+    const auto update_of = [&](EntityId entity) -> mailbox::AuditUpdate& {
         const auto at = lower_bound_entity(out, entity);
         return at != out.end() && at->entity == entity ? *at
                                                        : *out.insert(at, {entity, 0, false, {}});
     };
-    for (std::size_t i = 0; i < told.size(); ++i) {
-        if (told[i].acked) {
-            if (!out.empty() && out.back().entity == told[i].entity) {
+    for (std::size_t i = 0; i < sent_copies.size(); ++i) {
+        if (sent_copies[i].acked) {
+            if (!out.empty() && out.back().entity == sent_copies[i].entity) {
                 out.pop_back();
             }
         } else {
-            news_of(told[i].entity).carried.push_back({told[i].tick, told[i].sequence});
+            update_of(sent_copies[i].entity)
+                .carried.push_back({sent_copies[i].tick, sent_copies[i].sequence});
         }
     }
     for (const Subscription& s : subscriptions) {
         if (s.postponed_tick > 0 && s.delivered_version == 0) {
-            news_of(s.entity).postponed_tick = s.postponed_tick;
+            update_of(s.entity).postponed_tick = s.postponed_tick;
         }
     }
     for (const Removal& r : removals) {
         if (r.postponed_tick > 0 || r.delivery.copies > 0) {
-            mailbox::AuditNews& news = news_of(r.entity);
-            news.postponed_tick = r.postponed_tick;
-            news.leaving = true;
+            mailbox::AuditUpdate& update = update_of(r.entity);
+            update.postponed_tick = r.postponed_tick;
+            update.leaving = true;
         }
     }
     if (first_sequence_ == 1 && oldest == 1) {

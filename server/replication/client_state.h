@@ -22,7 +22,7 @@ auto lower_bound_entity(List& list, EntityId entity) {
 /// How often the newest copy of something was sent and what became of it.
 struct Delivery {
     Tick sent_tick = 0;          ///< of the newest copy
-    Tick owed_tick = 0;          ///< since when something is unsent; 0 = nothing noticed yet
+    Tick pending_tick = 0;       ///< since when something is unsent; 0 = nothing noticed yet
     std::uint8_t copies = 0;     ///< sent
     std::uint8_t in_flight = 0;  ///< of these, neither acknowledged nor given up
 };
@@ -148,8 +148,8 @@ class ClientState {
     /// The client follows this from now on, until something of the present stream comes to it.
     void follow(const Followed& what);
 
-    /// As Replicator::unheard().
-    Tick unheard(std::vector<mailbox::AuditNews>& out) const;
+    /// As Replicator::unacknowledged().
+    Tick unacknowledged(std::vector<mailbox::AuditUpdate>& out) const;
 
     void hash(core::StateHash& hash) const;
 

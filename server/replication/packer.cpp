@@ -78,7 +78,7 @@ void Packer::pack(Tick now,
     }
     report.over_budget += candidates_.empty() ? 0 : 1;
     widen(now, client, streams);
-    tell(client, std::span(out).subspan(packets_before), report);
+    notify(client, std::span(out).subspan(packets_before), report);
 }
 
 /// Leaves in candidates_ what did not fit into the budget.
@@ -150,9 +150,13 @@ void Packer::sort_candidates() {
 
 /// True when something is to be sent now; says why and how urgent it is: weight times the ticks for
 /// which it has been owed.
-bool Packer::consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate) {
-    if (news) {
-        candidate.reason = Reason::kNews;
+bool Packer::consider(Tick now,
+                      bool update,
+                      Delivery& delivery,
+                      float weight,
+                      Candidate& candidate) {
+    if (update) {
+        candidate.reason = Reason::kUpdate;
     } else if (settings_.never_again) {
         return false;
     } else if (delivery.in_flight == 0) {
@@ -165,10 +169,10 @@ bool Packer::consider(Tick now, bool news, Delivery& delivery, float weight, Can
     } else {
         return false;
     }
-    if (delivery.owed_tick == 0) {
-        delivery.owed_tick = now;
+    if (delivery.pending_tick == 0) {
+        delivery.pending_tick = now;
     }
-    candidate.score = weight * static_cast<float>(1 + now - delivery.owed_tick);
+    candidate.score = weight * static_cast<float>(1 + now - delivery.pending_tick);
     return true;
 }
 
@@ -272,9 +276,9 @@ bool Packer::add(Tick now,
     delivery.copies = static_cast<std::uint8_t>(std::min(delivery.copies + 1, 255));
     delivery.in_flight = static_cast<std::uint8_t>(std::min(delivery.in_flight + 1, 255));
     delivery.sent_tick = now;
-    delivery.owed_tick = 0;
+    delivery.pending_tick = 0;
     ++report.records_sent;
-    report.records_resent += candidate.reason == Reason::kNews ? 0 : 1;
+    report.records_resent += candidate.reason == Reason::kUpdate ? 0 : 1;
     return true;
 }
 
@@ -296,7 +300,7 @@ wire::TrafficReason Packer::reason_of(const Candidate& candidate,
     if (streams[s.stream].heartbeat) {
         return TrafficReason::kHeartbeat;
     }
-    return encoded.keyframe != 0 ? TrafficReason::kKeyframe : TrafficReason::kNews;
+    return encoded.keyframe != 0 ? TrafficReason::kKeyframe : TrafficReason::kUpdate;
 }
 
 void Packer::finish(Tick now,

@@ -51,7 +51,7 @@ class Packer {
 
   private:
     enum class Reason : std::uint8_t {
-        kNews,
+        kUpdate,
         kLost,    // all copies were given up
         kRepeat,  // one more copy, because the network loses packets
     };
@@ -60,7 +60,7 @@ class Packer {
         float score = 0.0F;
         std::uint32_t index = 0;  // in removals or subscriptions
         bool removal = false;
-        Reason reason = Reason::kNews;
+        Reason reason = Reason::kUpdate;
     };
 
     void gather(Tick now, ClientState& client, const StreamTable& streams);
@@ -75,8 +75,8 @@ class Packer {
                                const StreamTable& streams) const;
     void widen(Tick now, ClientState& client, const StreamTable& streams);
     static void postpone_all(Tick now, ClientState& client);
-    void tell(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;
-    bool consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate);
+    void notify(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;
+    bool consider(Tick now, bool update, Delivery& delivery, float weight, Candidate& candidate);
     [[nodiscard]] bool own_due(Tick now, const OwnNow& own, const OwnTrack& track) const;
     void begin(Tick now, ZoneId zone, const wire::OwnState* own);
     void finish(Tick now,

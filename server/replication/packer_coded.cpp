@@ -63,7 +63,7 @@ void Packer::count_coded(const wire::record::RecordFrame& frame) {
         meter_->table(), frame, body_.size() - head_bytes_, [&](const auto& record) {
             return std::find_if(reasons_.begin(),
                                 reasons_.end(),
-                                [&](const auto& told) { return told.first == record.entity; })
+                                [&](const auto& reason) { return reason.first == record.entity; })
                 ->second;
         });
 }

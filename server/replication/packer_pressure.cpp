@@ -48,7 +48,7 @@ void Packer::order_by_error(Tick now, const ClientState& client, const StreamTab
         }
         const Subscription& s = client.subscriptions[c.index];
         const Stream& stream = streams[s.stream];
-        const auto waited = static_cast<float>(now - s.delivery.owed_tick);
+        const auto waited = static_cast<float>(now - s.delivery.pending_tick);
         if (s.sent_version == 0) {
             // Nearest first; who was never shown comes before who is shown a little wrong.
             c.score = kUnseenScore * stream.priority * (1.0F + waited) /
@@ -151,16 +151,16 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
                              static_cast<double>(kMargin * excess), s.lod, settings_.lods.size()));
         }
     }
-    wire::Widened& told = client.widened;
-    told.incomplete = needed.incomplete;
-    if (needed.step >= told.step) {
+    wire::Widened& notified = client.widened;
+    notified.incomplete = needed.incomplete;
+    if (needed.step >= notified.step) {
         client.widened_tick = needed.step > 0 ? now : client.widened_tick;
-        told.step = needed.step;
+        notified.step = needed.step;
     } else if (now - client.widened_tick >= kNarrowEvery) {
         client.widened_tick = now;
-        told.step = static_cast<std::uint8_t>((needed.step + told.step) / 2);
-        if (told.step > wire::kMostWidening) {
-            told.step = std::max(needed.step, wire::kMostWidening);
+        notified.step = static_cast<std::uint8_t>((needed.step + notified.step) / 2);
+        if (notified.step > wire::kMostWidening) {
+            notified.step = std::max(needed.step, wire::kMostWidening);
         }
     }
 }
@@ -177,9 +177,9 @@ void Packer::postpone_all(Tick now, ClientState& client) {
     }
 }
 
-void Packer::tell(ClientState& client,
-                  std::span<mailbox::StatePacket> packets,
-                  Report& report) const {
+void Packer::notify(ClientState& client,
+                    std::span<mailbox::StatePacket> packets,
+                    Report& report) const {
     if (client.widened == wire::Widened{} || settings_.silent_bound) {
         return;
     }

@@ -235,11 +235,11 @@ Tick Replicator::switch_tick(ClientId client, EntityId entity) const {
     return it == impl_->clients.end() ? 0 : (*it)->switch_tick(entity);
 }
 
-std::optional<Replicator::Told> Replicator::told(ClientId client,
-                                                 EntityId entity,
-                                                 Tick publication,
-                                                 Tick at,
-                                                 Tick since) const {
+std::optional<Replicator::SentState> Replicator::sent_state(ClientId client,
+                                                            EntityId entity,
+                                                            Tick publication,
+                                                            Tick at,
+                                                            Tick since) const {
     const auto it = impl_->find(client);
     const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
     if (s == nullptr) {
@@ -254,7 +254,7 @@ std::optional<Replicator::Told> Replicator::told(ClientId client,
         const std::uint32_t newest =
             index == s->stream ? s->sent_version : impl_->streams[index].version;
         if (const auto found = impl_->streams.past_at(index, publication, newest, at, since)) {
-            return Told{found->position, found->blend_m};
+            return SentState{found->position, found->blend_m};
         }
     }
     return std::nullopt;
@@ -275,10 +275,10 @@ Tick Replicator::path_ticks(ClientId client) const {
     return static_cast<Tick>(std::ceil(half_s / static_cast<double>(impl_->settings.tick_s)));
 }
 
-Tick Replicator::unheard(ClientId client, std::vector<mailbox::AuditNews>& out) const {
+Tick Replicator::unacknowledged(ClientId client, std::vector<mailbox::AuditUpdate>& out) const {
     out.clear();
     const auto it = impl_->find(client);
-    return it != impl_->clients.end() ? (*it)->unheard(out) : 0;
+    return it != impl_->clients.end() ? (*it)->unacknowledged(out) : 0;
 }
 
 bool Replicator::heard(EntityId entity) const {

@@ -160,7 +160,7 @@ class Replicator {
     [[nodiscard]] Tick switch_tick(ClientId client, EntityId entity) const;
 
     /// What a client that has a publication predicts from it.
-    struct Told {
+    struct SentState {
         Vec3 position = Vec3::Zero();  ///< at the tick asked for, zone-local, m
         /// Blending from the publications before may show it this far off, m: the sum of the jumps
         /// between their predictions for that tick, over those of the last half second.
@@ -169,11 +169,11 @@ class Replicator {
 
     /// The publication of that tick, if it was sent to this client and no newer one of its stream
     /// had replaced it by `since`; evaluated at `at`.
-    [[nodiscard]] std::optional<Told> told(ClientId client,
-                                           EntityId entity,
-                                           Tick publication,
-                                           Tick at,
-                                           Tick since) const;
+    [[nodiscard]] std::optional<SentState> sent_state(ClientId client,
+                                                      EntityId entity,
+                                                      Tick publication,
+                                                      Tick at,
+                                                      Tick since) const;
 
     /// What this client is promised of the entity's position, m; 0: it does not hear of it.
     [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;
@@ -186,7 +186,7 @@ class Replicator {
     /// packets that carried news or its removal since the newest one of them that was. Ascending by
     /// entity. For audits; packets of other zones are not known here: returns from which tick on
     /// all are, 0 if none.
-    Tick unheard(ClientId client, std::vector<mailbox::AuditNews>& out) const;
+    Tick unacknowledged(ClientId client, std::vector<mailbox::AuditUpdate>& out) const;
 
     /// Whether anybody hears of the entity.
     [[nodiscard]] bool heard(EntityId entity) const;

@@ -241,10 +241,10 @@ void StreamTable::step_stream(Stream& stream,
         now, truth, stream.upright, bound, quantization_[stream.lod], settings_);
     // What wakes up is published when it has left the bound, not at once: it moves steadily by
     // then.
-    const bool news = breach || appearance != stream.state.appearance;
-    if (news || now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
+    const bool update = breach || appearance != stream.state.appearance;
+    if (update || now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
         publish_state(stream, now, truth, false, appearance, report);
-        stream.heartbeat = !news;
+        stream.heartbeat = !update;
     }
 }
 

@@ -126,7 +126,7 @@ class StreamTable {
     /// A publication as it predicts a moment.
     struct Predicted {
         Vec3 position = Vec3::Zero();
-        float blend_m = 0.0F;  ///< see Replicator::Told
+        float blend_m = 0.0F;  ///< see Replicator::SentState
     };
 
     /// The publication of tick `publication`, no newer than version `newest`, that was not replaced

@@ -15,7 +15,7 @@ constexpr float kRepeatS = 0.5F;
 constexpr float kOfferS = 20.0F;
 constexpr float kTradeReachM = 4.0F;
 
-void tell_ledger(RulesContext& context, CharacterRecord& record, bool reset) {
+void send_ledger(RulesContext& context, CharacterRecord& record, bool reset) {
     sandbox::Ledger ledger;
     ledger.set_serial(++record.ledger_serial);
     ledger.set_deaths(record.deaths);
@@ -67,7 +67,7 @@ void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord
         return;
     }
     record.ledger_repeats = 1;
-    tell_ledger(context, record, false);
+    send_ledger(context, record, false);
     update_pending(game, avatar);
 }
 
@@ -81,7 +81,7 @@ void run_agreement(Game& game, RulesContext& context, CharacterRecord& record) {
         return;
     }
     ++game.stats.ledgers_repeated;
-    tell_ledger(context, record, false);
+    send_ledger(context, record, false);
 }
 
 void agree(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
@@ -103,7 +103,7 @@ void agree(Game& game, RulesContext& context, const Actor& actor, Payload payloa
     }
     ++game.stats.ledgers_diverged;
     context.reset_view(actor.client);
-    tell_ledger(context, record, true);
+    send_ledger(context, record, true);
 }
 
 void offer(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
@@ -161,9 +161,9 @@ void accept(Game& game, RulesContext& context, const Actor& actor, Payload paylo
     trade.set_b(actor.avatar.value);
     trade.set_from_a(wish.give());
     trade.set_from_b(wish.want());
-    const zone::RulesEvent told = event(sandbox::EVENT_TRADE, trade, true);
-    other->trade_event = context.send(other->client, told);
-    actor.record->trade_event = context.send(actor.client, told);
+    const zone::RulesEvent notice = event(sandbox::EVENT_TRADE, trade, true);
+    other->trade_event = context.send(other->client, notice);
+    actor.record->trade_event = context.send(actor.client, notice);
     decided(game, context, from, *other);
     decided(game, context, actor.avatar, *actor.record);
 }

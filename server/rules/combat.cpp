@@ -37,7 +37,7 @@ bool is_npc(const RulesContext& context, world::Row row) {
 
 /// Of a fight between a player and an NPC, which difficulty may follow. Who killed and is gone
 /// meanwhile tells nothing.
-void tell_outcome(RulesContext& context, EntityId killed, EntityId killer) {
+void send_outcome(RulesContext& context, EntityId killed, EntityId killer) {
     const world::Entities& e = context.entities();
     const world::Row loser = e.find(killed);
     const world::Row winner = killer ? e.find(killer) : world::kNoRow;
@@ -68,7 +68,7 @@ void die(Game& game, RulesContext& context, EntityId entity, CharacterRecord& re
     kill.set_killed(entity.value);
     // Announced before it is hidden: afterwards nobody hears of it any more.
     context.announce(entity, event(sandbox::EVENT_KILL, kill));
-    tell_outcome(context, entity, record.killer);
+    send_outcome(context, entity, record.killer);
     context.hide(entity);
     record.life = Life::kDead;
     record.kill_event = EventId();

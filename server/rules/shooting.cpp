@@ -78,8 +78,8 @@ void tell(RulesContext& context,
     decision.set_rewound_ms(static_cast<std::uint32_t>(std::lround(1e3F * hit.rewound_s)));
     decision.set_cut(hit.cut);
     decision.set_doubted(hit.doubted);
-    const zone::RulesEvent told = event(sandbox::EVENT_SHOT, decision);
-    context.send(actor.client, told);
+    const zone::RulesEvent notice = event(sandbox::EVENT_SHOT, decision);
+    context.send(actor.client, notice);
     // Who was merely named is not told: a client could name anybody.
     const EntityId other = hit.hit && hit.entity ? hit.entity
                            : hit.aimed_near      ? shot.aimed
@@ -87,7 +87,7 @@ void tell(RulesContext& context,
     const world::Row row = other ? context.entities().find(other) : world::kNoRow;
     if (row != world::kNoRow && context.entities().client[row] &&
         context.entities().client[row] != actor.client) {
-        context.send(context.entities().client[row], told);
+        context.send(context.entities().client[row], notice);
     }
 }
 

@@ -51,11 +51,11 @@ void fill(const mailbox::AuditEntity& in, proto::AuditEntity& out) {
     }
 }
 
-void fill(const mailbox::AuditNews& in, proto::AuditNews& out) {
+void fill(const mailbox::AuditUpdate& in, proto::AuditUpdate& out) {
     out.set_entity(in.entity.value);
     out.set_postponed_tick(in.postponed_tick);
     out.set_leaving(in.leaving);
-    for (const mailbox::AuditNews::Carried& packet : in.carried) {
+    for (const mailbox::AuditUpdate::Carried& packet : in.carried) {
         out.add_ticks(packet.tick);
         out.add_sequences(packet.sequence);
     }
@@ -78,9 +78,9 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
     for (const mailbox::AuditEntity& entity : record.entities) {
         fill(entity, *out.add_entities());
     }
-    out.set_news_since(record.news_since);
-    for (const mailbox::AuditNews& news : record.news) {
-        fill(news, *out.add_news());
+    out.set_updates_since(record.updates_since);
+    for (const mailbox::AuditUpdate& update : record.updates) {
+        fill(update, *out.add_updates());
     }
     out.mutable_shared_clocks()->Add(record.shared_clocks.begin(), record.shared_clocks.end());
     out.mutable_slow_variables()->Add(record.slow_variables.begin(), record.slow_variables.end());

@@ -94,12 +94,12 @@ Concealed concealed(const ZoneState& state, ClientId client, world::Row avatar, 
     }
     const bool seen = may_know(state, avatar, row);
     const Sight* sight = find_sight(state, client, e.id[row]);
-    const bool told = sight != nullptr && sight->told;
+    const bool notified = sight != nullptr && sight->notified;
     if (seen) {
-        return told ? Concealed::kNo : Concealed::kPerhaps;
+        return notified ? Concealed::kNo : Concealed::kPerhaps;
     }
     const auto past = static_cast<Tick>(state.settings.conceal.grace_ticks);
-    return told && state.now - sight->known <= past ? Concealed::kPerhaps : Concealed::kYes;
+    return notified && state.now - sight->known <= past ? Concealed::kPerhaps : Concealed::kYes;
 }
 
 }  // namespace
@@ -176,7 +176,7 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
     std::sort(record.entities.begin(), record.entities.end(), [](const auto& a, const auto& b) {
         return a.entity < b.entity;
     });
-    record.news_since = state.replicator.unheard(client.client, record.news);
+    record.updates_since = state.replicator.unacknowledged(client.client, record.updates);
     return record;
 }
 

@@ -111,7 +111,7 @@ void ask(ZoneState& state) {
 
 /// Sights and sets of all viewers, in the order of what they hear of; what they knew stays. Says
 /// which sets are new.
-void align_viewers(Concealment& c, world::Visibility& told) {
+void align_viewers(Concealment& c, world::Visibility& notified) {
     const auto client_of = [](const auto& of) {
         return of.client;
     };
@@ -119,12 +119,13 @@ void align_viewers(Concealment& c, world::Visibility& told) {
         return Sights{set.client, {}};
     });
     c.fresh.clear();
-    world::align(told, c.aligned_told, c.heard, client_of, [&](const world::VisibleSet& set) {
-        c.fresh.push_back(set.client);
-        world::VisibleSet empty;
-        empty.client = set.client;
-        return empty;
-    });
+    world::align(
+        notified, c.aligned_notified, c.heard, client_of, [&](const world::VisibleSet& set) {
+            c.fresh.push_back(set.client);
+            world::VisibleSet empty;
+            empty.client = set.client;
+            return empty;
+        });
 }
 
 /// Whether the entity stays in a viewer's set; not concealed: always.
@@ -149,8 +150,9 @@ class Sieve {
             state_->now - at_->asked < static_cast<Tick>(s.stale_ticks)) {
             at_->known = state_->now;
         }
-        at_->told = at_->known >= 0 && state_->now - at_->known <= static_cast<Tick>(s.grace_ticks);
-        return at_->told || leaks_;
+        at_->notified =
+            at_->known >= 0 && state_->now - at_->known <= static_cast<Tick>(s.grace_ticks);
+        return at_->notified || leaks_;
     }
 
   private:
@@ -224,21 +226,21 @@ std::uint32_t conceal(ZoneState& state) {
     }
     ask(state);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
-        world::VisibleSet& told = state.visibility[i];
-        c.before.assign(told.visible.begin(), told.visible.end());
-        told.visible.clear();
+        world::VisibleSet& notified = state.visibility[i];
+        c.before.assign(notified.visible.begin(), notified.visible.end());
+        notified.visible.clear();
         Sieve sieve(state,
                     c.viewers[i],
-                    state.settings.faults.leak_concealed.hits(told.client.value, state.now));
+                    state.settings.faults.leak_concealed.hits(notified.client.value, state.now));
         for (const world::Visible& v : c.heard[i].visible) {
             if (sieve.passes(v.entity)) {
-                told.visible.push_back(v);
+                notified.visible.push_back(v);
             }
         }
-        const bool fresh = std::binary_search(c.fresh.begin(), c.fresh.end(), told.client);
-        compare(c.before, told);
+        const bool fresh = std::binary_search(c.fresh.begin(), c.fresh.end(), notified.client);
+        compare(c.before, notified);
         // A set that is new here is new to replication too, even where it is empty.
-        told.changed = told.changed || fresh;
+        notified.changed = notified.changed || fresh;
     }
     return c.checks;
 }

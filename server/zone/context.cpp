@@ -251,7 +251,7 @@ EventId ZoneContext::publish(std::string_view topic, const RulesEvent& event) {
 }
 
 EventId ZoneContext::announce(EntityId source, const RulesEvent& event) {
-    PendingEvent& pending = queue_event(event, Audience::kHearers);
+    PendingEvent& pending = queue_event(event, Audience::kViewers);
     pending.source = source;
     return pending.event.event;
 }

@@ -79,14 +79,14 @@ struct RulesMessage {
 enum class Audience : std::uint8_t {
     kClient,
     kTopic,
-    kHearers
+    kViewers
 };
 
 /// An event whose recipients the world resolves once all zones have stepped.
 struct PendingEvent {
     mailbox::EventOut event;
     Audience audience = Audience::kClient;
-    EntityId source;  ///< kHearers
+    EntityId source;  ///< kViewers
 };
 
 /// Cosmetic particles that rules threw up: who hears the place when all zones have stepped is told.

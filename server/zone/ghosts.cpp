@@ -130,9 +130,9 @@ void follow_border(ZoneState& state) {
         state.near_border.move_last_into(static_cast<world::Row>(state.near_border.size() - 1));
     }
     world::for_each_row(e.stirring(), e.touched(world::Reader::kExport), [&](world::Row row) {
-        const bool told = !e.has(row, world::kGhost) && !e.has(row, world::kHidden);
+        const bool exported = !e.has(row, world::kGhost) && !e.has(row, world::kHidden);
         state.near_border.put(
-            row, told && reaches_another_zone(state, origin + e.position[row].cast<double>()));
+            row, exported && reaches_another_zone(state, origin + e.position[row].cast<double>()));
     });
     e.forget_touched(world::Reader::kExport);
 }

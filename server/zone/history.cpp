@@ -60,20 +60,20 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     const bool present = seen.view == Seen::View::kPresent;
     if (claim == nullptr) {
         // Of what has just appeared a view of the present shows nothing before the news comes.
-        const Tick news = present ? state.replicator.path_ticks(client) : 0;
-        return e.discontinuity_tick[row] + news > moment.tick ? std::nullopt
-                                                              : std::optional<Pose>(pose);
+        const Tick update_ticks = present ? state.replicator.path_ticks(client) : 0;
+        return e.discontinuity_tick[row] + update_ticks > moment.tick ? std::nullopt
+                                                                      : std::optional<Pose>(pose);
     }
     if (present && claim->publication < e.discontinuity_tick[row]) {
         return std::nullopt;  // displayed where it was before it jumped
     }
     float allowed = state.settings.rewind.slack_m;
     if (present) {
-        const auto told =
-            state.replicator.told(client, entity, claim->publication, moment.tick, moment.oldest);
-        if (told) {
-            pose.position = told->position;
-            allowed += told->blend_m;
+        const auto sent = state.replicator.sent_state(
+            client, entity, claim->publication, moment.tick, moment.oldest);
+        if (sent) {
+            pose.position = sent->position;
+            allowed += sent->blend_m;
         }
     } else {
         allowed += state.replicator.bound_m(client, entity);

@@ -105,33 +105,33 @@ bool let_out(ZoneState& state,
 }
 
 /// A burst of which clients are told; it changes nothing that is simulated or hashed.
-bool tell(ZoneState& state,
-          std::size_t index,
-          const Vec3& position,
-          const Vec3& velocity,
-          std::uint32_t count) {
-    const CosmeticBurst& told = state.settings.cosmetic_bursts[index];
+bool emit_cosmetic(ZoneState& state,
+                   std::size_t index,
+                   const Vec3& position,
+                   const Vec3& velocity,
+                   std::uint32_t count) {
+    const CosmeticBurst& cosmetic = state.settings.cosmetic_bursts[index];
     ParticlesOfZone& particles = state.particles;
     motion::Burst burst{burst_seed(state, kCosmetic + particles.cosmetic_bursts + 1),
                         state.now,
                         (state.settings.region().origin() + position.cast<double>()).cast<float>(),
                         velocity,
                         count};
-    if (count > motion::kMostInCosmeticBurst || !unfit(emitter_of(told.kind, burst)).empty()) {
+    if (count > motion::kMostInCosmeticBurst || !unfit(emitter_of(cosmetic.kind, burst)).empty()) {
         return false;
     }
     // Each event pays for its share of a second; a second's worth may be owed, or one event (and a
     // thousandth of a tick, for rounding).
     const double now = static_cast<double>(state.now);
     const double second = 1.0 / static_cast<double>(state.settings.dt);
-    const double share = second / static_cast<double>(told.events_per_s);
+    const double share = second / static_cast<double>(cosmetic.events_per_s);
     const double due = std::max(particles.cosmetic_due[index], now) + share;
     if (due - now > std::max(share, second) + 1e-3) {
         return false;
     }
     particles.cosmetic_due[index] = due;
     ++particles.cosmetic_bursts;
-    state.out.bursts.push_back({told.system, burst, told.aura_m, told.line_of_sight});
+    state.out.bursts.push_back({cosmetic.system, burst, cosmetic.aura_m, cosmetic.line_of_sight});
     return true;
 }
 
@@ -192,11 +192,12 @@ bool emit_particles(ZoneState& state,
     if (found != nullptr) {
         return found->burst && let_out(state, *found, position, velocity, count);
     }
-    const auto& told = state.settings.cosmetic_bursts;
-    const auto it =
-        std::find_if(told.begin(), told.end(), [&](const auto& t) { return t.name == system; });
-    return it != told.end() &&
-           tell(state, static_cast<std::size_t>(it - told.begin()), position, velocity, count);
+    const auto& cosmetic = state.settings.cosmetic_bursts;
+    const auto it = std::find_if(
+        cosmetic.begin(), cosmetic.end(), [&](const auto& t) { return t.name == system; });
+    return it != cosmetic.end() &&
+           emit_cosmetic(
+               state, static_cast<std::size_t>(it - cosmetic.begin()), position, velocity, count);
 }
 
 std::uint32_t particles_near(const ZoneState& state,

@@ -196,7 +196,7 @@ void Zone::publish() {
     pass(Pass::kHash, [&] { return hash_tick(s); });
 }
 
-void Zone::hearers(EntityId source, std::vector<ClientId>& out) const {
+void Zone::recipients_of(EntityId source, std::vector<ClientId>& out) const {
     for (std::size_t i = 0; i < state_->visibility.size(); ++i) {
         const world::VisibleSet& set = state_->visibility[i];
         const auto it =
@@ -216,10 +216,10 @@ void Zone::hearers(EntityId source, std::vector<ClientId>& out) const {
     }
 }
 
-void Zone::hearers_of_place(const Vec3d& place,
-                            float aura_m,
-                            bool line_of_sight,
-                            std::vector<ClientId>& out) const {
+void Zone::recipients_near(const Vec3d& place,
+                           float aura_m,
+                           bool line_of_sight,
+                           std::vector<ClientId>& out) const {
     const world::Entities& e = state_->entities;
     const Vec3 here = (place - state_->settings.region().origin()).cast<float>();
     for (const ZoneClient& client : state_->clients) {

@@ -37,15 +37,15 @@ class Zone {
     void publish();
 
     /// Appends the clients of this zone that hear of an entity, its own client included.
-    void hearers(EntityId source, std::vector<ClientId>& out) const;
+    void recipients_of(EntityId source, std::vector<ClientId>& out) const;
 
     /// Appends the clients of this zone that hear a place (world coordinates, m): the distance of
     /// their avatar is, horizontally, at most its nimbus and `aura_m`; with `line_of_sight` only
     /// those whose avatar sees it.
-    void hearers_of_place(const Vec3d& place,
-                          float aura_m,
-                          bool line_of_sight,
-                          std::vector<ClientId>& out) const;
+    void recipients_near(const Vec3d& place,
+                         float aura_m,
+                         bool line_of_sight,
+                         std::vector<ClientId>& out) const;
 
     /// A message of the rules for an entity of this zone; handled in the next tick's first half.
     void deliver(RulesMessage message) { state_->messages_in.push_back(std::move(message)); }

@@ -103,10 +103,10 @@ struct ParticlesOfZone {
 /// What one viewer was told of an entity that may be concealed from it.
 struct Sight {
     EntityId entity;
-    Tick asked = -1;      ///< -1: never
-    bool answer = false;  ///< of then
-    Tick known = -1;      ///< newest tick in which it was to be known; -1: never
-    bool told = false;    ///< in the viewer's set
+    Tick asked = -1;        ///< -1: never
+    bool answer = false;    ///< of then
+    Tick known = -1;        ///< newest tick in which it was to be known; -1: never
+    bool notified = false;  ///< in the viewer's set
 };
 
 struct Sights {
@@ -131,7 +131,7 @@ struct Concealment {
     std::vector<Sight> listed;
     std::vector<world::Visible> before;
     std::vector<Sights> aligned_viewers;
-    world::Visibility aligned_told;
+    world::Visibility aligned_notified;
     std::vector<ClientId> fresh;  // viewers whose sets are new
 };
 

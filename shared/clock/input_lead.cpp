@@ -16,7 +16,7 @@ constexpr double kAim = 1.0 / 1.3;
 /// Beside it: scheduling at both ends.
 constexpr double kMarginS = 0.003;
 constexpr double kRaiseTicks = 0.25;  // for a command that was missed
-constexpr double kMostToldTicks = 4.0;
+constexpr double kMostFeedbackTicks = 4.0;
 constexpr double kShownTicks = 4.0;  // beside a round trip: until a change of the lead is told
 constexpr double kRisingS = 0.5e-3;
 constexpr double kNegligibleLoss = 0.002;
@@ -66,20 +66,20 @@ void InputLead::measure() {
     const double longest = *rank;
     // Nothing more is needed of the scatter that loss makes: what is spared is not to be in time.
     const double scatter = spared == 0 ? beyond_longest(n) * (longest - *middle) : 0.0;
-    wanted_ = std::clamp(longest + scatter + kMarginS + told_, 0.0, most_s());
+    wanted_ = std::clamp(longest + scatter + kMarginS + feedback_s_, 0.0, most_s());
 }
 
-void InputLead::on_told(bool missing, double rtt_s) {
+void InputLead::on_feedback(bool missing, double rtt_s) {
     const bool learning = count_ > 0 && count_ < kLearning;
     if (missing && (learning || last_s_ - rising_s_ < rtt_s + kShownTicks * tick_s_)) {
         return;
     }
     const double step = kRaiseTicks * tick_s_;
-    const double before = told_;
+    const double before = feedback_s_;
     const double target = loss_ > kNegligibleLoss ? kMissingUnderLoss : kMissingTarget;
-    told_ += missing ? step : -step * target / (1.0 - target);
-    told_ = std::clamp(told_, 0.0, kMostToldTicks * tick_s_);
-    wanted_ = std::clamp(wanted_ + told_ - before, 0.0, most_s());
+    feedback_s_ += missing ? step : -step * target / (1.0 - target);
+    feedback_s_ = std::clamp(feedback_s_, 0.0, kMostFeedbackTicks * tick_s_);
+    wanted_ = std::clamp(wanted_ + feedback_s_ - before, 0.0, most_s());
 }
 
 double InputLead::advance(double now_s) {

@@ -42,7 +42,7 @@ class InputLead {
     /// What the server says of the command for a tick: came too late or not at all, or in time. The
     /// first does not count while the lead still rises, and for a round trip after it (the server
     /// has not seen all of what is done about it), nor while few ways up are known.
-    void on_told(bool missing, double rtt_s);
+    void on_feedback(bool missing, double rtt_s);
 
     /// Runs the input clock on; the lead now.
     double advance(double now_s);
@@ -70,7 +70,7 @@ class InputLead {
     double last_s_ = 0.0;
     double rising_s_ = -1e9;  // when the lead was last below what is wanted
     double loss_ = 0.0;
-    double told_ = 0.0;                     // what the server's word adds
+    double feedback_s_ = 0.0;               // what the server's word adds
     std::array<double, kSamples> paths_{};  // a ring
     std::array<double, kSamples> sorted_{};
     std::size_t count_ = 0;

@@ -92,11 +92,11 @@ KinematicState Convergence::display(ConvergenceMethod method,
     return display;
 }
 
-float Convergence::owed(ConvergenceMethod method,
-                        float jump_m,
-                        float elapsed_s,
-                        float period_s,
-                        float velocity_jump_mps) {
+float Convergence::remaining_error(ConvergenceMethod method,
+                                   float jump_m,
+                                   float elapsed_s,
+                                   float period_s,
+                                   float velocity_jump_mps) {
     if (!in_progress(method, elapsed_s, period_s)) {
         return 0.0F;
     }

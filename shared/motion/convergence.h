@@ -43,11 +43,11 @@ class Convergence {
     /// absorbed, falling as the method declares. `jump_m` is |shown - predicted| at begin, in
     /// position; `velocity_jump_mps` the same in velocity, which kProjectiveVelocity and kHermite
     /// take over: there the bound holds only when it is given.
-    [[nodiscard]] static float owed(ConvergenceMethod method,
-                                    float jump_m,
-                                    float elapsed_s,
-                                    float period_s,
-                                    float velocity_jump_mps = 0.0F);
+    [[nodiscard]] static float remaining_error(ConvergenceMethod method,
+                                               float jump_m,
+                                               float elapsed_s,
+                                               float period_s,
+                                               float velocity_jump_mps = 0.0F);
 
     /// The largest jerk (rate of the acceleration) of displayed - predicted within the blend, in
     /// m/s3, for jumps as in owed(): 12 jump / T^3 plus 18 (kProjectiveVelocity) or 6 (kHermite)

@@ -16,7 +16,7 @@ namespace zoned::wire {
 /// Why bytes were sent. A sender knows all of these; a receiver can't tell heartbeats and what was
 /// sent again after loss from news.
 enum class TrafficReason : std::uint8_t {
-    kNews,       ///< truth left the bound, came to rest, or looks otherwise
+    kUpdate,     ///< truth left the bound, came to rest, or looks otherwise
     kKeyframe,   ///< news, absolute, because a keyframe was due or the client held none
     kHeartbeat,  ///< nothing was wrong, but it was time
     kJoin,       ///< the first record of an entity for this client, or of this level of detail

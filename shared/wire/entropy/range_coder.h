@@ -22,7 +22,7 @@ inline constexpr int kMaxRawBits = 16;
 inline constexpr std::uint32_t kLeastRange = 1u << 24;
 
 /// What an interval that was narrowed to `range` after so many shifts by a byte tells, bits.
-inline double told_bits(std::size_t shifts, std::uint32_t range) {
+inline double used_bits(std::size_t shifts, std::uint32_t range) {
     return 8.0 * static_cast<double>(shifts) + 32.0 - std::log2(static_cast<double>(range));
 }
 
@@ -76,7 +76,7 @@ class RangeEncoder {
     /// Information written so far, bits; before finish(). Encoder and decoder agree on it at each
     /// place.
     [[nodiscard]] double bits() const {
-        return told_bits(out_.size() - begin_, range_) +
+        return used_bits(out_.size() - begin_, range_) +
                static_cast<double>(8 * raw_bytes_.size() + static_cast<std::size_t>(raw_bits_));
     }
 
@@ -162,7 +162,7 @@ class RangeDecoder {
 
     /// As RangeEncoder::bits().
     [[nodiscard]] double bits() const {
-        return told_bits(position_ - kAhead, range_) +
+        return used_bits(position_ - kAhead, range_) +
                static_cast<double>(8 * (bytes_.size() - raw_end_)) - static_cast<double>(raw_bits_);
     }
 

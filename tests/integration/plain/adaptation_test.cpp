@@ -105,8 +105,8 @@ TEST(AdaptationInZones, FollowsThePlayersOfEachZoneAndAgentsTakeThatOfTheNext) {
         const auto& zones = crowd.world().zones();
         west = zones[0]->report().level_change ? zones[0]->report().level_change : west;
         east = zones[1]->report().level_change ? zones[1]->report().level_change : east;
-        tell_difficulty(*zones[0]);
-        tell_difficulty(*zones[1]);
+        log_difficulty(*zones[0]);
+        log_difficulty(*zones[1]);
     }
     ASSERT_TRUE(west && east);
     EXPECT_NE(log.text().find("zone 1: difficulty usual -> fast at tick 30: 2 successes and 0 "

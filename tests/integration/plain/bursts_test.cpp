@@ -115,7 +115,7 @@ TEST(CosmeticBursts, AreToldOnceToThoseWhoHearThePlaceAcrossTheBorderToo) {
     for (int axis = 0; axis < 3; ++axis) {
         EXPECT_NEAR(told.position(axis), place[axis], 1e-5);
     }
-    EXPECT_EQ(s.world().bursts_told(), 1u);
+    EXPECT_EQ(s.world().bursts_sent(), 1u);
     s.tick();
     EXPECT_TRUE(s.heard.empty()) << "told once";
 }
@@ -127,7 +127,7 @@ TEST(CosmeticBursts, ThatNobodyHearsAreSentToNobody) {
             "sparks", local(context, Vec3d(19.0, 1.0, 0.0)), Vec3(0.0F, 2.0F, 0.0F), 20));
     });
     EXPECT_TRUE(s.heard.empty()) << "31 m, aura 30 m";
-    EXPECT_EQ(s.world().bursts_told(), 0u);
+    EXPECT_EQ(s.world().bursts_sent(), 0u);
 }
 
 TEST(CosmeticBursts, DifferInTheirSeeds) {

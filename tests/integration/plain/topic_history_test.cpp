@@ -17,11 +17,11 @@ zone::RulesEvent numbered_event(std::uint8_t number, std::size_t bytes = 1) {
     return event;
 }
 
-struct Told {
+struct Received {
     std::uint8_t number = 0;
     bool history = false;
 
-    bool operator==(const Told&) const = default;
+    bool operator==(const Received&) const = default;
 };
 
 /// Two zones side by side; a client joins where its number says.
@@ -69,9 +69,9 @@ class WithHistory {
         });
     }
 
-    std::vector<Told> told(std::uint32_t client) const {
-        const auto it = told_.find(ClientId(client));
-        return it == told_.end() ? std::vector<Told>() : it->second;
+    std::vector<Received> received(std::uint32_t client) const {
+        const auto it = received_.find(ClientId(client));
+        return it == received_.end() ? std::vector<Received>() : it->second;
     }
 
   private:
@@ -82,14 +82,14 @@ class WithHistory {
             const auto* event = std::get_if<mailbox::EventOut>(&item);
             if (event != nullptr && event->kind >= zone::kFirstRulesEvent) {
                 for (const ClientId client : event->recipients) {
-                    told_[client].push_back({event->payload[0], event->history});
+                    received_[client].push_back({event->payload[0], event->history});
                 }
             }
         }
     }
 
     std::optional<World> world_;
-    std::map<ClientId, std::vector<Told>> told_;
+    std::map<ClientId, std::vector<Received>> received_;
 };
 
 TEST(TopicHistory, IsToldToWhoComesLateInOrderAndOnceWhereverItsZone) {
@@ -108,9 +108,9 @@ TEST(TopicHistory, IsToldToWhoComesLateInOrderAndOnceWhereverItsZone) {
         w.subscribe(client);  // a second time tells nothing
     }
     w.publish(4);
-    const std::vector<Told> all = {{1, true}, {2, true}, {3, true}, {4, false}};
+    const std::vector<Received> all = {{1, true}, {2, true}, {3, true}, {4, false}};
     for (std::uint32_t client = 1; client <= 4; ++client) {
-        EXPECT_EQ(w.told(client), all) << "client " << client;
+        EXPECT_EQ(w.received(client), all) << "client " << client;
     }
 }
 
@@ -125,7 +125,7 @@ TEST(TopicHistory, TellsWhoComesBackOnlyWhatItMissed) {
     w.publish(3);
     w.subscribe(1);
     w.publish(4);
-    EXPECT_EQ(w.told(1), (std::vector<Told>{{1, false}, {2, true}, {3, true}, {4, false}}));
+    EXPECT_EQ(w.received(1), (std::vector<Received>{{1, false}, {2, true}, {3, true}, {4, false}}));
 }
 
 TEST(TopicHistory, KeepsNoMoreThanItsEventsAndItsBytes) {
@@ -137,7 +137,7 @@ TEST(TopicHistory, KeepsNoMoreThanItsEventsAndItsBytes) {
         w->publish(n);
     }
     w->subscribe(1);
-    EXPECT_EQ(w->told(1), (std::vector<Told>{{4, true}, {5, true}}));
+    EXPECT_EQ(w->received(1), (std::vector<Received>{{4, true}, {5, true}}));
 
     WithHistory small(100, 250);
     w = &small;
@@ -147,7 +147,7 @@ TEST(TopicHistory, KeepsNoMoreThanItsEventsAndItsBytes) {
         w->publish(n, "news/a", 100);
     }
     w->subscribe(1);
-    EXPECT_EQ(w->told(1), (std::vector<Told>{{4, true}, {5, true}}));
+    EXPECT_EQ(w->received(1), (std::vector<Received>{{4, true}, {5, true}}));
 }
 
 }  // namespace

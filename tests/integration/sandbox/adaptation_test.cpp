@@ -24,13 +24,13 @@ class AdaptationGame : public GameTest {
         EXPECT_TRUE(shares.ok());
         bots.mix = *shares;
         const scenario::LogText log;
-        Tick told = -1;
+        Tick logged_tick = -1;
         const measure::Report report = run([&](VirtualServer& now, double) {
             const zone::Zone& zone = *now.world().zones().front();
-            if (zone.report().tick != told) {
-                told = zone.report().tick;
-                app::tell_difficulty(zone);
-                app::tell_bands(app::bands_of(now.world().zones()), told, 300, bands);
+            if (zone.report().tick != logged_tick) {
+                logged_tick = zone.report().tick;
+                app::log_difficulty(zone);
+                app::log_bands(app::bands_of(now.world().zones()), logged_tick, 300, bands);
             }
         });
         EXPECT_TRUE(report.consistent) << reasons(report);
@@ -38,7 +38,7 @@ class AdaptationGame : public GameTest {
         return log.text();
     }
 
-    app::BandsTold bands;
+    app::LoggedBands bands;
     std::uint16_t level = 0;
 };
 

@@ -28,7 +28,7 @@ class Truth {
                 observe_client(state, client);
             }
             for (const zone::PendingEvent& pending : state.out.events) {
-                if (pending.audience == zone::Audience::kHearers) {
+                if (pending.audience == zone::Audience::kViewers) {
                     source_of_[pending.event.event.value] = pending.source;
                 }
             }

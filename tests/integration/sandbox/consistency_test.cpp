@@ -43,7 +43,7 @@ TEST_F(Consistency, OfAnInterpolatingViewHoldsWithTheBareBound) {
     EXPECT_EQ(report.converged_bots, 8u);
     EXPECT_GT(report.audit.samples, 200u);
     // Nothing is granted for the age of news, once clock and playout have settled.
-    EXPECT_EQ(report.audit.news_age_s.percentile(0.8), 0.0);
+    EXPECT_EQ(report.audit.update_age_s.percentile(0.8), 0.0);
     EXPECT_GE(report.view_delay_ticks.percentile(0.5), 2.0);
     EXPECT_LE(report.view_delay_ticks.max(), 8.0);
 }

@@ -80,7 +80,7 @@ TEST_F(Faults, FindsLimitsThatTheWorldDoesNotKeep) {
     EXPECT_GT(report.audit.position_violations, 0u);
 }
 
-TEST_P(FaultsInView, FindsLostNewsThatIsNotSentAgain) {
+TEST_P(FaultsInView, FindsLostUpdatesThatAreNotSentAgain) {
     server.network.delay_s = 0.03;
     server.network.loss = 0.2;
     EXPECT_TRUE(run_with({}).consistent);
@@ -95,7 +95,7 @@ TEST_P(FaultsInView, FindsEntitiesThatAreHiddenUnderPressure) {
     const auto honest = run_with({"scatter[1].count=400", "replication.budget_bytes_per_s=2000"});
     EXPECT_EQ(honest.audit.missing, 0u) << reasons(honest);
     EXPECT_EQ(honest.audit.position_violations, 0u) << reasons(honest);
-    EXPECT_GT(honest.audit.missing_told, 0u);
+    EXPECT_GT(honest.audit.missing_notified, 0u);
     server.sets.emplace_back("testing.hide_entity.probability=0.3");
     EXPECT_GT(run().audit.missing, 0u);
 }

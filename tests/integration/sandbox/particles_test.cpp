@@ -380,7 +380,7 @@ TEST_F(Weather, ShowsBotsTheDebrisThatItsHitsThrowUpAndSimulatesNoneOfIt) {
     EXPECT_GT(compared, 0u);
     EXPECT_EQ(astray, 0u);
     EXPECT_EQ(others, 0u);
-    EXPECT_GT(world->world().bursts_told(), 0u);
+    EXPECT_GT(world->world().bursts_sent(), 0u);
 }
 
 }  // namespace

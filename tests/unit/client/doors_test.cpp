@@ -23,7 +23,7 @@ proto::WorldDescription with_a_door() {
     return w;
 }
 
-TEST(ToldDoors, StandInTheGeometryOfEachZone) {
+TEST(ReplicatedDoors, StandInTheGeometryOfEachZone) {
     const auto world = read_world(with_a_door());
     ASSERT_TRUE(world.ok()) << world.error();
     ASSERT_EQ(world->doors.size(), 1U);
@@ -40,7 +40,7 @@ TEST(ToldDoors, StandInTheGeometryOfEachZone) {
     }
 }
 
-TEST(ToldDoors, AreRefusedWhereTheyMakeNoSense) {
+TEST(ReplicatedDoors, AreRefusedWhereTheyMakeNoSense) {
     const auto refused = [](auto&& spoil) {
         proto::WorldDescription w = with_a_door();
         spoil(*w.mutable_doors(0));

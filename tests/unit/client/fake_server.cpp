@@ -448,9 +448,9 @@ void FakeServer::send_audit() {
         out.set_discontinuity_tick(e.discontinuity_tick);
         out.set_breach_tick(e.breach_tick);
         if (e.postponed) {
-            proto::AuditNews& news = *record.add_news();
-            news.set_entity(id);
-            news.set_postponed_tick(tick);
+            proto::AuditUpdate& update = *record.add_updates();
+            update.set_entity(id);
+            update.set_postponed_tick(tick);
         }
         if (frozen) {
             const wire::QuantizedState s = wire::quantize(

@@ -20,7 +20,7 @@ TEST(AllowedPositionError, IsBoundAndQuantumAndAcceleratedDriftOnly) {
     EXPECT_DOUBLE_EQ(allowed_position_error(in, 20.0, 5.0), 0.05 + 0.01 + 0.5 * 20.0 * 0.01);
 }
 
-TEST(AllowedPositionError, CountsASuddenChangeExactlyWithinTheAgeOfNews) {
+TEST(AllowedPositionError, CountsASuddenChangeExactlyWithinTheAgeOfUpdates) {
     BoundInputs in{0.05, 0.01, 0.1};
     const double without = allowed_position_error(in, 20.0, 5.0);
     in.since_breach_s = 0.1;
@@ -31,7 +31,7 @@ TEST(AllowedPositionError, CountsASuddenChangeExactlyWithinTheAgeOfNews) {
     EXPECT_DOUBLE_EQ(allowed_position_error(in, 20.0, 5.0), without + 0.5);
 }
 
-TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfNews) {
+TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfUpdates) {
     BoundInputs in{0.1, 0.01, 0.1};
     EXPECT_DOUBLE_EQ(allowed_orientation_error(in, true), 0.11);
     in.since_breach_s = 0.05;
@@ -42,8 +42,8 @@ TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfNews) {
                      0.11 + kMaxSpinRps * 0.02);
 }
 
-TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
-    const link::NewsAge age{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
+TEST(PastAge, IsNothingOnceAllUpdatesOfTheDisplayedTickHaveCome) {
+    const link::UpdateAge age{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
     EXPECT_EQ(past_age_s(age, age, 0.040), 0.0);
     EXPECT_EQ(past_age_s(age, age, 0.2), 0.0);
     // A tick that was displayed too early lacks what is younger than that.
@@ -52,8 +52,8 @@ TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
 }
 
 TEST(PastAge, IsTheWholeAgeAfterALoss) {
-    const link::NewsAge good{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
-    const link::NewsAge bad{0.040, 0.180, true, {}, true, 0.040 + kTick};
+    const link::UpdateAge good{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
+    const link::UpdateAge bad{0.040, 0.180, true, {}, true, 0.040 + kTick};
     EXPECT_DOUBLE_EQ(past_age_s(good, bad, 0.2), 0.180);
     EXPECT_DOUBLE_EQ(past_age_s(bad, good, 0.2), 0.180);
     EXPECT_EQ(past_plain_s(bad, good, 0.2), 0.0) << "of what was not lost";
@@ -73,7 +73,7 @@ link::ArrivalLog steady(std::uint64_t count, double delay, std::vector<std::uint
 
 TEST(ArrivalLog, AddsOneTickToTheLargestDelayAround) {
     link::ArrivalLog log = steady(200, 0.040, {});
-    const link::NewsAge age = log.at(150, 0.08);
+    const link::UpdateAge age = log.at(150, 0.08);
     EXPECT_TRUE(age.measured);
     EXPECT_FALSE(age.loss);
     EXPECT_NEAR(age.delay_s, 0.040, 1e-12);
@@ -107,12 +107,12 @@ TEST(ArrivalLog, TakesALatePacketForLateNotForLost) {
     link::ArrivalLog log = steady(200, 0.040, {150});
     log.on_packet(150, 150, 150 * kTick + 0.120);
     EXPECT_EQ(log.missing(), 0U);
-    const link::NewsAge age = log.at(152, 0.08);
+    const link::UpdateAge age = log.at(152, 0.08);
     EXPECT_FALSE(age.loss);
     EXPECT_NEAR(age.age_s, 0.120 + kTick, 1e-12) << "its delay counts instead";
 }
 
-TEST(ArrivalLog, TakesNewsAsOldAsAnOutage) {
+TEST(ArrivalLog, TakesUpdatesAsOldAsAnOutage) {
     std::vector<std::uint64_t> gone;
     for (std::uint64_t s = 100; s < 160; ++s) {
         gone.push_back(s);

@@ -31,25 +31,26 @@ link::ArrivalLog log_without(const std::set<Tick>& lost) {
     return log;
 }
 
-TellingOf carried_by(std::initializer_list<Tick> ticks) {
-    TellingOf telling;
+SentUpdates carried_by(std::initializer_list<Tick> ticks) {
+    SentUpdates sent_updates;
     for (const Tick t : ticks) {
-        telling.packets.push_back({t, static_cast<std::uint64_t>(t)});
+        sent_updates.packets.push_back({t, static_cast<std::uint64_t>(t)});
     }
-    return telling;
+    return sent_updates;
 }
 
-link::NewsAge age_at(Tick tick,
-                     const link::ArrivalLog& log,
-                     const TellingOf& telling,
-                     bool complete = false) {
+link::UpdateAge age_at(Tick tick,
+                       const link::ArrivalLog& log,
+                       const SentUpdates& sent_updates,
+                       bool complete = false) {
     const double shown_s = static_cast<double>(tick) * kTick_s;
-    return age_of(log.at(tick, kRtt_s), telling, complete, log, tick, shown_s, kRtt_s, kTick_s);
+    return age_of(
+        log.at(tick, kRtt_s), sent_updates, complete, log, tick, shown_s, kRtt_s, kTick_s);
 }
 
-TEST(AgeOf, IsThatOfAllNewsWhereThisEntityLostNone) {
+TEST(AgeOf, IsThatOfAllUpdatesWhereThisEntityLostNone) {
     const link::ArrivalLog log = log_without({148, 149, 150, 151, 152, 153});
-    const link::NewsAge around = log.at(153, kRtt_s);
+    const link::UpdateAge around = log.at(153, kRtt_s);
     EXPECT_TRUE(around.loss);
     EXPECT_DOUBLE_EQ(age_at(153, log, carried_by({})).age_s, around.age_s);
     EXPECT_DOUBLE_EQ(age_at(153, log, carried_by({140, 147})).age_s, around.age_s);
@@ -58,19 +59,19 @@ TEST(AgeOf, IsThatOfAllNewsWhereThisEntityLostNone) {
 TEST(AgeOf, GrantsNoResendWhereTheServerNamesAllPacketsAndNoneOfThisEntityWasLost) {
     const link::ArrivalLog log = log_without({150});
     EXPECT_TRUE(log.at(152, kRtt_s).loss);
-    for (const TellingOf& telling : {carried_by({}), carried_by({148, 149, 151})}) {
-        const link::NewsAge age = age_at(152, log, telling, true);
+    for (const SentUpdates& sent_updates : {carried_by({}), carried_by({148, 149, 151})}) {
+        const link::UpdateAge age = age_at(152, log, sent_updates, true);
         EXPECT_FALSE(age.loss);
         EXPECT_NEAR(age.age_s, kDelay_s + kTick_s, 1e-9);
     }
-    const link::NewsAge lost = age_at(152, log, carried_by({150}), true);
+    const link::UpdateAge lost = age_at(152, log, carried_by({150}), true);
     EXPECT_TRUE(lost.loss);
     EXPECT_NEAR(lost.age_s, kDelay_s + kTick_s + kResend_s, 1e-9);
 }
 
 TEST(AgeOf, IsWhatHasGoneBySinceTheFirstOfSeveralLostInARow) {
     const link::ArrivalLog log = log_without({148, 149, 150, 151, 152, 153});
-    const link::NewsAge age = age_at(154, log, carried_by({147, 148, 150, 152}));
+    const link::UpdateAge age = age_at(154, log, carried_by({147, 148, 150, 152}));
     EXPECT_TRUE(age.loss);
     // What came with tick 147 was within its bound until 148.
     EXPECT_NEAR(age.age_s, 7 * kTick_s, 1e-9);
@@ -81,7 +82,7 @@ TEST(AgeOf, IsWhatHasGoneBySinceTheFirstOfSeveralLostInARow) {
 TEST(AgeOf, GrantsNoMoreThanAResendForEachLoss) {
     const link::ArrivalLog log = log_without({140});
     for (const Tick tick : {150, 160, 180}) {
-        const link::NewsAge age = age_at(tick, log, carried_by({140}));
+        const link::UpdateAge age = age_at(tick, log, carried_by({140}));
         EXPECT_LE(age.age_s, kDelay_s + kTick_s + kResend_s + 1e-9) << tick;
     }
     const link::ArrivalLog twice = log_without({140, 145});
@@ -92,14 +93,14 @@ TEST(AgeOf, GrantsNoMoreThanAResendForEachLoss) {
 
 TEST(AgeOf, TakesWhatCameLastForAllThatWasBefore) {
     const link::ArrivalLog log = log_without({140, 141, 142, 143});
-    const link::NewsAge around = log.at(150, kRtt_s);
+    const link::UpdateAge around = log.at(150, kRtt_s);
     EXPECT_DOUBLE_EQ(age_at(150, log, carried_by({140, 141, 142, 143, 144})).age_s, around.age_s);
 }
 
 TEST(AgeOf, BelievesNoLossThatTheClientDoesNotMiss) {
     const link::ArrivalLog log = log_without({});
-    const link::NewsAge around = log.at(150, kRtt_s);
-    TellingOf never_sent;
+    const link::UpdateAge around = log.at(150, kRtt_s);
+    SentUpdates never_sent;
     for (std::uint64_t sequence = 1000; sequence < 1010; ++sequence) {
         never_sent.packets.push_back({130, sequence});
     }
@@ -109,7 +110,7 @@ TEST(AgeOf, BelievesNoLossThatTheClientDoesNotMiss) {
 
 TEST(AgeOf, LooksAtNothingThatWasSentAfterTheTruth) {
     const link::ArrivalLog log = log_without({151, 152, 153, 154, 155});
-    const link::NewsAge around = log.at(150, kRtt_s);
+    const link::UpdateAge around = log.at(150, kRtt_s);
     EXPECT_DOUBLE_EQ(age_at(150, log, carried_by({151, 152, 153, 154, 155})).age_s, around.age_s);
 }
 
@@ -117,15 +118,15 @@ TEST(AgeOf, IsANumberWhateverTheServerNames) {
     const link::ArrivalLog log = log_without({140, 150});
     core::Rng rng(5);
     for (int i = 0; i < 2000; ++i) {
-        TellingOf telling;
+        SentUpdates sent_updates;
         for (std::uint32_t n = rng.below(40); n > 0; --n) {
             const Tick far = Tick{1} << 40;
             const Tick tick = rng.below(8) == 0 ? (rng.below(2) == 0 ? far : -far)
                                                 : static_cast<Tick>(rng.below(300));
             const std::uint64_t wild = ~std::uint64_t{rng.below(3)};
-            telling.packets.push_back({tick, rng.below(8) == 0 ? wild : rng.below(300)});
+            sent_updates.packets.push_back({tick, rng.below(8) == 0 ? wild : rng.below(300)});
         }
-        const link::NewsAge age = age_at(160, log, telling, rng.below(2) == 0);
+        const link::UpdateAge age = age_at(160, log, sent_updates, rng.below(2) == 0);
         EXPECT_GT(age.age_s, 0.0);
         EXPECT_LT(age.age_s, kDelay_s + kTick_s + 41.0 * kResend_s);
     }
@@ -164,17 +165,17 @@ class Excuse : public testing::Test {
     }
 };
 
-TEST_F(Excuse, IsABudgetThatMadeJustThisEntityWaitAsTheClientWasTold) {
+TEST_F(Excuse, IsABudgetThatMadeJustThisEntityWaitAsTheClientWasNotified) {
     const Report r = run(true, true);
     EXPECT_EQ(r.audit.missing, 0U);
-    EXPECT_GT(r.audit.missing_told, 0U);
+    EXPECT_GT(r.audit.missing_notified, 0U);
 }
 
 TEST_F(Excuse, IsNoneWhereAnotherEntityWaits) {
     EXPECT_GT(run(true, false).audit.missing, 0U);
 }
 
-TEST_F(Excuse, IsNoneWhereTheClientWasNotTold) {
+TEST_F(Excuse, IsNoneWhereTheClientWasNotNotified) {
     EXPECT_GT(run(false, true).audit.missing, 0U);
 }
 

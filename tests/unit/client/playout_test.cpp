@@ -29,7 +29,7 @@ double late_share(Playout& playout, Tick& now, int ticks, Tick base, Tick jitter
                 ++it;
                 continue;
             }
-            playout.on_news(now - it->second);
+            playout.on_update(now - it->second);
             if (now > half) {
                 ++counted;
                 late += playout.position() >= static_cast<double>(it->second + 1) ? 1 : 0;
@@ -65,7 +65,7 @@ TEST(Playout, NeverRunsBackwardsNorFasterThanItSlews) {
     double before = -1.0;
     for (Tick now = 0; now < 5000; ++now) {
         // Regimes of lateness between 1 and 40 ticks.
-        playout.on_news(1 + static_cast<Tick>(rng.below(now / 500 % 2 == 0 ? 3 : 25)));
+        playout.on_update(1 + static_cast<Tick>(rng.below(now / 500 % 2 == 0 ? 3 : 25)));
         playout.advance(now);
         if (now > 0) {
             const double step = playout.position() - before;
@@ -79,7 +79,7 @@ TEST(Playout, NeverRunsBackwardsNorFasterThanItSlews) {
 TEST(Playout, JumpsAheadAfterAStallAndOwnsUpToWhatItDidNotDisplay) {
     Playout playout(kTickS);
     for (Tick now = 0; now < 100; ++now) {
-        playout.on_news(3);
+        playout.on_update(3);
         playout.advance(now);
     }
     playout.advance(300);
@@ -92,7 +92,7 @@ TEST(Playout, JumpsAheadAfterAStallAndOwnsUpToWhatItDidNotDisplay) {
 TEST(Playout, RemembersAtWhichViewTickEachTickWasDisplayed) {
     Playout playout(kTickS);
     for (Tick now = 0; now < 1000; ++now) {
-        playout.on_news(now < 500 ? 2 : 9);
+        playout.on_update(now < 500 ? 2 : 9);
         playout.advance(now);
     }
     for (Tick tick = 850; tick < 980; ++tick) {

@@ -194,7 +194,7 @@ struct InterpolatingVerdictTest : VerdictTest {
     InterpolatingVerdictTest() { kind = view::ViewKind::kInterpolate; }
 };
 
-TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfNews) {
+TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfUpdates) {
     link::ConditionerSettings path;
     path.delay_s = 0.080;
     make(2, path);
@@ -214,7 +214,7 @@ TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfNews) {
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples, 100U);
     // But for the first second, in which clock and playout settle.
-    EXPECT_EQ(r.audit.news_age_s.percentile(0.8), 0.0);
+    EXPECT_EQ(r.audit.update_age_s.percentile(0.8), 0.0);
     // The bound of 0.05 m and the quantum of sqrt(3) / 2 cm; the fake server publishes when the
     // position has left the bound, as the real one does.
     EXPECT_LT(r.audit.predicted_m.max(), 0.05 + 0.0087 + 1e-4);

@@ -463,11 +463,11 @@ struct InterpolatingViewTest : ViewTest {
 
     double shown_x(std::uint32_t id, double tick) const {
         const Entity* e = view.store().find(EntityId(id));
-        const auto shown = view.store().interpolated(*e, tick, view.tick(), &owed);
+        const auto shown = view.store().interpolated(*e, tick, view.tick(), &remaining);
         return shown ? shown->position.x() : -1e9;
     }
 
-    mutable double owed = 0.0;
+    mutable double remaining = 0.0;
 };
 
 TEST_F(InterpolatingViewTest, HoldsThePredictionUntilTheNextPublicationAndLeadsToIt) {
@@ -480,13 +480,13 @@ TEST_F(InterpolatingViewTest, HoldsThePredictionUntilTheNextPublicationAndLeadsT
     until(114);
     // The prediction of the first, 3 m/s, holds until shortly before the second.
     EXPECT_NEAR(shown_x(5, 106.0), 10.6, 0.006);
-    EXPECT_EQ(owed, 0.0);
+    EXPECT_EQ(remaining, 0.0);
     // Then it leads to it, within what it owes, and is there when it holds.
     double before = shown_x(5, 108.0);
     for (double tick = 108.0; tick < 110.0; tick += 0.1) {
         const double x = shown_x(5, tick);
         const double implied = 10.0 + 0.1 * (tick - 100.0);
-        EXPECT_LE(std::abs(x - implied), owed + 0.006) << tick;
+        EXPECT_LE(std::abs(x - implied), remaining + 0.006) << tick;
         EXPECT_LT(std::abs(x - before), 0.04) << "no jump";
         before = x;
     }

@@ -124,7 +124,7 @@ struct Client {
         missing += late ? 1 : 0;
         early_s += late ? 0.0 : due - at;
         if (told) {
-            lead.on_told(late, 0.1);
+            lead.on_feedback(late, 0.1);
         }
     }
 

@@ -117,11 +117,11 @@ TEST(Convergence, APeriodOfZeroIsASnap) {
     c.convergence.begin(c.shown, c.published, 0.0F);
     for (const ConvergenceMethod method : kMethods) {
         EXPECT_EQ(c.displayed(method, 0.0F).position, c.published.position);
-        EXPECT_EQ(Convergence::owed(method, 1.0F, 0.0F, 0.0F, 1.0F), 0.0F);
+        EXPECT_EQ(Convergence::remaining_error(method, 1.0F, 0.0F, 0.0F, 1.0F), 0.0F);
     }
 }
 
-TEST(Convergence, NeverShowsMoreErrorThanItDeclaresAsOwed) {
+TEST(Convergence, NeverShowsMoreErrorThanItDeclaresAsRemaining) {
     core::Rng rng(5);
     for (int i = 0; i < 2000; ++i) {
         const Correction c(rng);
@@ -132,10 +132,11 @@ TEST(Convergence, NeverShowsMoreErrorThanItDeclaresAsOwed) {
                 const float t = c.period_s * static_cast<float>(k) / 20.0F;
                 const float error =
                     (c.displayed(method, t).position - c.predicted(t).position).norm();
-                const float owed = Convergence::owed(method, jump, t, c.period_s, velocity_jump);
-                EXPECT_LE(error, owed + kRounding);
+                const float remaining =
+                    Convergence::remaining_error(method, jump, t, c.period_s, velocity_jump);
+                EXPECT_LE(error, remaining + kRounding);
                 if (method == ConvergenceMethod::kLinear) {
-                    EXPECT_LE(owed, jump * std::max(0.0F, 1.0F - t / c.period_s) + 1e-6F);
+                    EXPECT_LE(remaining, jump * std::max(0.0F, 1.0F - t / c.period_s) + 1e-6F);
                 }
             }
         }

@@ -91,7 +91,7 @@ TEST_F(Surfaces, LoadsEachKindOfFileFromTheConfigsFolder) {
     const auto out = load(
         kHill + "\n" +
         R"(surface { file: "waves.obj" x_m: -50 y_m: 1 yaw_deg: 90 friction: 0.25 restitution: 0.5 }
-surface { file: "waves.baked" x_m: -20 told: false })");
+surface { file: "waves.baked" x_m: -20 replicated: false })");
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const auto& s = out.settings.surfaces;
     ASSERT_EQ(s.size(), 3u);
@@ -104,8 +104,8 @@ surface { file: "waves.baked" x_m: -20 told: false })");
     EXPECT_EQ(s[1].position, Vec3d(-50.0, 1.0, 0.0));
     // A quarter turn about y takes x to -z.
     EXPECT_LT((s[1].orientation * Vec3::UnitX() + Vec3::UnitZ()).norm(), 1e-6F);
-    EXPECT_TRUE(s[1].told);
-    EXPECT_FALSE(s[2].told);
+    EXPECT_TRUE(s[1].replicated);
+    EXPECT_FALSE(s[2].replicated);
     EXPECT_EQ(difference_of(s[1].shape, s[2].shape), "");
     EXPECT_EQ(s[1].content, s[2].content);
     EXPECT_THAT(stability_warnings_of(out.settings), IsEmpty());
@@ -113,7 +113,7 @@ surface { file: "waves.baked" x_m: -20 told: false })");
 
 TEST_F(Surfaces, HoldsAFileThatStandsInSeveralPlacesOnce) {
     const auto out = load(R"(surface { file: "waves.obj" x_m: -50 }
-surface { file: "waves.obj" x_m: 50 yaw_deg: 30 friction: 1 told: false }
+surface { file: "waves.obj" x_m: 50 yaw_deg: 30 friction: 1 replicated: false }
 surface { file: "waves.obj" x_m: 20 scale: 0.5 })");
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const auto& s = out.settings.surfaces;
@@ -170,7 +170,7 @@ TEST_F(Surfaces, RefusesMoreThanClientsCanBeTold) {
     write("wide.png", std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
     const std::string wide = R"(surface { file: "wide.png" height_m: 1 spacing_m: 0.1 )";
     expect_mistake(wide + "}", "surface {", "more than 4194304");
-    EXPECT_TRUE(load(wide + "told: false }").ok);
+    EXPECT_TRUE(load(wide + "replicated: false }").ok);
 }
 
 TEST_F(Surfaces, ReportsAllMistakesAtOnce) {
@@ -187,7 +187,7 @@ TEST_F(Surfaces, AreInTheDigestByTheirContent) {
     EXPECT_EQ(digest, load(kHill).settings.digest);
     EXPECT_NE(digest, load(with("x_m: 20", "x_m: 21", kHill)).settings.digest);
     EXPECT_NE(digest, load(with("height_m: 8", "height_m: 8.001", kHill)).settings.digest);
-    EXPECT_NE(digest, load(with("height_m", "told: false height_m", kHill)).settings.digest);
+    EXPECT_NE(digest, load(with("height_m", "replicated: false height_m", kHill)).settings.digest);
     EXPECT_EQ(digest, load(with("height_m", "friction: 0.1 height_m", kHill)).settings.digest);
     write_hill(0.999);
     EXPECT_NE(digest, load(kHill).settings.digest);
@@ -213,7 +213,7 @@ TEST_F(Surfaces, RecordedTextRefusesAFileThatChanged) {
 
 TEST_F(Surfaces, AreToldToClientsWhole) {
     const auto out = load(kHill + "\nsurface { file: \"waves.obj\" x_m: -50 }\n" +
-                          "surface { file: \"waves.obj\" x_m: -20 told: false }");
+                          "surface { file: \"waves.obj\" x_m: -20 replicated: false }");
     const proto::WorldDescription world = describe_world(out.settings);
     ASSERT_EQ(world.surfaces_size(), 3);
     EXPECT_EQ(world.surfaces(0).heights().height_size(), 33 * 33);

@@ -62,7 +62,7 @@ TEST(BandwidthMeter, TellsReasonsApart) {
     };
     const wire::TrafficTable good = table_of({});
     const wire::TrafficTable bad = table_of({0.2F, 0.0F, 2, 3});
-    for (const TrafficReason reason : {TrafficReason::kNews,
+    for (const TrafficReason reason : {TrafficReason::kUpdate,
                                        TrafficReason::kKeyframe,
                                        TrafficReason::kJoin,
                                        TrafficReason::kRemoval,

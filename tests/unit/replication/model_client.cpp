@@ -95,7 +95,7 @@ void ModelClient::read_state(const wire::RecordHead& head,
                              std::uint64_t sequence,
                              const wire::DownHead& down,
                              wire::RecordReader& reader) {
-    const bool is_news = sequence > mentioned_[head.entity];
+    const bool is_update = sequence > mentioned_[head.entity];
     const bool is_alive = sequence > removed_[head.entity];
     const KeyframeKey key{head.entity, down.zone, head.lod, head.keyframe};
     Known next;
@@ -121,8 +121,8 @@ void ModelClient::read_state(const wire::RecordHead& head,
         }
     } else {
         const auto it = keyframes_.find(key);
-        if (it == keyframes_.end() || !is_news) {
-            undecodable += is_news ? 1 : 0;
+        if (it == keyframes_.end() || !is_update) {
+            undecodable += is_update ? 1 : 0;
             malformed += reader.skip_delta(head.upright) ? 0 : 1;
             return;
         }
@@ -135,7 +135,7 @@ void ModelClient::read_state(const wire::RecordHead& head,
         }
         next.state = *state;
     }
-    if (is_news) {
+    if (is_update) {
         next.from =
             wire::dequantize(next.state, next.upright, wire::at_lod(quantization_, next.lod));
         known[head.entity] = next;

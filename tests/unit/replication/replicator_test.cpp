@@ -383,7 +383,7 @@ TEST(Replicator, ReportsATruthThatExceedsItsDeclaredLimits) {
     EXPECT_GT(exceeded, 0U);
 }
 
-TEST(Replicator, RepeatsNewsOnlyWhereTheNetworkLoses) {
+TEST(Replicator, RepeatsUpdatesOnlyWhereTheNetworkLoses) {
     const auto repeated = [](float loss) {
         NetSettings net;
         net.loss = loss;

@@ -1,5 +1,5 @@
-// What waits under pressure is told: the bounds that a client was told of last, or is told of by
-// its next packet, hold in every tick for all that it knows.
+// What waits under pressure is notified: the bounds that a client was notified of last, or is
+// notified of by its next packet, hold in every tick for all that it knows.
 #include "tests/unit/replication/session.h"
 #include "shared/motion/dead_reckoning.h"
 
@@ -13,8 +13,8 @@ class Judge {
   public:
     struct Verdict {
         std::uint64_t compared = 0;
-        std::uint64_t widened = 0;    ///< of these: under bounds told to be wider
-        std::uint64_t unbounded = 0;  ///< told that there is no bound
+        std::uint64_t widened = 0;    ///< of these: under bounds notified to be wider
+        std::uint64_t unbounded = 0;  ///< notified that there is no bound
         std::uint64_t broken = 0;
         double worst = 0.0;  ///< error over what was allowed
         std::uint64_t waited_after_switch = 0;
@@ -26,10 +26,10 @@ class Judge {
     void look(const Session& s) {
         for (std::size_t c = 0; c < clients_.size(); ++c) {
             Client& client = clients_[c];
-            std::optional<wire::Widened> told;
+            std::optional<wire::Widened> notified;
             for (const mailbox::StatePacket& p : s.packets) {
                 if (p.client.value == c + 1) {
-                    told = wire::read_down_head(p.body)->head.widened;
+                    notified = wire::read_down_head(p.body)->head.widened;
                 }
             }
             for (const world::Visible& v : s.visibility[c].visible) {
@@ -39,13 +39,13 @@ class Judge {
                     verdict.waited_after_switch += known->second.lod != v.lod ? 1 : 0;
                 }
             }
-            if (told) {
-                const std::uint8_t step = std::max(client.told.step, told->step);
+            if (notified) {
+                const std::uint8_t step = std::max(client.notified.step, notified->step);
                 for (const Error& error : client.open) {
                     judge(error, step, s.settings);
                 }
                 client.open.clear();
-                client.told = *told;
+                client.notified = *notified;
             }
         }
     }
@@ -59,7 +59,7 @@ class Judge {
     };
 
     struct Client {
-        wire::Widened told;       ///< by the packet before
+        wire::Widened notified;   ///< by the packet before
         std::vector<Error> open;  ///< since then
     };
 
@@ -117,7 +117,7 @@ Settings narrow_settings(std::uint32_t bytes_per_s) {
     return settings;
 }
 
-TEST(Told, WhatWaitsUnderPressureHoldsTheWiderBoundsThatAreTold) {
+TEST(NotifiedBounds, WhatWaitsUnderPressureHoldsTheWiderBoundsThatAreNotified) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
         Session s(seed, narrow_settings(2500), {}, 80, 20, kClients, 40.0F);
         Judge judge(kClients);
@@ -135,8 +135,8 @@ TEST(Told, WhatWaitsUnderPressureHoldsTheWiderBoundsThatAreTold) {
 }
 
 /// Who comes from another zone knows things from there; the new zone does not know how. Much of the
-/// time there is room for all, and only what is told anew has to wait.
-TEST(Told, AlsoToWhoComesFromAnotherZone) {
+/// time there is room for all, and only what is notified anew has to wait.
+TEST(NotifiedBounds, AlsoToWhoComesFromAnotherZone) {
     for (const std::uint32_t bytes_per_s : {2500U, 6000U}) {
         Session s(4, narrow_settings(bytes_per_s), {}, 80, 20, kClients, 40.0F);
         Judge judge(kClients);
@@ -156,7 +156,7 @@ TEST(Told, AlsoToWhoComesFromAnotherZone) {
 }
 
 /// The checker finds a server that keeps silent about it.
-TEST(Told, SilenceIsFound) {
+TEST(NotifiedBounds, SilenceIsFound) {
     Settings settings = narrow_settings(2500);
     settings.silent_bound = true;
     Session s(1, settings, {}, 80, 20, kClients, 40.0F);

@@ -10,9 +10,9 @@ namespace {
 
 /// A viewer, a body that rests before it, and a packet in every tick. Acknowledgements are given by
 /// hand.
-class Unheard : public testing::Test {
+class Unacknowledged : public testing::Test {
   protected:
-    Unheard() {
+    Unacknowledged() {
         settings.silence_ticks = 1;
         replicator = std::make_unique<Replicator>(settings);
         world.spawn(kWalker);
@@ -43,20 +43,21 @@ class Unheard : public testing::Test {
         replicator->on_acks({kClient, sequence, bits, kRtt_us});
     }
 
-    mailbox::AuditNews news() {
-        std::vector<mailbox::AuditNews> all;
-        since = replicator->unheard(kClient, all);
-        const auto at = std::find_if(
-            all.begin(), all.end(), [&](const mailbox::AuditNews& n) { return n.entity == body; });
-        return at != all.end() ? *at : mailbox::AuditNews{};
+    mailbox::AuditUpdate updates() {
+        std::vector<mailbox::AuditUpdate> all;
+        since = replicator->unacknowledged(kClient, all);
+        const auto at = std::find_if(all.begin(), all.end(), [&](const mailbox::AuditUpdate& n) {
+            return n.entity == body;
+        });
+        return at != all.end() ? *at : mailbox::AuditUpdate{};
     }
 
     /// Steps until no further copies are sent and none is given up; all packets that carried it.
-    std::vector<mailbox::AuditNews::Carried> copies(bool visible) {
+    std::vector<mailbox::AuditUpdate::Carried> copies(bool visible) {
         for (int tick = 0; tick < 6; ++tick) {
             step(visible);
         }
-        return news().carried;
+        return updates().carried;
     }
 
     static constexpr ClientId kClient{1};
@@ -71,7 +72,7 @@ class Unheard : public testing::Test {
 };
 
 /// Not only when all copies are lost: by then a round trip has gone by in vain.
-TEST_F(Unheard, ACopyThatIsKnownToBeLostIsMadeUpForAtOnce) {
+TEST_F(Unacknowledged, ACopyThatIsKnownToBeLostIsMadeUpForAtOnce) {
     for (const bool visible : {true, false}) {
         const auto sent = copies(visible);
         ASSERT_GE(sent.size(), 2U) << "the network may be a poor one";
@@ -79,13 +80,13 @@ TEST_F(Unheard, ACopyThatIsKnownToBeLostIsMadeUpForAtOnce) {
         // can say.
         acknowledge(std::max(sent.front().sequence + 3, sent.back().sequence + 1), 0);
         step(visible);
-        EXPECT_GT(news().carried.size(), sent.size());
+        EXPECT_GT(updates().carried.size(), sent.size());
         acknowledge(newest, 0xFFFFFFFFU);
-        EXPECT_TRUE(news().carried.empty()) << "nothing is told that has been acknowledged";
+        EXPECT_TRUE(updates().carried.empty()) << "nothing is told that has been acknowledged";
     }
 }
 
-TEST_F(Unheard, NamesThePacketsSinceTheNewestThatWasAcknowledged) {
+TEST_F(Unacknowledged, NamesThePacketsSinceTheNewestThatWasAcknowledged) {
     const auto sent = copies(true);
     ASSERT_GE(sent.size(), 3U);
     EXPECT_EQ(since, 1) << "nothing is forgotten yet";
@@ -94,32 +95,32 @@ TEST_F(Unheard, NamesThePacketsSinceTheNewestThatWasAcknowledged) {
         EXPECT_EQ(sent[i].tick, sent[i - 1].tick + 1);
     }
     acknowledge(sent[1].sequence, 0);
-    const auto left = news().carried;
+    const auto left = updates().carried;
     ASSERT_EQ(left.size(), sent.size() - 2) << "what came brought all that was before";
     EXPECT_EQ(left.front().sequence, sent[2].sequence);
-    EXPECT_FALSE(news().leaving);
+    EXPECT_FALSE(updates().leaving);
 }
 
-TEST_F(Unheard, SaysThatWhatTheyCarryIsARemoval) {
+TEST_F(Unacknowledged, SaysThatWhatTheyCarryIsARemoval) {
     copies(true);
     acknowledge(newest, 0xFFFFFFFFU);
     const auto sent = copies(false);
-    EXPECT_TRUE(news().leaving);
+    EXPECT_TRUE(updates().leaving);
     EXPECT_GE(sent.size(), 2U);
     acknowledge(newest, 0xFFFFFFFFU);
-    EXPECT_FALSE(news().leaving);
+    EXPECT_FALSE(updates().leaving);
 }
 
-TEST_F(Unheard, SaysFromWhenOnItRemembers) {
+TEST_F(Unacknowledged, SaysFromWhenOnItRemembers) {
     for (int tick = 0; tick < 100; ++tick) {
         step(true);
     }
-    news();
+    updates();
     EXPECT_GT(since, 30);
     EXPECT_LT(since, 40) << "64 packets are remembered, one a tick";
 }
 
-TEST_F(Unheard, NewsIsSentOnceByAServerThatNeverSendsAgain) {
+TEST_F(Unacknowledged, UpdatesAreSentOnceByAServerThatNeverSendsAgain) {
     settings.never_again = true;
     replicator = std::make_unique<Replicator>(settings);
     ClientTransfer transfer;

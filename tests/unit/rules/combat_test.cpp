@@ -61,7 +61,7 @@ TEST_F(Duel, TakesDamageAndTellsThoseAroundTheTarget) {
     EXPECT_EQ(zone.health(target), 80u);
     const std::vector<Sent> hits = zone.of_kind(sandbox::EVENT_HIT);
     ASSERT_EQ(hits.size(), 1u);
-    EXPECT_EQ(hits[0].channel, Channel::kHearers);
+    EXPECT_EQ(hits[0].channel, Channel::kViewers);
     EXPECT_EQ(hits[0].source, target);
     const auto hit = FakeZone::parse<sandbox::Hit>(hits[0]);
     EXPECT_EQ(hit.shooter(), shooter.value);
@@ -140,7 +140,7 @@ TEST_F(Duel, AnnouncesTheKillOnceTheKilledClientConfirms) {
     ASSERT_EQ(kills.size(), 3u);
     EXPECT_EQ(kills[2].client, ClientId(1));  // the killer's side confirms as well
     EXPECT_TRUE(kills[2].event.confirm);
-    EXPECT_EQ(kills[1].channel, Channel::kHearers);
+    EXPECT_EQ(kills[1].channel, Channel::kViewers);
     EXPECT_EQ(kills[1].source, target);
     EXPECT_FALSE(kills[1].event.confirm);
     EXPECT_EQ(FakeZone::parse<sandbox::Kill>(kills[1]).killer(), shooter.value);
@@ -290,7 +290,7 @@ TEST(Npc, DiesAtOnceAndComesBackToItsFirstPlace) {
     }
     ASSERT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 2u);
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL)[1].client, ClientId(1));
-    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL)[0].channel, Channel::kHearers);
+    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL)[0].channel, Channel::kViewers);
     EXPECT_TRUE(zone.hidden(guard));
     zone.tick_seconds(5.1F);
     EXPECT_FALSE(zone.hidden(guard));

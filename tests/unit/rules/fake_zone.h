@@ -42,7 +42,7 @@ inline world::TypeTable test_types() {
 enum class Channel {
     kClient,
     kTopic,
-    kHearers
+    kViewers
 };
 
 struct Sent {
@@ -326,7 +326,7 @@ class FakeZone final : public zone::RulesContext {
 
     EventId announce(EntityId source, const zone::RulesEvent& event) override {
         static_cast<void>(owned(source));
-        return note({Channel::kHearers, ClientId(), "", source, event, EventId(), now_});
+        return note({Channel::kViewers, ClientId(), "", source, event, EventId(), now_});
     }
 
     void subscribe(ClientId client, std::string_view topic) override {

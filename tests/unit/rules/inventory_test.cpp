@@ -36,7 +36,7 @@ TEST_F(Hands, TakePropsOutOfTheWorld) {
     EXPECT_EQ(zone.inventory(), std::vector<std::uint32_t>{ball.value});
     const std::vector<Sent> picked = zone.of_kind(sandbox::EVENT_PICK_UP);
     ASSERT_EQ(picked.size(), 1u);
-    EXPECT_EQ(picked[0].channel, Channel::kHearers);
+    EXPECT_EQ(picked[0].channel, Channel::kViewers);
     EXPECT_EQ(picked[0].source, player);
     EXPECT_EQ(FakeZone::parse<sandbox::PickedUp>(picked[0]).item(), ball.value);
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_INVENTORY).back().client, ClientId(1));

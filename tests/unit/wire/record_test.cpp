@@ -310,7 +310,7 @@ TEST(RecordCodec, TellsWhatEachRecordTookAlikeOnBothSides) {
         TrafficTable table;
         add_traffic(table, *sent, bytes.size(), [](const CodedRecord& record) {
             EXPECT_FALSE(record.remove);
-            return TrafficReason::kNews;
+            return TrafficReason::kUpdate;
         });
         EXPECT_EQ(table.bits(), 8 * bytes.size());
         EXPECT_GT(table.bits_of_part(kCodeHeadPart), 0U);

@@ -115,13 +115,13 @@ TEST(TrafficText, NamesTypesReasonsAndFieldsInDescendingOrder) {
     bits[kRecordHeadPart] = 24;
     bits[1] = 40;
     for (int i = 0; i < 10; ++i) {
-        table.add_record(1, TrafficReason::kNews, bits);
+        table.add_record(1, TrafficReason::kUpdate, bits);
     }
     table.add_record(0, TrafficReason::kJoin, bits);
     table.add_packet(7, 2);
     const std::vector<std::string> types{"walker", "crate"};
     EXPECT_EQ(table.bits(), 11U * 64 + 7 * 8);
-    EXPECT_EQ(table.bits(TrafficReason::kNews), 640U);
+    EXPECT_EQ(table.bits(TrafficReason::kUpdate), 640U);
     EXPECT_EQ(table.bits_of_part(1), 440U);
     const std::string text = traffic_text(table, types, 2.0, 62);
     EXPECT_LT(text.find("crate"), text.find("walker")) << text;
