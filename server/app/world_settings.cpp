@@ -96,9 +96,9 @@ zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
         faults.leak = {testing.leak_entity().probability(),
                        static_cast<Tick>(testing.leak_entity().from_tick())};
     }
-    if (testing.has_leak_concealed()) {
-        faults.leak_concealed = {testing.leak_concealed().probability(),
-                                 static_cast<Tick>(testing.leak_concealed().from_tick())};
+    if (testing.has_leak_filtered()) {
+        faults.leak_filtered = {testing.leak_filtered().probability(),
+                                static_cast<Tick>(testing.leak_filtered().from_tick())};
     }
     if (testing.has_drop_decision()) {
         faults.drop_decision = {testing.drop_decision().probability(),
@@ -150,9 +150,9 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.physics = settings.physics;
     z.ai = settings.ai;
     z.interest = settings.interest;
-    z.conceal = {settings.config.interest().conceal_checks_per_tick(),
-                 settings.config.interest().conceal_stale_ticks(),
-                 settings.config.interest().conceal_grace_ticks()};
+    z.visibility_filter = {settings.config.interest().filter_checks_per_tick(),
+                           settings.config.interest().filter_stale_ticks(),
+                           settings.config.interest().filter_grace_ticks()};
     z.rewind = {std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
                 static_cast<float>(settings.config.rewind().slack_m())};
     z.stances = settings.stances;

@@ -126,7 +126,7 @@ world::EntityType expand_type(const proto::Config& config,
     world::EntityType out;
     out.name = type.name();
     out.rewindable = type.rewindable();
-    out.conceal = static_cast<world::Conceal>(type.conceal());
+    out.visibility_filter = static_cast<world::VisibilityFilter>(type.visibility_filter());
     if (type.kind() == proto::Config::CHARACTER) {
         out.kind = world::EntityKind::kCharacter;
         out.character = expand_character(config, type);
@@ -165,7 +165,7 @@ world::EntityType expand_type(const proto::Config& config,
 
 // The enums of the config and of the stages have the same numbers, so that casts are exact.
 static_assert(static_cast<int>(world::Stance::kRiding) == proto::Config::RIDING);
-static_assert(static_cast<int>(world::Conceal::kRules) == proto::Config::RULES);
+static_assert(static_cast<int>(world::VisibilityFilter::kRules) == proto::Config::RULES);
 
 /// Steps of rates that are not set follow from the nearest level's bounds; publications are half a
 /// heartbeat apart in the mean where prediction is at its best.

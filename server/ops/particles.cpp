@@ -97,7 +97,7 @@ void check_burst(const proto::Config::Burst& burst,
                  const std::string& path,
                  Diagnostics& diagnostics) {
     const std::array<std::pair<bool, const char*>, 3> given = {{
-        {burst.has_conceal(), "conceal"},
+        {burst.has_visibility_filter(), "visibility_filter"},
         {burst.has_aura_m(), "aura_m"},
         {burst.has_events_per_s(), "events_per_s"},
     }};
@@ -108,7 +108,7 @@ void check_burst(const proto::Config::Burst& burst,
                             "leave it out, or set cosmetic: true");
         }
     }
-    if (burst.conceal() == proto::Config::RULES) {
+    if (burst.visibility_filter() == proto::Config::RULES) {
         diagnostics.add(path + ".conceal", "rules are asked about entities, not about places");
     }
     if (longest_life(burst) < burst.lifetime_min_s()) {
@@ -238,7 +238,7 @@ void expand_particles(const proto::Config& config, Settings& settings) {
                      *burst_of(system),
                      narrow(system.burst().aura_m()),
                      narrow(system.burst().events_per_s()),
-                     system.burst().conceal() == proto::Config::LINE_OF_SIGHT});
+                     system.burst().visibility_filter() == proto::Config::LINE_OF_SIGHT});
             }
             settings.cosmetics.push_back({system.name(),
                                           gravity,

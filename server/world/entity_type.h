@@ -41,7 +41,7 @@ enum class Stance : std::uint8_t {
 inline constexpr int kFirstNamedStance = 4;
 
 /// What keeps an entity from viewers that its radii reach.
-enum class Conceal : std::uint8_t {
+enum class VisibilityFilter : std::uint8_t {
     kNothing,
     kLineOfSight,  ///< statics and bodies between
     kRules,        ///< Rules::may_hear
@@ -73,7 +73,7 @@ struct EntityType {
     std::array<float, kStances>
         nimbus_m{};  ///< how far a viewer with this avatar listens, by stance, m
     std::array<Cone, kStances> nimbus_cone{};  ///< by stance; about its yaw
-    Conceal conceal = Conceal::kNothing;
+    VisibilityFilter visibility_filter = VisibilityFilter::kNothing;
     bool rewindable = false;  ///< rules may ask where a client saw it: its poses are remembered
     float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound
     float max_velocity_jump_mps = 10.0F;  ///< declared limit dv_max of the promised bound

@@ -79,7 +79,7 @@ mailbox::AuditEntity audit_entity(const ZoneState& state,
     return a;
 }
 
-enum class Concealed : std::uint8_t {
+enum class Filtered : std::uint8_t {
     kNo,
     kPerhaps,  ///< it went in or out of sight so lately that the client may know of it or not
     kYes
@@ -87,19 +87,20 @@ enum class Concealed : std::uint8_t {
 
 /// The truth of this moment, asked again; the past counts only as far as answers may be stale and
 /// what was known stays known.
-Concealed concealed(const ZoneState& state, ClientId client, world::Row avatar, world::Row row) {
+Filtered filtered(const ZoneState& state, ClientId client, world::Row avatar, world::Row row) {
     const world::Entities& e = state.entities;
-    if ((*state.settings.types)[e.type[row]].conceal == world::Conceal::kNothing) {
-        return Concealed::kNo;
+    if ((*state.settings.types)[e.type[row]].visibility_filter ==
+        world::VisibilityFilter::kNothing) {
+        return Filtered::kNo;
     }
     const bool seen = may_know(state, avatar, row);
-    const Sight* sight = find_sight(state, client, e.id[row]);
+    const FilteredPair* sight = find_filtered_pair(state, client, e.id[row]);
     const bool notified = sight != nullptr && sight->notified;
     if (seen) {
-        return notified ? Concealed::kNo : Concealed::kPerhaps;
+        return notified ? Filtered::kNo : Filtered::kPerhaps;
     }
-    const auto past = static_cast<Tick>(state.settings.conceal.grace_ticks);
-    return notified && state.now - sight->known <= past ? Concealed::kPerhaps : Concealed::kYes;
+    const auto past = static_cast<Tick>(state.settings.visibility_filter.grace_ticks);
+    return notified && state.now - sight->known <= past ? Filtered::kPerhaps : Filtered::kYes;
 }
 
 }  // namespace
@@ -164,13 +165,13 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
                           inner,
                           outer);
     for (const world::Row row : outer) {
-        const Concealed hidden = concealed(state, client.client, avatar, row);
-        if (hidden == Concealed::kYes) {
+        const Filtered hidden = filtered(state, client.client, avatar, row);
+        if (hidden == Filtered::kYes) {
             continue;  // the client ought not to know of it
         }
         mailbox::AuditEntity entity = audit_entity(state, row, client.client, viewer);
         entity.must_know =
-            hidden == Concealed::kNo && std::find(inner.begin(), inner.end(), row) != inner.end();
+            hidden == Filtered::kNo && std::find(inner.begin(), inner.end(), row) != inner.end();
         record.entities.push_back(std::move(entity));
     }
     std::sort(record.entities.begin(), record.entities.end(), [](const auto& a, const auto& b) {

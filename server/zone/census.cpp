@@ -35,9 +35,9 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     census.awake_soft = soft.awake;
     census.rigid_soft = soft.rigid;
     census.viewers = static_cast<std::uint32_t>(state.clients.size());
-    census.concealing_types = static_cast<std::uint32_t>(
+    census.filtered_types = static_cast<std::uint32_t>(
         std::count_if(types.begin(), types.end(), [](const world::EntityType& type) {
-            return type.conceal != world::Conceal::kNothing;
+            return type.visibility_filter != world::VisibilityFilter::kNothing;
         }));
     census.rewindable_types = static_cast<std::uint32_t>(std::count_if(
         types.begin(), types.end(), [](const world::EntityType& type) { return type.rewindable; }));

@@ -60,46 +60,46 @@ bool in_sight(const ZoneState& state, world::Row viewer, world::Row entity) {
 /// The viewer's sights are of those it hears of by the radii and whose type conceals itself.
 void list_sights(const ZoneState& state,
                  const world::VisibleSet& heard,
-                 Sights& sights,
-                 std::vector<Sight>& now) {
+                 ViewerFilter& sights,
+                 std::vector<FilteredPair>& now) {
     now.clear();
     auto old = sights.seen.begin();
     for (const world::Visible& v : heard.visible) {
         const world::Row row = state.entities.find(v.entity);
         const world::EntityType& type = (*state.settings.types)[state.entities.type[row]];
-        if (type.conceal == world::Conceal::kNothing) {
+        if (type.visibility_filter == world::VisibilityFilter::kNothing) {
             continue;
         }
         while (old != sights.seen.end() && old->entity < v.entity) {
             ++old;
         }
         const bool was = old != sights.seen.end() && old->entity == v.entity;
-        now.push_back(was ? *old : Sight{v.entity, -1, false, -1, false});
+        now.push_back(was ? *old : FilteredPair{v.entity, -1, false, -1, false});
     }
     sights.seen.assign(now.begin(), now.end());
 }
 
 void ask(ZoneState& state) {
-    Concealment& c = state.concealment;
-    const auto again = static_cast<Tick>((state.settings.conceal.stale_ticks + 1) / 2);
-    std::vector<DueSight>& due = c.due;
+    FilteredVisibility& c = state.filtered;
+    const auto again = static_cast<Tick>((state.settings.visibility_filter.stale_ticks + 1) / 2);
+    std::vector<DuePair>& due = c.due;
     due.clear();
     for (std::uint32_t i = 0; i < c.viewers.size(); ++i) {
         for (std::uint32_t k = 0; k < c.viewers[i].seen.size(); ++k) {
-            const Sight& sight = c.viewers[i].seen[k];
+            const FilteredPair& sight = c.viewers[i].seen[k];
             if (sight.asked < 0 || state.now - sight.asked >= again) {
                 due.push_back({sight.asked, i, k});
             }
         }
     }
-    std::sort(due.begin(), due.end(), [](const DueSight& a, const DueSight& b) {
+    std::sort(due.begin(), due.end(), [](const DuePair& a, const DuePair& b) {
         return std::tie(a.asked, a.viewer, a.sight) < std::tie(b.asked, b.viewer, b.sight);
     });
-    const std::size_t budget = state.settings.conceal.checks_per_tick;
+    const std::size_t budget = state.settings.visibility_filter.checks_per_tick;
     c.overdue = static_cast<std::uint32_t>(due.size() - std::min(due.size(), budget));
     due.resize(std::min(due.size(), budget));
-    for (const DueSight& d : due) {
-        Sight& sight = c.viewers[d.viewer].seen[d.sight];
+    for (const DuePair& d : due) {
+        FilteredPair& sight = c.viewers[d.viewer].seen[d.sight];
         const world::Row viewer = state.entities.find(state.viewers[d.viewer].avatar);
         const world::Row row = state.entities.find(sight.entity);
         sight.asked = state.now;
@@ -109,14 +109,14 @@ void ask(ZoneState& state) {
     c.checks = static_cast<std::uint32_t>(due.size());
 }
 
-/// Sights and sets of all viewers, in the order of what they hear of; what they knew stays. Says
-/// which sets are new.
-void align_viewers(Concealment& c, world::Visibility& notified) {
+/// ViewerFilter and sets of all viewers, in the order of what they hear of; what they knew stays.
+/// Says which sets are new.
+void align_viewers(FilteredVisibility& c, world::Visibility& notified) {
     const auto client_of = [](const auto& of) {
         return of.client;
     };
     world::align(c.viewers, c.aligned_viewers, c.heard, client_of, [](const auto& set) {
-        return Sights{set.client, {}};
+        return ViewerFilter{set.client, {}};
     });
     c.fresh.clear();
     world::align(
@@ -131,7 +131,7 @@ void align_viewers(Concealment& c, world::Visibility& notified) {
 /// Whether the entity stays in a viewer's set; not concealed: always.
 class Sieve {
   public:
-    Sieve(const ZoneState& state, Sights& sights, bool leaks)
+    Sieve(const ZoneState& state, ViewerFilter& sights, bool leaks)
         : state_(&state),
           sights_(&sights),
           at_(sights.seen.begin()),
@@ -145,7 +145,7 @@ class Sieve {
         if (at_ == sights_->seen.end() || at_->entity != entity) {
             return true;
         }
-        const ConcealSettings& s = state_->settings.conceal;
+        const VisibilityFilterSettings& s = state_->settings.visibility_filter;
         if (at_->answer && at_->asked >= 0 &&
             state_->now - at_->asked < static_cast<Tick>(s.stale_ticks)) {
             at_->known = state_->now;
@@ -157,8 +157,8 @@ class Sieve {
 
   private:
     const ZoneState* state_;
-    Sights* sights_;
-    std::vector<Sight>::iterator at_;
+    ViewerFilter* sights_;
+    std::vector<FilteredPair>::iterator at_;
     bool leaks_;
 };
 
@@ -191,12 +191,12 @@ void compare(const std::vector<world::Visible>& before, world::VisibleSet& set) 
 
 bool may_know(const ZoneState& state, world::Row viewer, world::Row entity) {
     const world::Entities& e = state.entities;
-    switch ((*state.settings.types)[e.type[entity]].conceal) {
-        case world::Conceal::kNothing:
+    switch ((*state.settings.types)[e.type[entity]].visibility_filter) {
+        case world::VisibilityFilter::kNothing:
             return true;
-        case world::Conceal::kLineOfSight:
+        case world::VisibilityFilter::kLineOfSight:
             return in_sight(state, viewer, entity);
-        case world::Conceal::kRules:
+        case world::VisibilityFilter::kRules:
             break;
     }
     // The context is one for reading: rules change nothing when they are asked.
@@ -216,8 +216,8 @@ bool sees_place(const ZoneState& state, world::Row viewer, const Vec3& place) {
         eyes, way / distance, distance - kOnSurface_m, state.entities.id[viewer].value, hit);
 }
 
-std::uint32_t conceal(ZoneState& state) {
-    Concealment& c = state.concealment;
+std::uint32_t filter_visibility(ZoneState& state) {
+    FilteredVisibility& c = state.filtered;
     align_viewers(c, state.visibility);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
         if (c.heard[i].changed) {
@@ -231,7 +231,7 @@ std::uint32_t conceal(ZoneState& state) {
         notified.visible.clear();
         Sieve sieve(state,
                     c.viewers[i],
-                    state.settings.faults.leak_concealed.hits(notified.client.value, state.now));
+                    state.settings.faults.leak_filtered.hits(notified.client.value, state.now));
         for (const world::Visible& v : c.heard[i].visible) {
             if (sieve.passes(v.entity)) {
                 notified.visible.push_back(v);
@@ -245,17 +245,17 @@ std::uint32_t conceal(ZoneState& state) {
     return c.checks;
 }
 
-const Sight* find_sight(const ZoneState& state, ClientId client, EntityId entity) {
-    const std::vector<Sights>& viewers = state.concealment.viewers;
-    const auto viewer =
-        std::lower_bound(viewers.begin(), viewers.end(), client, [](const Sights& s, ClientId id) {
+const FilteredPair* find_filtered_pair(const ZoneState& state, ClientId client, EntityId entity) {
+    const std::vector<ViewerFilter>& viewers = state.filtered.viewers;
+    const auto viewer = std::lower_bound(
+        viewers.begin(), viewers.end(), client, [](const ViewerFilter& s, ClientId id) {
             return s.client < id;
         });
     if (viewer == viewers.end() || viewer->client != client) {
         return nullptr;
     }
     const auto at = std::lower_bound(
-        viewer->seen.begin(), viewer->seen.end(), entity, [](const Sight& s, EntityId id) {
+        viewer->seen.begin(), viewer->seen.end(), entity, [](const FilteredPair& s, EntityId id) {
             return s.entity < id;
         });
     return at != viewer->seen.end() && at->entity == entity ? &*at : nullptr;

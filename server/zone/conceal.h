@@ -1,4 +1,5 @@
-// Concealment: what viewers must not know of although it is within their radii is kept from them.
+// FilteredVisibility: what viewers must not know of although it is within their radii is kept from
+// them.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -19,9 +20,11 @@ namespace zoned::zone {
 /// longest unasked first and no more than the budget; without an answer that counts an entity is
 /// not known. Once known it stays so for the grace. Returns how many pairs it asked about. No
 /// allocation after warm-up.
-std::uint32_t conceal(ZoneState& state);
+std::uint32_t filter_visibility(ZoneState& state);
 
 /// By what was asked: nullptr where the pair is not among those that were.
-[[nodiscard]] const Sight* find_sight(const ZoneState& state, ClientId client, EntityId entity);
+[[nodiscard]] const FilteredPair* find_filtered_pair(const ZoneState& state,
+                                                     ClientId client,
+                                                     EntityId entity);
 
 }  // namespace zoned::zone

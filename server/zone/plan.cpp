@@ -16,7 +16,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "handoff",
                                                                      "ghosts",
                                                                      "interest",
-                                                                     "conceal",
+                                                                     "visibility_filter",
                                                                      "replication",
                                                                      "history",
                                                                      "audit",
@@ -96,8 +96,8 @@ StepPlan plan_for(const Census& census) {
            census.frozen ? frozen : (census.neighbours == 0 ? "no neighbour" : "nothing moves"));
     decide(Pass::kGhosts, census.neighbours > 0, "there are neighbours", "no neighbour");
     decide(Pass::kInterest, census.viewers > 0, "viewers listen", "no viewer");
-    decide(Pass::kConceal,
-           census.viewers > 0 && census.concealing_types > 0,
+    decide(Pass::kVisibilityFilter,
+           census.viewers > 0 && census.filtered_types > 0,
            "types conceal themselves",
            census.viewers == 0 ? "no viewer" : "no type conceals itself");
     decide(Pass::kReplication, census.viewers > 0, "viewers listen", "no viewer");

@@ -23,7 +23,7 @@ enum class Pass : std::uint8_t {
     kHandoff,
     kGhosts,
     kInterest,
-    kConceal,
+    kVisibilityFilter,
     kReplication,
     kHistory,
     kAudit,
@@ -49,7 +49,7 @@ struct Census {
     std::uint32_t rigid_soft = 0;        ///< of these, simulated as rigid hulls
     std::uint32_t particle_systems = 0;  ///< simulated here
     std::uint32_t viewers = 0;
-    std::uint32_t concealing_types = 0;  ///< of the world: kinds that are asked about
+    std::uint32_t filtered_types = 0;    ///< of the world: kinds that are asked about
     std::uint32_t rewindable_types = 0;  ///< of the world: kinds whose poses are remembered
     std::uint32_t audited = 0;           ///< viewers whose ticket allows audits
     std::uint32_t inbox = 0;

@@ -292,8 +292,8 @@ class Rules {
     }
 
     /// Whether a viewer may know of an entity within its radii: fog of war, stealth. Asked for
-    /// types with `conceal: RULES` alone, now and then (ConcealSettings); must depend on nothing
-    /// but the state of the zone and of these rules, and change nothing.
+    /// types with `visibility_filter: RULES` alone, now and then (VisibilityFilterSettings); must
+    /// depend on nothing but the state of the zone and of these rules, and change nothing.
     [[nodiscard]] virtual bool may_hear(const RulesContext& context,
                                         EntityId viewer,
                                         EntityId entity) const {

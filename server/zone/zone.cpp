@@ -175,8 +175,11 @@ void Zone::publish() {
     if (viewers != s.report.census.viewers) {
         s.report.census = take_census(s, 0);
         const StepPlan plan = plan_for(s.report.census);
-        for (const Pass p :
-             {Pass::kInterest, Pass::kConceal, Pass::kReplication, Pass::kHistory, Pass::kAudit}) {
+        for (const Pass p : {Pass::kInterest,
+                             Pass::kVisibilityFilter,
+                             Pass::kReplication,
+                             Pass::kHistory,
+                             Pass::kAudit}) {
             const auto i = static_cast<std::size_t>(p);
             s.report.plan.runs[i] = plan.runs[i];
             s.report.plan.reason[i] = plan.reason[i];
@@ -189,7 +192,7 @@ void Zone::publish() {
         s.entities.forget_touched(world::Reader::kInterest);
         return s.report.interest.visible_pairs;
     });
-    pass(Pass::kConceal, [&] { return conceal(s); });
+    pass(Pass::kVisibilityFilter, [&] { return filter_visibility(s); });
     pass(Pass::kReplication, [&] { return replicate(s); });
     pass(Pass::kHistory, [&] { return record_history(s); });
     pass(Pass::kAudit, [&] { return audit_clients(s); });

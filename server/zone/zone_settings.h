@@ -78,7 +78,7 @@ struct FaultSettings {
     float corrupt_offset_m = 0.0F;  ///< ... by this much
     ShareFault hide;                ///< these entities are kept from everybody
     ShareFault leak;                ///< these viewers hear of one entity beyond their radii
-    ShareFault leak_concealed;      ///< these viewers hear of what is concealed from them
+    ShareFault leak_filtered;       ///< these viewers hear of what is concealed from them
     ShareFault drop_decision;       ///< these clients do not hear what they are to confirm
     ShareFault leak_topic;          ///< these clients hear of all topics
     Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
@@ -114,7 +114,7 @@ struct CosmeticBurst {
 };
 
 /// How what conceals itself is asked about.
-struct ConcealSettings {
+struct VisibilityFilterSettings {
     std::uint32_t checks_per_tick = 2000;  ///< pairs
     std::uint32_t stale_ticks = 8;         ///< an answer counts so long
     std::uint32_t grace_ticks = 10;        ///< what was known stays known so long
@@ -140,7 +140,7 @@ struct ZoneSettings {
     physics::PhysicsSettings physics;
     ai::AiSettings ai;
     interest::InterestSettings interest;
-    ConcealSettings conceal;
+    VisibilityFilterSettings visibility_filter;
     RewindSettings rewind;
     std::vector<std::string> stances;  ///< the config's own, from kFirstNamedStance on
     replication::Settings replication;

@@ -103,9 +103,9 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
     points_of_interest = ai::PointsOfInterest(
         settings.ai.points_of_interest, Vec2d(origin.x(), origin.z()), settings.dt);
     ai_update.difficulty() = ai::first_of(settings.ai.difficulty);
-    conceals = std::any_of(
+    filters_visibility = std::any_of(
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
-            return type.conceal != world::Conceal::kNothing;
+            return type.visibility_filter != world::VisibilityFilter::kNothing;
         });
     const bool rewinds = std::any_of(settings.types->begin(),
                                      settings.types->end(),
@@ -130,11 +130,11 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
 }
 
 world::Visibility& matched_sets(ZoneState& state) {
-    return state.conceals ? state.concealment.heard : state.visibility;
+    return state.filters_visibility ? state.filtered.heard : state.visibility;
 }
 
 const world::Visibility& matched_sets(const ZoneState& state) {
-    return state.conceals ? state.concealment.heard : state.visibility;
+    return state.filters_visibility ? state.filtered.heard : state.visibility;
 }
 
 int find_client(const ZoneState& state, ClientId client) {

@@ -101,7 +101,7 @@ struct ParticlesOfZone {
 };
 
 /// What one viewer was told of an entity that may be concealed from it.
-struct Sight {
+struct FilteredPair {
     EntityId entity;
     Tick asked = -1;        ///< -1: never
     bool answer = false;    ///< of then
@@ -109,28 +109,28 @@ struct Sight {
     bool notified = false;  ///< in the viewer's set
 };
 
-struct Sights {
+struct ViewerFilter {
     ClientId client;
-    std::vector<Sight> seen;  ///< ascending by entity
+    std::vector<FilteredPair> seen;  ///< ascending by entity
 };
 
 /// One pair that is to be asked about.
-struct DueSight {
+struct DuePair {
     Tick asked = -1;
     std::uint32_t viewer = 0;
     std::uint32_t sight = 0;
 };
 
 /// Who may know of what within the radii; empty where no type conceals itself.
-struct Concealment {
-    world::Visibility heard;      ///< by the radii alone: what the matcher keeps
-    std::vector<Sights> viewers;  ///< in the order of `heard`
-    std::uint32_t checks = 0;     ///< in this tick
-    std::uint32_t overdue = 0;    ///< pairs that were due and not asked about
-    std::vector<DueSight> due;    ///< scratch, as is the rest
-    std::vector<Sight> listed;
+struct FilteredVisibility {
+    world::Visibility heard;            ///< by the radii alone: what the matcher keeps
+    std::vector<ViewerFilter> viewers;  ///< in the order of `heard`
+    std::uint32_t checks = 0;           ///< in this tick
+    std::uint32_t overdue = 0;          ///< pairs that were due and not asked about
+    std::vector<DuePair> due;           ///< scratch, as is the rest
+    std::vector<FilteredPair> listed;
     std::vector<world::Visible> before;
-    std::vector<Sights> aligned_viewers;
+    std::vector<ViewerFilter> aligned_viewers;
     world::Visibility aligned_notified;
     std::vector<ClientId> fresh;  // viewers whose sets are new
 };
@@ -168,10 +168,10 @@ struct ZoneState {
     bool grid_valid = false;            ///< grid matches entities.position of this moment
     std::vector<world::Row> grid_rows;  ///< scratch of the same
     interest::Matcher matcher;
-    bool conceals = false;  ///< some type of the world conceals itself
+    bool filters_visibility = false;  ///< some type of the world conceals itself
     std::vector<world::Viewer> viewers;
     world::Visibility visibility;
-    Concealment concealment;
+    FilteredVisibility filtered;
     world::Visibility
         replicated;  ///< what replication is told; differs from visibility under faults only
     replication::Replicator replicator;

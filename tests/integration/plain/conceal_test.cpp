@@ -18,9 +18,9 @@ namespace zoned::app {
 namespace {
 
 /// One zone of 100 m with a player at (0, 0), who hears 40 m far, and a wall of 8 m at x = 5.
-ops::Settings walled(world::Conceal conceal) {
+ops::Settings walled(world::VisibilityFilter visibility_filter) {
     ops::Settings s = scenario::small_world(1, 1, 100.0);
-    s.types[scenario::kCrate].conceal = conceal;
+    s.types[scenario::kCrate].visibility_filter = visibility_filter;
     s.spawn_points = {Vec3d(0.0, 0.9, 0.0)};
     motion::StaticBox wall;
     wall.centre = Vec3(5.0F, 2.0F, 0.0F);
@@ -37,9 +37,9 @@ ops::InitialEntity crate_at(float x, float z) {
     return crate;
 }
 
-class Concealing {
+class FilteredWorld {
   public:
-    explicit Concealing(const ops::Settings& settings) {
+    explicit FilteredWorld(const ops::Settings& settings) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         world_.emplace(settings, 1);
     }
@@ -81,24 +81,24 @@ class Concealing {
     std::optional<World> world_;
 };
 
-TEST(Concealment, AWallHidesWhatStandsBehindItAndNothingElse) {
-    ops::Settings s = walled(world::Conceal::kLineOfSight);
+TEST(FilteredVisibility, AWallHidesWhatStandsBehindItAndNothingElse) {
+    ops::Settings s = walled(world::VisibilityFilter::kLineOfSight);
     s.initial = {crate_at(8.0F, 0.0F), crate_at(8.0F, 20.0F), crate_at(-8.0F, 0.0F)};
-    Concealing c(s);
+    FilteredWorld c(s);
     c.join();
     c.ticks(30);
     EXPECT_FALSE(c.knows(c.placed(0)));
     EXPECT_TRUE(c.knows(c.placed(1)));
     EXPECT_TRUE(c.knows(c.placed(2)));
-    EXPECT_TRUE(c.state().report.plan.has(zone::Pass::kConceal));
+    EXPECT_TRUE(c.state().report.plan.has(zone::Pass::kVisibilityFilter));
 }
 
-TEST(Concealment, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnnouncesIsNotSent) {
-    ops::Settings s = walled(world::Conceal::kLineOfSight);
-    s.config.mutable_interest()->set_conceal_stale_ticks(4);
-    s.config.mutable_interest()->set_conceal_grace_ticks(6);
+TEST(FilteredVisibility, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnnouncesIsNotSent) {
+    ops::Settings s = walled(world::VisibilityFilter::kLineOfSight);
+    s.config.mutable_interest()->set_filter_stale_ticks(4);
+    s.config.mutable_interest()->set_filter_grace_ticks(6);
     s.initial = {crate_at(8.0F, 20.0F)};
-    Concealing c(s);
+    FilteredWorld c(s);
     c.join();
     const EntityId crate = c.placed(0);
     const auto announced = [&] {
@@ -134,10 +134,10 @@ TEST(Concealment, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnnouncesIs
     EXPECT_TRUE(c.knows(crate));
 }
 
-TEST(Concealment, RulesMayKeepAnEntityFromAViewer) {
-    ops::Settings s = walled(world::Conceal::kRules);
+TEST(FilteredVisibility, RulesMayKeepAnEntityFromAViewer) {
+    ops::Settings s = walled(world::VisibilityFilter::kRules);
     s.initial = {crate_at(-8.0F, 0.0F), crate_at(-9.0F, 5.0F)};
-    Concealing c(s);
+    FilteredWorld c(s);
     const EntityId secret = c.placed(0);
     plain_log()->may_hear = [&](EntityId, EntityId entity) {
         return entity != secret;
@@ -151,49 +151,49 @@ TEST(Concealment, RulesMayKeepAnEntityFromAViewer) {
     EXPECT_TRUE(c.knows(secret));
 }
 
-TEST(Concealment, KeepsItsBudgetAndTellsNobodyUnasked) {
-    ops::Settings s = walled(world::Conceal::kLineOfSight);
-    s.config.mutable_interest()->set_conceal_checks_per_tick(5);
+TEST(FilteredVisibility, KeepsItsBudgetAndTellsNobodyUnasked) {
+    ops::Settings s = walled(world::VisibilityFilter::kLineOfSight);
+    s.config.mutable_interest()->set_filter_checks_per_tick(5);
     for (int i = 0; i < 40; ++i) {
         s.initial.push_back(crate_at(-6.0F - 2.0F * static_cast<float>(i % 8),
                                      -10.0F + 4.0F * static_cast<float>(i / 8)));
     }
-    Concealing c(s);
+    FilteredWorld c(s);
     c.join();
     std::size_t known = 0;
     for (int tick = 0; tick < 40; ++tick) {
         c.tick();
-        EXPECT_LE(c.state().concealment.checks, 5U);
+        EXPECT_LE(c.state().filtered.checks, 5U);
         known = std::max(known, c.state().visibility[0].visible.size());
         for (const world::Visible& v : c.state().visibility[0].visible) {
-            const zone::Sight* sight = zone::find_sight(c.state(), ClientId(1), v.entity);
+            const zone::FilteredPair* sight = zone::find_sight(c.state(), ClientId(1), v.entity);
             ASSERT_NE(sight, nullptr);
             EXPECT_GE(sight->asked, 0);
         }
     }
     EXPECT_GT(known, 5U);
-    EXPECT_GT(c.state().concealment.overdue, 0U);
+    EXPECT_GT(c.state().filtered.overdue, 0U);
 }
 
-TEST(Concealment, IsNoPassWhereNoTypeConcealsItself) {
-    ops::Settings s = walled(world::Conceal::kNothing);
+TEST(FilteredVisibility, IsNoPassWhereNoTypeIsFiltered) {
+    ops::Settings s = walled(world::VisibilityFilter::kNothing);
     s.initial = {crate_at(8.0F, 0.0F)};
-    Concealing c(s);
+    FilteredWorld c(s);
     c.join();
     c.ticks(3);
     EXPECT_TRUE(c.knows(c.placed(0)));
-    EXPECT_FALSE(c.state().report.plan.has(zone::Pass::kConceal));
-    EXPECT_TRUE(c.state().concealment.heard.empty());
+    EXPECT_FALSE(c.state().report.plan.has(zone::Pass::kVisibilityFilter));
+    EXPECT_TRUE(c.state().filtered.heard.empty());
 }
 
-TEST(Concealment, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
+TEST(FilteredVisibility, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
     // The player's eyes are at x = 0 before the wall at x = 5, 4 m high.
     for (const bool conceals : {false, true}) {
-        ops::Settings s = walled(world::Conceal::kNothing);
+        ops::Settings s = walled(world::VisibilityFilter::kNothing);
         const motion::BurstKind kind{0.5F, 0.5F, 0.0F, 1.0F, 2.0F};
         s.cosmetics.push_back({"sparks", Vec3::Zero(), 0.0F, Vec3::Zero(), {}, kind});
         s.cosmetic_bursts.push_back({"sparks", 0, kind, 30.0F, 1000.0F, conceals});
-        Concealing c(s);
+        FilteredWorld c(s);
         c.join();
         c.ticks(2);
         const auto told = [&](const Vec3& place) {
@@ -218,12 +218,12 @@ TEST(Concealment, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
 }
 
 TEST(Stances, WithAConeHearFarWhereTheViewerLooks) {
-    ops::Settings s = walled(world::Conceal::kNothing);
+    ops::Settings s = walled(world::VisibilityFilter::kNothing);
     s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m.fill(10.0F);
     s.types[scenario::kPlayer].nimbus_cone[5] = {45.0F, 0.3F};
     s.initial = {crate_at(0.0F, 30.0F), crate_at(0.0F, -30.0F), crate_at(20.0F, 25.0F)};
-    Concealing c(s);
+    FilteredWorld c(s);
     c.join();
     c.ticks(2);
     const EntityId avatar = plain_log()->avatars[ClientId(1)];
@@ -244,11 +244,11 @@ TEST(Stances, WithAConeHearFarWhereTheViewerLooks) {
 }
 
 TEST(Stances, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
-    ops::Settings s = walled(world::Conceal::kNothing);
+    ops::Settings s = walled(world::VisibilityFilter::kNothing);
     s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m = {10, 10, 10, 10, 10, 35, 10, 10};
     s.initial = {crate_at(-30.0F, 0.0F)};
-    Concealing c(s);
+    FilteredWorld c(s);
     c.join();
     c.ticks(2);
     EXPECT_FALSE(c.knows(c.placed(0)));

@@ -42,7 +42,7 @@ class Truth {
         if (at == ticks_.end() || at->second.within.count(entity) == 0) {
             return false;
         }
-        if (at->second.concealable.count(entity) == 0) {
+        if (at->second.filterable.count(entity) == 0) {
             return true;
         }
         for (Tick t = tick; t >= tick - past_; --t) {
@@ -79,23 +79,23 @@ class Truth {
         return false;
     }
 
-    std::uint64_t beyond = 0;     ///< pairs and ticks out of the radii
-    std::uint64_t concealed = 0;  ///< within them, and not to be seen
+    std::uint64_t beyond = 0;    ///< pairs and ticks out of the radii
+    std::uint64_t filtered = 0;  ///< within them, and not to be seen
 
   private:
     struct Moment {
         ZoneId zone;
         std::set<EntityId> within;
-        std::set<EntityId> concealable;  // of these
-        std::set<EntityId> seen;         // of these
+        std::set<EntityId> filterable;  // of these
+        std::set<EntityId> seen;        // of these
     };
 
     void observe_client(const zone::ZoneState& state, const zone::ZoneClient& client) {
         Moment& moment = ticks_[{client.client, newest_}];
         moment.zone = state.settings.id;
         avatar_[client.client] = client.avatar;
-        const zone::ConcealSettings& conceal = state.settings.conceal;
-        past_ = static_cast<Tick>(conceal.stale_ticks + conceal.grace_ticks);
+        const zone::VisibilityFilterSettings& filter = state.settings.visibility_filter;
+        past_ = static_cast<Tick>(filter.stale_ticks + filter.grace_ticks);
         const world::Row avatar = state.entities.find(client.avatar);
         std::vector<world::Row> inner, outer;
         interest::brute_force(state.entities,
@@ -110,12 +110,12 @@ class Truth {
             moment.within.insert(entity);
             ever_.insert({client.client, entity});
             const world::EntityType& type = (*state.settings.types)[state.entities.type[row]];
-            if (type.conceal != world::Conceal::kNothing) {
-                moment.concealable.insert(entity);
+            if (type.visibility_filter != world::VisibilityFilter::kNothing) {
+                moment.filterable.insert(entity);
                 if (zone::may_know(state, avatar, row)) {
                     moment.seen.insert(entity);
                 } else {
-                    ++concealed;
+                    ++filtered;
                 }
             }
         }
@@ -173,7 +173,7 @@ class Captured : public GameTest, public ::testing::WithParamInterface<const cha
                                 "statics.box[0].size.z_m=60",
                                 "scatter[0].count=60",
                                 "type[0].nimbus_m.normal=30",
-                                "type[1].conceal=LINE_OF_SIGHT"}) {
+                                "type[1].visibility_filter=LINE_OF_SIGHT"}) {
             server.sets.emplace_back(set);
         }
     }
@@ -280,10 +280,10 @@ TEST_P(Captured, ClientsReceiveNothingBeyondTheirRadiiAcrossBordersOfZones) {
 
 TEST_P(Captured, ClientsReceiveNothingThatIsOutOfSight) {
     for (const char* type : {"0", "1", "2"}) {
-        server.sets.push_back(std::string("type[") + type + "].conceal=LINE_OF_SIGHT");
+        server.sets.push_back(std::string("type[") + type + "].visibility_filter=LINE_OF_SIGHT");
     }
     expect_clean(run_captured());
-    EXPECT_GT(truth_.concealed, 1000U);
+    EXPECT_GT(truth_.filtered, 1000U);
 }
 
 TEST_P(Captured, TheCheckerFindsALeakedEntity) {
@@ -296,17 +296,17 @@ TEST_P(Captured, TheCheckerFindsALeakedTopic) {
     EXPECT_GT(run_captured().wrong_topics, 0U);
 }
 
-TEST_P(Captured, TheCheckerFindsWhatIsConcealedAndToldAllTheSame) {
+TEST_P(Captured, TheCheckerFindsWhatIsFilteredAndSentAllTheSame) {
     put_up_a_wall();
-    server.sets.emplace_back("testing.leak_concealed.probability=1");
+    server.sets.emplace_back("testing.leak_filtered.probability=1");
     EXPECT_GT(run_captured().wrong_records, 0U);
 }
 
-TEST_P(Captured, TheVerdictOfTheBotsFindsWhatIsConcealedAndToldAllTheSame) {
+TEST_P(Captured, TheVerdictOfTheBotsFindsWhatIsFilteredAndSentAllTheSame) {
     put_up_a_wall();
     expect_clean(run_captured());
     EXPECT_TRUE(swarm->report().consistent) << reasons(swarm->report());
-    server.sets.emplace_back("testing.leak_concealed.probability=1");
+    server.sets.emplace_back("testing.leak_filtered.probability=1");
     swarm.reset();
     captures_.clear();
     truth_ = Truth();

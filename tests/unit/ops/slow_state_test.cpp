@@ -83,14 +83,15 @@ TEST(ConesInConfigs, ReachNoFartherThanTheGhosts) {
         << format_errors("test", out.errors);
 }
 
-TEST(BurstsInConfigs, AreConcealedByLineOfSightAlone) {
+TEST(BurstsInConfigs, AreFilteredByLineOfSightAlone) {
     const std::string sparks =
-        "particles { name: \"sparks\" burst { conceal: LINE_OF_SIGHT } }\n" + kValid;
+        "particles { name: \"sparks\" burst { visibility_filter: LINE_OF_SIGHT } }\n" + kValid;
     const Outcome out = parse(sparks);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     ASSERT_EQ(out.settings.cosmetic_bursts.size(), 1U);
     EXPECT_TRUE(out.settings.cosmetic_bursts[0].line_of_sight);
-    expect_single(with("LINE_OF_SIGHT", "RULES", sparks), "conceal: RULES", "not about places");
+    expect_single(
+        with("LINE_OF_SIGHT", "RULES", sparks), "visibility_filter: RULES", "not about places");
 }
 
 }  // namespace
