@@ -198,7 +198,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     for (const auto& zone : zones_) {
         zone->publish_ghosts();
     }
-    for_each_zone(&World::exchange_zone);
+    for_each_zone(&World::import_ghosts);
     for_each_zone(&World::publish_zone);
     resolve_events(out);
     resolve_bursts(out);
@@ -238,7 +238,7 @@ void World::simulate_zone(std::size_t index) {
     zones_[index]->simulate(now_, inboxes_[index]);
 }
 
-void World::exchange_zone(std::size_t index) {
+void World::import_ghosts(std::size_t index) {
     zones_[index]->follow_ghosts(states_);
 }
 

@@ -73,7 +73,7 @@ class World {
     void step(std::vector<mailbox::OutboxItem>& out);
     void for_each_zone(void (World::*work)(std::size_t));
     void simulate_zone(std::size_t index);
-    void exchange_zone(std::size_t index);
+    void import_ghosts(std::size_t index);
     void publish_zone(std::size_t index);
     void carry_handoffs(std::vector<mailbox::OutboxItem>& out);
     void apply_topics(std::vector<mailbox::OutboxItem>& out);

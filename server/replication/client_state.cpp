@@ -96,10 +96,10 @@ void ClientState::code(bool alone, const Settings& settings) {
 
 // ---------------------------------------------------------------- what the client hears of
 
-void ClientState::sync(const std::vector<world::Visible>& visible,
-                       Tick now,
-                       StreamTable& streams,
-                       std::vector<Subscription>& scratch) {
+void ClientState::update_subscriptions(const std::vector<world::Visible>& visible,
+                                       Tick now,
+                                       StreamTable& streams,
+                                       std::vector<Subscription>& scratch) {
     const bool unchanged = std::equal(subscriptions.begin(),
                                       subscriptions.end(),
                                       visible.begin(),

@@ -83,14 +83,14 @@ class ClientState {
     [[nodiscard]] ClientTransfer transfer() const;
 
     /// Brings subscriptions in line with what the client hears of now; both ascend by entity.
-    void sync(const std::vector<world::Visible>& visible,
-              Tick now,
-              StreamTable& streams,
-              std::vector<Subscription>& scratch);
+    void update_subscriptions(const std::vector<world::Visible>& visible,
+                              Tick now,
+                              StreamTable& streams,
+                              std::vector<Subscription>& scratch);
 
     /// Drops all subscriptions; what the client may hold becomes owed removals.
     void detach(Tick now, StreamTable& streams, std::vector<Subscription>& scratch) {
-        sync({}, now, streams, scratch);
+        update_subscriptions({}, now, streams, scratch);
     }
 
     /// As the session measures it; 0: not yet.

@@ -22,7 +22,7 @@ struct Replicator::Impl {
         return it != clients.end() && (*it)->client == client ? it : clients.end();
     }
 
-    void sync_subscriptions(Tick now, const world::Visibility& visibility);
+    void subscribe_viewers(Tick now, const world::Visibility& visibility);
     void choose_codecs(Tick now);
     void list_avatars(const world::Entities& entities);
     OwnNow own_state(Tick now,
@@ -113,7 +113,7 @@ Report Replicator::step(Tick now,
                         std::vector<mailbox::StatePacket>& out) {
     Report report;
     Impl& z = *impl_;
-    z.sync_subscriptions(now, visibility);
+    z.subscribe_viewers(now, visibility);
     z.streams.collect();
     report.skipped = visibility.empty();
     report.inputs = static_cast<std::uint32_t>(own.size());
@@ -163,7 +163,7 @@ void Replicator::Impl::choose_codecs(Tick now) {
 }
 
 /// Clients without a set (not viewers at the moment) hear of nothing.
-void Replicator::Impl::sync_subscriptions(Tick now, const world::Visibility& visibility) {
+void Replicator::Impl::subscribe_viewers(Tick now, const world::Visibility& visibility) {
     auto set = visibility.begin();
     for (const auto& client : clients) {
         while (set != visibility.end() && set->client < client->client) {
@@ -175,7 +175,7 @@ void Replicator::Impl::sync_subscriptions(Tick now, const world::Visibility& vis
             continue;  // as it was synchronised before
         }
         if (client->is_viewer) {
-            client->sync(set->visible, now, streams, scratch);
+            client->update_subscriptions(set->visible, now, streams, scratch);
         } else {
             client->detach(now, streams, scratch);
         }

@@ -52,7 +52,7 @@ void ZoneContext::teleport(EntityId entity, const Vec3& position) {
     if (row == world::kNoRow) {
         return;
     }
-    rouse(*state_, row);
+    wake_agent(*state_, row);
     step_up_soft(*state_, row);
     place(row, position, Vec3::Zero());
     const world::Entities& e = state_->entities;
@@ -68,7 +68,7 @@ void ZoneContext::add_velocity(EntityId entity, const Vec3& change) {
     if (row == world::kNoRow) {
         return;
     }
-    rouse(*state_, row);
+    wake_agent(*state_, row);
     step_up_soft(*state_, row);
     world::Entities& e = state_->entities;
     e.set(row, world::kAtRest, false);
@@ -94,7 +94,7 @@ void ZoneContext::hide(EntityId entity) {
     if (row == world::kNoRow) {
         return;
     }
-    rouse(*state_, row);
+    wake_agent(*state_, row);
     world::Entities& e = state_->entities;
     remove_body(*state_, row);
     e.set(row, world::kHidden, true);
@@ -109,7 +109,7 @@ void ZoneContext::show(EntityId entity, const Vec3& position, const Vec3& veloci
     if (row == world::kNoRow) {
         return;
     }
-    rouse(*state_, row);
+    wake_agent(*state_, row);
     world::Entities& e = state_->entities;
     e.set(row, world::kHidden, false);
     remove_body(*state_, row);

@@ -44,7 +44,7 @@ void open(ZoneState& state, std::uint32_t door) {
 
 /// Characters that rest where a door has turned move again, if only out of it. AgentStore that
 /// nobody sees are placed by their own means.
-void rouse_resting(ZoneState& state) {
+void wake_resting(ZoneState& state) {
     world::Entities& e = state.entities;
     world::for_each_row(e.stirring(), [&](world::Row row) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
@@ -93,7 +93,7 @@ std::uint32_t turn_doors(ZoneState& state) {
         }
     }
     if (turned > 0) {
-        rouse_resting(state);
+        wake_resting(state);
     }
     return turned;
 }

@@ -95,7 +95,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.rules = state.rules->take_entity(h.state.id);
     if (state.agents.find(h.state.id) != nullptr) {
         if (!state.settings.ai.difficulty.levels.empty()) {
-            rouse(state, row);  // it may go on by other brains
+            wake_agent(state, row);  // it may go on by other brains
         }
         h.level = state.ai_update.difficulty().level;
         state.paths.release(state.agents.slot_of(h.state.id));

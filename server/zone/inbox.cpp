@@ -135,7 +135,7 @@ struct Apply {
         for (std::size_t n = 0; n < state.agents.size(); ++n) {
             const world::Row row = state.entities.find(state.agents.at(state.agents.nth(n)).entity);
             if (row != world::kNoRow) {
-                rouse(state, row);
+                wake_agent(state, row);
             }
         }
         const ai::AiSettings before = std::move(state.settings.ai);

@@ -59,14 +59,14 @@ void follow_players(ZoneState& state) {
         const ai::Agent& agent = state.agents.at(state.agents.nth(n));
         const world::Row row = state.entities.find(agent.entity);
         if (row != world::kNoRow && settings.difficulty.varies[agent.brain]) {
-            rouse(state, row);
+            wake_agent(state, row);
         }
     }
     state.report.level_change =
         ai::change_level(state.agents, settings, difficulty, level, state.now, state.settings.dt);
 }
 
-void rouse(ZoneState& state, world::Row row) {
+void wake_agent(ZoneState& state, world::Row row) {
     ai::Agent* const agent = state.agents.find(state.entities.id[row]);
     if (agent == nullptr || agent->tier != ai::Tier::kSuspended) {
         return;

@@ -15,6 +15,6 @@ void follow_players(ZoneState& state);
 
 /// An entity that something is done to must be simulated: wakes its agent where it has one that
 /// goes from event to event.
-void rouse(ZoneState& state, world::Row row);
+void wake_agent(ZoneState& state, world::Row row);
 
 }  // namespace zoned::zone
