@@ -60,7 +60,7 @@ float width_of(const world::EntityType& type) {
     if (type.kind == world::EntityKind::kCharacter) {
         return type.character.radius;
     }
-    return type.shape == world::ShapeKind::kBox
+    return type.shape == world::TypeShape::kBox
                ? Vec2(type.half_extents.x(), type.half_extents.z()).norm()
                : type.extent();
 }

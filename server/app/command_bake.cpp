@@ -21,7 +21,7 @@ namespace {
 using physics::Shape;
 
 /// CPU time of this thread since its construction: what else runs on the machine does not count.
-class Watch {
+class CpuStopwatch {
   public:
     [[nodiscard]] double ms() const {
         return static_cast<double>(thread_cpu_ns() - begin_) / 1.0e6;
@@ -93,7 +93,7 @@ void survey_field(float level_m, Work& work) {
 }
 
 int read_obj(Work& work) {
-    const Watch watch;
+    const CpuStopwatch watch;
     const ops::ObjScan scan = ops::scan_obj(work.bytes);
     if (!scan.good()) {
         return complain_of_lines(work, scan);
@@ -115,7 +115,7 @@ int read_png(Work& work) {
     if (!a.height) {
         return complain(work, "an image does not say how high white is: give --height METRES");
     }
-    const Watch watch;
+    const CpuStopwatch watch;
     physics::FieldOptions options;
     options.spacing_x = options.spacing_z = a.spacing.value_or(1.0F);
     options.offset = a.offset.value_or(0.0F);
@@ -143,7 +143,7 @@ int check_built_anew(Work& work) {
     for (const auto& corners : t.corners) {
         indices.insert(indices.end(), corners.begin(), corners.end());
     }
-    const Watch watch;
+    const CpuStopwatch watch;
     const auto built = physics::build_mesh(t.vertices, indices);
     const double ms = watch.ms();
     const std::string difference =
@@ -159,7 +159,7 @@ int read_baked(Work& work) {
     if (!work.arguments.check) {
         return complain(work, "is baked already; --check checks it");
     }
-    const Watch watch;
+    const CpuStopwatch watch;
     auto shape = ops::read_baked(work.bytes);
     work.ms = watch.ms();
     if (!shape) {
@@ -212,7 +212,7 @@ void write_file(const std::string& path, const std::string& bytes) {
 /// Bakes, reads back and compares before anything is written.
 int bake_and_write(Work& work) {
     const std::string baked = ops::bake(work.shape);
-    const Watch watch;
+    const CpuStopwatch watch;
     const auto again = ops::read_baked(baked);
     const double ms = watch.ms();
     const std::string difference = again ? ops::difference_of(work.shape, *again) : again.error();

@@ -59,9 +59,9 @@ void print_particles(const ops::Settings& settings, const ParticleDevice& device
     }
 }
 
-void print_codec(const replication::Settings& settings,
+void print_codec(const replication::ReplicationSettings& settings,
                  const replication::Replicator& replicator,
-                 const replication::Report& last) {
+                 const replication::ReplicationReport& last) {
     switch (settings.codec) {
         case replication::Codec::kShared:
             std::printf("  codec: shared records, as configured\n");
@@ -88,7 +88,7 @@ void print_codec(const replication::Settings& settings,
 }
 
 void print_zone(const ops::ZoneRegion& region,
-                const replication::Settings& replication,
+                const replication::ReplicationSettings& replication,
                 const zone::Zone& zone,
                 const zone::StepReport& last,
                 const ZoneCost& cost,

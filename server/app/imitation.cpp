@@ -61,9 +61,9 @@ learning::Wanted wanted_of(const motion::InputCommand& command) {
 }
 
 /// Goes through a recording and keeps what players do.
-class Observer {
+class PlayerObserver {
   public:
-    Observer(const proto::Training::Imitation& settings, std::uint32_t every_ticks)
+    PlayerObserver(const proto::Training::Imitation& settings, std::uint32_t every_ticks)
         : settings_(settings),
           every_(every_ticks) {}
 
@@ -154,7 +154,7 @@ Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t ev
         return Played::failure(text_of(errors, settings.recording()));
     }
     World world(config, 1);
-    Observer observer(settings, every_ticks);
+    PlayerObserver observer(settings, every_ticks);
     ops::TickRecord record;
     for (;;) {
         const auto next = reader.next(record);

@@ -25,7 +25,7 @@ constexpr std::uint32_t kClients = 64;
 constexpr float kCodecTickS = 1.0F / 30.0F;
 
 /// Walks straight on, and now and then another way.
-struct Walker {
+struct TrialWalker {
     motion::KinematicState state;
 
     void step(core::Rng& rng) {
@@ -68,7 +68,7 @@ struct CodecTrial {
     }
 
     wire::record::RecordEncoder encoder;
-    std::vector<Walker> all;
+    std::vector<TrialWalker> all;
     std::vector<wire::record::CodedRecord> records;
     std::vector<std::uint8_t> bytes;
 };

@@ -75,8 +75,8 @@ net::TlsCallbacks Network::callbacks() {
     return callbacks;
 }
 
-session::Output Network::output() {
-    session::Output output;
+session::SessionOutput Network::output() {
+    session::SessionOutput output;
     output.send_frame = [this](session::StreamId stream, session::Bytes frame) {
         tls_.send(stream.value, frame);
     };

@@ -53,7 +53,7 @@ class Network {
     void arm_timer();
     /// Sends what is spread over a tick, when it is due.
     void arm_pacing();
-    session::Output output();
+    session::SessionOutput output();
     net::TlsCallbacks callbacks();
 
     std::function<void(mailbox::InboxItem)> to_zones_;

@@ -51,8 +51,8 @@ std::string one_line(std::string text) {
 }
 
 /// What a system's particles live in, but for a heightfield; balls stand where nobody is.
-struct Surroundings {
-    Surroundings(const ops::Settings& settings, const zone::ParticleSource& source) {
+struct SystemSurroundings {
+    SystemSurroundings(const ops::Settings& settings, const zone::ParticleSource& source) {
         const physics::ParticleSystemDef& def = source.def;
         scene.world.h = static_cast<float>(1.0 / settings.tick_rate_hz / def.pieces);
         scene.world.gy = def.gravity.y();
@@ -71,8 +71,8 @@ struct Surroundings {
         }
     }
 
-    Surroundings(const Surroundings&) = delete;
-    Surroundings& operator=(const Surroundings&) = delete;
+    SystemSurroundings(const SystemSurroundings&) = delete;
+    SystemSurroundings& operator=(const SystemSurroundings&) = delete;
 
     compute::ParticleScene scene;
     std::vector<float> gusts;
@@ -87,7 +87,7 @@ std::string build_kernels(const ops::Settings& settings,
     compute::ParticleColumns columns;
     columns.reserve(1);
     for (const zone::ParticleSource& source : settings.particles) {
-        const Surroundings around(settings, source);
+        const SystemSurroundings around(settings, source);
         compute::StageRun run = stage.step(columns, 1, around.scene, team);
         if (!run.fault.empty()) {
             return run.fault;
@@ -176,7 +176,7 @@ ParticleDevice open_particle_device(const ops::Settings& settings,
                                     static_cast<double>(b.def.most) * particle_ns(b, field);
                          });
     MeasuredCrossover measured =
-        measure_particles(**device, team, Surroundings(settings, *dearest).scene);
+        measure_particles(**device, team, SystemSurroundings(settings, *dearest).scene);
     if (measured.fault.empty()) {
         measured.fault = build_kernels(settings, **device, team);
     }

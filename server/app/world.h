@@ -56,7 +56,7 @@ class World {
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 
     /// What the state packets of all zones so far were spent on; empty where
-    /// replication::Settings::meter is off.
+    /// replication::ReplicationSettings::meter is off.
     void sum_traffic(wire::TrafficTable& out) const;
 
     /// True when no zone has anything awake, moving or watched: the next tick will change nothing

@@ -65,7 +65,7 @@ void TlsConnection::start() {
 }
 
 void TlsConnection::on_handshake(const asio::error_code& ec) {
-    if (state_ == State::kDone) {
+    if (state_ == ConnectionState::kDone) {
         return;
     }
     DatagramKeys keys;
@@ -77,13 +77,13 @@ void TlsConnection::on_handshake(const asio::error_code& ec) {
         return;
     }
     deadline_.cancel();
-    state_ = State::kOpen;
+    state_ = ConnectionState::kOpen;
     opened_ = true;
     ++events_->stats.opened;
     if (events_->opened) {
         events_->opened(*this, keys);
     }
-    if (state_ == State::kOpen) {
+    if (state_ == ConnectionState::kOpen) {
         read();
     }
 }
@@ -105,10 +105,10 @@ void TlsConnection::read() {
 
 void TlsConnection::on_read(const asio::error_code& ec, std::size_t bytes) {
     reading_ = false;
-    if (state_ == State::kDone) {
+    if (state_ == ConnectionState::kDone) {
         return;
     }
-    if (state_ == State::kClosing) {
+    if (state_ == ConnectionState::kClosing) {
         if (!write_in_progress_) {
             shut_down();
         }
@@ -145,7 +145,7 @@ bool TlsConnection::take_frames() {
         if (events_->frame) {
             events_->frame(*this, {in_.data() + at + kPrefixBytes, length});
         }
-        if (state_ != State::kOpen) {
+        if (state_ != ConnectionState::kOpen) {
             return false;
         }
         at += kPrefixBytes + length;
@@ -163,7 +163,7 @@ bool TlsConnection::take_frames() {
 // ---------------------------------------------------------------- writing
 
 void TlsConnection::send(std::span<const std::uint8_t> frame) {
-    if (state_ != State::kOpen) {
+    if (state_ != ConnectionState::kOpen) {
         return;
     }
     if (backlog() + kPrefixBytes + frame.size() > limits_.max_queue_bytes) {
@@ -185,7 +185,7 @@ void TlsConnection::send(std::span<const std::uint8_t> frame) {
 }
 
 void TlsConnection::write() {
-    if (state_ == State::kDone) {
+    if (state_ == ConnectionState::kDone) {
         return;
     }
     writing_.clear();
@@ -198,7 +198,7 @@ void TlsConnection::write() {
 }
 
 void TlsConnection::on_written(const asio::error_code& ec) {
-    if (state_ == State::kDone) {
+    if (state_ == ConnectionState::kDone) {
         return;
     }
     if (ec) {
@@ -217,7 +217,7 @@ void TlsConnection::on_written(const asio::error_code& ec) {
             *buffer = std::vector<std::uint8_t>();
         }
     }
-    if (state_ == State::kClosing) {
+    if (state_ == ConnectionState::kClosing) {
         shut_down();
     }
 }
@@ -225,14 +225,14 @@ void TlsConnection::on_written(const asio::error_code& ec) {
 // ---------------------------------------------------------------- ending
 
 void TlsConnection::close() {
-    if (state_ == State::kHandshake) {
+    if (state_ == ConnectionState::kHandshake) {
         finish("closed during the handshake");
         return;
     }
-    if (state_ != State::kOpen) {
+    if (state_ != ConnectionState::kOpen) {
         return;
     }
-    state_ = State::kClosing;
+    state_ = ConnectionState::kClosing;
     arm_deadline(limits_.close_timeout_s);
     if (!write_in_progress_) {
         shut_down();
@@ -255,7 +255,7 @@ void TlsConnection::shut_down() {
         return;
     }
     stream_.async_shutdown([self = shared_from_this()](const asio::error_code& ec) {
-        if (self->state_ == State::kDone) {
+        if (self->state_ == ConnectionState::kDone) {
             return;
         }
         if (!ec) {
@@ -281,7 +281,7 @@ void TlsConnection::linger() {
 void TlsConnection::discard() {
     stream_.next_layer().async_read_some(
         asio::buffer(in_), [self = shared_from_this()](const asio::error_code& ec, std::size_t) {
-            if (self->state_ == State::kDone) {
+            if (self->state_ == ConnectionState::kDone) {
                 return;
             }
             if (ec) {
@@ -296,10 +296,11 @@ void TlsConnection::arm_deadline(double seconds) {
     deadline_.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
         std::chrono::duration<double>(seconds)));
     deadline_.async_wait([self = shared_from_this()](const asio::error_code& ec) {
-        if (ec || self->state_ == State::kOpen || self->state_ == State::kDone) {
+        if (ec || self->state_ == ConnectionState::kOpen ||
+            self->state_ == ConnectionState::kDone) {
             return;
         }
-        if (self->state_ == State::kHandshake) {
+        if (self->state_ == ConnectionState::kHandshake) {
             ++self->events_->stats.handshake_timeout;
             self->finish("the TLS handshake took too long");
         } else {
@@ -310,7 +311,7 @@ void TlsConnection::arm_deadline(double seconds) {
 }
 
 void TlsConnection::finish(const std::string& reason) {
-    if (std::exchange(state_, State::kDone) == State::kDone) {
+    if (std::exchange(state_, ConnectionState::kDone) == ConnectionState::kDone) {
         return;
     }
     deadline_.cancel();

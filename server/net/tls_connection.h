@@ -88,7 +88,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     [[nodiscard]] std::size_t backlog() const { return pending_.size() + writing_.size(); }
 
   private:
-    enum class State : std::uint8_t {
+    enum class ConnectionState : std::uint8_t {
         kHandshake,
         kOpen,
         kClosing,
@@ -114,7 +114,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     Address peer_;
     ConnectionLimits limits_;
     std::shared_ptr<ConnectionEvents> events_;
-    State state_ = State::kHandshake;
+    ConnectionState state_ = ConnectionState::kHandshake;
     bool opened_ = false;
     bool reading_ = false;
     bool write_in_progress_ = false;

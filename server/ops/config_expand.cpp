@@ -90,7 +90,7 @@ void expand_solid(const proto::Config& config,
     if (!solid) {
         return;  // check_types says why, and nobody uses the settings
     }
-    out.shape = world::ShapeKind::kSolid;
+    out.shape = world::TypeShape::kSolid;
     out.radius = solid->radius;
     out.stands = solid->stands;
     out.standing = solid->standing;
@@ -108,7 +108,7 @@ void expand_soft(const proto::Config& config,
     if (!soft) {
         return;  // as above
     }
-    out.shape = world::ShapeKind::kSoft;
+    out.shape = world::TypeShape::kSoft;
     out.radius = soft->radius;
     out.half_extents = soft->box.lower.cwiseAbs().cwiseMax(soft->box.upper);
     out.standing = soft->box;
@@ -132,15 +132,15 @@ world::EntityType expand_type(const proto::Config& config,
         out.character = expand_character(config, type);
     }
     if (type.has_box()) {
-        out.shape = world::ShapeKind::kBox;
+        out.shape = world::TypeShape::kBox;
         out.half_extents = Vec3(narrow(0.5 * type.box().x_m()),
                                 narrow(0.5 * type.box().y_m()),
                                 narrow(0.5 * type.box().z_m()));
     } else if (type.has_sphere()) {
-        out.shape = world::ShapeKind::kSphere;
+        out.shape = world::TypeShape::kSphere;
         out.radius = narrow(type.sphere().radius_m());
     } else if (type.has_capsule()) {
-        out.shape = world::ShapeKind::kCapsule;
+        out.shape = world::TypeShape::kCapsule;
         out.radius = narrow(type.capsule().radius_m());
         out.half_segment = narrow(0.5 * type.capsule().length_m());
     } else if (type.has_soft()) {
@@ -195,7 +195,7 @@ wire::Quantization expand_quantization(const proto::Config& config) {
     return out;
 }
 
-void expand_replication(const proto::Config& config, replication::Settings& out) {
+void expand_replication(const proto::Config& config, replication::ReplicationSettings& out) {
     const auto& from = config.replication();
     out.quantization = expand_quantization(config);
     out.quantization.gravity_mps2 = narrow(config.physics().gravity_mps2());

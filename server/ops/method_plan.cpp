@@ -361,7 +361,7 @@ void plan_methods(Settings& settings, Diagnostics& diagnostics) {
         if (type.single_beyond_m > 0.0F) {
             settings.methods.push_back(plan_representation(config, config.type(t), type));
         }
-        if (type.shape == world::ShapeKind::kSoft) {
+        if (type.shape == world::TypeShape::kSoft) {
             settings.methods.push_back(plan_soft(settings,
                                                  config.type(t),
                                                  settings.softs[type.solid],

@@ -35,19 +35,19 @@ Pose pose_of(const world::EntityType& type) {
         return {type.radius, height, 0.5F * height, false};
     }
     switch (type.shape) {
-        case world::ShapeKind::kSphere:
+        case world::TypeShape::kSphere:
             return {type.radius, 2.0F * type.radius, type.radius, false};
-        case world::ShapeKind::kCapsule:
+        case world::TypeShape::kCapsule:
             return {type.radius + type.half_segment, 2.0F * type.radius, type.radius, true};
-        case world::ShapeKind::kSolid:
-        case world::ShapeKind::kSoft: {
+        case world::TypeShape::kSolid:
+        case world::TypeShape::kSoft: {
             const Vec3 reach = type.standing.lower.cwiseAbs().cwiseMax(type.standing.upper);
             return {std::hypot(reach.x(), reach.z()),
                     type.standing.upper.y() - type.standing.lower.y(),
                     -type.standing.lower.y(),
                     false};
         }
-        case world::ShapeKind::kBox:
+        case world::TypeShape::kBox:
             break;
     }
     return {std::hypot(type.half_extents.x(), type.half_extents.z()),
@@ -66,7 +66,7 @@ InitialEntity make_entity(TypeIndex index,
     entity.position = position;
     const double angle = yaw * (2.0 * std::numbers::pi / 65536.0);
     Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
-    if (type.shape == world::ShapeKind::kSolid) {
+    if (type.shape == world::TypeShape::kSolid) {
         turned = turned * type.stands.cast<double>();
     }
     if (pose.lying) {

@@ -145,7 +145,7 @@ struct Settings {
     std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on
     ai::AiSettings ai;
     interest::InterestSettings interest;
-    replication::Settings replication;
+    replication::ReplicationSettings replication;
     clock::SlowDefs slow;
     zone::RulesSettings rules;
 };

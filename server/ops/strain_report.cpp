@@ -27,7 +27,7 @@ struct Extremes {
 Extremes extremes_of(const world::TypeTable& types) {
     Extremes out;
     for (const world::EntityType& type : types) {
-        if (type.kind != world::EntityKind::kProp || type.shape == world::ShapeKind::kSoft) {
+        if (type.kind != world::EntityKind::kProp || type.shape == world::TypeShape::kSoft) {
             continue;
         }
         if (out.light == nullptr || type.mass < out.light->mass) {
@@ -82,7 +82,7 @@ std::vector<std::string> stability_warnings_of(const Settings& settings) {
     std::vector<std::string> out;
     add("physics: ", physics::stability_warnings_of(physics, dt), out);
     for (const world::EntityType& type : settings.types) {
-        if (type.shape == world::ShapeKind::kSoft) {
+        if (type.shape == world::TypeShape::kSoft) {
             continue;  // any stiffness is stable there
         }
         add("type '" + type.name + "': ",

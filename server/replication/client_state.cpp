@@ -25,16 +25,16 @@ constexpr double kNarrowBurstBytes = 512.0;  // headers are a fifth of a packet 
 
 }  // namespace
 
-double burst_bytes(const Settings& settings) {
+double burst_bytes(const ReplicationSettings& settings) {
     return std::max(kSmallestBurstBytes, 0.25 * settings.budget_bytes_per_s);
 }
 
-double opening_bytes(const Settings& settings) {
+double opening_bytes(const ReplicationSettings& settings) {
     const auto second = static_cast<double>(settings.budget_bytes_per_s);
     return std::max(burst_bytes(settings), std::min(kInitialWindowBytes, second));
 }
 
-ClientState::ClientState(const ClientTransfer& transfer, const Settings& settings)
+ClientState::ClientState(const ClientTransfer& transfer, const ReplicationSettings& settings)
     : client(transfer.client),
       tokens(transfer.next_sequence == 1 ? opening_bytes(settings) : transfer.budget_bytes),
       widened(transfer.widened),
@@ -81,7 +81,7 @@ ClientTransfer ClientState::transfer() const {
     return t;
 }
 
-void ClientState::code(bool alone, const Settings& settings) {
+void ClientState::code(bool alone, const ReplicationSettings& settings) {
     if (alone == (coder != nullptr)) {
         return;
     }
@@ -197,7 +197,7 @@ void ClientState::reset_view() {
     own.sent_tick = -1;
 }
 
-// ---------------------------------------------------------------- fate of packets
+// ---------------------------------------------------------------- status of packets
 
 SentPacket& ClientState::begin_packet(Tick now) {
     // A packet that is still open after kCapacity newer ones can't be acknowledged any more.
@@ -205,12 +205,12 @@ SentPacket& ClientState::begin_packet(Tick now) {
                                 ? log_.find(next_sequence_ - SentLog::kCapacity)
                                 : nullptr;
     if (displaced != nullptr) {
-        if (displaced->fate == Fate::kOpen) {
+        if (displaced->status == DeliveryStatus::kOpen) {
             for (const SentEntry& entry : displaced->entries) {
                 lose(entry);
             }
         }
-        sample_loss(*displaced, displaced->fate != Fate::kAcked);
+        sample_loss(*displaced, displaced->status != DeliveryStatus::kAcked);
     }
     packet_tick = now;
     heard_while_away_ = false;
@@ -235,10 +235,10 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
         }
         // What another zone sent before the handoff is not in this log.
         SentPacket* packet = log_.find(acks.newest - back);
-        if (packet == nullptr || packet->fate == Fate::kAcked) {
+        if (packet == nullptr || packet->status == DeliveryStatus::kAcked) {
             continue;
         }
-        packet->fate = Fate::kAcked;
+        packet->status = DeliveryStatus::kAcked;
         if (packet->coded && coder != nullptr) {
             coder->acknowledge(static_cast<wire::entropy::PacketNumber>(packet->sequence));
         }
@@ -263,14 +263,14 @@ void ClientState::expire(Tick now, float tick_s) {
         SentPacket* packet = log_.find(sequence);
         if (packet != nullptr) {
             const Tick age = now - packet->tick;
-            if (packet->fate == Fate::kOpen &&
+            if (packet->status == DeliveryStatus::kOpen &&
                 (newest_acked_ >= sequence + kReorderTolerance || age > patience)) {
-                packet->fate = Fate::kLost;
+                packet->status = DeliveryStatus::kLost;
                 for (const SentEntry& entry : packet->entries) {
                     lose(entry);
                 }
             }
-            if (packet->fate == Fate::kLost && age > 3 * patience) {
+            if (packet->status == DeliveryStatus::kLost && age > 3 * patience) {
                 sample_loss(*packet, true);
             }
             resolved_so_far = resolved_so_far && packet->counted;
@@ -310,8 +310,8 @@ void ClientState::begin_away() {
         if (packet == nullptr || sequence <= heard_newest_) {
             continue;
         }
-        if (packet->fate == Fate::kOpen) {
-            packet->fate = Fate::kLost;
+        if (packet->status == DeliveryStatus::kOpen) {
+            packet->status = DeliveryStatus::kLost;
             for (const SentEntry& entry : packet->entries) {
                 lose(entry);
             }
@@ -390,8 +390,10 @@ Tick ClientState::unacknowledged(std::vector<mailbox::AuditUpdate>& out) const {
             const auto removal = lower_bound_entity(removals, entry.entity);
             const bool leaving = removal != removals.end() && removal->entity == entry.entity;
             if (!leaving || entry.stamp == removal->stamp) {
-                sent_copies.push_back(
-                    {entry.entity, sequence, packet->tick, packet->fate == Fate::kAcked});
+                sent_copies.push_back({entry.entity,
+                                       sequence,
+                                       packet->tick,
+                                       packet->status == DeliveryStatus::kAcked});
             }
         }
     }
@@ -445,13 +447,13 @@ int ClientState::copies_wanted(float target) const {
     return copies;
 }
 
-double ClientState::allowed_bytes(const Settings& settings) const {
+double ClientState::allowed_bytes(const ReplicationSettings& settings) const {
     const bool narrow = rate_bytes_per_s_ != 0 && rate_bytes_per_s_ < settings.budget_bytes_per_s;
     return static_cast<double>(narrow ? rate_bytes_per_s_ : settings.budget_bytes_per_s) *
            static_cast<double>(settings.tick_s);
 }
 
-void ClientState::refill(const Settings& settings) {
+void ClientState::refill(const ReplicationSettings& settings) {
     const bool narrow = rate_bytes_per_s_ != 0 && rate_bytes_per_s_ < settings.budget_bytes_per_s;
     const double per_tick = allowed_bytes(settings);
     const double burst =

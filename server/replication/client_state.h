@@ -78,7 +78,7 @@ struct OwnTrack {
 /// Everything kept per client. Entities are identified by id; rows change between ticks.
 class ClientState {
   public:
-    ClientState(const ClientTransfer& transfer, const Settings& settings);
+    ClientState(const ClientTransfer& transfer, const ReplicationSettings& settings);
 
     [[nodiscard]] ClientTransfer transfer() const;
 
@@ -127,15 +127,15 @@ class ClientState {
     [[nodiscard]] bool sign_due(Tick now) const;
 
     /// From now on this client's records are coded for it alone, or not any more.
-    void code(bool alone, const Settings& settings);
+    void code(bool alone, const ReplicationSettings& settings);
 
     /// What it may be sent per tick, of the budget or of what the path carries, if that is less.
-    [[nodiscard]] double allowed_bytes(const Settings& settings) const;
+    [[nodiscard]] double allowed_bytes(const ReplicationSettings& settings) const;
 
     /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
     /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
     /// bursts wait in a queue, a tick and a half's (or what one small packet needs).
-    void refill(const Settings& settings);
+    void refill(const ReplicationSettings& settings);
 
     /// When the client passed to the present stream of an entity from another level of detail or
     /// zone; 0 = never.
@@ -206,9 +206,9 @@ class ClientState {
 
 /// What a client may be sent at once when it has just joined: a second's worth of its budget, but
 /// no more than TCP's initial window.
-double opening_bytes(const Settings& settings);
+double opening_bytes(const ReplicationSettings& settings);
 
 /// Bytes of budget that may gather while nothing is sent.
-double burst_bytes(const Settings& settings);
+double burst_bytes(const ReplicationSettings& settings);
 
 }  // namespace zoned::replication

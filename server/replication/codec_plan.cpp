@@ -47,10 +47,10 @@ CodecChoice CodecPlan::choose(std::span<CodecWish> wishes,
         }
         wish.coded = false;
     }
-    std::sort(order_.begin(), order_.end(), [](const Place& a, const Place& b) {
+    std::sort(order_.begin(), order_.end(), [](const RankedClient& a, const RankedClient& b) {
         return a.score != b.score ? a.score > b.score : a.index < b.index;
     });
-    for (const Place& place : order_) {
+    for (const RankedClient& place : order_) {
         const double cost_ns = wishes[place.index].demand.cost_ns(price);
         if (choice.cost_ns + cost_ns > budget_ns) {
             ++choice.beyond_budget;

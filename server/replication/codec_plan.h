@@ -58,12 +58,12 @@ class CodecPlan {
     static constexpr float kHeld = 1.25F;
 
   private:
-    struct Place {
+    struct RankedClient {
         float score = 0.0F;
         std::uint32_t index = 0;
     };
 
-    std::vector<Place> order_;  // scratch
+    std::vector<RankedClient> order_;  // scratch
 };
 
 }  // namespace zoned::replication

@@ -53,16 +53,16 @@ float floor_under(const motion::StaticGeometry& ground, const Vec3& p, float hig
 
 float resting_height(const world::EntityType& type, const Quat& orientation) {
     switch (type.shape) {
-        case world::ShapeKind::kSphere:
+        case world::TypeShape::kSphere:
             return type.radius;
-        case world::ShapeKind::kCapsule:
+        case world::TypeShape::kCapsule:
             return type.radius + type.half_segment * std::abs((orientation * Vec3::UnitY()).y());
-        case world::ShapeKind::kBox:
-        case world::ShapeKind::kSolid:
-        case world::ShapeKind::kSoft:
+        case world::TypeShape::kBox:
+        case world::TypeShape::kSolid:
+        case world::TypeShape::kSoft:
             break;
     }
-    const bool box = type.shape == world::ShapeKind::kBox;
+    const bool box = type.shape == world::TypeShape::kBox;
     const Vec3 lower = box ? Vec3(-type.half_extents) : type.standing.lower;
     const Vec3 upper = box ? type.half_extents : type.standing.upper;
     // The axis that is most nearly vertical, and which of its ends is below.

@@ -8,7 +8,7 @@ bool LimitCheck::exceeded(Tick now,
                           const Vec3& velocity,
                           const world::EntityType& type,
                           float tick_s) {
-    const Start end{now, position, velocity};
+    const MotionStart end{now, position, velocity};
     const bool comparable = before_.tick == now - 1 && discontinuity_tick < now;
     const bool left =
         comparable && (leaves(before_, end, type, tick_s) || leaves(window_, end, type, tick_s));
@@ -20,8 +20,8 @@ bool LimitCheck::exceeded(Tick now,
     return left;
 }
 
-bool LimitCheck::leaves(const Start& start,
-                        const Start& end,
+bool LimitCheck::leaves(const MotionStart& start,
+                        const MotionStart& end,
                         const world::EntityType& type,
                         float tick_s) {
     // A thousandth on top: velocities are floats, and an entity that accelerates exactly at its

@@ -33,19 +33,19 @@ class LimitCheck {
 
   private:
     /// Where a window begins.
-    struct Start {
+    struct MotionStart {
         Tick tick = -1;
         Vec3 position = Vec3::Zero();
         Vec3 velocity = Vec3::Zero();
     };
 
-    [[nodiscard]] static bool leaves(const Start& start,
-                                     const Start& end,
+    [[nodiscard]] static bool leaves(const MotionStart& start,
+                                     const MotionStart& end,
                                      const world::EntityType& type,
                                      float tick_s);
 
-    Start before_;
-    Start window_;
+    MotionStart before_;
+    MotionStart window_;
 };
 
 }  // namespace zoned::replication

@@ -30,7 +30,7 @@ void Packer::pack(Tick now,
                   const OwnNow& own,
                   ClientState& client,
                   StreamTable& streams,
-                  Report& report,
+                  ReplicationReport& report,
                   std::vector<mailbox::StatePacket>& out) {
     client.refill(settings_);
     codes_ = client.coder != nullptr &&
@@ -86,7 +86,7 @@ void Packer::write_records(Tick now,
                            ZoneId zone,
                            ClientState& client,
                            StreamTable& streams,
-                           Report& report,
+                           ReplicationReport& report,
                            std::vector<mailbox::StatePacket>& out) {
     std::size_t done = 0;
     while (done < candidates_.size()) {
@@ -112,7 +112,7 @@ void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
         return;
     }
     copies_wanted_ = client.copies_wanted(settings_.redundancy_target);
-    Candidate candidate;
+    PacketCandidate candidate;
     candidate.removal = true;
     for (std::uint32_t i = 0; i < client.removals.size(); ++i) {
         Removal& r = client.removals[i];
@@ -140,12 +140,14 @@ void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
 
 /// Most urgent first; ties go by entity.
 void Packer::sort_candidates() {
-    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-        if (a.score != b.score) {
-            return a.score > b.score;
-        }
-        return a.removal != b.removal ? a.removal : a.index < b.index;
-    });
+    std::sort(candidates_.begin(),
+              candidates_.end(),
+              [](const PacketCandidate& a, const PacketCandidate& b) {
+                  if (a.score != b.score) {
+                      return a.score > b.score;
+                  }
+                  return a.removal != b.removal ? a.removal : a.index < b.index;
+              });
 }
 
 /// True when something is to be sent now; says why and how urgent it is: weight times the ticks for
@@ -154,7 +156,7 @@ bool Packer::consider(Tick now,
                       bool update,
                       Delivery& delivery,
                       float weight,
-                      Candidate& candidate) {
+                      PacketCandidate& candidate) {
     if (update) {
         candidate.reason = Reason::kUpdate;
     } else if (settings_.never_again) {
@@ -215,11 +217,11 @@ bool Packer::fits(std::size_t size, double allowed_bytes) {
 
 /// Appends one record; false when it fits neither into the packet nor into the allowed bytes.
 bool Packer::add(Tick now,
-                 const Candidate& candidate,
+                 const PacketCandidate& candidate,
                  double allowed_bytes,
                  ClientState& client,
                  StreamTable& streams,
-                 Report& report) {
+                 ReplicationReport& report) {
     SentEntry entry;
     Encoded encoded;
     Subscription* s = nullptr;
@@ -283,7 +285,7 @@ bool Packer::add(Tick now,
 }
 
 /// Each record has one reason: the first of these that holds.
-wire::TrafficReason Packer::reason_of(const Candidate& candidate,
+wire::TrafficReason Packer::reason_of(const PacketCandidate& candidate,
                                       const Subscription& s,
                                       const Encoded& encoded,
                                       const StreamTable& streams) {
@@ -305,7 +307,7 @@ wire::TrafficReason Packer::reason_of(const Candidate& candidate,
 
 void Packer::finish(Tick now,
                     ClientState& client,
-                    Report& report,
+                    ReplicationReport& report,
                     std::vector<mailbox::StatePacket>& out) {
     if (coded_.empty()) {
         send(now, client, report, out);
@@ -316,7 +318,7 @@ void Packer::finish(Tick now,
 
 void Packer::send(Tick now,
                   ClientState& client,
-                  Report& report,
+                  ReplicationReport& report,
                   std::vector<mailbox::StatePacket>& out) {
     SentPacket& packet = client.begin_packet(now);
     if (head_.has_own) {

@@ -26,12 +26,12 @@ struct OwnNow {
 
 class Packer {
   public:
-    explicit Packer(const Settings& settings)
+    explicit Packer(const ReplicationSettings& settings)
         : settings_(settings),
           meter_(settings.meter ? std::make_unique<TrafficMeter>(settings.quantization) : nullptr) {
     }
 
-    /// Of all packets so far; nullptr where nobody asks (Settings::meter).
+    /// Of all packets so far; nullptr where nobody asks (ReplicationSettings::meter).
     [[nodiscard]] const wire::TrafficTable* traffic() const {
         return meter_ ? &meter_->table() : nullptr;
     }
@@ -46,7 +46,7 @@ class Packer {
               const OwnNow& own,
               ClientState& client,
               StreamTable& streams,
-              Report& report,
+              ReplicationReport& report,
               std::vector<mailbox::StatePacket>& out);
 
   private:
@@ -56,7 +56,7 @@ class Packer {
         kRepeat,  // one more copy, because the network loses packets
     };
 
-    struct Candidate {
+    struct PacketCandidate {
         float score = 0.0F;
         std::uint32_t index = 0;  // in removals or subscriptions
         bool removal = false;
@@ -75,13 +75,19 @@ class Packer {
                                const StreamTable& streams) const;
     void widen(Tick now, ClientState& client, const StreamTable& streams);
     static void postpone_all(Tick now, ClientState& client);
-    void notify(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;
-    bool consider(Tick now, bool update, Delivery& delivery, float weight, Candidate& candidate);
+    void notify(ClientState& client,
+                std::span<mailbox::StatePacket> packets,
+                ReplicationReport& report) const;
+    bool consider(Tick now,
+                  bool update,
+                  Delivery& delivery,
+                  float weight,
+                  PacketCandidate& candidate);
     [[nodiscard]] bool own_due(Tick now, const OwnNow& own, const OwnTrack& track) const;
     void begin(Tick now, ZoneId zone, const wire::OwnState* own);
     void finish(Tick now,
                 ClientState& client,
-                Report& report,
+                ReplicationReport& report,
                 std::vector<mailbox::StatePacket>& out);
     bool add_coded(Tick now,
                    EntityId entity,
@@ -90,38 +96,39 @@ class Packer {
                    const ClientState& client);
     void finish_coded(Tick now,
                       ClientState& client,
-                      Report& report,
+                      ReplicationReport& report,
                       std::vector<mailbox::StatePacket>& out);
     void send(Tick now,
               ClientState& client,
-              Report& report,
+              ReplicationReport& report,
               std::vector<mailbox::StatePacket>& out);
     [[nodiscard]] static bool fits(std::size_t size, double allowed_bytes);
     bool add(Tick now,
-             const Candidate& candidate,
+             const PacketCandidate& candidate,
              double allowed_bytes,
              ClientState& client,
              StreamTable& streams,
-             Report& report);
+             ReplicationReport& report);
     void write_records(Tick now,
                        ZoneId zone,
                        ClientState& client,
                        StreamTable& streams,
-                       Report& report,
+                       ReplicationReport& report,
                        std::vector<mailbox::StatePacket>& out);
 
-    [[nodiscard]] static wire::TrafficReason reason_of(const Candidate& candidate,
+    [[nodiscard]] static wire::TrafficReason reason_of(const PacketCandidate& candidate,
                                                        const Subscription& s,
                                                        const Encoded& encoded,
                                                        const StreamTable& streams);
     void count_coded(const wire::record::RecordFrame& frame);
 
-    Settings settings_;
+    ReplicationSettings settings_;
     std::unique_ptr<TrafficMeter> meter_;
-    std::vector<Candidate> candidates_;
-    std::vector<std::pair<float, Candidate>> unseen_;  // with distance, of one level of detail
-    std::vector<std::uint32_t> places_;                // in candidates_, of these
-    wire::DownHead head_;  // of the packet being written, as are body_ and entries_
+    std::vector<PacketCandidate> candidates_;
+    std::vector<std::pair<float, PacketCandidate>>
+        unseen_;                         // with distance, of one level of detail
+    std::vector<std::uint32_t> places_;  // in candidates_, of these
+    wire::DownHead head_;                // of the packet being written, as are body_ and entries_
     std::size_t head_bytes_ = 0;
     std::vector<std::uint8_t> body_;
     std::vector<std::uint8_t> remove_record_;

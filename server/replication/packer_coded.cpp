@@ -71,7 +71,7 @@ void Packer::count_coded(const wire::record::RecordFrame& frame) {
 /// Codes what was gathered; where it takes more bytes than was guessed, in several packets.
 void Packer::finish_coded(Tick now,
                           ClientState& client,
-                          Report& report,
+                          ReplicationReport& report,
                           std::vector<mailbox::StatePacket>& out) {
     // What is written by the way empties coded_ and entries_.
     coding_.swap(coded_);

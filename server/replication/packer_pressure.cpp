@@ -41,7 +41,7 @@ float excess_of(Tick now,
 /// Where not everything fits, those go first whose error is largest beside the bound that holds for
 /// them, by the weight of their type; what waits for another reason (rest, looks) gains by waiting.
 void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
-    for (Candidate& c : candidates_) {
+    for (PacketCandidate& c : candidates_) {
         if (c.removal) {
             c.score += kRemovalScore;
             continue;
@@ -75,7 +75,7 @@ void Packer::order_unseen_by_distance(const OwnNow& own,
         unseen_.clear();
         places_.clear();
         for (std::uint32_t place = 0; place < candidates_.size(); ++place) {
-            const Candidate& c = candidates_[place];
+            const PacketCandidate& c = candidates_[place];
             if (c.removal || client.subscriptions[c.index].sent_version != 0 ||
                 client.subscriptions[c.index].lod != lod) {
                 continue;
@@ -128,7 +128,7 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
     }
     wire::Widened needed;
     if (tight_) {
-        for (const Candidate& c : candidates_) {
+        for (const PacketCandidate& c : candidates_) {
             if (c.reason == Reason::kRepeat) {
                 continue;
             }
@@ -179,7 +179,7 @@ void Packer::postpone_all(Tick now, ClientState& client) {
 
 void Packer::notify(ClientState& client,
                     std::span<mailbox::StatePacket> packets,
-                    Report& report) const {
+                    ReplicationReport& report) const {
     if (client.widened == wire::Widened{} || settings_.silent_bound) {
         return;
     }

@@ -12,7 +12,7 @@
 namespace zoned::replication {
 
 struct Replicator::Impl {
-    explicit Impl(const Settings& s) : settings(s), streams(s), packer(s) {}
+    explicit Impl(const ReplicationSettings& s) : settings(s), streams(s), packer(s) {}
 
     auto find(ClientId client) {
         const auto it = std::lower_bound(
@@ -30,7 +30,7 @@ struct Replicator::Impl {
                      const world::Entities& entities,
                      std::span<const OwnInput> own) const;
 
-    Settings settings;
+    ReplicationSettings settings;
     StreamTable streams;
     Packer packer;
     std::vector<std::unique_ptr<ClientState>> clients;  // ascending by id
@@ -42,7 +42,7 @@ struct Replicator::Impl {
     std::vector<std::pair<ClientId, world::Row>> avatars;  // ascending by client, this tick
 };
 
-Replicator::Replicator(const Settings& settings) {
+Replicator::Replicator(const ReplicationSettings& settings) {
     ZONED_ASSERT(!settings.lods.empty() && settings.lods.size() <= wire::kLods, "1..4 LODs");
     ZONED_ASSERT(settings.tick_s > 0.0F, "a tick has a length");
     impl_ = std::make_unique<Impl>(settings);
@@ -104,14 +104,14 @@ void Replicator::reset_view(ClientId client) {
     }
 }
 
-Report Replicator::step(Tick now,
-                        ZoneId zone,
-                        const world::Entities& entities,
-                        const world::TypeTable& types,
-                        const world::Visibility& visibility,
-                        std::span<const OwnInput> own,
-                        std::vector<mailbox::StatePacket>& out) {
-    Report report;
+ReplicationReport Replicator::step(Tick now,
+                                   ZoneId zone,
+                                   const world::Entities& entities,
+                                   const world::TypeTable& types,
+                                   const world::Visibility& visibility,
+                                   std::span<const OwnInput> own,
+                                   std::vector<mailbox::StatePacket>& out) {
+    ReplicationReport report;
     Impl& z = *impl_;
     z.subscribe_viewers(now, visibility);
     z.streams.collect();

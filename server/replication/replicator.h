@@ -25,7 +25,7 @@ namespace zoned::replication {
 enum class Codec : std::uint8_t {
     kShared,     ///< for all subscribers: one encoding is copied
     kPerClient,  ///< for each client alone, against what it has acknowledged: fewest bytes
-    kAuto,       ///< for those alone where it gains most, within Settings::codec_budget_us
+    kAuto,  ///< for those alone where it gains most, within ReplicationSettings::codec_budget_us
 };
 
 /// The promise of one level of detail.
@@ -34,7 +34,7 @@ struct LodBound {
     float orientation_rad = 0.1F;  ///< > 0
 };
 
-struct Settings {
+struct ReplicationSettings {
     wire::Quantization quantization;
     std::vector<LodBound> lods;  ///< one per LOD, nearest first, 1..4
     std::uint32_t heartbeat_ticks =
@@ -61,7 +61,7 @@ struct Settings {
     bool never_again = false;   ///< a fault on purpose: news is sent once, whatever becomes of it
 };
 
-struct Report {
+struct ReplicationReport {
     std::uint32_t streams = 0;         ///< (entity, LOD) that somebody subscribes to
     std::uint32_t publications = 0;    ///< encoded this tick
     std::uint32_t keyframes = 0;       ///< of these
@@ -119,7 +119,7 @@ struct ClientTransfer {
 /// only to keyframes that were acknowledged within the present subscription.
 class Replicator {
   public:
-    explicit Replicator(const Settings& settings);
+    explicit Replicator(const ReplicationSettings& settings);
     Replicator(Replicator&&) noexcept;
     Replicator& operator=(Replicator&&) noexcept;
     ~Replicator();
@@ -140,13 +140,13 @@ class Replicator {
     /// A client without a set hears only that the connection lives. Orientation is taken from
     /// Entities::orientation, also of upright entities. Accelerations above a type's a_max are
     /// impacts and are not extrapolated.
-    Report step(Tick now,
-                ZoneId zone,
-                const world::Entities& entities,
-                const world::TypeTable& types,
-                const world::Visibility& visibility,
-                std::span<const OwnInput> own,
-                std::vector<mailbox::StatePacket>& out);
+    ReplicationReport step(Tick now,
+                           ZoneId zone,
+                           const world::Entities& entities,
+                           const world::TypeTable& types,
+                           const world::Visibility& visibility,
+                           std::span<const OwnInput> own,
+                           std::vector<mailbox::StatePacket>& out);
 
     /// When truth last left the prediction of the stream (entity, lod): in position or orientation
     /// by more than the bound, or in velocity by more than dv_max; within a second after a
@@ -193,7 +193,8 @@ class Replicator {
 
     void hash(core::StateHash& hash) const;
 
-    /// What the bodies of all packets so far were spent on; nullptr without Settings::meter.
+    /// What the bodies of all packets so far were spent on; nullptr without
+    /// ReplicationSettings::meter.
     [[nodiscard]] const wire::TrafficTable* traffic() const;
 
   private:

@@ -1,4 +1,4 @@
-// SentLog: what each of the newest packets to one client carried, until its fate is known.
+// SentLog: what each of the newest packets to one client carried, until its status is known.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -17,7 +17,7 @@ struct SentEntry {
     std::uint32_t keyframe = 0;  ///< serial that the receiver will hold; 0 for deltas and removals
 };
 
-enum class Fate : std::uint8_t {
+enum class DeliveryStatus : std::uint8_t {
     kOpen,
     kLost,  ///< given up for sending again; an acknowledgement may still come
     kAcked,
@@ -26,7 +26,7 @@ enum class Fate : std::uint8_t {
 struct SentPacket {
     std::uint64_t sequence = 0;
     Tick tick = 0;
-    Fate fate = Fate::kOpen;
+    DeliveryStatus status = DeliveryStatus::kOpen;
     bool counted = false;         ///< as a sample of the loss estimate
     std::uint32_t own_stamp = 0;  ///< the own state that it carried; 0: none
     bool coded = false;           ///< its records were coded for this client alone
@@ -46,7 +46,7 @@ class SentLog {
         SentPacket& packet = packets_[sequence % kCapacity];
         packet.sequence = sequence;
         packet.tick = now;
-        packet.fate = Fate::kOpen;
+        packet.status = DeliveryStatus::kOpen;
         packet.counted = false;
         packet.own_stamp = 0;
         packet.coded = false;

@@ -37,7 +37,7 @@ bool same_place(const motion::KinematicState& a, const motion::KinematicState& b
 
 }  // namespace
 
-StreamTable::StreamTable(const Settings& settings) : settings_(settings) {
+StreamTable::StreamTable(const ReplicationSettings& settings) : settings_(settings) {
     for (std::size_t lod = 0; lod < quantization_.size(); ++lod) {
         quantization_[lod] = wire::at_lod(settings.quantization, static_cast<std::uint8_t>(lod));
     }
@@ -45,7 +45,7 @@ StreamTable::StreamTable(const Settings& settings) : settings_(settings) {
 
 // ---------------------------------------------------------------- subscriptions
 
-StreamTable::Slot& StreamTable::slot_of(EntityId entity) {
+StreamTable::EntityStreams& StreamTable::slot_of(EntityId entity) {
     const auto [it, is_new] = slot_index_.try_emplace(entity, 0);
     if (is_new) {
         if (free_slots_.empty()) {
@@ -54,7 +54,7 @@ StreamTable::Slot& StreamTable::slot_of(EntityId entity) {
         }
         it->second = free_slots_.back();
         free_slots_.pop_back();
-        slots_[it->second] = Slot{};
+        slots_[it->second] = EntityStreams{};
         slots_[it->second].entity = entity;
         slots_[it->second].stream.fill(kNoStream);
     }
@@ -69,7 +69,7 @@ StreamIndex StreamTable::find(EntityId entity, std::uint8_t lod) const {
 
 StreamIndex StreamTable::subscribe(EntityId entity, std::uint8_t lod) {
     ZONED_ASSERT(lod < settings_.lods.size(), "every level of detail has a bound");
-    Slot& slot = slot_of(entity);
+    EntityStreams& slot = slot_of(entity);
     StreamIndex& index = slot.stream[lod];
     if (index == kNoStream) {
         if (free_streams_.empty()) {
@@ -115,7 +115,7 @@ void StreamTable::collect() {
 void StreamTable::free_stream(StreamIndex index) {
     Stream& old = streams_[index];
     const auto it = slot_index_.find(old.entity);
-    Slot& slot = slots_[it->second];
+    EntityStreams& slot = slots_[it->second];
     slot.stream[old.lod] = kNoStream;
     const bool unused = std::all_of(
         slot.stream.begin(), slot.stream.end(), [](StreamIndex s) { return s == kNoStream; });
@@ -140,9 +140,9 @@ void StreamTable::free_stream(StreamIndex index) {
 void StreamTable::publish(Tick now,
                           const world::Entities& entities,
                           const world::TypeTable& types,
-                          Report& report) {
+                          ReplicationReport& report) {
     report.streams = used_;
-    for (Slot& slot : slots_) {
+    for (EntityStreams& slot : slots_) {
         const world::Row row = slot.entity ? entities.find(slot.entity) : world::kNoRow;
         if (row == world::kNoRow) {
             continue;
@@ -198,7 +198,7 @@ void StreamTable::step_stream(Stream& stream,
                               world::Row row,
                               const Truth& truth,
                               const world::EntityType& type,
-                              Report& report) {
+                              ReplicationReport& report) {
     stream.truth = truth.state;
     const bool at_rest = entities.has(row, world::kAtRest);
     const std::uint16_t appearance = entities.appearance[row];
@@ -279,7 +279,7 @@ void StreamTable::publish_state(Stream& stream,
                                 const Truth& truth,
                                 bool at_rest,
                                 std::uint16_t appearance,
-                                Report& report) {
+                                ReplicationReport& report) {
     motion::PredictorOrder order = stream.volatility.best();
     if (settings_.forced_order >= 0) {
         order =

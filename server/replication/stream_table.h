@@ -86,7 +86,7 @@ struct Encoded {
 
 class StreamTable {
   public:
-    explicit StreamTable(const Settings& settings);
+    explicit StreamTable(const ReplicationSettings& settings);
 
     /// Finds or creates the stream and counts a subscriber.
     StreamIndex subscribe(EntityId entity, std::uint8_t lod);
@@ -98,7 +98,7 @@ class StreamTable {
     void publish(Tick now,
                  const world::Entities& entities,
                  const world::TypeTable& types,
-                 Report& report);
+                 ReplicationReport& report);
 
     [[nodiscard]] const Stream& operator[](StreamIndex index) const { return streams_[index]; }
 
@@ -155,21 +155,21 @@ class StreamTable {
 
   private:
     /// One entity with its streams by level of detail.
-    struct Slot {
+    struct EntityStreams {
         EntityId entity;  // none: free
         std::array<StreamIndex, wire::kLods> stream{};
         LimitCheck limits;
         MotionEstimate estimate;
     };
 
-    Slot& slot_of(EntityId entity);
+    EntityStreams& slot_of(EntityId entity);
     void step_stream(Stream& stream,
                      Tick now,
                      const world::Entities& entities,
                      world::Row row,
                      const Truth& truth,
                      const world::EntityType& type,
-                     Report& report);
+                     ReplicationReport& report);
     [[nodiscard]] Truth truth_of(Tick now,
                                  const world::Entities& entities,
                                  world::Row row,
@@ -185,15 +185,15 @@ class StreamTable {
                        const Truth& truth,
                        bool at_rest,
                        std::uint16_t appearance,
-                       Report& report);
+                       ReplicationReport& report);
     void free_stream(StreamIndex index);
 
-    Settings settings_;
+    ReplicationSettings settings_;
     std::array<wire::Quantization, wire::kLods> quantization_;  // by level of detail
     std::vector<Stream> streams_;
     std::vector<StreamIndex> free_streams_;
     std::vector<StreamIndex> abandoned_;  // reached zero subscribers since the last collect()
-    std::vector<Slot> slots_;
+    std::vector<EntityStreams> slots_;
     std::vector<std::uint32_t> free_slots_;
     std::unordered_map<EntityId, std::uint32_t> slot_index_;  // looked up, never iterated
     std::uint32_t used_ = 0;

@@ -46,7 +46,7 @@ bool leaves_bound(const motion::KinematicState& from,
 
 motion::KinematicState start_of(const Truth& truth,
                                 PredictorOrder order,
-                                const Settings& settings) {
+                                const ReplicationSettings& settings) {
     motion::KinematicState from = truth.state;
     if (order == PredictorOrder::kTurning) {
         from.acceleration = truth.estimate->acceleration();
@@ -100,7 +100,7 @@ void Volatility::begin(Process& process,
                        PredictorOrder order,
                        bool upright,
                        const wire::Quantization& quantization,
-                       const Settings& settings) {
+                       const ReplicationSettings& settings) {
     const wire::QuantizedState sent =
         wire::quantize(start_of(truth, order, settings), order, upright, false, 0, quantization);
     process.from = wire::dequantize(sent, upright, quantization);
@@ -113,7 +113,7 @@ void Volatility::observe(Tick now,
                          bool upright,
                          const LodBound& bound,
                          const wire::Quantization& quantization,
-                         const Settings& settings) {
+                         const ReplicationSettings& settings) {
     for (std::size_t i = 0; i < processes_.size(); ++i) {
         Process& process = processes_[i];
         const auto order = static_cast<PredictorOrder>(i);

@@ -22,7 +22,7 @@ struct Truth {
 /// looked for here.
 motion::KinematicState start_of(const Truth& truth,
                                 motion::PredictorOrder order,
-                                const Settings& settings);
+                                const ReplicationSettings& settings);
 
 /// Whether an entity moves as the kind supposes: what does not fall is not ballistic, what does not
 /// turn not turning; the orders are for everything.
@@ -47,7 +47,7 @@ class Volatility {
                  bool upright,
                  const LodBound& bound,
                  const wire::Quantization& quantization,
-                 const Settings& settings);
+                 const ReplicationSettings& settings);
 
     /// The least volatile of those that suit the entity.
     [[nodiscard]] motion::PredictorOrder best() const { return best_; }
@@ -66,7 +66,7 @@ class Volatility {
                motion::PredictorOrder order,
                bool upright,
                const wire::Quantization& quantization,
-               const Settings& settings);
+               const ReplicationSettings& settings);
     void choose(const MotionEstimate& estimate);
 
     std::array<Process, motion::kPredictorOrders> processes_;

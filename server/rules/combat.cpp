@@ -133,7 +133,7 @@ void knock(RulesContext& context, EntityId target, const Vec3& change) {
     }
 }
 
-void impact(Game& game, RulesContext& context, const zone::Contact& contact) {
+void impact(Game& game, RulesContext& context, const zone::EntityContact& contact) {
     if (contact.approach_speed <= game.settings.impact_mps) {
         return;
     }

@@ -21,7 +21,7 @@ void die(Game& game, RulesContext& context, EntityId entity, CharacterRecord& re
 void knock(RulesContext& context, EntityId target, const Vec3& change);
 
 /// A thrown prop hurts and knocks the first character that it meets fast enough.
-void impact(Game& game, RulesContext& context, const zone::Contact& contact);
+void impact(Game& game, RulesContext& context, const zone::EntityContact& contact);
 
 /// The killed client says that it knows.
 void confirm_kill(Game& game, RulesContext& context, ClientId client, EventId event);

@@ -162,7 +162,7 @@ void Sandbox::on_input(RulesContext& context,
     }
 }
 
-void Sandbox::on_contact(RulesContext& context, const zone::Contact& contact) {
+void Sandbox::on_contact(RulesContext& context, const zone::EntityContact& contact) {
     impact(game_, context, contact);
 }
 

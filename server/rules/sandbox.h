@@ -25,7 +25,7 @@ class Sandbox final : public zone::Rules {
                   EntityId avatar,
                   const motion::InputCommand& command,
                   std::uint16_t pressed) override;
-    void on_contact(RulesContext& context, const zone::Contact& contact) override;
+    void on_contact(RulesContext& context, const zone::EntityContact& contact) override;
     void on_tick(RulesContext& context) override;
     void on_confirm(RulesContext& context, ClientId client, EventId event) override;
     void on_message(RulesContext& context,

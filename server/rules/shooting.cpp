@@ -97,7 +97,8 @@ void fire(Game& game, RulesContext& context, const Actor& actor, const FiredShot
         claims.push_back({s.entity, to_local(context, s.position), s.publication});
     }
     zone::Seen seen;
-    seen.view = shot.past != 0 ? zone::Seen::View::kPast : zone::Seen::View::kPresent;
+    seen.view =
+        shot.past != 0 ? zone::Seen::DisplayedTime::kPast : zone::Seen::DisplayedTime::kPresent;
     seen.tick = shot.seen_tick;
     seen.fraction = static_cast<float>(shot.fraction) / kFractions;
     seen.aimed = shot.aimed;

@@ -57,12 +57,12 @@ core::Result<DatagramPath::Opened, Reject> DatagramPath::open(
     return opened;
 }
 
-core::Result<std::optional<DatagramPath::AckNews>, Reject> DatagramPath::take_acks(
+core::Result<std::optional<DatagramPath::AckUpdate>, Reject> DatagramPath::take_acks(
     const wire::UpTransport& transport,
     double now_s) {
-    using Out = core::Result<std::optional<AckNews>, Reject>;
+    using Out = core::Result<std::optional<AckUpdate>, Reject>;
     if (transport.ack_low == 0 && transport.ack_bits == 0) {
-        return std::optional<AckNews>();  // the client has received nothing yet
+        return std::optional<AckUpdate>();  // the client has received nothing yet
     }
     const std::uint64_t newest = wire::expand_sequence(transport.ack_low, last_sent_);
     if (newest == 0 || newest > last_sent_) {
@@ -73,24 +73,24 @@ core::Result<std::optional<DatagramPath::AckNews>, Reject> DatagramPath::take_ac
                                    ? transport.ack_bits
                                    : transport.ack_bits & ((std::uint32_t{1} << (newest - 1)) - 1);
     if (newest < acked_.newest || (newest == acked_.newest && bits == acked_.bits)) {
-        return std::optional<AckNews>();  // overtaken by a later datagram, or a repetition
+        return std::optional<AckUpdate>();  // overtaken by a later datagram, or a repetition
     }
     if (newest > acked_.newest) {
         measure(newest, transport, now_s);
     }
     rate_.on_feedback(newest, bits, transport.one_way_128us, 1e-6 * rtt_us_, now_s);
     acked_ = {newest, bits};
-    return std::optional<AckNews>(acked_);
+    return std::optional<AckUpdate>(acked_);
 }
 
-std::optional<DatagramPath::AckNews> DatagramPath::take_silence(double now_s) {
-    return rate_.on_silence(now_s) ? std::optional<AckNews>(acked_) : std::nullopt;
+std::optional<DatagramPath::AckUpdate> DatagramPath::take_silence(double now_s) {
+    return rate_.on_silence(now_s) ? std::optional<AckUpdate>(acked_) : std::nullopt;
 }
 
 void DatagramPath::measure(std::uint64_t sequence,
                            const wire::UpTransport& transport,
                            double now_s) {
-    const Sent& sent = sent_[sequence % kSentKept];
+    const SendTimestamp& sent = sent_[sequence % kSentKept];
     if (sent.sequence != sequence) {
         return;  // too long ago to know
     }

@@ -37,15 +37,15 @@ class DatagramPath {
                                       double now_s,
                                       std::vector<std::uint8_t>& plain);
 
-    struct AckNews {
+    struct AckUpdate {
         std::uint64_t newest = 0;
         std::uint32_t bits = 0;
     };
 
     /// What an opened datagram says of our own packets; nothing when it says nothing new. Fails
     /// when it acknowledges what was never sent.
-    core::Result<std::optional<AckNews>, Reject> take_acks(const wire::UpTransport& transport,
-                                                           double now_s);
+    core::Result<std::optional<AckUpdate>, Reject> take_acks(const wire::UpTransport& transport,
+                                                             double now_s);
 
     /// True when `sequence` may be sealed: higher than all before it. A nonce is never used twice.
     [[nodiscard]] bool may_send(std::uint64_t sequence) const { return sequence > last_sent_; }
@@ -64,13 +64,13 @@ class DatagramPath {
     [[nodiscard]] const RateControl& rate() const { return rate_; }
 
     /// The acks that are known, again, when the rate fell because nothing is heard; else nothing.
-    std::optional<AckNews> take_silence(double now_s);
+    std::optional<AckUpdate> take_silence(double now_s);
 
     /// Smoothed round trip without the client's delay, us; 0 before the first measurement.
     [[nodiscard]] std::uint32_t rtt_us() const { return static_cast<std::uint32_t>(rtt_us_); }
 
   private:
-    struct Sent {
+    struct SendTimestamp {
         std::uint64_t sequence = 0;
         double time_s = 0.0;
     };
@@ -86,8 +86,8 @@ class DatagramPath {
     wire::AckTracker received_;
     double newest_received_s_ = 0.0;
     std::uint64_t last_sent_ = 0;
-    std::array<Sent, kSentKept> sent_{};
-    AckNews acked_;
+    std::array<SendTimestamp, kSentKept> sent_{};
+    AckUpdate acked_;
     RateControl rate_;
     double rtt_us_ = 0.0;
 };

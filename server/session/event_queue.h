@@ -40,18 +40,18 @@ class EventQueue {
         return number >= acknowledged_ && number <= newest_;
     }
 
-    struct Entry {
+    struct QueuedEvent {
         std::uint64_t number = 0;
         EventBody body;
     };
 
     /// Not yet acknowledged, ascending.
-    [[nodiscard]] const std::deque<Entry>& waiting() const { return waiting_; }
+    [[nodiscard]] const std::deque<QueuedEvent>& waiting() const { return waiting_; }
 
     [[nodiscard]] std::uint64_t newest() const { return newest_; }
 
   private:
-    std::deque<Entry> waiting_;
+    std::deque<QueuedEvent> waiting_;
     std::uint64_t newest_ = 0;
     std::uint64_t acknowledged_ = 0;
 };

@@ -47,7 +47,7 @@ void SessionHost::Impl::on_datagram(const PeerAddress* from,
     on_body(*session, opened->body);
 }
 
-void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::AckNews& acks) {
+void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::AckUpdate& acks) {
     output.to_zones(mailbox::Acks{session.client,
                                   acks.newest,
                                   acks.bits,

@@ -20,7 +20,7 @@
 namespace zoned::session {
 
 /// A stream that finished its handshake and that the host has not closed.
-struct Stream {
+struct ClientStream {
     bool loopback = false;
     wire::SealKey down;
     wire::SealKey up;
@@ -28,7 +28,7 @@ struct Stream {
 };
 
 struct SessionHost::Impl {
-    Impl(HostSettings settings_in, Output output_in);
+    Impl(HostSettings settings_in, SessionOutput output_in);
 
     // ---- host_login.cpp
     void on_hello(StreamId stream, const proto::Hello& hello, double now_s);
@@ -49,7 +49,7 @@ struct SessionHost::Impl {
 
     // ---- host_datagrams.cpp
     void on_datagram(const PeerAddress* from, std::span<const std::uint8_t> datagram, double now_s);
-    void send_acks(const Session& session, const DatagramPath::AckNews& acks);
+    void send_acks(const Session& session, const DatagramPath::AckUpdate& acks);
     void follow_address(Session& session, const PeerAddress* from);
     void on_body(Session& session, std::span<const std::uint8_t> body);
 
@@ -92,12 +92,12 @@ struct SessionHost::Impl {
     void reject(Reject reason) { rejects.count(reason); }
 
     HostSettings settings;
-    Output output;
+    SessionOutput output;
     HostStats stats;
     RejectCounters rejects;
     SessionTable table;
     NonceSet nonces;
-    std::unordered_map<StreamId, Stream> streams;
+    std::unordered_map<StreamId, ClientStream> streams;
     /// In the order in which the streams opened, which is the order of their deadlines.
     std::deque<std::pair<double, StreamId>> login_deadlines;
     /// When a packet of Session::paced is due: a heap, the earliest in front.

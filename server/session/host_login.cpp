@@ -30,7 +30,7 @@ void SessionHost::Impl::on_hello(StreamId stream, const proto::Hello& hello, dou
 }
 
 void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, double now_s) {
-    Stream& state = streams.at(stream);
+    ClientStream& state = streams.at(stream);
     auto identity = check_identity(settings, hello, state.loopback, unix_time(now_s), nonces);
     if (!identity) {
         refuse(stream, identity.error());
@@ -81,7 +81,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
         close_stream(
             session->stream, proto::CLOSING_REPLACED, "the session goes on on another connection");
     }
-    Stream& state = streams.at(stream);
+    ClientStream& state = streams.at(stream);
     state.logged_in = true;
     table.attach(*session, stream);
     session->path.rekey(state.down, state.up);
@@ -93,7 +93,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     if (session->joined) {
         send(stream, joined_frame(*session->joined));
     }
-    for (const EventQueue::Entry& entry : session->events.waiting()) {
+    for (const EventQueue::QueuedEvent& entry : session->events.waiting()) {
         send(stream, event_frame(entry.number, entry.body));
     }
 }

@@ -54,7 +54,7 @@ void RateControl::on_sent(std::uint64_t sequence,
                           std::uint32_t stamp_us) {
     sent_bytes_ += static_cast<double>(bytes);
     // What follows at once waits for the one before: together they are one transmission.
-    const Sent& before = sent_[newest_sent_ % kSent];
+    const SentDatagram& before = sent_[newest_sent_ % kSent];
     const bool burst = newest_sent_ != 0 && now_s - before.sent_s < kBurst_s;
     const float together = static_cast<float>(bytes) + (burst ? before.burst_bytes : 0.0F);
     sent_[sequence % kSent] = {
@@ -74,7 +74,7 @@ void RateControl::on_feedback(std::uint64_t newest,
         return;
     }
     arrived_bytes_ += note_arrivals(newest, bits);
-    const Sent& sent = sent_[newest % kSent];
+    const SentDatagram& sent = sent_[newest % kSent];
     if (newest <= newest_heard_ || sent.sequence != newest) {
         return;
     }
@@ -89,7 +89,7 @@ void RateControl::on_feedback(std::uint64_t newest,
     heard_s_ = now_s;
     unheard_s_ = -1.0;
     judge_losses(newest);
-    Sample sample;
+    DelaySample sample;
     sample.delay_s = unwrapped_delay_s(sent, one_way_128us);
     sample.bytes = static_cast<double>(sent.burst_bytes);
     sample.sent_s = sent.sent_s;
@@ -118,7 +118,7 @@ double RateControl::note_arrivals(std::uint64_t newest, std::uint32_t bits) {
         if (back != 0 && ((bits >> (back - 1)) & 1U) == 0) {
             continue;
         }
-        Sent& sent = sent_[(newest - back) % kSent];
+        SentDatagram& sent = sent_[(newest - back) % kSent];
         if (sent.sequence == newest - back && !sent.arrived) {
             sent.arrived = true;
             bytes += static_cast<double>(sent.bytes);
@@ -129,7 +129,7 @@ double RateControl::note_arrivals(std::uint64_t newest, std::uint32_t bits) {
 
 void RateControl::judge_losses(std::uint64_t newest) {
     for (std::uint64_t back = kLateSequences; back < kSent && back < newest; ++back) {
-        Sent& sent = sent_[(newest - back) % kSent];
+        SentDatagram& sent = sent_[(newest - back) % kSent];
         if (sent.sequence != newest - back || sent.judged) {
             return;
         }
@@ -148,7 +148,7 @@ void RateControl::judge_losses(std::uint64_t newest) {
 
 /// Delays come modulo 2^16 units (8.4 s); they are taken to differ from the one before by less than
 /// half of that.
-double RateControl::unwrapped_delay_s(const Sent& sent, std::uint16_t one_way_128us) {
+double RateControl::unwrapped_delay_s(const SentDatagram& sent, std::uint16_t one_way_128us) {
     // The client measured against the stamp, which may stand still when ticks are dropped; our own
     // clock at sending does not.
     const auto sent_units = static_cast<std::uint16_t>(
@@ -171,18 +171,18 @@ double RateControl::unwrapped_delay_s(const Sent& sent, std::uint16_t one_way_12
 /// must not look like a queue. Capacities are uncertain and change; the larger of the one at the
 /// time and the present one makes the base too high rather than too low, and so a queue too short
 /// rather than too long: the alarm may come late, but not for nothing.
-double RateControl::less_transmission_s(const Sample& sample) const {
+double RateControl::less_transmission_s(const DelaySample& sample) const {
     const double now = capacity_ > 0.0 ? capacity_ : rate_;
     return sample.delay_s -
            std::min(kLongestTransmission_s, sample.bytes / std::max(now, sample.capacity));
 }
 
-void RateControl::note_base(const Sample& sample, double now_s) {
+void RateControl::note_base(const DelaySample& sample, double now_s) {
     if (base_periods_ == 0 || now_s - base_period_s_ > kBasePeriod_s) {
         base_period_s_ = now_s;
         bases_[base_periods_++ % kBases] = sample;
     }
-    Sample& least = bases_[(base_periods_ - 1) % kBases];
+    DelaySample& least = bases_[(base_periods_ - 1) % kBases];
     if (less_transmission_s(sample) < less_transmission_s(least)) {
         least = sample;
     }
@@ -240,10 +240,10 @@ void RateControl::measure_queue() {
 }
 
 void RateControl::measure_rates(double window_s) {
-    const Sample& newest = back(0);
+    const DelaySample& newest = back(0);
     const std::size_t n = std::min(sampled_, kSamples);
     for (std::size_t i = 1; i < n; ++i) {
-        const Sample& older = back(i);
+        const DelaySample& older = back(i);
         const double arrival_s = newest.arrival_s - older.arrival_s;
         const double sent_s = newest.sent_s - older.sent_s;
         if (std::min(arrival_s, sent_s) >= window_s) {
@@ -253,7 +253,7 @@ void RateControl::measure_rates(double window_s) {
         }
     }
     // Too little is known yet: take what there is, if it is anything.
-    const Sample& oldest = back(n - 1);
+    const DelaySample& oldest = back(n - 1);
     if (n > 4 && newest.arrival_s > oldest.arrival_s && newest.sent_s > oldest.sent_s) {
         delivered_ =
             (newest.arrived_bytes - oldest.arrived_bytes) / (newest.arrival_s - oldest.arrival_s);

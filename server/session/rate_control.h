@@ -72,7 +72,7 @@ class RateControl {
     [[nodiscard]] std::uint64_t cuts() const { return cuts_; }
 
   private:
-    struct Sent {
+    struct SentDatagram {
         std::uint64_t sequence = 0;
         double sent_s = 0.0;
         std::uint32_t stamp_us = 0;
@@ -84,7 +84,7 @@ class RateControl {
     };
 
     /// One arrival as the client told of it.
-    struct Sample {
+    struct DelaySample {
         double delay_s = 0.0;    // the client's clock less ours
         double bytes = 0.0;      // of this datagram and those that left at once before it
         double capacity = 0.0;   // of the path then, for a base
@@ -98,17 +98,17 @@ class RateControl {
     static constexpr std::size_t kSamples = 24;
     static constexpr std::size_t kBases = 6;
 
-    [[nodiscard]] const Sample& back(std::size_t i) const {
+    [[nodiscard]] const DelaySample& back(std::size_t i) const {
         return samples_[(sampled_ - 1 - i) % kSamples];
     }
 
     double note_arrivals(std::uint64_t newest, std::uint32_t bits);
     void judge_losses(std::uint64_t newest);
-    double unwrapped_delay_s(const Sent& sent, std::uint16_t one_way_128us);
-    void note_base(const Sample& sample, double now_s);
+    double unwrapped_delay_s(const SentDatagram& sent, std::uint16_t one_way_128us);
+    void note_base(const DelaySample& sample, double now_s);
     void measure_queue();
     [[nodiscard]] std::size_t samples_wanted(double scatter) const;
-    [[nodiscard]] double less_transmission_s(const Sample& sample) const;
+    [[nodiscard]] double less_transmission_s(const DelaySample& sample) const;
     [[nodiscard]] double scatter_s() const;
     void measure_rates(double window_s);
     void decide(double rtt_s, double now_s);
@@ -123,19 +123,19 @@ class RateControl {
 
     RateSettings settings_;
     double rate_;
-    std::array<Sent, kSent> sent_{};
+    std::array<SentDatagram, kSent> sent_{};
     std::uint64_t newest_sent_ = 0;
     std::uint64_t newest_heard_ = 0;
     double sent_bytes_ = 0.0;
     double arrived_bytes_ = 0.0;
-    std::array<Sample, kSamples> samples_{};
+    std::array<DelaySample, kSamples> samples_{};
     std::size_t sampled_ = 0;
     bool anchored_ = false;
     std::uint32_t anchor_us_ = 0;  // what delays are counted from, before unwrapping
     double anchor_delay_s_ = 0.0;
-    std::array<Sample, kBases> bases_{};  // with the least delay of each period
-    std::size_t base_periods_ = 0;        // begun so far; the newest is last modulo kBases
-    double base_period_s_ = 0.0;          // when the newest period began
+    std::array<DelaySample, kBases> bases_{};  // with the least delay of each period
+    std::size_t base_periods_ = 0;             // begun so far; the newest is last modulo kBases
+    double base_period_s_ = 0.0;               // when the newest period began
     double queue_s_ = 0.0;
     double threshold_s_ = 0.0;
     double usual_scatter_s_ = 0.0;

@@ -46,7 +46,7 @@ std::uint32_t message_number(std::span<const std::uint8_t> frame) {
 
 // ---------------------------------------------------------------- streams and sessions
 
-SessionHost::Impl::Impl(HostSettings settings_in, Output output_in)
+SessionHost::Impl::Impl(HostSettings settings_in, SessionOutput output_in)
     : settings(checked(std::move(settings_in))),
       output(std::move(output_in)),
       nonces(settings.max_remembered_tickets),
@@ -169,7 +169,7 @@ void SessionHost::Impl::recycle(Bytes buffer) {
 
 // ---------------------------------------------------------------- the public face
 
-SessionHost::SessionHost(HostSettings settings, Output output)
+SessionHost::SessionHost(HostSettings settings, SessionOutput output)
     : impl_(std::make_unique<Impl>(std::move(settings), std::move(output))) {
 }
 
@@ -180,7 +180,7 @@ void SessionHost::on_stream_open(StreamId stream,
                                  const wire::SealKey& down,
                                  const wire::SealKey& up,
                                  double now_s) {
-    impl_->streams[stream] = Stream{loopback, down, up, false};
+    impl_->streams[stream] = ClientStream{loopback, down, up, false};
     impl_->login_deadlines.emplace_back(now_s + impl_->settings.login_timeout_s, stream);
 }
 

@@ -75,7 +75,7 @@ struct HostSettings {
 };
 
 /// What goes out. The host calls these from within its own calls; they must not call back.
-struct Output {
+struct SessionOutput {
     std::function<void(StreamId, Bytes frame)>
         send_frame;  ///< serialised ServerMessage, without the length prefix
     std::function<void(StreamId)> close_stream;  ///< after all frames before it have been sent
@@ -120,7 +120,7 @@ struct HostStats {
 class SessionHost {
   public:
     /// Throws std::invalid_argument when a setting is outside its range.
-    SessionHost(HostSettings settings, Output output);
+    SessionHost(HostSettings settings, SessionOutput output);
     ~SessionHost();
 
     /// A stream finished its TLS handshake. `keys` derive from its exporter; `loopback` says
@@ -152,7 +152,7 @@ class SessionHost {
     void set_unix_time(double unix_s, double now_s);
 
     /// Takes back the buffer of a datagram that was sent, to be used again. Optional; the only call
-    /// that is allowed from within Output.
+    /// that is allowed from within SessionOutput.
     void recycle(Bytes datagram);
 
     /// Tells every client that the server closes, and closes the streams. Whoever comes later is

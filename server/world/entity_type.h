@@ -18,7 +18,7 @@ enum class EntityKind : std::uint8_t {
     kCharacter,  ///< a capsule moved by apply_input (player or NPC), kinematic for the physics
 };
 
-enum class ShapeKind : std::uint8_t {
+enum class TypeShape : std::uint8_t {
     kSphere,
     kBox,
     kCapsule,
@@ -56,7 +56,7 @@ struct Cone {
 struct EntityType {
     std::string name;
     EntityKind kind = EntityKind::kProp;
-    ShapeKind shape = ShapeKind::kBox;
+    TypeShape shape = TypeShape::kBox;
     /// Box: half sizes, m. Soft: of its box as defined, about the centre of mass.
     Vec3 half_extents = Vec3::Constant(0.5F);
     float radius = 0.5F;        ///< sphere, capsule; solid, soft: of the sphere that holds it, m
@@ -85,13 +85,13 @@ struct EntityType {
     /// Radius of a sphere about the centre that holds the shape, m.
     [[nodiscard]] float extent() const {
         switch (shape) {
-            case ShapeKind::kBox:
+            case TypeShape::kBox:
                 return half_extents.norm();
-            case ShapeKind::kCapsule:
+            case TypeShape::kCapsule:
                 return radius + half_segment;
-            case ShapeKind::kSphere:
-            case ShapeKind::kSolid:
-            case ShapeKind::kSoft:
+            case TypeShape::kSphere:
+            case TypeShape::kSolid:
+            case TypeShape::kSoft:
                 break;
         }
         return radius;

@@ -18,13 +18,13 @@ constexpr float kOnSurface_m = 0.1F;
 
 float half_height(const world::EntityType& type) {
     switch (type.shape) {
-        case world::ShapeKind::kBox:
-        case world::ShapeKind::kSoft:
+        case world::TypeShape::kBox:
+        case world::TypeShape::kSoft:
             return type.half_extents.y();
-        case world::ShapeKind::kCapsule:
+        case world::TypeShape::kCapsule:
             return type.radius + type.half_segment;
-        case world::ShapeKind::kSphere:
-        case world::ShapeKind::kSolid:
+        case world::TypeShape::kSphere:
+        case world::TypeShape::kSolid:
             break;
     }
     return type.radius;

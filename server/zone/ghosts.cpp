@@ -69,15 +69,16 @@ void update_body(ZoneState& state, world::Row row, double outside_m) {
     }
 }
 
-struct Arrival {
+struct GhostArrival {
     const EntityState* state = nullptr;
     ZoneId owner;
     Vec3 shift = Vec3::Zero();
     double outside_m = 0.0;
 };
 
-std::vector<Arrival> collect_arrivals(const ZoneState& state, std::span<ZoneState* const> zones) {
-    std::vector<Arrival> arrivals;
+std::vector<GhostArrival> collect_arrivals(const ZoneState& state,
+                                           std::span<ZoneState* const> zones) {
+    std::vector<GhostArrival> arrivals;
     const Region& region = state.settings.region();
     for (const ZoneState* source : zones) {
         if (source == &state) {
@@ -93,17 +94,17 @@ std::vector<Arrival> collect_arrivals(const ZoneState& state, std::span<ZoneStat
             }
         }
     }
-    std::sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) {
+    std::sort(arrivals.begin(), arrivals.end(), [](const GhostArrival& a, const GhostArrival& b) {
         return a.state->id < b.state->id;
     });
     return arrivals;
 }
 
-void remove_missing(ZoneState& state, const std::vector<Arrival>& arrivals) {
+void remove_missing(ZoneState& state, const std::vector<GhostArrival>& arrivals) {
     world::Entities& e = state.entities;
     for (const EntityId id : state.ghost_ids) {
         const auto it = std::lower_bound(
-            arrivals.begin(), arrivals.end(), id, [](const Arrival& a, EntityId wanted) {
+            arrivals.begin(), arrivals.end(), id, [](const GhostArrival& a, EntityId wanted) {
                 return a.state->id < wanted;
             });
         if (it != arrivals.end() && it->state->id == id) {
@@ -159,12 +160,12 @@ std::uint32_t import_ghosts(ZoneState& state, std::span<ZoneState* const> zones)
     if (!changed) {
         return static_cast<std::uint32_t>(state.ghost_ids.size());
     }
-    const std::vector<Arrival> arrivals = collect_arrivals(state, zones);
+    const std::vector<GhostArrival> arrivals = collect_arrivals(state, zones);
     remove_missing(state, arrivals);
     world::Entities& e = state.entities;
     state.ghost_ids.clear();
     state.ghost_owners.clear();
-    for (const Arrival& arrival : arrivals) {
+    for (const GhostArrival& arrival : arrivals) {
         state.ghost_ids.push_back(arrival.state->id);
         state.ghost_owners.push_back(arrival.owner);
         world::Row row = e.find(arrival.state->id);

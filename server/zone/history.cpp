@@ -57,7 +57,7 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     Pose pose = state.history.at(entity, moment.tick, moment.fraction)
                     .value_or(Pose{e.position[row], e.orientation[row]});
     const SeenEntity* claim = claim_of(seen, entity);
-    const bool present = seen.view == Seen::View::kPresent;
+    const bool present = seen.view == Seen::DisplayedTime::kPresent;
     if (claim == nullptr) {
         // Of what has just appeared a view of the present shows nothing before the news comes.
         const Tick update_ticks = present ? state.replicator.path_ticks(client) : 0;
@@ -116,8 +116,8 @@ RayResult cast_at_rest(const ZoneState& state,
 
 }  // namespace
 
-void History::begin(Tick tick) {
-    Slot& slot = slots_[static_cast<std::size_t>(tick) % slots_.size()];
+void PoseHistory::begin(Tick tick) {
+    PosesOfTick& slot = slots_[static_cast<std::size_t>(tick) % slots_.size()];
     slot.tick = tick;
     slot.entity.clear();
     slot.position.clear();
@@ -125,22 +125,22 @@ void History::begin(Tick tick) {
     newest_ = tick;
 }
 
-void History::add(EntityId entity, const Pose& pose) {
-    Slot& slot = slots_[static_cast<std::size_t>(newest_) % slots_.size()];
+void PoseHistory::add(EntityId entity, const Pose& pose) {
+    PosesOfTick& slot = slots_[static_cast<std::size_t>(newest_) % slots_.size()];
     slot.entity.push_back(entity);
     slot.position.push_back(pose.position);
     slot.orientation.push_back(pose.orientation);
 }
 
-const History::Slot* History::find(Tick tick) const {
+const PoseHistory::PosesOfTick* PoseHistory::find(Tick tick) const {
     if (slots_.empty() || tick < 0) {
         return nullptr;
     }
-    const Slot& slot = slots_[static_cast<std::size_t>(tick) % slots_.size()];
+    const PosesOfTick& slot = slots_[static_cast<std::size_t>(tick) % slots_.size()];
     return slot.tick == tick ? &slot : nullptr;
 }
 
-std::optional<Pose> History::in(const Slot& slot, EntityId entity) {
+std::optional<Pose> PoseHistory::in(const PosesOfTick& slot, EntityId entity) {
     const auto it = std::lower_bound(slot.entity.begin(), slot.entity.end(), entity);
     if (it == slot.entity.end() || *it != entity) {
         return std::nullopt;
@@ -149,10 +149,10 @@ std::optional<Pose> History::in(const Slot& slot, EntityId entity) {
     return Pose{slot.position[i], slot.orientation[i]};
 }
 
-std::optional<Pose> History::at(EntityId entity, Tick tick, float fraction) const {
-    const Slot* slot = find(tick);
+std::optional<Pose> PoseHistory::at(EntityId entity, Tick tick, float fraction) const {
+    const PosesOfTick* slot = find(tick);
     std::optional<Pose> pose = slot != nullptr ? in(*slot, entity) : std::nullopt;
-    const Slot* next = fraction > 0.0F ? find(tick + 1) : nullptr;
+    const PosesOfTick* next = fraction > 0.0F ? find(tick + 1) : nullptr;
     if (!pose || next == nullptr) {
         return pose;
     }
@@ -167,8 +167,8 @@ std::optional<Pose> History::at(EntityId entity, Tick tick, float fraction) cons
     return pose;
 }
 
-std::size_t History::recorded(Tick tick) const {
-    const Slot* slot = find(tick);
+std::size_t PoseHistory::recorded(Tick tick) const {
+    const PosesOfTick* slot = find(tick);
     return slot != nullptr ? slot->entity.size() : 0;
 }
 

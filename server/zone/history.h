@@ -1,5 +1,5 @@
-// History: where rewindable entities were in the last ticks, and rays through the world as a client
-// saw it.
+// PoseHistory: where rewindable entities were in the last ticks, and rays through the world as a
+// client saw it.
 //
 // Rewinding as in Bernier, "Latency Compensating Methods in Client/Server In-game Protocol Design
 // and Optimization" (GDC 2001), section "Lag Compensation", with one difference. There the server
@@ -36,7 +36,7 @@ struct Pose {
 
 /// A ring of ticks, in columns ascending by entity. Allocates only until each slot has held as many
 /// entities as it ever will.
-class History {
+class PoseHistory {
   public:
     /// Keeps so many ticks; 0: nothing.
     void resize(Tick ticks) { slots_.resize(static_cast<std::size_t>(ticks)); }
@@ -54,17 +54,17 @@ class History {
     [[nodiscard]] std::size_t recorded(Tick tick) const;
 
   private:
-    struct Slot {
+    struct PosesOfTick {
         Tick tick = -1;
         std::vector<EntityId> entity;
         std::vector<Vec3> position;
         std::vector<Quat> orientation;
     };
 
-    [[nodiscard]] const Slot* find(Tick tick) const;
-    [[nodiscard]] static std::optional<Pose> in(const Slot& slot, EntityId entity);
+    [[nodiscard]] const PosesOfTick* find(Tick tick) const;
+    [[nodiscard]] static std::optional<Pose> in(const PosesOfTick& slot, EntityId entity);
 
-    std::vector<Slot> slots_;
+    std::vector<PosesOfTick> slots_;
     Tick newest_ = 0;
 };
 

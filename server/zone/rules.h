@@ -44,7 +44,7 @@ struct SpawnDef {
 
 /// Two entities touch, or one touches the static world (its other side is none). Neither began nor
 /// ended: it lasts.
-struct Contact {
+struct EntityContact {
     EntityId a;
     EntityId b;
     Vec3 point = Vec3::Zero();
@@ -92,12 +92,12 @@ struct SeenEntity {
 
 /// What a client says that its view displayed when it acted. Hostile.
 struct Seen {
-    enum class View : std::uint8_t {
+    enum class DisplayedTime : std::uint8_t {
         kPresent,  ///< predicted from publications to `tick`
         kPast,     ///< interpolated
     };
 
-    View view = View::kPresent;
+    DisplayedTime view = DisplayedTime::kPresent;
     Tick tick = 0;                         ///< that was displayed of others
     float fraction = 0.0F;                 ///< of the tick after it, 0..1
     EntityId aimed;                        ///< what the ray hit there; none: nothing
@@ -281,7 +281,7 @@ class Rules {
                           const motion::InputCommand& command,
                           std::uint16_t pressed) = 0;
     /// A contact is told to each zone that simulates it: with a ghost, to the owners of both sides.
-    virtual void on_contact(RulesContext& context, const Contact& contact) = 0;
+    virtual void on_contact(RulesContext& context, const EntityContact& contact) = 0;
 
     /// Asked when an entity of that type gets a body, a ghost too. A pair of bodies tells what
     /// either of the two wishes. A contact ends in the zone that an entity leaves and begins in the

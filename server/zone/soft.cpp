@@ -66,7 +66,7 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
 }  // namespace
 
 bool is_soft(const ZoneState& state, world::Row row) {
-    return (*state.settings.types)[state.entities.type[row]].shape == world::ShapeKind::kSoft;
+    return (*state.settings.types)[state.entities.type[row]].shape == world::TypeShape::kSoft;
 }
 
 SoftLink* soft_link(const ZoneState& state, EntityId entity) {

@@ -65,7 +65,7 @@ std::uint32_t report_contacts(ZoneState& state) {
     const auto events = state.scene.contact_events();
     state.contacts.clear();
     for (const physics::ContactEvent& event : events) {
-        Contact contact;
+        EntityContact contact;
         contact.a = EntityId(event.user_a);
         contact.b = EntityId(event.user_b);
         contact.point = event.point;
@@ -81,7 +81,7 @@ std::uint32_t report_contacts(ZoneState& state) {
             note_ghost_contact(state, contact.a, contact.b);
         }
     }
-    for (const Contact& contact : state.contacts) {
+    for (const EntityContact& contact : state.contacts) {
         state.rules->on_contact(context, contact);
     }
     return static_cast<std::uint32_t>(state.contacts.size());

@@ -6,14 +6,14 @@ namespace {
 
 physics::Shape shape_of(const world::EntityType& type, std::span<const physics::Shape> solids) {
     switch (type.shape) {
-        case world::ShapeKind::kSphere:
+        case world::TypeShape::kSphere:
             return physics::Shape::sphere(type.radius);
-        case world::ShapeKind::kBox:
-        case world::ShapeKind::kSoft:
+        case world::TypeShape::kBox:
+        case world::TypeShape::kSoft:
             return physics::Shape::box(type.half_extents);
-        case world::ShapeKind::kCapsule:
+        case world::TypeShape::kCapsule:
             return physics::Shape::capsule(type.radius, type.half_segment);
-        case world::ShapeKind::kSolid:
+        case world::TypeShape::kSolid:
             return solids[type.solid];
     }
     return {};

@@ -143,7 +143,7 @@ struct ZoneSettings {
     VisibilityFilterSettings visibility_filter;
     RewindSettings rewind;
     std::vector<std::string> stances;  ///< the config's own, from kFirstNamedStance on
-    replication::Settings replication;
+    replication::ReplicationSettings replication;
     std::shared_ptr<const clock::SlowState> slow;  ///< of the whole world; may be null
     AuditSettings audit;
     FaultSettings faults;

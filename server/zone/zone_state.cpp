@@ -73,8 +73,8 @@ void build_grid(ZoneState& state) {
 }
 
 /// Predictions of what falls end where characters stand as well.
-replication::Settings with_ground(const ZoneSettings& settings) {
-    replication::Settings out = settings.replication;
+replication::ReplicationSettings with_ground(const ZoneSettings& settings) {
+    replication::ReplicationSettings out = settings.replication;
     out.ground = settings.statics;
     return out;
 }

@@ -60,7 +60,7 @@ struct StepReport {
     ai::AiReport ai;
     std::optional<ai::LevelChange> level_change;
     interest::InterestReport interest;
-    replication::Report replication;
+    replication::ReplicationReport replication;
     std::uint32_t handoffs_out = 0;
     std::uint32_t out_of_world = 0;   ///< entities that left the world and were put back
     std::uint32_t refused_items = 0;  ///< inbox items for clients or entities that are not here
@@ -84,7 +84,7 @@ struct ParticlesOfZone {
         Vec3 focus = Vec3::Zero();  ///< the characters nearest to here are met
     };
 
-    struct Near {
+    struct NearCharacter {
         float distance2 = 0.0F;
         EntityId id;
         world::Row row = world::kNoRow;
@@ -96,7 +96,7 @@ struct ParticlesOfZone {
     std::uint64_t cosmetic_bursts = 0;         ///< counted apart: they change nothing simulated
     std::vector<double> cosmetic_due;          ///< of each cosmetic burst: the tick up to which the
                                                ///< events so far are paid for
-    std::vector<Near> near;                    ///< scratch
+    std::vector<NearCharacter> near;           ///< scratch
     std::vector<physics::ParticleBall> balls;  ///< scratch
 };
 
@@ -177,7 +177,7 @@ struct ZoneState {
     replication::Replicator replicator;
     std::vector<AuditedRadii> audited_radii;  ///< by row; kept while somebody is audited
 
-    History history;  ///< empty where no type of the world is rewindable
+    PoseHistory history;  ///< empty where no type of the world is rewindable
     std::vector<std::pair<EntityId, world::Row>> history_rows;  ///< scratch
 
     world::RowSet near_border;            ///< rows that neighbours heard of in the last export
@@ -188,7 +188,7 @@ struct ZoneState {
     std::vector<GhostContact> ghost_contacts;
     bool accepted = false;                          ///< a handoff came in during this tick
     std::vector<replication::OwnInput> own_inputs;  ///< scratch of the replication pass
-    std::vector<Contact> contacts;                  ///< scratch of the contacts pass
+    std::vector<EntityContact> contacts;            ///< scratch of the contacts pass
     std::vector<Vec3> players;        ///< scratch of the representation pass: where players are
     std::vector<BodyId> bodies_near;  ///< scratch of the same
     bool ghosts_moved = false;        ///< some imported ghost changed in the last tick

@@ -14,7 +14,7 @@ constexpr float kTracedTick = 1.0F / 30.0F;
 world::EntityType traced_ball() {
     world::EntityType type;
     type.name = "ball";
-    type.shape = world::ShapeKind::kSphere;
+    type.shape = world::TypeShape::kSphere;
     type.radius = 0.25F;
     type.max_velocity_jump_mps = 20.0F;
     return type;
@@ -135,7 +135,7 @@ MotionTrace walk_trace(int entities, int ticks) {
     world::EntityType type;
     type.name = "walker";
     type.kind = world::EntityKind::kCharacter;
-    type.shape = world::ShapeKind::kCapsule;
+    type.shape = world::TypeShape::kCapsule;
     type.max_acceleration_mps2 = 40.0F;
     MotionTrace trace = empty_trace("walk", type);
     constexpr float kSpeed = 4.0F;

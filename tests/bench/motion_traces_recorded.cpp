@@ -72,7 +72,7 @@ MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why) {
     trace.motion = "cubes901_" + which;
     trace.tick_s = 1.0F / 60.0F;
     trace.type.name = "cube";
-    trace.type.shape = world::ShapeKind::kBox;
+    trace.type.shape = world::TypeShape::kBox;
     trace.type.half_extents = Vec3::Constant(0.2F);
     trace.type.max_acceleration_mps2 = 100.0F;  // they bump
     trace.type.max_velocity_jump_mps = 40.0F;
@@ -161,7 +161,7 @@ MotionTrace valley_trace(bool characters, std::size_t most, int ticks) {
     }
     // Types differ in what they are allowed; the promise to all of them is the loosest.
     trace.type.kind = characters ? world::EntityKind::kCharacter : world::EntityKind::kProp;
-    trace.type.shape = characters ? world::ShapeKind::kCapsule : world::ShapeKind::kBox;
+    trace.type.shape = characters ? world::TypeShape::kCapsule : world::TypeShape::kBox;
     trace.type.half_extents = Vec3::Constant(0.3F);
     for (const world::EntityType& type : *state.settings.types) {
         if ((type.kind == world::EntityKind::kCharacter) == characters) {

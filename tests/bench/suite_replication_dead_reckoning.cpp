@@ -48,8 +48,10 @@ constexpr std::array<Watcher, 6> kWatchers{
      {"interpolate", view::ViewKind::kInterpolate}}};
 
 /// One level of detail with the threshold for its bound.
-replication::Settings settings_for(const MotionTrace& trace, float threshold_m, int forced) {
-    replication::Settings s =
+replication::ReplicationSettings settings_for(const MotionTrace& trace,
+                                              float threshold_m,
+                                              int forced) {
+    replication::ReplicationSettings s =
         settings_for_bound(trace, {threshold_m, kOrientationBound}, kHeartbeatS);
     s.forced_order = forced;
     return s;
@@ -91,7 +93,7 @@ class ReckoningTrial : public JudgedTrial {
           shown_(trace.frames.front().size()) {}
 
     void frame() override {
-        const replication::Report& report = zone_.step();
+        const replication::ReplicationReport& report = zone_.step();
         publications_ += report.publications;
         bytes_ += report.bytes;
     }
@@ -170,7 +172,7 @@ class ReckoningTrial : public JudgedTrial {
     }
 
     const MotionTrace& trace_;
-    replication::Settings settings_;
+    replication::ReplicationSettings settings_;
     TracedZone zone_;
     TracedClient client_;
     std::vector<Shown> shown_;

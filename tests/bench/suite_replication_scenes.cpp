@@ -61,7 +61,7 @@ struct Accuracy {
 class SceneTrial : public JudgedTrial {
   public:
     SceneTrial(const MotionTrace& trace,
-               const replication::Settings& settings,
+               const replication::ReplicationSettings& settings,
                const TracedZone::Plan& plan)
         : trace_(trace),
           own_(plan.avatars ? 1 : 0),
@@ -112,7 +112,7 @@ class SceneTrial : public JudgedTrial {
     EntityId own_;
     TracedZone zone_;
     TracedClient client_;
-    replication::Report report_;
+    replication::ReplicationReport report_;
     std::uint64_t payload_bytes_ = 0;
     std::uint64_t wire_bytes_ = 0;
     std::uint64_t updates_ = 0;
@@ -122,7 +122,7 @@ class SceneTrial : public JudgedTrial {
 void run_scene(Session& session,
                const std::string& scene,
                const MotionTrace& trace,
-               const replication::Settings& settings,
+               const replication::ReplicationSettings& settings,
                const TracedZone::Plan& plan) {
     if (!session.wants_scene(scene)) {
         return;
@@ -130,7 +130,7 @@ void run_scene(Session& session,
     session.progress("replication " + scene);
     const auto with = [&](const char* name, replication::Codec codec) {
         return Method{name, "", [&trace, &plan, settings, codec] {
-                          replication::Settings s = settings;
+                          replication::ReplicationSettings s = settings;
                           s.codec = codec;
                           return std::make_unique<SceneTrial>(trace, s, plan);
                       }};
@@ -150,7 +150,7 @@ void run_scene(Session& session,
 /// thousandth. A component changes by half the angle at most.
 void run_bodies(Session& session) {
     const MotionTrace trace = orbit_trace(250, session.quick ? 60 : 1800);
-    replication::Settings settings = settings_for_bound(trace, {0.01F, 0.002F}, 8.0);
+    replication::ReplicationSettings settings = settings_for_bound(trace, {0.01F, 0.002F}, 8.0);
     settings.quantization.orientation_bits = 13;
     run_scene(session, "bodies250", trace, settings, {1, false, 0});
 }
@@ -158,7 +158,7 @@ void run_bodies(Session& session) {
 void run_crowds(Session& session) {
     const int seconds = session.quick ? 4 : 60;
     const MotionTrace walk = thinned(walk_trace(200, 30 * seconds), 3);
-    replication::Settings settings = settings_for_bound(walk, {0.05F, 0.1F}, 2.0);
+    replication::ReplicationSettings settings = settings_for_bound(walk, {0.05F, 0.1F}, 2.0);
     settings.own_state_every_ticks = 2;
     settings.silence_ticks = 5;
     run_scene(session, "crowd200", walk, settings, {200, true, 0});

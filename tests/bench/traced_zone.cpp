@@ -7,10 +7,10 @@
 
 namespace zoned::bench {
 
-replication::Settings settings_for_bound(const MotionTrace& trace,
-                                         const replication::LodBound& bound,
-                                         double heartbeat_s) {
-    replication::Settings s;
+replication::ReplicationSettings settings_for_bound(const MotionTrace& trace,
+                                                    const replication::LodBound& bound,
+                                                    double heartbeat_s) {
+    replication::ReplicationSettings s;
     s.lods = {bound};
     s.heartbeat_ticks =
         static_cast<std::uint32_t>(std::lround(heartbeat_s / static_cast<double>(trace.tick_s)));
@@ -28,7 +28,7 @@ replication::Settings settings_for_bound(const MotionTrace& trace,
 }
 
 std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
-                                            const replication::Settings& settings) {
+                                            const replication::ReplicationSettings& settings) {
     view::World world;
     world.tick_s = static_cast<double>(trace.tick_s);
     world.quantization = settings.quantization;
@@ -46,7 +46,7 @@ std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
 // ---------------------------------------------------------------- the server's side
 
 TracedZone::TracedZone(const MotionTrace& trace,
-                       const replication::Settings& settings,
+                       const replication::ReplicationSettings& settings,
                        const Plan& plan)
     : trace_(trace),
       plan_(plan),
@@ -89,7 +89,7 @@ void TracedZone::set_rows() {
     }
 }
 
-const replication::Report& TracedZone::step() {
+const replication::ReplicationReport& TracedZone::step() {
     ++tick_;
     set_rows();
     for (; !acks_.empty() && acks_.front().first <= tick_; acks_.pop_front()) {

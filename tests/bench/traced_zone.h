@@ -12,13 +12,13 @@
 namespace zoned::bench {
 
 /// Steps of quantisation as a world with one level of detail of that bound has them.
-replication::Settings settings_for_bound(const MotionTrace& trace,
-                                         const replication::LodBound& bound,
-                                         double heartbeat_s);
+replication::ReplicationSettings settings_for_bound(const MotionTrace& trace,
+                                                    const replication::LodBound& bound,
+                                                    double heartbeat_s);
 
 /// The world as a client of such a replicator knows it.
 std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
-                                            const replication::Settings& settings);
+                                            const replication::ReplicationSettings& settings);
 
 /// Entity i + 1 follows the trace's entity i. Every client sees all entities; where they have
 /// avatars, client c's is entity c and is told to it as its own state.
@@ -30,10 +30,12 @@ class TracedZone {
         Tick delay = 0;  ///< ticks from sending to arrival, of packets and of acknowledgements
     };
 
-    TracedZone(const MotionTrace& trace, const replication::Settings& settings, const Plan& plan);
+    TracedZone(const MotionTrace& trace,
+               const replication::ReplicationSettings& settings,
+               const Plan& plan);
 
     /// The next tick of the trace: all clients' packets. Acknowledgements have come before.
-    const replication::Report& step();
+    const replication::ReplicationReport& step();
 
     [[nodiscard]] const std::vector<mailbox::StatePacket>& packets() const { return packets_; }
 
@@ -52,7 +54,7 @@ class TracedZone {
     std::vector<replication::OwnInput> own_;
     std::vector<mailbox::StatePacket> packets_;
     std::deque<std::pair<Tick, mailbox::Acks>> acks_;  // when they come back
-    replication::Report report_;
+    replication::ReplicationReport report_;
     Tick tick_ = 0;
 };
 
@@ -60,7 +62,7 @@ class TracedZone {
 class TracedClient {
   public:
     TracedClient(const MotionTrace& trace,
-                 const replication::Settings& settings,
+                 const replication::ReplicationSettings& settings,
                  const view::ViewSettings& view,
                  Tick delay)
         : delay_(delay),

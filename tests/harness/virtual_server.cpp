@@ -41,8 +41,8 @@ std::unique_ptr<link::Transport> VirtualServer::connect() {
     return std::make_unique<VirtualTransport>(*this, ++next_address_);
 }
 
-session::Output VirtualServer::output() {
-    session::Output out;
+session::SessionOutput VirtualServer::output() {
+    session::SessionOutput out;
     out.send_frame = [this](session::StreamId stream, session::Bytes frame) {
         const auto it = streams_.find(stream);
         if (it != streams_.end()) {

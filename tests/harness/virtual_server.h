@@ -85,7 +85,7 @@ class VirtualServer {
     void deliver_up();
     void deliver_down();
     void tick();
-    session::Output output();
+    session::SessionOutput output();
 
     VirtualServerSettings settings_;
     ops::Settings config_;

@@ -17,7 +17,7 @@ struct PlainLog {
     std::mutex guard;  ///< of what follows, while zones run
     std::map<ClientId, EntityId> avatars;
     zone::ContactWish wish;  ///< for all types; set before the zones are made
-    std::vector<zone::Contact> contacts;
+    std::vector<zone::EntityContact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
     bool busy = false;  ///< each_tick is called where no player is as well
@@ -65,7 +65,7 @@ class PlainRules final : public zone::Rules {
                   const motion::InputCommand&,
                   std::uint16_t) override {}
 
-    void on_contact(zone::RulesContext&, const zone::Contact& contact) override {
+    void on_contact(zone::RulesContext&, const zone::EntityContact& contact) override {
         const std::lock_guard lock(log_->guard);
         log_->contacts.push_back(contact);
     }

@@ -14,7 +14,7 @@ inline world::TypeTable small_types(float radius_m) {
     world::EntityType player;
     player.name = "player";
     player.kind = world::EntityKind::kCharacter;
-    player.shape = world::ShapeKind::kCapsule;
+    player.shape = world::TypeShape::kCapsule;
     player.radius = player.character.radius;
     player.half_segment = player.character.half_segment;
     player.mass = 80.0F;
@@ -26,7 +26,7 @@ inline world::TypeTable small_types(float radius_m) {
     crate.aura_m.fill(radius_m);
     world::EntityType ball;
     ball.name = "ball";
-    ball.shape = world::ShapeKind::kSphere;
+    ball.shape = world::TypeShape::kSphere;
     ball.mass = 2.0F;
     ball.aura_m.fill(radius_m);
     return {player, crate, ball};

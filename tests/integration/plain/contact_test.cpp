@@ -63,7 +63,7 @@ struct Count {
 
 Count count() {
     Count c;
-    for (const zone::Contact& contact : plain_log()->contacts) {
+    for (const zone::EntityContact& contact : plain_log()->contacts) {
         (contact.began ? c.began : contact.ended ? c.ended : c.lasted) += 1;
         EXPECT_FALSE(contact.began && contact.ended);
     }
@@ -88,7 +88,7 @@ TEST(Contacts, LastWithTheWeightAsImpulseUntilTheySleep) {
     Fall fall({true, false}, 1);
     fall.run(25);
     ASSERT_FALSE(plain_log()->contacts.empty());
-    const zone::Contact last = plain_log()->contacts.back();
+    const zone::EntityContact last = plain_log()->contacts.back();
     EXPECT_FALSE(last.began || last.ended);
     EXPECT_EQ(last.a ? last.a : last.b, fall.crate);
     const zone::ZoneState& zone = *fall.owner();
@@ -110,7 +110,7 @@ TEST(Contacts, EndWhenTheEntityLeavesTheGround) {
     fall.run(5);
     EXPECT_EQ(count().ended, before.ended + 1);
     EXPECT_EQ(count().lasted, 0);
-    const zone::Contact last = plain_log()->contacts.back();
+    const zone::EntityContact last = plain_log()->contacts.back();
     EXPECT_TRUE(last.ended);
     EXPECT_EQ(last.a ? last.a : last.b, fall.crate);
 }

@@ -88,7 +88,7 @@ TEST_F(DoorInAZone, IsMetByRaysIntoThePastAsItWasThen) {
     to(63);
     const auto hits = [this](Tick tick) {
         zone::Seen seen;
-        seen.view = zone::Seen::View::kPast;
+        seen.view = zone::Seen::DisplayedTime::kPast;
         seen.tick = tick;
         return zone::ray_cast_as_seen(
                    state(), ClientId(1), seen, Vec3(-5, 1, 1), Vec3::UnitX(), 10.0F, EntityId())

@@ -75,7 +75,7 @@ class Rewinding : public testing::Test {
 
     static zone::Seen past(Tick tick, float fraction = 0.0F) {
         zone::Seen seen;
-        seen.view = zone::Seen::View::kPast;
+        seen.view = zone::Seen::DisplayedTime::kPast;
         seen.tick = tick;
         seen.fraction = fraction;
         return seen;

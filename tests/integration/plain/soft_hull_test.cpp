@@ -34,7 +34,7 @@ struct SoftField {
         ops::Settings settings = scenario::small_world(columns, 1, 200.0);
         world::EntityType type;
         type.name = "soft";
-        type.shape = world::ShapeKind::kSoft;
+        type.shape = world::TypeShape::kSoft;
         type.half_extents = Vec3::Constant(0.6F);
         type.radius = 1.1F;
         type.standing = Aabb{-type.half_extents, type.half_extents};

@@ -56,7 +56,7 @@ TEST(SoftTypes, WeighWhatTheTypeSaysAboutTheirCentreOfMass) {
                                      std::pair("rope", 2.0F),
                                      std::pair("jelly", 10.0F),
                                      std::pair("balloon", 1.0F)}) {
-        ASSERT_EQ(soft_type(name).shape, world::ShapeKind::kSoft) << name;
+        ASSERT_EQ(soft_type(name).shape, world::TypeShape::kSoft) << name;
         float sum = 0.0F;
         Vec3 centre = Vec3::Zero();
         float farthest = 0.0F;

@@ -64,7 +64,7 @@ const InitialEntity& first_of(const std::string& name) {
 TEST(TypeShapes, GiveAHullItsCentreOfMass) {
     // A wedge's section is a triangle: its centre lies a third of the way from the right angle.
     const world::EntityType& wedge = type_of("wedge");
-    EXPECT_EQ(wedge.shape, world::ShapeKind::kSolid);
+    EXPECT_EQ(wedge.shape, world::TypeShape::kSolid);
     EXPECT_TRUE(wedge.standing.lower.isApprox(Vec3(-1.0F, -1.0F / 3.0F, -1.0F), kRounding));
     EXPECT_TRUE(wedge.standing.upper.isApprox(Vec3(1.0F, 2.0F / 3.0F, 2.0F), kRounding));
     EXPECT_NEAR(wedge.extent(), std::sqrt(1.0F + 1.0F / 9.0F + 4.0F), kRounding);

@@ -118,14 +118,14 @@ float half_height(const world::EntityType& type) {
     if (type.kind == world::EntityKind::kCharacter) {
         return type.radius + type.half_segment;
     }
-    return type.shape == world::ShapeKind::kBox ? type.half_extents.y() : type.radius;
+    return type.shape == world::TypeShape::kBox ? type.half_extents.y() : type.radius;
 }
 
 float half_width(const world::EntityType& type) {
-    if (type.kind == world::EntityKind::kCharacter || type.shape == world::ShapeKind::kSphere) {
+    if (type.kind == world::EntityKind::kCharacter || type.shape == world::TypeShape::kSphere) {
         return type.radius;
     }
-    return type.shape == world::ShapeKind::kBox
+    return type.shape == world::TypeShape::kBox
                ? std::min(type.half_extents.x(), type.half_extents.z())
                : type.radius;
 }
@@ -160,7 +160,7 @@ TEST(Valley, LaysBarrelsOnTheirSidesAndKeepsCharactersUpright) {
     for (const InitialEntity& e : valley().initial) {
         const world::EntityType& type = valley().types[e.type];
         const float up = (e.orientation * Vec3::UnitY()).y();
-        if (type.kind == world::EntityKind::kProp && type.shape == world::ShapeKind::kCapsule) {
+        if (type.kind == world::EntityKind::kProp && type.shape == world::TypeShape::kCapsule) {
             EXPECT_NEAR(up, 0.0F, 1e-6F);
         } else {
             EXPECT_NEAR(up, 1.0F, 1e-6F);

@@ -27,7 +27,7 @@ Load measure(int walkers,
              int order,
              float extent) {
     const world::TypeTable types = test_types();
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     settings.forced_order = order;
     TestWorld world(3, extent);
     Replicator replicator(settings);
@@ -56,7 +56,7 @@ Load measure(int walkers,
         const world::Visibility sets = world.visibility(list, radius, near);
         packets.clear();
         const auto begin = std::chrono::steady_clock::now();
-        const Report report =
+        const ReplicationReport report =
             replicator.step(world.now, ZoneId(1), world.entities, types, sets, {}, packets);
         const auto end = std::chrono::steady_clock::now();
         for (const mailbox::StatePacket& p : packets) {

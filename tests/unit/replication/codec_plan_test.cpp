@@ -67,14 +67,14 @@ TEST(CodecPlan, LeavesWhoIsCodedAloneWhileLittleChanges) {
 }
 
 /// A crowd in which all see all.
-Session crowd(const Settings& settings, const NetSettings& net) {
+Session crowd(const ReplicationSettings& settings, const NetSettings& net) {
     Session s(31, settings, net, 30, 10, 4, 20.0F);
     s.radius = 90.0F;
     return s;
 }
 
-Settings automatic() {
-    Settings settings = test_settings();
+ReplicationSettings automatic() {
+    ReplicationSettings settings = test_settings();
     settings.codec = Codec::kAuto;
     settings.budget_bytes_per_s = 6000;
     return settings;
@@ -111,7 +111,7 @@ TEST(Replicator, ChangesCodecsAtAnyTimeAndConverges) {
 }
 
 TEST(Replicator, SpendsNoMoreOnCodingThanItMay) {
-    Settings settings = automatic();
+    ReplicationSettings settings = automatic();
     settings.codec_budget_us = 40;
     Session s = crowd(settings, {});
     constexpr mailbox::CodecPrice kDear{2000, 5000};

@@ -31,7 +31,7 @@ std::uint64_t run_metered(Session& s,
 
 TEST(BandwidthMeter, CountsEveryByteOfEveryBodyOnce) {
     for (const NetSettings& net : {NetSettings{}, NetSettings{0.2F, 0.05F, 2, 3}}) {
-        Settings settings = test_settings();
+        ReplicationSettings settings = test_settings();
         settings.meter = true;
         Session s(31, settings, net, 25, 25, 5, 50.0F);
         const std::uint64_t bytes = run_metered(s, 600);
@@ -54,7 +54,7 @@ TEST(BandwidthMeter, CountsEveryByteOfEveryBodyOnce) {
 TEST(BandwidthMeter, TellsReasonsApart) {
     using wire::TrafficReason;
     const auto table_of = [](const NetSettings& net) {
-        Settings settings = test_settings();
+        ReplicationSettings settings = test_settings();
         settings.meter = true;
         Session s(32, settings, net, 25, 25, 5, 50.0F);
         run_metered(s, 600);
@@ -79,7 +79,7 @@ TEST(BandwidthMeter, TellsReasonsApart) {
 
 TEST(BandwidthMeter, CallsWhatCameOfNoBreachAHeartbeat) {
     const auto bits = [](std::uint32_t every, int ticks) {
-        Settings settings = test_settings();
+        ReplicationSettings settings = test_settings();
         settings.meter = true;
         settings.heartbeat_ticks = every;
         for (LodBound& lod : settings.lods) {
@@ -104,7 +104,7 @@ TEST(BandwidthMeter, CallsWhatCameOfNoBreachAHeartbeat) {
 TEST(BandwidthMeter, ChangesNothingOfWhatIsSent) {
     std::vector<mailbox::StatePacket> with;
     std::vector<mailbox::StatePacket> without;
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     const NetSettings net{0.1F, 0.05F, 2, 3};
     Session plain(34, settings, net, 25, 25, 5, 50.0F);
     settings.meter = true;

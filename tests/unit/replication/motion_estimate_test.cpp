@@ -132,7 +132,7 @@ TEST(MotionEstimate, APushIsNotTakenForAWayOfIntegrating) {
 
 world::EntityType ball() {
     world::EntityType type;
-    type.shape = world::ShapeKind::kSphere;
+    type.shape = world::TypeShape::kSphere;
     type.radius = 0.25F;
     return type;
 }
@@ -164,7 +164,7 @@ TEST(Landing, IsOnTheTopmostSolidUnderThePath) {
 
 TEST(Landing, ABoxRestsOnTheSideThatLooksDownMost) {
     world::EntityType box;
-    box.shape = world::ShapeKind::kBox;
+    box.shape = world::TypeShape::kBox;
     box.half_extents = Vec3(0.2F, 0.5F, 1.0F);
     EXPECT_FLOAT_EQ(resting_height(box, Quat::Identity()), 0.5F);
     EXPECT_FLOAT_EQ(resting_height(box, Quat(Eigen::AngleAxisf(1.5F, Vec3::UnitX()))), 1.0F);
@@ -178,7 +178,7 @@ struct Outcome {
 };
 
 Outcome follow(const Path& path, int forced, int ticks) {
-    Settings settings;
+    ReplicationSettings settings;
     settings.lods = {{}};
     const world::EntityType type = ball();
     MotionEstimate estimate;

@@ -58,7 +58,7 @@ constexpr int kCoded = 100;
 
 TEST(Replicator, KeepsThePromisedBoundAtEveryTickOnAPerfectNetwork) {
     for (const int order : {-1, 0, 1, 2, 3, 4, kCoded}) {
-        Settings settings = test_settings();
+        ReplicationSettings settings = test_settings();
         settings.forced_order = order == kCoded ? -1 : order;
         settings.codec = order == kCoded ? Codec::kPerClient : Codec::kShared;
         settings.ground = std::make_shared<const motion::StaticGeometry>();
@@ -96,7 +96,7 @@ void keep_the_bound_under_loss(Codec codec) {
     net.delay_ticks = 2;
     net.loss = 0.05F;
     net.duplicate = 0.02F;
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     settings.codec = codec;
     Session s(9, settings, net, 20, 20, 4, 25.0F);
     s.radius = 90.0F;

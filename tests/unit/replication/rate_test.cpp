@@ -13,7 +13,7 @@ double wire_bytes(const std::vector<mailbox::StatePacket>& packets) {
 }
 
 TEST(PathRate, IsKeptToByThePackerTickByTick) {
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     settings.budget_bytes_per_s = 100000;
     Session s(3, settings, {}, 120, 120, 1, 40.0F);
     const double rate = 5000.0;
@@ -40,7 +40,7 @@ TEST(PathRate, IsKeptToByThePackerTickByTick) {
 }
 
 TEST(PathRate, NeverLiftsTheConfiguredBudget) {
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     settings.budget_bytes_per_s = 8000;
     Session s(3, settings, {}, 120, 120, 1, 40.0F);
     double sent = 0.0;
@@ -56,7 +56,7 @@ TEST(PathRate, NeverLiftsTheConfiguredBudget) {
 }
 
 TEST(PathRate, FollowsTheClientToAnotherZone) {
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     Session s(3, settings, {}, 20, 20, 1, 40.0F);
     mailbox::Acks acks;
     acks.client = ClientId(1);

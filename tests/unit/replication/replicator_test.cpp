@@ -26,7 +26,7 @@ class ReplicatorInWeather : public testing::TestWithParam<WeatherAndCodec> {};
 
 TEST_P(ReplicatorInWeather, ConvergesExactlyOnceTheWorldRests) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-        Settings settings = test_settings();
+        ReplicationSettings settings = test_settings();
         settings.codec = std::get<1>(GetParam());
         Session s(seed, settings, std::get<0>(GetParam()).net, 25, 25, 5, 50.0F);
         s.radius = 35.0F;
@@ -90,7 +90,7 @@ void follow_a_client_between_zones(Codec codec) {
     for (const NetSettings& net :
          {NetSettings{}, NetSettings{0.2F, 0.1F, 2, 3}, NetSettings{0.05F, 0.0F, 1, 8}}) {
         // Two zones that see the same world from different sides; the client wanders between them.
-        Settings settings = test_settings();
+        ReplicationSettings settings = test_settings();
         settings.codec = codec;
         Session s(11, settings, net, 20, 20, 1, 50.0F);
         Replicator other(s.settings);
@@ -118,7 +118,7 @@ void follow_a_client_between_zones(Codec codec) {
             packets.clear();
             const ZoneId zone(here == &other ? 2 : 1);
             here->step(s.world.now, zone, s.world.entities, s.types, set, {}, packets);
-            const Report idle =
+            const ReplicationReport idle =
                 there->step(s.world.now, ZoneId(9), s.world.entities, s.types, {}, {}, packets);
             EXPECT_TRUE(idle.skipped);
             for (const mailbox::StatePacket& p : packets) {
@@ -150,7 +150,7 @@ TEST(Replicator, FollowsAClientBetweenZonesWithCodedRecords) {
 }
 
 TEST(Replicator, RespectsTheByteBudgetAndStarvesNobody) {
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     settings.budget_bytes_per_s = 4000;
     Session s(12, settings, {}, 0, 150, 0, 20.0F);
     s.world.entities.set_client(0, ClientId(1));
@@ -196,7 +196,7 @@ TEST(Replicator, RespectsTheByteBudgetAndStarvesNobody) {
 }
 
 TEST(Replicator, ShowsANewClientItsSurroundingsNearestFirst) {
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     settings.budget_bytes_per_s = 4000;
     Session s(31, settings, {}, 0, 400, 0, 20.0F);
     s.near = 1000.0F;  // one level of detail
@@ -234,7 +234,7 @@ TEST(Replicator, ShowsANewClientItsSurroundingsNearestFirst) {
 }
 
 TEST(Replicator, AfterAnOutageOnlyWhatChangedIsSent) {
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     Session s(32, settings, {}, 0, 200, 1, 20.0F);
     for (int tick = 0; tick < 60; ++tick) {
         s.step();
@@ -320,7 +320,7 @@ TEST(Replicator, SendsNothingButSignsOfLifeToTheSightless) {
     Replicator replicator(test_settings());
     world::Entities entities;
     std::vector<mailbox::StatePacket> packets;
-    Report report = replicator.step(1, kZone, entities, types, {}, {}, packets);
+    ReplicationReport report = replicator.step(1, kZone, entities, types, {}, {}, packets);
     EXPECT_TRUE(report.skipped);
     ClientTransfer transfer;
     transfer.client = ClientId(1);

@@ -17,7 +17,7 @@ inline constexpr std::size_t kOverhead =
 class Session {
   public:
     Session(std::uint64_t seed,
-            const Settings& s,
+            const ReplicationSettings& s,
             const NetSettings& net,
             int walkers,
             int bodies,
@@ -92,7 +92,7 @@ class Session {
         }
     }
 
-    Settings settings;
+    ReplicationSettings settings;
     world::TypeTable types;
     TestWorld world;
     Replicator replicator;
@@ -101,7 +101,7 @@ class Session {
     std::vector<OwnInput> own;
     world::Visibility visibility;
     std::vector<mailbox::StatePacket> packets;
-    Report report;
+    ReplicationReport report;
     float radius = 60.0F;
     float near = 20.0F;
 };

@@ -19,8 +19,8 @@ world::TypeTable test_types() {
     return types;
 }
 
-Settings test_settings() {
-    Settings settings;
+ReplicationSettings test_settings() {
+    ReplicationSettings settings;
     settings.lods = {{0.05F, 0.1F}, {0.5F, 0.3F}};
     settings.quantization.lod_shift[1] = wire::lod_shift(0.05F, 0.1F, 0.5F, 0.3F);
     settings.budget_bytes_per_s = 200000;

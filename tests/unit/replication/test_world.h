@@ -17,7 +17,7 @@ inline constexpr TypeIndex kDasher = 2;  ///< declared slower than it moves
 world::TypeTable test_types();
 
 /// Bounds 0.05 m and 0.5 m; a generous budget.
-Settings test_settings();
+ReplicationSettings test_settings();
 
 class TestWorld {
   public:
@@ -94,7 +94,7 @@ class Network {
 struct Remote {
     Remote(ClientId id,
            const world::TypeTable& types,
-           const Settings& settings,
+           const ReplicationSettings& settings,
            const NetSettings& net,
            std::uint64_t seed)
         : client(id),

@@ -81,7 +81,7 @@ class Judge {
         return {std::max(off_m / bound.position_m, off_rad / bound.orientation_rad), v.lod};
     }
 
-    void judge(const Error& error, std::uint8_t step, const Settings& settings) {
+    void judge(const Error& error, std::uint8_t step, const ReplicationSettings& settings) {
         ++verdict.compared;
         verdict.widened += step > 0 ? 1 : 0;
         if (step == wire::kNoBound) {
@@ -111,8 +111,8 @@ void print(const Judge::Verdict& v) {
 
 constexpr std::uint32_t kClients = 4;
 
-Settings narrow_settings(std::uint32_t bytes_per_s) {
-    Settings settings = test_settings();
+ReplicationSettings narrow_settings(std::uint32_t bytes_per_s) {
+    ReplicationSettings settings = test_settings();
     settings.budget_bytes_per_s = bytes_per_s;
     return settings;
 }
@@ -157,7 +157,7 @@ TEST(NotifiedBounds, AlsoToWhoComesFromAnotherZone) {
 
 /// The checker finds a server that keeps silent about it.
 TEST(NotifiedBounds, SilenceIsFound) {
-    Settings settings = narrow_settings(2500);
+    ReplicationSettings settings = narrow_settings(2500);
     settings.silent_bound = true;
     Session s(1, settings, {}, 80, 20, kClients, 40.0F);
     Judge judge(kClients);

@@ -62,7 +62,7 @@ class Unacknowledged : public testing::Test {
 
     static constexpr ClientId kClient{1};
     static constexpr std::uint32_t kRtt_us = 1'000'000;  ///< nothing is given up meanwhile
-    Settings settings = test_settings();
+    ReplicationSettings settings = test_settings();
     world::TypeTable types = test_types();
     TestWorld world{3, 10.0F};
     std::unique_ptr<Replicator> replicator;

@@ -30,7 +30,7 @@ inline world::TypeTable test_types() {
     types[kGuard].name = "guard";
     types[kGuard].brain = 1;
     types[kBall].name = "ball";
-    types[kBall].shape = world::ShapeKind::kSphere;
+    types[kBall].shape = world::TypeShape::kSphere;
     types[kBall].radius = 0.2F;
     types[kBall].mass = 2.0F;
     types[kCrate].name = "crate";

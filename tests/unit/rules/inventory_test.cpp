@@ -161,8 +161,8 @@ struct Missile : Hands {
         missile = newest();
     }
 
-    [[nodiscard]] zone::Contact contact(EntityId a, EntityId b, float speed) const {
-        zone::Contact c;
+    [[nodiscard]] zone::EntityContact contact(EntityId a, EntityId b, float speed) const {
+        zone::EntityContact c;
         c.a = a;
         c.b = b;
         c.normal = Vec3::UnitX();
@@ -184,7 +184,7 @@ TEST_F(Missile, HurtsAndKnocksByItsImpulse) {
 }
 
 TEST_F(Missile, KnocksAwayWhicheverSideItIsOn) {
-    zone::Contact c = contact(victim, missile, 12.0F);
+    zone::EntityContact c = contact(victim, missile, 12.0F);
     c.normal = -Vec3::UnitX();  // from the victim to the missile
     zone.game.on_contact(zone, c);
     EXPECT_GT(zone.velocity(victim).x(), 0.0F);

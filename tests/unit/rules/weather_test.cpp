@@ -30,7 +30,7 @@ TEST(Debris, FliesWherePropsMeetHardAndInTheOwnersZoneAlone) {
     const EntityId other = east.put(kBall, Vec3::Zero());
     west.show_ghost(east, other);
     east.show_ghost(west, mine);
-    zone::Contact contact;
+    zone::EntityContact contact;
     contact.a = mine;
     contact.b = other;
     contact.approach_speed = 6.0F;
@@ -69,7 +69,7 @@ TEST(Debris, FliesOffWallsThatAreShot) {
 
 TEST(Debris, IsASettingThatMayBeNone) {
     FakeZone zone(1, Vec3d::Zero(), {{"debris_count", "0"}});
-    zone::Contact contact;
+    zone::EntityContact contact;
     contact.a = zone.put(kBall, Vec3::Zero());
     contact.approach_speed = 20.0F;
     zone.game.on_contact(zone, contact);

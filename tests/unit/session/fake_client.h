@@ -55,21 +55,22 @@ class TestHost {
   public:
     explicit TestHost(HostSettings settings)
         : host(std::move(settings),
-               Output{[this](StreamId s, Bytes f) {
-                          proto::ServerMessage m;
-                          ok = ok && m.ParseFromArray(f.data(), static_cast<int>(f.size())) &&
-                               closed.count(s) == 0;
-                          frames[s].push_back(std::move(m));
-                      },
-                      [this](StreamId s) { ok = ok && closed.insert(s).second; },
-                      [this](const PeerAddress& to, Bytes d) {
-                          datagrams.push_back({to, d});
-                          host.recycle(std::move(d));
-                      },
-                      [this](mailbox::InboxItem item) { inbox.push_back(std::move(item)); },
-                      [this](StreamId) {
-                          return backlog;
-                      }}) {}
+               SessionOutput{[this](StreamId s, Bytes f) {
+                                 proto::ServerMessage m;
+                                 ok = ok &&
+                                      m.ParseFromArray(f.data(), static_cast<int>(f.size())) &&
+                                      closed.count(s) == 0;
+                                 frames[s].push_back(std::move(m));
+                             },
+                             [this](StreamId s) { ok = ok && closed.insert(s).second; },
+                             [this](const PeerAddress& to, Bytes d) {
+                                 datagrams.push_back({to, d});
+                                 host.recycle(std::move(d));
+                             },
+                             [this](mailbox::InboxItem item) { inbox.push_back(std::move(item)); },
+                             [this](StreamId) {
+                                 return backlog;
+                             }}) {}
 
     StreamId open(bool loopback = true) {
         const StreamId stream{++last_stream};
