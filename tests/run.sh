@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds everything and runs all tests. Arguments go to ctest, such as -R unit_ops.
+# Installs what is missing, builds everything and runs all tests. Arguments go to ctest, such as -R unit_config.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"

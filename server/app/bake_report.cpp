@@ -11,14 +11,14 @@ namespace {
 /// " (first: vertices of lines 3, 4)", or nothing when there is none.
 std::string first_edge(std::uint32_t count,
                        const std::array<std::uint32_t, 2>& vertices,
-                       const ops::ObjScan& scan) {
+                       const assets::ObjScan& scan) {
     return count == 0
                ? std::string()
                : " (first: vertices of lines " + std::to_string(scan.vertex_lines[vertices[0]]) +
                      ", " + std::to_string(scan.vertex_lines[vertices[1]]) + ")";
 }
 
-std::string first_face(std::uint32_t count, std::uint32_t triangle, const ops::ObjScan& scan) {
+std::string first_face(std::uint32_t count, std::uint32_t triangle, const assets::ObjScan& scan) {
     return count == 0
                ? std::string()
                : " (first: face of line " + std::to_string(scan.triangle_lines[triangle]) + ")";
@@ -54,7 +54,9 @@ void BakeReport::row(const char* name, const char* format, ...) {
     text_ += '\n';
 }
 
-void report_build(const ops::ObjScan& scan, const physics::BuiltMesh& built, BakeReport& report) {
+void report_build(const assets::ObjScan& scan,
+                  const physics::BuiltMesh& built,
+                  BakeReport& report) {
     report.row("faces", "%u, cut into %zu triangles", scan.faces, scan.triangle_lines.size());
     report.row("degenerate",
                "%u without area, left out%s",
@@ -83,7 +85,7 @@ void report_build(const ops::ObjScan& scan, const physics::BuiltMesh& built, Bak
                first_edge(built.turned_edges, built.first_turned, scan).c_str());
 }
 
-void report_mesh(const ops::MeshSurvey& mesh, BakeReport& report) {
+void report_mesh(const assets::MeshSurvey& mesh, BakeReport& report) {
     report.row("triangles", "%u", mesh.triangles);
     report.row("vertices", "%u", mesh.vertices);
     report_size(mesh.box, report);
@@ -98,7 +100,7 @@ void report_mesh(const ops::MeshSurvey& mesh, BakeReport& report) {
     report.row("memory", "%zu bytes", mesh.bytes);
 }
 
-void report_field(const ops::FieldSurvey& field, BakeReport& report) {
+void report_field(const assets::FieldSurvey& field, BakeReport& report) {
     report.row("samples", "%u x %u", field.columns, field.rows);
     report.row("triangles", "%llu", 2ULL * (field.columns - 1ULL) * (field.rows - 1ULL));
     report_size(field.box, report);

@@ -23,8 +23,8 @@ class BakeReport {
 };
 
 /// What was found while the mesh was built; `lines` of the vertices in the OBJ.
-void report_build(const ops::ObjScan& scan, const physics::BuiltMesh& built, BakeReport& report);
-void report_mesh(const ops::MeshSurvey& mesh, BakeReport& report);
-void report_field(const ops::FieldSurvey& field, BakeReport& report);
+void report_build(const assets::ObjScan& scan, const physics::BuiltMesh& built, BakeReport& report);
+void report_mesh(const assets::MeshSurvey& mesh, BakeReport& report);
+void report_field(const assets::FieldSurvey& field, BakeReport& report);
 
 }  // namespace zoned::app

@@ -47,9 +47,9 @@ int complain(const Work& work, const std::string& text) {
 }
 
 /// An option that was given and that the content of the file has no use for.
-const char* misplaced_option(const BakeArguments& a, ops::GeometryContent content) {
-    const bool text = content == ops::GeometryContent::kText;
-    const bool png = content == ops::GeometryContent::kPng;
+const char* misplaced_option(const BakeArguments& a, assets::GeometryContent content) {
+    const bool text = content == assets::GeometryContent::kText;
+    const bool png = content == assets::GeometryContent::kPng;
     const std::pair<bool, const char*> options[] = {
         {a.scale.has_value() && !text, "--scale belongs to OBJ files"},
         {a.weld.has_value() && !text, "--weld belongs to OBJ files"},
@@ -66,9 +66,9 @@ const char* misplaced_option(const BakeArguments& a, ops::GeometryContent conten
     return nullptr;
 }
 
-int complain_of_lines(const Work& work, const ops::ObjScan& scan) {
+int complain_of_lines(const Work& work, const assets::ObjScan& scan) {
     const char* file = work.arguments.file.c_str();
-    for (const ops::ObjMistake& mistake : scan.mistakes) {
+    for (const assets::ObjMistake& mistake : scan.mistakes) {
         std::fprintf(stderr, "%s:%u: %s\n", file, mistake.line, mistake.text.c_str());
     }
     std::fprintf(stderr,
@@ -80,26 +80,27 @@ int complain_of_lines(const Work& work, const ops::ObjScan& scan) {
 }
 
 void survey_mesh(Work& work) {
-    const ops::MeshSurvey figures =
-        ops::survey(physics::mesh_of(work.shape), work.arguments.error_budget_m);
+    const assets::MeshSurvey figures =
+        assets::survey(physics::mesh_of(work.shape), work.arguments.error_budget_m);
     report_mesh(figures, work.report);
-    work.warnings = ops::stability_warnings_of(figures, work.arguments.error_budget_m);
+    work.warnings = assets::stability_warnings_of(figures, work.arguments.error_budget_m);
 }
 
 void survey_field(float level_m, Work& work) {
-    const ops::FieldSurvey figures = ops::survey(physics::field_of(work.shape));
+    const assets::FieldSurvey figures = assets::survey(physics::field_of(work.shape));
     report_field(figures, work.report);
-    work.warnings = ops::stability_warnings_of(figures, level_m, work.arguments.error_budget_m);
+    work.warnings = assets::stability_warnings_of(figures, level_m, work.arguments.error_budget_m);
 }
 
 int read_obj(Work& work) {
     const CpuStopwatch watch;
-    const ops::ObjScan scan = ops::scan_obj(work.bytes);
+    const assets::ObjScan scan = assets::scan_obj(work.bytes);
     if (!scan.good()) {
         return complain_of_lines(work, scan);
     }
     const physics::MeshOptions options{work.arguments.weld.value_or(0.0F)};
-    const auto built = ops::mesh_from_scanned(scan, work.arguments.scale.value_or(1.0F), options);
+    const auto built =
+        assets::mesh_from_scanned(scan, work.arguments.scale.value_or(1.0F), options);
     work.ms = watch.ms();
     if (!built) {
         return complain(work, built.error());
@@ -121,13 +122,13 @@ int read_png(Work& work) {
     options.offset = a.offset.value_or(0.0F);
     options.thickness = a.thickness.value_or(1.0F);
     auto field =
-        ops::heightfield_from_png(std::as_bytes(std::span(work.bytes)), *a.height, options);
+        assets::heightfield_from_png(std::as_bytes(std::span(work.bytes)), *a.height, options);
     work.ms = watch.ms();
     if (!field) {
         return complain(work, field.error());
     }
     work.shape = Shape::heightfield(std::move(*field));
-    const unsigned bits = ops::png_bits(work.bytes);
+    const unsigned bits = assets::png_bits(work.bytes);
     const float level = std::abs(*a.height) / static_cast<float>((1U << bits) - 1U);
     work.report.row("levels", "%u bits, %g m each", bits, static_cast<double>(level));
     survey_field(level, work);
@@ -147,7 +148,7 @@ int check_built_anew(Work& work) {
     const auto built = physics::build_mesh(t.vertices, indices);
     const double ms = watch.ms();
     const std::string difference =
-        built ? ops::difference_of(work.shape, Shape::mesh(built->mesh)) : built.error();
+        built ? assets::difference_of(work.shape, Shape::mesh(built->mesh)) : built.error();
     if (!difference.empty()) {
         return complain(work, "is not what its triangles give when they are baked: " + difference);
     }
@@ -160,7 +161,7 @@ int read_baked(Work& work) {
         return complain(work, "is baked already; --check checks it");
     }
     const CpuStopwatch watch;
-    auto shape = ops::read_baked(work.bytes);
+    auto shape = assets::read_baked(work.bytes);
     work.ms = watch.ms();
     if (!shape) {
         return complain(work, shape.error());
@@ -174,24 +175,24 @@ int read_baked(Work& work) {
     return check_built_anew(work);
 }
 
-int read_source(ops::GeometryContent content, Work& work) {
+int read_source(assets::GeometryContent content, Work& work) {
     switch (content) {
-        case ops::GeometryContent::kPng:
+        case assets::GeometryContent::kPng:
             return read_png(work);
-        case ops::GeometryContent::kBaked:
+        case assets::GeometryContent::kBaked:
             return read_baked(work);
-        case ops::GeometryContent::kText:
+        case assets::GeometryContent::kText:
             return read_obj(work);
-        case ops::GeometryContent::kUnknown:
+        case assets::GeometryContent::kUnknown:
             break;
     }
     return complain(work, "is no PNG image, no OBJ text and no baked file");
 }
 
-const char* name_of(ops::GeometryContent content) {
-    return content == ops::GeometryContent::kPng     ? "PNG image"
-           : content == ops::GeometryContent::kBaked ? "baked file, checksum good"
-                                                     : "OBJ text";
+const char* name_of(assets::GeometryContent content) {
+    return content == assets::GeometryContent::kPng     ? "PNG image"
+           : content == assets::GeometryContent::kBaked ? "baked file, checksum good"
+                                                        : "OBJ text";
 }
 
 /// Under another name first, so that nobody ever reads half of it.
@@ -211,11 +212,12 @@ void write_file(const std::string& path, const std::string& bytes) {
 
 /// Bakes, reads back and compares before anything is written.
 int bake_and_write(Work& work) {
-    const std::string baked = ops::bake(work.shape);
+    const std::string baked = assets::bake(work.shape);
     const CpuStopwatch watch;
-    const auto again = ops::read_baked(baked);
+    const auto again = assets::read_baked(baked);
     const double ms = watch.ms();
-    const std::string difference = again ? ops::difference_of(work.shape, *again) : again.error();
+    const std::string difference =
+        again ? assets::difference_of(work.shape, *again) : again.error();
     work.report.row("time",
                     "%.3g ms from this file, %.3g ms from the baked one, %.1f times as fast (CPU)",
                     work.ms,
@@ -247,13 +249,13 @@ int bake_and_write(Work& work) {
 }  // namespace
 
 int bake(const BakeArguments& arguments) {
-    auto bytes = ops::read_geometry_file(arguments.file);
+    auto bytes = assets::read_geometry_file(arguments.file);
     if (!bytes) {
         std::fprintf(stderr, "zoned: %s\n", bytes.error().c_str());
         return kEnvironment;
     }
     Work work{arguments, std::move(*bytes), {}, 0.0, {}, {}};
-    const ops::GeometryContent content = ops::content_of(work.bytes);
+    const assets::GeometryContent content = assets::content_of(work.bytes);
     if (const char* misplaced = misplaced_option(arguments, content)) {
         return complain(work, misplaced);
     }
@@ -262,7 +264,7 @@ int bake(const BakeArguments& arguments) {
     }
     std::printf("%s: %s, %zu bytes\n", arguments.file.c_str(), name_of(content), work.bytes.size());
     int code = kGood;
-    if (content == ops::GeometryContent::kBaked) {
+    if (content == assets::GeometryContent::kBaked) {
         work.report.row("time", "%.3g ms (CPU)", work.ms);
         std::fputs(work.report.text().c_str(), stdout);
     } else {

@@ -10,12 +10,12 @@ namespace zoned::app {
 
 bool load_or_complain(const std::string& config,
                       const std::vector<std::string>& sets,
-                      ops::Settings& settings) {
-    std::vector<ops::ConfigError> errors;
-    if (ops::load_settings(config, sets, settings, errors)) {
+                      config::Settings& settings) {
+    std::vector<config::ConfigError> errors;
+    if (config::load_settings(config, sets, settings, errors)) {
         return true;
     }
-    std::fputs(ops::format_errors(config, errors).c_str(), stderr);
+    std::fputs(config::format_errors(config, errors).c_str(), stderr);
     std::fprintf(stderr,
                  "zoned: %zu mistake%s in %s; nothing was started\n",
                  errors.size(),
@@ -25,7 +25,7 @@ bool load_or_complain(const std::string& config,
 }
 
 int check(const std::string& config, const std::vector<std::string>& sets) {
-    ops::Settings settings;
+    config::Settings settings;
     if (!load_or_complain(config, sets, settings)) {
         return kUsage;
     }
@@ -36,7 +36,7 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                 settings.boxes.size(),
                 settings.initial.size(),
                 settings.digest.c_str());
-    for (const ops::StaticSurface& surface : settings.surfaces) {
+    for (const config::SurfaceSettings& surface : settings.surfaces) {
         const bool field = surface.shape.kind == physics::ShapeKind::kHeightfield;
         std::printf("%s: %s: %s from %s, %s\n",
                     config.c_str(),
@@ -45,13 +45,13 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                     surface.file.c_str(),
                     surface.replicated ? "told to clients" : "not told to clients");
     }
-    for (const std::string& warning : ops::stability_warnings_of(settings)) {
+    for (const std::string& warning : config::stability_warnings_of(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), warning.c_str());
     }
-    for (const std::string& waypoint : ops::waypoint_warnings(settings)) {
+    for (const std::string& waypoint : config::waypoint_warnings(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), waypoint.c_str());
     }
-    for (const std::string& track : ops::track_warnings(settings)) {
+    for (const std::string& track : config::track_warnings(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), track.c_str());
     }
     return kGood;

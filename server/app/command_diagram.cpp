@@ -55,7 +55,7 @@ int run_graphviz(const std::string& text, const std::string& svg) {
 }  // namespace
 
 int explain_diagram(const ExplainArguments& arguments) {
-    ops::Settings settings;
+    config::Settings settings;
     if (!load_or_complain(arguments.config, arguments.sets, settings)) {
         return kUsage;
     }

@@ -45,7 +45,7 @@ struct ZoneCost {
     }
 };
 
-void print_particles(const ops::Settings& settings, const ParticleDevice& device) {
+void print_particles(const config::Settings& settings, const ParticleDevice& device) {
     std::printf("%s\n", device.text.c_str());
     if (!device.no_cache.empty()) {
         std::printf("%s\n", device.no_cache.c_str());
@@ -87,7 +87,7 @@ void print_codec(const replication::ReplicationSettings& settings,
         1e-3 * replicator.codec_price().packet_ns);
 }
 
-void print_zone(const ops::ZoneRegion& region,
+void print_zone(const config::ZoneRegion& region,
                 const replication::ReplicationSettings& replication,
                 const zone::Zone& zone,
                 const zone::StepReport& last,
@@ -160,7 +160,7 @@ void print_zone(const ops::ZoneRegion& region,
 }
 
 /// Why an NPC does what it does; false where no zone owns an entity of that id with an agent.
-bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tick now) {
+bool print_why(const config::Settings& settings, World& world, EntityId entity, Tick now) {
     for (const auto& zone : world.zones()) {
         const zone::ZoneState& state = zone->state();
         const ai::Agent* agent = zone->owns(entity) ? state.agents.find(entity) : nullptr;
@@ -204,7 +204,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
 }  // namespace
 
 int explain(const ExplainArguments& arguments) {
-    ops::Settings settings;
+    config::Settings settings;
     if (!load_or_complain(arguments.config, arguments.sets, settings)) {
         return kUsage;
     }
@@ -243,8 +243,8 @@ int explain(const ExplainArguments& arguments) {
                    costs[z],
                    arguments.ticks);
     }
-    std::printf("\n%s", ops::methods_text(settings).c_str());
-    const std::string parameters = ops::parameters_text(settings);
+    std::printf("\n%s", config::methods_text(settings).c_str());
+    const std::string parameters = config::parameters_text(settings);
     if (!parameters.empty()) {
         std::printf("\n%s", parameters.c_str());
     }

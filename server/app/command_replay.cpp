@@ -9,11 +9,11 @@ namespace zoned::app {
 
 namespace {
 
-bool settings_of(const ops::RecordHeader& header,
+bool settings_of(const recording::RecordingHeader& header,
                  const std::string& file,
-                 ops::Settings& settings) {
-    std::vector<ops::ConfigError> errors;
-    if (ops::parse_settings(header.config_text, {}, settings, errors)) {
+                 config::Settings& settings) {
+    std::vector<config::ConfigError> errors;
+    if (config::parse_settings(header.config_text, {}, settings, errors)) {
         if (settings.digest == header.config_digest) {
             return true;
         }
@@ -25,14 +25,14 @@ bool settings_of(const ops::RecordHeader& header,
                      header.config_digest.c_str());
         return false;
     }
-    std::fputs(ops::format_errors(file + " (its config)", errors).c_str(), stderr);
+    std::fputs(config::format_errors(file + " (its config)", errors).c_str(), stderr);
     return false;
 }
 
 /// Says which zones differ at the first tick at which one does; true when all agree.
-bool compare(const World& world, const ops::TickRecord& record) {
+bool compare(const World& world, const recording::TickRecord& record) {
     bool same = true;
-    for (const ops::ZoneTick& tick : record.zones) {
+    for (const recording::ZoneTick& tick : record.zones) {
         const std::uint64_t hash = world.zones()[tick.zone.value - 1U]->state_hash();
         if (hash != tick.hash) {
             std::fprintf(stderr,
@@ -50,20 +50,20 @@ bool compare(const World& world, const ops::TickRecord& record) {
 }  // namespace
 
 int replay(const ReplayArguments& arguments) {
-    ops::RecordReader reader;
+    recording::RecordingReader reader;
     const auto opened = reader.open(arguments.file);
     if (!opened.ok()) {
         std::fprintf(stderr, "zoned: %s\n", opened.error().c_str());
         return kEnvironment;
     }
-    ops::Settings settings;
+    config::Settings settings;
     if (!settings_of(reader.header(), arguments.file, settings)) {
         return kUsage;
     }
     World world(settings, arguments.threads);
     std::vector<mailbox::OutboxItem> out;
     std::vector<ZoneInbox> inboxes(settings.zones.size());
-    ops::TickRecord record;
+    recording::TickRecord record;
     for (;;) {
         const auto next = reader.next(record);
         if (!next.ok()) {
@@ -81,7 +81,7 @@ int replay(const ReplayArguments& arguments) {
                          static_cast<long long>(record.tick));
             return kFailed;
         }
-        for (ops::ZoneTick& tick : record.zones) {
+        for (recording::ZoneTick& tick : record.zones) {
             if (tick.zone.value == 0 || tick.zone.value > inboxes.size()) {
                 std::fprintf(stderr,
                              "zoned: %s names zone %u of %zu\n",

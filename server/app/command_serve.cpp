@@ -27,14 +27,14 @@ namespace {
 constexpr auto kFarewell = std::chrono::seconds(2);
 constexpr auto kStatusEvery = std::chrono::seconds(10);
 
-unsigned thread_count(const ops::Settings& settings) {
+unsigned thread_count(const config::Settings& settings) {
     const unsigned asked = settings.config.run().threads();
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
     const auto zones = static_cast<unsigned>(settings.zones.size());
     return asked > 0 ? asked : std::min(cores, zones);
 }
 
-void set_up_log(const ops::Settings& settings) {
+void set_up_log(const config::Settings& settings) {
     static constexpr spdlog::level::level_enum kLevels[] = {
         spdlog::level::debug, spdlog::level::info, spdlog::level::warn, spdlog::level::err};
     auto logger = spdlog::get("zoned");
@@ -45,8 +45,8 @@ void set_up_log(const ops::Settings& settings) {
     spdlog::set_level(kLevels[settings.config.run().log_level()]);
 }
 
-ops::RecordHeader record_header(const ops::Settings& settings) {
-    ops::RecordHeader header = ops::RecordHeader::of_this_build();
+recording::RecordingHeader record_header(const config::Settings& settings) {
+    recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
     header.config_text = settings.text;
     header.config_digest = settings.digest;
     header.seed = settings.seed;
@@ -56,7 +56,7 @@ ops::RecordHeader record_header(const ops::Settings& settings) {
 /// One run of the server: world, loop, network, signals; all wiring and nothing else.
 class Server {
   public:
-    Server(const ServeArguments& arguments, const ops::Settings& settings)
+    Server(const ServeArguments& arguments, const config::Settings& settings)
         : arguments_(arguments),
           settings_(settings),
           signals_(io_, SIGINT, SIGTERM),
@@ -165,7 +165,7 @@ class Server {
         if (!recording.has_file()) {
             return;
         }
-        recorder_ = std::make_unique<ops::RecordWriter>();
+        recorder_ = std::make_unique<recording::RecordingWriter>();
         const auto opened = recorder_->open(recording.file(), record_header(settings_));
         if (!opened.ok()) {
             throw std::runtime_error(opened.error());
@@ -264,7 +264,7 @@ class Server {
     }
 
     ServeArguments arguments_;
-    const ops::Settings& settings_;
+    const config::Settings& settings_;
     asio::io_context io_;
     asio::signal_set signals_;
     asio::signal_set reload_signal_;
@@ -277,20 +277,20 @@ class Server {
     ParticleDevice particle_device_;  // outlives the world
     World world_;
     Network network_;
-    std::unique_ptr<ops::RecordWriter> recorder_;
+    std::unique_ptr<recording::RecordingWriter> recorder_;
     std::unique_ptr<TickLoop> loop_;
 };
 
 }  // namespace
 
 int serve(const ServeArguments& arguments) {
-    ops::Settings settings;
+    config::Settings settings;
     if (!load_or_complain(arguments.config, arguments.sets, settings)) {
         return kUsage;
     }
     set_up_log(settings);
     settings.replication.meter = settings.replication.meter || !arguments.report.empty();
-    for (const std::string& warning : ops::stability_warnings_of(settings)) {
+    for (const std::string& warning : config::stability_warnings_of(settings)) {
         spdlog::warn("{}", warning);
     }
     Server server(arguments, settings);

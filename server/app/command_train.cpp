@@ -46,9 +46,9 @@ int complain(const std::string& text, int code) {
 }
 
 /// 0, or the exit code after saying what is wrong.
-int go_on_from_checkpoint(const ops::TrainingPlan& plan, Trainer& trainer) {
+int go_on_from_checkpoint(const config::TrainingPlan& plan, Trainer& trainer) {
     const std::string& file = plan.config.checkpoint_file();
-    const auto checkpoint = ops::read_checkpoint(file);
+    const auto checkpoint = config::read_checkpoint(file);
     if (!checkpoint) {
         return complain(checkpoint.error(), kEnvironment);
     }
@@ -67,24 +67,24 @@ int go_on_from_checkpoint(const ops::TrainingPlan& plan, Trainer& trainer) {
     return kGood;
 }
 
-bool save(const ops::TrainingPlan& plan, const Trainer& trainer) {
+bool save(const config::TrainingPlan& plan, const Trainer& trainer) {
     proto::TrainingCheckpoint checkpoint;
     trainer.save(checkpoint);
     checkpoint.set_training_digest(plan.digest);
-    const auto written = ops::write_checkpoint(plan.config.checkpoint_file(), checkpoint);
+    const auto written = config::write_checkpoint(plan.config.checkpoint_file(), checkpoint);
     if (!written) {
         complain(written.error(), kEnvironment);
     }
     return written.ok();
 }
 
-bool reached(const ops::TrainingPlan& plan, const Trainer& trainer) {
+bool reached(const config::TrainingPlan& plan, const Trainer& trainer) {
     return plan.config.has_target_score() && trainer.rounds() > 0 &&
            trainer.score() >= plan.config.target_score();
 }
 
 /// Rounds until the end, the target or a signal; false when a checkpoint could not be written.
-bool train_on(const ops::TrainingPlan& plan, Trainer& trainer, unsigned threads) {
+bool train_on(const config::TrainingPlan& plan, Trainer& trainer, unsigned threads) {
     compute::WorkerPool pool(threads);
     compute::Team team;
     team.join_pool(pool);
@@ -108,14 +108,14 @@ bool train_on(const ops::TrainingPlan& plan, Trainer& trainer, unsigned threads)
     return true;
 }
 
-int finish(const ops::TrainingPlan& plan, const Trainer& trainer) {
+int finish(const config::TrainingPlan& plan, const Trainer& trainer) {
     const proto::Training& config = plan.config;
     const std::string how = "task " + proto::Training::Task_Name(config.task()) + ", method " +
                             proto::Training::Method_Name(config.method()) + ", seed " +
                             std::to_string(config.seed()) + ", " +
                             std::to_string(trainer.rounds()) + " rounds";
     const auto written =
-        ops::write_whole(config.policy_file(), ops::policy_text(trainer.policy(), how));
+        config::write_whole(config.policy_file(), config::policy_text(trainer.policy(), how));
     if (!written) {
         return complain(written.error(), kEnvironment);
     }
@@ -136,10 +136,10 @@ int finish(const ops::TrainingPlan& plan, const Trainer& trainer) {
 }  // namespace
 
 int train(const TrainArguments& arguments) {
-    ops::TrainingPlan plan;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::load_training(arguments.file, plan, errors)) {
-        std::fputs(ops::format_errors(arguments.file, errors).c_str(), stderr);
+    config::TrainingPlan plan;
+    std::vector<config::ConfigError> errors;
+    if (!config::load_training(arguments.file, plan, errors)) {
+        std::fputs(config::format_errors(arguments.file, errors).c_str(), stderr);
         return complain(std::to_string(errors.size()) + " mistake" +
                             (errors.size() == 1 ? "" : "s") + " in " + arguments.file +
                             "; nothing was trained",

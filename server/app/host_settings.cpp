@@ -12,7 +12,8 @@ std::string resolve_path(const std::string& config_file, const std::string& path
     return p.is_absolute() ? path : (std::filesystem::path(config_file).parent_path() / p).string();
 }
 
-session::HostSettings host_settings(const ops::Settings& settings, const std::string& config_file) {
+session::HostSettings host_settings(const config::Settings& settings,
+                                    const std::string& config_file) {
     const proto::Config::Session& from = settings.config.session();
     const proto::Config::Network& network = settings.config.network();
     session::HostSettings host;
@@ -35,7 +36,7 @@ session::HostSettings host_settings(const ops::Settings& settings, const std::st
         host.ticket_keys.push_back(read_key_file(resolve_path(config_file, file)));
     }
     host.config_digest = settings.digest;
-    host.world = ops::describe_world(settings);
+    host.world = config::describe_world(settings);
     host.tick_rate_hz = settings.tick_rate_hz;
     host.input_window_ticks = from.input_window_ticks();
     const proto::Config::Replication& replication = settings.config.replication();
@@ -53,7 +54,7 @@ session::HostSettings host_settings(const ops::Settings& settings, const std::st
     return host;
 }
 
-net::UdpSettings udp_settings(const ops::Settings& settings) {
+net::UdpSettings udp_settings(const config::Settings& settings) {
     const proto::Config::Network& network = settings.config.network();
     net::UdpSettings udp;
     udp.bind_address = network.bind_address();
@@ -63,7 +64,7 @@ net::UdpSettings udp_settings(const ops::Settings& settings) {
     return udp;
 }
 
-net::TlsSettings tls_settings(const ops::Settings& settings, const std::string& config_file) {
+net::TlsSettings tls_settings(const config::Settings& settings, const std::string& config_file) {
     const proto::Config::Network& network = settings.config.network();
     const proto::Config::Session& session = settings.config.session();
     net::TlsSettings tls;

@@ -12,9 +12,10 @@ namespace zoned::app {
 std::string resolve_path(const std::string& config_file, const std::string& path);
 
 /// Reads the public keys of tickets; throws with a text that names the file.
-session::HostSettings host_settings(const ops::Settings& settings, const std::string& config_file);
+session::HostSettings host_settings(const config::Settings& settings,
+                                    const std::string& config_file);
 
-net::UdpSettings udp_settings(const ops::Settings& settings);
-net::TlsSettings tls_settings(const ops::Settings& settings, const std::string& config_file);
+net::UdpSettings udp_settings(const config::Settings& settings);
+net::TlsSettings tls_settings(const config::Settings& settings, const std::string& config_file);
 
 }  // namespace zoned::app

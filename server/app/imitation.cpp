@@ -113,17 +113,17 @@ class PlayerObserver {
     std::vector<Player> before_;
 };
 
-std::string text_of(const std::vector<ops::ConfigError>& errors, const std::string& file) {
-    return ops::format_errors(file + " (its config)", errors);
+std::string text_of(const std::vector<config::ConfigError>& errors, const std::string& file) {
+    return config::format_errors(file + " (its config)", errors);
 }
 
 /// Empty: the tick went as it was recorded.
-std::string replay_tick(const ops::TickRecord& record, World& world) {
+std::string replay_tick(const recording::TickRecord& record, World& world) {
     std::vector<ZoneInbox> inboxes(world.zones().size());
     if (record.zones.size() != inboxes.size() || record.tick != world.now() + 1) {
         return "skips ticks or names other zones";
     }
-    for (const ops::ZoneTick& zone : record.zones) {
+    for (const recording::ZoneTick& zone : record.zones) {
         if (zone.zone.value == 0 || zone.zone.value > inboxes.size()) {
             return "names a zone that does not exist";
         }
@@ -131,7 +131,7 @@ std::string replay_tick(const ops::TickRecord& record, World& world) {
     }
     std::vector<mailbox::OutboxItem> out;
     world.replay_tick(inboxes, out);
-    for (const ops::ZoneTick& zone : record.zones) {
+    for (const recording::ZoneTick& zone : record.zones) {
         if (world.zones()[zone.zone.value - 1U]->state_hash() != zone.hash) {
             return "goes another way than it was recorded, from tick " +
                    std::to_string(record.tick) + " on (zoned replay says more)";
@@ -143,19 +143,19 @@ std::string replay_tick(const ops::TickRecord& record, World& world) {
 }  // namespace
 
 Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t every_ticks) {
-    ops::RecordReader reader;
+    recording::RecordingReader reader;
     const auto opened = reader.open(settings.recording());
     if (!opened) {
         return Played::failure(opened.error());
     }
-    ops::Settings config;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::parse_settings(reader.header().config_text, {}, config, errors)) {
+    config::Settings config;
+    std::vector<config::ConfigError> errors;
+    if (!config::parse_settings(reader.header().config_text, {}, config, errors)) {
         return Played::failure(text_of(errors, settings.recording()));
     }
     World world(config, 1);
     PlayerObserver observer(settings, every_ticks);
-    ops::TickRecord record;
+    recording::TickRecord record;
     for (;;) {
         const auto next = reader.next(record);
         if (!next) {
@@ -186,7 +186,7 @@ LessonsResult lessons_of(const std::vector<PlayedTick>& ticks,
     }
     learning::Policy policy;
     policy.facing = static_cast<learning::Facing>(settings.facing());
-    policy.inputs = ops::inputs_of(settings.input());
+    policy.inputs = config::inputs_of(settings.input());
     Lessons lessons;
     lessons.players = clients.size();
     lessons.players_held_out = std::clamp<std::size_t>(

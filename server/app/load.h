@@ -11,6 +11,6 @@ namespace zoned::app {
 /// False after printing every mistake with line and column.
 bool load_or_complain(const std::string& config,
                       const std::vector<std::string>& sets,
-                      ops::Settings& settings);
+                      config::Settings& settings);
 
 }  // namespace zoned::app

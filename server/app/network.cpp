@@ -37,7 +37,7 @@ net::Address to_address(const session::PeerAddress& peer) {
 }  // namespace
 
 Network::Network(asio::io_context& io,
-                 const ops::Settings& settings,
+                 const config::Settings& settings,
                  const std::string& config_file,
                  std::function<void(mailbox::InboxItem)> to_zones)
     : to_zones_(std::move(to_zones)),

@@ -21,7 +21,7 @@ class Network {
     /// Binds; throws std::system_error or std::runtime_error with a text for the operator.
     /// `to_zones` is called on the network thread.
     Network(asio::io_context& io,
-            const ops::Settings& settings,
+            const config::Settings& settings,
             const std::string& config_file,
             std::function<void(mailbox::InboxItem)> to_zones);
 

@@ -52,7 +52,7 @@ std::string one_line(std::string text) {
 
 /// What a system's particles live in, but for a heightfield; balls stand where nobody is.
 struct SystemSurroundings {
-    SystemSurroundings(const ops::Settings& settings, const zone::ParticleSource& source) {
+    SystemSurroundings(const config::Settings& settings, const zone::ParticleSource& source) {
         const physics::ParticleSystemDef& def = source.def;
         scene.world.h = static_cast<float>(1.0 / settings.tick_rate_hz / def.pieces);
         scene.world.gy = def.gravity.y();
@@ -80,7 +80,7 @@ struct SystemSurroundings {
 
 /// The kernels that the world's systems need, so that no tick waits for a compiler: a step of one
 /// particle through each system's air. Why one failed; empty: none did.
-std::string build_kernels(const ops::Settings& settings,
+std::string build_kernels(const config::Settings& settings,
                           compute::Device& device,
                           compute::Team& team) {
     compute::ParticleStage stage(&device);
@@ -96,14 +96,14 @@ std::string build_kernels(const ops::Settings& settings,
     return {};
 }
 
-bool has_heightfield(const ops::Settings& settings) {
+bool has_heightfield(const config::Settings& settings) {
     return std::any_of(settings.surfaces.begin(), settings.surfaces.end(), [](const auto& surface) {
         return surface.shape.kind == physics::ShapeKind::kHeightfield;
     });
 }
 
 /// "particles: on the CPU, ..." where there is nothing to look for; empty where there is.
-std::string why_none(const ops::Settings& settings) {
+std::string why_none(const config::Settings& settings) {
     if (settings.particles.empty()) {
         return "particles: none is simulated, no device is looked for";
     }
@@ -120,7 +120,7 @@ std::string why_none(const ops::Settings& settings) {
                   sizeof(text),
                   "particles: on the CPU, at most %zu in a zone take it some %.0f us of a tick of "
                   "%.0f us: too little for a device to pay",
-                  ops::most_particles(settings),
+                  config::most_particles(settings),
                   us,
                   tick_us);
     return text;
@@ -136,7 +136,7 @@ double particle_ns(const zone::ParticleSource& source, bool heightfield) {
            met * source.def.pieces;
 }
 
-double particle_step_us(const ops::Settings& settings) {
+double particle_step_us(const config::Settings& settings) {
     const bool field = has_heightfield(settings);
     double us = 0.0;
     for (const zone::ParticleSource& source : settings.particles) {
@@ -145,7 +145,7 @@ double particle_step_us(const ops::Settings& settings) {
     return us;
 }
 
-ParticleDevice open_particle_device(const ops::Settings& settings,
+ParticleDevice open_particle_device(const config::Settings& settings,
                                     unsigned threads,
                                     compute::DeviceSettings with) {
     ParticleDevice out;

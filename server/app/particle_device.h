@@ -22,7 +22,7 @@ inline constexpr double kDeviceShare = 0.01;
 double particle_ns(const zone::ParticleSource& source, bool heightfield);
 
 /// The same for all systems of a zone at their `most`, us a tick.
-double particle_step_us(const ops::Settings& settings);
+double particle_step_us(const config::Settings& settings);
 
 struct ParticleDevice {
     std::unique_ptr<compute::Device> device;  ///< null: the CPU does it all
@@ -39,7 +39,7 @@ struct ParticleDevice {
 /// of the system that costs most. The results are the same bits on either side, so that the choice
 /// needs no recording: a replay may make another one. `with` is what the config does not say:
 /// buffers, other kernels and faults, for tests.
-ParticleDevice open_particle_device(const ops::Settings& settings,
+ParticleDevice open_particle_device(const config::Settings& settings,
                                     unsigned threads,
                                     compute::DeviceSettings with = {});
 

@@ -10,8 +10,8 @@ namespace {
 
 using Fresh = core::Result<mailbox::NewBrains>;
 
-Fresh brains_of(const ops::Settings& fresh, const ops::Settings& running) {
-    auto brains = ops::new_brains(running, fresh);
+Fresh brains_of(const config::Settings& fresh, const config::Settings& running) {
+    auto brains = config::new_brains(running, fresh);
     if (!brains.ok()) {
         return Fresh::failure(brains.error());
     }
@@ -22,25 +22,25 @@ Fresh brains_of(const ops::Settings& fresh, const ops::Settings& running) {
 
 Fresh load_brains(const std::string& file,
                   const std::vector<std::string>& sets,
-                  const ops::Settings& running) {
-    ops::Settings fresh;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::load_settings(file, sets, fresh, errors)) {
-        return Fresh::failure(ops::format_errors(file, errors));
+                  const config::Settings& running) {
+    config::Settings fresh;
+    std::vector<config::ConfigError> errors;
+    if (!config::load_settings(file, sets, fresh, errors)) {
+        return Fresh::failure(config::format_errors(file, errors));
     }
     return brains_of(fresh, running);
 }
 
-core::Result<bool> restore_brains(const ops::Settings& running, mailbox::InboxItem& item) {
+core::Result<bool> restore_brains(const config::Settings& running, mailbox::InboxItem& item) {
     auto* brains = std::get_if<mailbox::NewBrains>(&item);
     if (brains == nullptr || brains->settings != nullptr) {
         return true;
     }
-    ops::Settings fresh;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::parse_settings(*brains->config, {}, fresh, errors)) {
+    config::Settings fresh;
+    std::vector<config::ConfigError> errors;
+    if (!config::parse_settings(*brains->config, {}, fresh, errors)) {
         return core::Result<bool>::failure(
-            ops::format_errors("the config that was read anew", errors));
+            config::format_errors("the config that was read anew", errors));
     }
     Fresh read = brains_of(fresh, running);
     if (!read.ok()) {

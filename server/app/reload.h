@@ -14,9 +14,9 @@ namespace zoned::app {
 /// differs that takes a restart; `running` is what the world was made of.
 core::Result<mailbox::NewBrains> load_brains(const std::string& file,
                                              const std::vector<std::string>& sets,
-                                             const ops::Settings& running);
+                                             const config::Settings& running);
 
 /// Gives an item that comes from a recording the agents that its text says; other items stay.
-core::Result<bool> restore_brains(const ops::Settings& running, mailbox::InboxItem& item);
+core::Result<bool> restore_brains(const config::Settings& running, mailbox::InboxItem& item);
 
 }  // namespace zoned::app

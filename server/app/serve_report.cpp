@@ -20,11 +20,11 @@ double process_cpu_seconds() {
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
 }
 
-ops::Percentiles percentiles(const core::Histogram& h) {
+recording::Percentiles percentiles(const core::Histogram& h) {
     return {h.percentile(0.5), h.percentile(0.99), h.percentile(0.999), h.max()};
 }
 
-void add_loop(const LoopStats& loop, ops::ServerReport& report) {
+void add_loop(const LoopStats& loop, recording::ServerReport& report) {
     report.ticks = static_cast<std::uint64_t>(loop.ticks);
     report.tick_ms = percentiles(loop.wall_ms);
     report.tick_cpu_ms = percentiles(loop.cpu_ms);
@@ -39,7 +39,7 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.state_hash = loop.state_hash;
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
         const PassTotals& from = loop.passes[p];
-        ops::PassFigures& to = report.passes.emplace_back();
+        recording::PassFigures& to = report.passes.emplace_back();
         to.name = zone::pass_name(static_cast<zone::Pass>(p));
         to.zones = from.zones;
         to.ticks_run = from.ran;
@@ -70,7 +70,7 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.extra["interest_broadcast_ticks"] = static_cast<double>(loop.broadcast_ticks);
 }
 
-void add_network(const Network& network, ops::ServerReport& report) {
+void add_network(const Network& network, recording::ServerReport& report) {
     const session::HostStats& s = network.sessions();
     report.sessions_max = s.sessions_max;
     report.packets_in = s.packets_in;
@@ -94,9 +94,9 @@ void add_network(const Network& network, ops::ServerReport& report) {
     report.extra["address_changes"] = static_cast<double>(s.address_changes);
 }
 
-ops::TrafficFigures traffic_figures(const ServeFigures& figures, const LoopStats& loop) {
+recording::TrafficFigures traffic_figures(const ServeFigures& figures, const LoopStats& loop) {
     const session::HostStats& s = figures.network.sessions();
-    ops::TrafficFigures traffic;
+    recording::TrafficFigures traffic;
     traffic.table = loop.traffic;
     for (const auto& type : figures.settings.config.type()) {
         traffic.types.push_back(type.name());
@@ -145,7 +145,7 @@ void log_summary(const ServeFigures& figures) {
         loop.overruns,
         loop.handoffs,
         100.0 * process_cpu_seconds() / figures.seconds);
-    const ops::TrafficFigures traffic = traffic_figures(figures, loop);
+    const recording::TrafficFigures traffic = traffic_figures(figures, loop);
     std::fputs(wire::traffic_text(
                    loop.traffic, traffic.types, figures.seconds, replication::kPacketOverheadBytes)
                    .c_str(),
@@ -154,7 +154,7 @@ void log_summary(const ServeFigures& figures) {
 
 void write_serve_report(const std::string& file, const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
-    ops::ServerReport report;
+    recording::ServerReport report;
     report.world = figures.settings.config.world().name();
     report.config_digest = figures.settings.digest;
     report.seconds = figures.seconds;
@@ -171,7 +171,7 @@ void write_serve_report(const std::string& file, const ServeFigures& figures) {
         report.zones.push_back(
             {figures.settings.zones[i].name, loop.zone_entities[i], loop.zone_hashes[i]});
     }
-    const auto written = ops::write_report(file, report);
+    const auto written = recording::write_report(file, report);
     if (!written.ok()) {
         throw std::runtime_error(written.error());
     }

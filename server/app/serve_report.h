@@ -12,7 +12,7 @@ namespace zoned::app {
 
 /// Everything that the report is made of; loop and network have stopped.
 struct ServeFigures {
-    const ops::Settings& settings;
+    const config::Settings& settings;
     const TickLoop& loop;
     const Network& network;
     unsigned threads = 1;

@@ -45,7 +45,7 @@ std::uint64_t thread_cpu_ns() {
 TickLoop::TickLoop(World& world,
                    const LoopSettings& settings,
                    std::function<void(TickResult)> deliver,
-                   ops::RecordWriter* recorder)
+                   recording::RecordingWriter* recorder)
     : world_(world),
       settings_(settings),
       deliver_(std::move(deliver)),
@@ -121,7 +121,7 @@ void TickLoop::record_tick() {
     if (recorder_ == nullptr) {
         return;
     }
-    std::vector<ops::ZoneTick> ticks;
+    std::vector<recording::ZoneTick> ticks;
     const auto inboxes = world_.inboxes();
     for (std::size_t i = 0; i < inboxes.size(); ++i) {
         ticks.push_back({ZoneId(static_cast<std::uint16_t>(i + 1)),

@@ -84,7 +84,7 @@ struct LoopStats {
     std::uint64_t state_hash = 0;
     std::vector<std::uint64_t> zone_hashes;
     std::vector<std::uint64_t> zone_entities;
-    std::vector<ops::FlappingFigures> state_flapping;  ///< as old as `traffic`
+    std::vector<recording::FlappingFigures> state_flapping;  ///< as old as `traffic`
     wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
 
@@ -100,7 +100,7 @@ class TickLoop {
     TickLoop(World& world,
              const LoopSettings& settings,
              std::function<void(TickResult)> deliver,
-             ops::RecordWriter* recorder);
+             recording::RecordingWriter* recorder);
     ~TickLoop();
 
     void start();
@@ -125,14 +125,14 @@ class TickLoop {
     World& world_;
     LoopSettings settings_;
     std::function<void(TickResult)> deliver_;
-    ops::RecordWriter* recorder_;
+    recording::RecordingWriter* recorder_;
     TickSchedule schedule_;
     mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> items_;
     std::atomic<bool> stop_{false};
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
-    std::vector<ops::FlappingFigures> flapping_told_;
+    std::vector<recording::FlappingFigures> flapping_told_;
     LoggedBands logged_bands_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;

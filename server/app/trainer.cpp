@@ -46,10 +46,10 @@ std::unique_ptr<learning::Task> task_of(const Training& config) {
 /// A population that is bred.
 class BreedingTrainer final : public Trainer {
   public:
-    explicit BreedingTrainer(const ops::TrainingPlan& plan)
+    explicit BreedingTrainer(const config::TrainingPlan& plan)
         : config_(plan.config),
           task_(task_of(config_)),
-          settings_(ops::breeding_of(config_, task_->inputs(), task_->outputs())),
+          settings_(config::breeding_of(config_, task_->inputs(), task_->outputs())),
           evolution_(*task_, settings_, config_.seed()) {}
 
     void round(const learning::RunRanges& run) override { evolution_.step(run); }
@@ -94,10 +94,12 @@ class BreedingTrainer final : public Trainer {
         return policy;
     }
 
-    void save(proto::TrainingCheckpoint& out) const override { ops::fill(evolution_.state(), out); }
+    void save(proto::TrainingCheckpoint& out) const override {
+        config::fill(evolution_.state(), out);
+    }
 
     Restored restore(const proto::TrainingCheckpoint& from) override {
-        auto state = ops::evolution_state(from, settings_, task_->inputs(), task_->outputs());
+        auto state = config::evolution_state(from, settings_, task_->inputs(), task_->outputs());
         if (!state) {
             return Restored::failure(state.error());
         }
@@ -115,13 +117,13 @@ class BreedingTrainer final : public Trainer {
 /// A network that is fitted to what players did.
 class ImitationTrainer final : public Trainer {
   public:
-    ImitationTrainer(const ops::TrainingPlan& plan, Lessons lessons)
+    ImitationTrainer(const config::TrainingPlan& plan, Lessons lessons)
         : config_(plan.config),
           lessons_(std::move(lessons)),
-          network_(ops::layers_of(config_,
-                                  lessons_.training.inputs,
-                                  lessons_.training.outputs,
-                                  learning::Activation::kLinear)),
+          network_(config::layers_of(config_,
+                                     lessons_.training.inputs,
+                                     lessons_.training.outputs,
+                                     learning::Activation::kLinear)),
           descent_({static_cast<float>(config_.gradient().step()), config_.gradient().batch()},
                    network_,
                    config_.seed()) {
@@ -164,7 +166,7 @@ class ImitationTrainer final : public Trainer {
         learning::Policy policy;
         policy.name = config_.name();
         policy.facing = static_cast<learning::Facing>(config_.imitation().facing());
-        policy.inputs = ops::inputs_of(config_.imitation().input());
+        policy.inputs = config::inputs_of(config_.imitation().input());
         policy.network = network_;
         return policy;
     }
@@ -173,13 +175,13 @@ class ImitationTrainer final : public Trainer {
         out.set_samples_hash(lessons_.hash);
         out.set_round(rounds_);
         out.set_fitness(training_error_);
-        *out.mutable_best() = ops::message_of(network_);
-        ops::fill(descent_.state(), out);
+        *out.mutable_best() = config::message_of(network_);
+        config::fill(descent_.state(), out);
     }
 
     Restored restore(const proto::TrainingCheckpoint& from) override {
-        auto network = ops::network_of(from.best());
-        auto state = ops::descent_state(from, network_.parameters.size());
+        auto network = config::network_of(from.best());
+        auto state = config::descent_state(from, network_.parameters.size());
         if (!network || !state) {
             return Restored::failure(network ? state.error() : network.error());
         }
@@ -204,7 +206,7 @@ class ImitationTrainer final : public Trainer {
 
 }  // namespace
 
-Made make_trainer(const ops::TrainingPlan& plan) {
+Made make_trainer(const config::TrainingPlan& plan) {
     if (plan.config.task() != Training::IMITATION) {
         return Made(std::make_unique<BreedingTrainer>(plan));
     }

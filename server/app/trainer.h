@@ -35,6 +35,6 @@ class Trainer {
 };
 
 /// Fails where a recording cannot be learned from.
-core::Result<std::unique_ptr<Trainer>> make_trainer(const ops::TrainingPlan& plan);
+core::Result<std::unique_ptr<Trainer>> make_trainer(const config::TrainingPlan& plan);
 
 }  // namespace zoned::app

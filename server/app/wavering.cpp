@@ -10,8 +10,8 @@ namespace zoned::app {
 
 namespace {
 
-ops::FlappingFigures* find(std::vector<ops::FlappingFigures>& all,
-                           const ops::FlappingFigures& pair) {
+recording::FlappingFigures* find(std::vector<recording::FlappingFigures>& all,
+                                 const recording::FlappingFigures& pair) {
     const auto at = std::find_if(all.begin(), all.end(), [&pair](const auto& other) {
         return other.brain == pair.brain && other.states == pair.states;
     });
@@ -20,8 +20,9 @@ ops::FlappingFigures* find(std::vector<ops::FlappingFigures>& all,
 
 }  // namespace
 
-std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zone::Zone>> zones) {
-    std::vector<ops::FlappingFigures> out;
+std::vector<recording::FlappingFigures> flapping_of(
+    std::span<const std::unique_ptr<zone::Zone>> zones) {
+    std::vector<recording::FlappingFigures> out;
     for (const auto& zone : zones) {
         const zone::ZoneState& state = zone->state();
         const ai::AiSettings& agents = state.settings.ai;
@@ -31,7 +32,7 @@ std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zo
                 const auto text = [&](std::uint16_t from, std::uint16_t to, std::uint16_t by) {
                     return ai::transition_text(agents.brains[m], compiled, from, to, by);
                 };
-                ops::FlappingFigures pair;
+                recording::FlappingFigures pair;
                 pair.brain = compiled.name;
                 pair.states = {compiled.table.state_name(o.a), compiled.table.state_name(o.b)};
                 pair.forth = text(o.a, o.b, o.a_to_b);
@@ -39,7 +40,7 @@ std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zo
                 pair.count = o.count;
                 pair.entity = o.agent;
                 pair.tick = static_cast<std::uint64_t>(o.at);
-                ops::FlappingFigures* known = find(out, pair);
+                recording::FlappingFigures* known = find(out, pair);
                 if (known == nullptr) {
                     out.push_back(std::move(pair));
                     continue;
@@ -55,9 +56,9 @@ std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zo
     return out;
 }
 
-void tell_flapping(const std::vector<ops::FlappingFigures>& now,
-                   std::vector<ops::FlappingFigures>& told) {
-    for (const ops::FlappingFigures& pair : now) {
+void tell_flapping(const std::vector<recording::FlappingFigures>& now,
+                   std::vector<recording::FlappingFigures>& told) {
+    for (const recording::FlappingFigures& pair : now) {
         if (find(told, pair) != nullptr) {
             continue;
         }

@@ -11,10 +11,11 @@
 namespace zoned::app {
 
 /// By brain and states; what several zones found is summed.
-std::vector<ops::FlappingFigures> flapping_of(std::span<const std::unique_ptr<zone::Zone>> zones);
+std::vector<recording::FlappingFigures> flapping_of(
+    std::span<const std::unique_ptr<zone::Zone>> zones);
 
 /// Logs the pairs of `now` that are not in `told`, each once, and adds them there.
-void tell_flapping(const std::vector<ops::FlappingFigures>& now,
-                   std::vector<ops::FlappingFigures>& told);
+void tell_flapping(const std::vector<recording::FlappingFigures>& now,
+                   std::vector<recording::FlappingFigures>& told);
 
 }  // namespace zoned::app

@@ -37,7 +37,7 @@ proto::ParticleBurst describe_burst(const zone::BurstOut& from) {
 
 }  // namespace
 
-World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
+World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
     : spawn_points_(settings.spawn_points),
       regions_(regions_of(settings)),
       teams_(regions_.size()),

@@ -24,7 +24,7 @@ using ZoneInbox = std::vector<mailbox::InboxItem>;
 class World {
   public:
     /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
-    World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
+    World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
 
     /// From now on large particle systems may be moved on a device, which must outlive the world.
     /// The results stay the same bits.

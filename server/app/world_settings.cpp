@@ -10,7 +10,7 @@ namespace zoned::app {
 namespace {
 
 /// Whether a surface overlaps the region, grown by a margin for ghosts and reach.
-bool reaches(const ops::StaticSurface& surface, const zone::Region& region, double margin) {
+bool reaches(const config::SurfaceSettings& surface, const zone::Region& region, double margin) {
     const Vec3d origin = region.origin();
     const motion::PlacedSurface placed(surface.around(origin));
     const Vec3d lower = origin + placed.bounds().lower.cast<double>();
@@ -32,7 +32,7 @@ motion::StaticBox around(const motion::StaticBox& box, const Vec3d& origin) {
 
 /// Static boxes, doors and surfaces that can be touched from within the region: those that overlap
 /// it, grown by a margin for ghosts and reach.
-std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings& settings,
+std::shared_ptr<const motion::StaticGeometry> local_statics(const config::Settings& settings,
                                                             const zone::Region& region) {
     const Vec3d origin = region.origin();
     const auto margin = static_cast<double>(settings.ghost_margin_m);
@@ -43,13 +43,13 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings&
         }
     }
     std::vector<motion::Door> doors;
-    for (const ops::NamedDoor& named : settings.doors) {
+    for (const config::NamedDoor& named : settings.doors) {
         if (reaches(named.door.box, region, margin)) {
             doors.push_back({around(named.door.box, origin), named.door.times});
         }
     }
     std::vector<motion::StaticSurface> surfaces;
-    for (const ops::StaticSurface& surface : settings.surfaces) {
+    for (const config::SurfaceSettings& surface : settings.surfaces) {
         if (reaches(surface, region, margin)) {
             surfaces.push_back(surface.around(origin));
         }
@@ -62,10 +62,10 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings&
 }
 
 /// The same surfaces as bodies.
-std::vector<zone::SurfaceBody> local_surfaces(const ops::Settings& settings,
+std::vector<zone::SurfaceBody> local_surfaces(const config::Settings& settings,
                                               const zone::Region& region) {
     std::vector<zone::SurfaceBody> bodies;
-    for (const ops::StaticSurface& surface : settings.surfaces) {
+    for (const config::SurfaceSettings& surface : settings.surfaces) {
         if (reaches(surface, region, static_cast<double>(settings.ghost_margin_m))) {
             const motion::StaticSurface placed = surface.around(region.origin());
             physics::Material material;
@@ -77,7 +77,7 @@ std::vector<zone::SurfaceBody> local_surfaces(const ops::Settings& settings,
     return bodies;
 }
 
-zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
+zone::FaultSettings faults_of(const config::Settings& settings, ZoneId id) {
     zone::FaultSettings faults;
     if (!settings.config.has_testing()) {
         return faults;
@@ -121,15 +121,15 @@ zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
 
 }  // namespace
 
-std::vector<zone::Region> regions_of(const ops::Settings& settings) {
+std::vector<zone::Region> regions_of(const config::Settings& settings) {
     std::vector<zone::Region> regions;
-    for (const ops::ZoneRegion& z : settings.zones) {
+    for (const config::ZoneRegion& z : settings.zones) {
         regions.push_back({z.id, z.min_x, z.min_z, z.max_x, z.max_z});
     }
     return regions;
 }
 
-zone::ZoneSettings zone_settings(const ops::Settings& settings,
+zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  ZoneId id,
                                  const std::shared_ptr<const world::TypeTable>& types) {
     zone::ZoneSettings z;
@@ -162,10 +162,10 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     return z;
 }
 
-void populate(const ops::Settings& settings,
+void populate(const config::Settings& settings,
               const std::vector<zone::Region>& regions,
               std::span<const std::unique_ptr<zone::Zone>> zones) {
-    for (const ops::InitialEntity& initial : settings.initial) {
+    for (const config::InitialEntity& initial : settings.initial) {
         const auto region =
             std::find_if(regions.begin(), regions.end(), [&](const zone::Region& r) {
                 return r.outside(initial.position.x(), initial.position.z()) == 0.0;

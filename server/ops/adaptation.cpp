@@ -13,7 +13,7 @@
 #include <set>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -222,4 +222,4 @@ void expand_adaptation(const Config& written,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

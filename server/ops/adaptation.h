@@ -8,7 +8,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// The difficulty that the world begins with: `ai.difficulty`, or where `ai.adaptation` starts;
 /// empty: parameters are as types say.
@@ -27,4 +27,4 @@ void expand_adaptation(const proto::Config& written,
                        Settings& settings,
                        Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 namespace {
 
@@ -294,4 +294,4 @@ std::string difference_of(const Shape& a, const Shape& b) {
                : field_difference(field_of(a).tables(), field_of(b).tables());
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -13,7 +13,7 @@
 #include <span>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 // A baked file, all numbers little endian:
 //
@@ -70,4 +70,4 @@ void seal_baked(std::string& bytes);
 /// Empty when both hold the same geometry bit for bit, otherwise which table differs.
 std::string difference_of(const physics::Shape& a, const physics::Shape& b);
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <map>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -63,7 +63,7 @@ void add_cue(const Config::Cue& cue, const std::string& path, Crossing& out) {
 
 class Crossings {
   public:
-    explicit Crossings(const std::vector<Layer>& layers) : layers_(layers) {}
+    explicit Crossings(const std::vector<BrainLayer>& layers) : layers_(layers) {}
 
     /// Of layer `from`, in the order in which they are tried.
     std::vector<Crossing> of(std::size_t from) const {
@@ -114,7 +114,7 @@ class Crossings {
         return out;
     }
 
-    const std::vector<Layer>& layers_;
+    const std::vector<BrainLayer>& layers_;
 };
 
 /// A brain has far fewer transitions (state_machine::kMaxTransitions); beyond this it is not even
@@ -237,7 +237,7 @@ std::string copy_with_parameters(Config& config,
 
 void add_transitions(Config& config,
                      int index,
-                     const std::vector<Layer>& layers,
+                     const std::vector<BrainLayer>& layers,
                      Diagnostics& diagnostics,
                      const std::string& as) {
     for (std::size_t k = 0; k + 1 < layers.size(); ++k) {
@@ -286,4 +286,4 @@ void add_transitions(Config& config,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

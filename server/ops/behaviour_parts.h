@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Machines with all that is inside them, and the trees, domains and blends by which states choose,
 /// by index.
@@ -61,7 +61,7 @@ std::string copy_with_parameters(proto::Config& config,
                                  const std::string& as);
 
 /// A behaviour of a type, with the type's numbers.
-struct Layer {
+struct BrainLayer {
     proto::Config::Behaviour part;
     std::string path;        ///< of the behaviour
     std::string use_path;    ///< of the type's setting that names it
@@ -73,8 +73,8 @@ struct Layer {
 /// once, unless both exclude each other. Reports layers that never begin or never end.
 void add_transitions(proto::Config& config,
                      int index,
-                     const std::vector<Layer>& layers,
+                     const std::vector<BrainLayer>& layers,
                      Diagnostics& diagnostics,
                      const std::string& as);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -175,7 +175,7 @@ class BrainOfType {
         merge_variables(uses, brain);
         for (std::size_t k = 0; k < layers_.size(); ++k) {
             // It starts with the last: the one that needs no cue.
-            const Layer& layer = layers_[(k + layers_.size() - 1) % layers_.size()];
+            const BrainLayer& layer = layers_[(k + layers_.size() - 1) % layers_.size()];
             Config::State* state = brain.add_state();
             state->set_name(layer.part.name());
             state->set_brain(layer.part.brain());
@@ -187,7 +187,7 @@ class BrainOfType {
         const int index = config_.brain_size();
         *config_.add_brain() = std::move(brain);
         diagnostics_.set_origin(join_path("", "brain", index), path_, as_);
-        for (const Layer& layer : layers_) {
+        for (const BrainLayer& layer : layers_) {
             const int of = find_brain(config_, layer.part.brain());
             if (config_.brain(of).has_perception()) {
                 diagnostics_.set_origin(join_path("", "brain", index) + ".perception",
@@ -216,7 +216,7 @@ class BrainOfType {
         if (choices.size() == before) {
             choices.push_back({type_, use.name, {}, 0.0, {}});
         }
-        Layer layer;
+        BrainLayer layer;
         layer.part = config_.behaviour(index);
         layer.path = join_path("", "behaviour", index);
         layer.use_path = use.path;
@@ -232,7 +232,7 @@ class BrainOfType {
     void perceive(Config::Brain& brain) const {
         double perception = 0.0;
         double period = 60.0;
-        for (const Layer& layer : layers_) {
+        for (const BrainLayer& layer : layers_) {
             const Config::Brain& of = config_.brain(find_brain(config_, layer.part.brain()));
             perception = std::max(perception, of.perception_m());
             period = std::min(period, of.decide_every_s());
@@ -273,7 +273,7 @@ class BrainOfType {
     std::string path_;
     std::string as_;
     Diagnostics& diagnostics_;
-    std::vector<Layer> layers_;
+    std::vector<BrainLayer> layers_;
     bool broken_ = false;
 };
 
@@ -348,4 +348,4 @@ std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagn
     return choices;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

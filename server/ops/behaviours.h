@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Makes types complete (type_families.h), and for each that has behaviours a brain "TYPE.brain":
 /// its states are the behaviours, with the type's numbers in the place of parameters. Precedence is
@@ -29,4 +29,4 @@ namespace zoned::ops {
 /// variables of one name that differ. Returns what all parameters are.
 std::vector<ParameterChoice> build_behaviours(proto::Config& config, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -148,4 +148,4 @@ void check_blends(const Config& config, Diagnostics& diagnostics) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -8,7 +8,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Index of the blend of that name, -1: none.
 int find_blend(const proto::Config& config, const std::string& name);
@@ -24,4 +24,4 @@ void expand_blend(const proto::Config& config,
 /// at the same time.
 void check_blends(const proto::Config& config, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

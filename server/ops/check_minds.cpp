@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -405,4 +405,4 @@ void check_brains(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

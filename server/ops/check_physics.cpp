@@ -1,7 +1,7 @@
 #include "server/ops/config_checks.h"
 #include "server/physics/validate.h"
 
-namespace zoned::ops {
+namespace zoned::config {
 
 void check_physics(const proto::Config& config, Diagnostics& diagnostics) {
     const auto check = [&](const char* name, proto::Config::Physics::Integrator integrator) {
@@ -15,4 +15,4 @@ void check_physics(const proto::Config& config, Diagnostics& diagnostics) {
     check("particle_integrator", config.physics().particle_integrator());
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -270,4 +270,4 @@ void check_server(const proto::Config& config,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

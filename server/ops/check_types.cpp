@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <map>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -157,4 +157,4 @@ void check_types(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <map>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -207,4 +207,4 @@ std::vector<ZoneRegion> expand_zones(const proto::Config& config, Diagnostics& d
     return list;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

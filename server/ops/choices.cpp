@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -345,4 +345,4 @@ void check_choices(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -9,7 +9,7 @@
 #include <functional>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// The sense that a condition reads, among those of the brain in question.
 using SenseOf = std::function<ai::SenseIndex(const proto::Config::Condition&)>;
@@ -61,4 +61,4 @@ int find_policy(const proto::Config& config, const std::string& name);
 /// Index of the goal, -1: none. Not set: the first.
 int find_goal(const proto::Config::Domain& domain, const proto::Config::State& state);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

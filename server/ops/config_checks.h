@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// The zones of the config (a grid is expanded), index = ZoneId - 1. Reports rectangles without
 /// area, overlaps, gaps, doubled names.
@@ -40,4 +40,4 @@ bool check_name(const std::string& name,
                 const std::string& path,
                 Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -15,7 +15,7 @@
 #include <numbers>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -390,4 +390,4 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

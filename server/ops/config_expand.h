@@ -3,9 +3,9 @@
 
 #include "server/ops/settings.h"
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Types, brains and the settings of the stages; zones, statics and entities come from elsewhere.
 void expand_stages(const proto::Config& config, Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< in a degree
 
@@ -28,4 +28,4 @@ inline Quat narrow(const Eigen::Quaterniond& turned) {
     return Quat(turned.cast<float>()).normalized();
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -196,4 +196,4 @@ void check_ranges(google::protobuf::Message& config, bool complete, Diagnostics&
     RangeCheck(complete, diagnostics).check_message(config, "");
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

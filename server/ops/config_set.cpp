@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -289,4 +289,4 @@ void apply_set(const std::string& assignment, proto::Config& config, Diagnostics
     diagnostics.forget_place(here);
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

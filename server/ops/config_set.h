@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Applies one "path=value". Elements of lists are named by index from 0 or by the element's name:
 /// "zones.zone[1].name=north", "type[player].mass_kg=70"; the index one past the last appends.
@@ -21,4 +21,4 @@ void apply_set(const std::string& assignment, proto::Config& config, Diagnostics
 /// be short without a mistake.
 void check_ranges(google::protobuf::Message& config, bool complete, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -178,4 +178,4 @@ bool parse_config_text(const std::string& text,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

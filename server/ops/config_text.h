@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Parses `text` into `config` and records the place of each setting. Unknown fields are skipped,
 /// values of the wrong type or given twice are blanked and reported, so that one run finds them
@@ -20,4 +20,4 @@ bool parse_config_text(const std::string& text,
 /// Nearest of the message's field names, or empty when none is similar: for "did you mean".
 std::string similar_field(const google::protobuf::Descriptor& message, const std::string& name);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -26,7 +26,7 @@ std::string join_path(const std::string& parent, const std::string& field, int i
 }
 
 void Diagnostics::set_place(const std::string& path, int line, int column) {
-    places_[path] = Place{line, column};
+    places_[path] = FilePlace{line, column};
 }
 
 void Diagnostics::forget_place(const std::string& path) {
@@ -42,7 +42,7 @@ void Diagnostics::forget_place(const std::string& path) {
             ++it;
         }
     }
-    places_[path] = Place{};
+    places_[path] = FilePlace{};
 }
 
 void Diagnostics::set_origin(const std::string& made,
@@ -87,7 +87,7 @@ void Diagnostics::add(const std::string& path_of_mistake, const std::string& tex
         }
         text += " (" + as + ")";
     }
-    Place place;
+    FilePlace place;
     for (std::string at = path; !at.empty(); at = enclosing(at)) {
         const auto it = places_.find(at);
         if (it != places_.end()) {
@@ -143,4 +143,4 @@ std::vector<ConfigError> Diagnostics::sorted() const {
     return errors;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

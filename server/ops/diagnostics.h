@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Joins path components: "zones" + "zone", 2 -> "zones.zone[2]". An index below 0 is left out.
 std::string join_path(const std::string& parent, const std::string& field, int index = -1);
@@ -46,7 +46,7 @@ class Diagnostics {
     [[nodiscard]] std::vector<ConfigError> sorted() const;
 
   private:
-    struct Place {
+    struct FilePlace {
         int line = 0;
         int column = 0;
     };
@@ -59,10 +59,10 @@ class Diagnostics {
     /// The path in the file, and what to say of the way from there.
     [[nodiscard]] Origin origin_of(const std::string& path) const;
 
-    std::map<std::string, Place> places_;
+    std::map<std::string, FilePlace> places_;
     std::map<std::string, Origin> origins_;
     std::set<int> silenced_lines_;
     std::vector<ConfigError> errors_;
 };
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -129,4 +129,4 @@ std::vector<NamedDoor> expand_doors(const proto::Config& config, Diagnostics& di
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

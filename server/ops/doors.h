@@ -7,11 +7,11 @@
 
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// In world coordinates, in the order of the config; times rounded to ticks. Mistakes (doubled
 /// names, times beyond the period, that overlap or open nothing, a door outside the world) go to
 /// `diagnostics`. Numbers must have passed check_ranges.
 std::vector<NamedDoor> expand_doors(const proto::Config& config, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

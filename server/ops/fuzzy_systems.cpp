@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -255,4 +255,4 @@ void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 namespace {
 
@@ -260,4 +260,4 @@ core::Result<physics::BuiltMesh> load_mesh(const std::string& path,
     return mesh ? std::move(mesh) : Mesh::failure(path + ": " + mesh.error());
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 /// Files larger than this are refused, bytes.
 inline constexpr std::size_t kMaxGeometryFile = 256U << 20;
@@ -64,4 +64,4 @@ core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
                                                    float scale,
                                                    const physics::MeshOptions& options);
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

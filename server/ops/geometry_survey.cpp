@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <numbers>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 namespace {
 
@@ -233,4 +233,4 @@ std::vector<std::string> stability_warnings_of(const FieldSurvey& field,
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 /// How many triangles have something in common, and the one that has it most.
 struct Worst {
@@ -64,4 +64,4 @@ std::vector<std::string> stability_warnings_of(const FieldSurvey& field,
                                                float level_m,
                                                float error_budget_m);
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -226,4 +226,4 @@ std::vector<std::string> waypoint_warnings(const Settings& settings) {
     return warnings;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Puts the text of ai.pathfinding.waypoints_file in the place of its name, so that the config
 /// holds all of it; reports a file that can't be read.
@@ -27,4 +27,4 @@ ai::PathfindingSettings expand_pathfinding(const proto::Config& config);
 /// edges that lead there or away, or not joined with most of the others.
 std::vector<std::string> waypoint_warnings(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -14,7 +14,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -404,4 +404,4 @@ std::string methods_text(const Settings& settings) {
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Fills settings.methods, and what it chooses into settings.physics and settings.softs, which have
 /// been expanded from settings.config, a config without mistakes so far. Reports a method named
@@ -28,4 +28,4 @@ double single_beyond_m(const proto::Config& config,
 /// budget, costs, and why each of the others was refused.
 std::string methods_text(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -344,4 +344,4 @@ std::string why_not_sensed(const proto::Config& config, int root, const std::str
     return {};
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

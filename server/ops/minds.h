@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Brain `index` with the brains that its states are, and the fuzzy systems that they read.
 /// What names nothing that exists leads to a state or sense that does not exist either
@@ -49,4 +49,4 @@ std::string why_not_sensed(const proto::Config& config, int root, const std::str
 /// Index of the variable of that name in a brain, -1: none.
 int find_variable(const proto::Config::Brain& brain, const std::string& name);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -11,7 +11,7 @@
 #include <span>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 namespace {
 
@@ -343,4 +343,4 @@ ObjScan scan_obj(std::string_view text) {
     return Scanner(text).run();
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

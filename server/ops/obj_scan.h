@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 /// More mistakes than this are counted, not described.
 inline constexpr std::size_t kMaxObjMistakes = 100;
@@ -44,4 +44,4 @@ struct ObjScan {
 /// know are mistakes. (Wavefront, "Object files (.obj)", Advanced Visualizer manual, appendix B1.)
 ObjScan scan_obj(std::string_view text);
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -266,4 +266,4 @@ std::string parameters_text(const Settings& settings) {
     return text;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

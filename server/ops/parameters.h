@@ -9,7 +9,7 @@
 #include <map>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// By name of a parameter.
 using ParameterValues = std::map<std::string, double>;
@@ -43,4 +43,4 @@ ParameterValues values_of(const proto::Config& config,
 /// What holds, as a section of `zoned explain`; empty where no type has behaviours.
 std::string parameters_text(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

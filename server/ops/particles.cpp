@@ -12,7 +12,7 @@
 #include <set>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -264,4 +264,4 @@ std::size_t most_particles(const Settings& settings) {
     return most;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -4,7 +4,7 @@
 #include "server/ops/diagnostics.h"
 #include "server/ops/settings.h"
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Names, what is missing or without effect, emitters outside the world, cosmetic systems that no
 /// client could replay in good time.
@@ -17,4 +17,4 @@ void expand_particles(const proto::Config& config, Settings& settings);
 /// The most particles that all simulated systems of a zone may hold together.
 std::size_t most_particles(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -99,4 +99,4 @@ void check_company(const ai::Brain& brain, const std::string& path, Diagnostics&
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Of the brain's agents. Names that mean nothing are left out.
 ai::Perception expand_perception(const proto::Config& config, const proto::Config::Brain& brain);
@@ -22,4 +22,4 @@ void check_perception(const proto::Config& config,
 /// `path`.
 void check_company(const ai::Brain& brain, const std::string& path, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -301,4 +301,4 @@ template void check_action_details(const proto::Config& config,
                                    const std::string& path,
                                    Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 ai::PoiSettings expand_points_of_interest(const proto::Config& config);
 
@@ -76,4 +76,4 @@ void check_action_details(const proto::Config& config,
                           const std::string& path,
                           Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -142,4 +142,4 @@ void give_policies(const Config& config,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

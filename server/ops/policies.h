@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// By policy of the config; null where it has a mistake.
 using Policies = std::vector<std::shared_ptr<const ai::GuardedPolicy>>;
@@ -25,4 +25,4 @@ void give_policies(const proto::Config& config,
                    std::vector<ai::Brain>& brains,
                    Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

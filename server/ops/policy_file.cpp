@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -183,4 +183,4 @@ PolicyResult parse_policy(const std::string& text) {
     return policy;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

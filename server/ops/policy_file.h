@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 inline constexpr std::uint32_t kPolicyVersion = 1;
 /// Larger files are no policies.
@@ -32,4 +32,4 @@ std::vector<ai::learning::PolicyInput> inputs_of(
 /// text of this schema, another version, a digest that does not fit, or a network without meaning.
 core::Result<ai::learning::Policy> parse_policy(const std::string& text);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

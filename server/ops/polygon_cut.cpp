@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 namespace {
 
@@ -126,4 +126,4 @@ bool cut_polygon(std::span<const Vec3> corners, std::vector<std::array<std::uint
     return Outline(corners).cut(out);
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

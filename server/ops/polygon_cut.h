@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::assets {
 
 /// Cuts a polygon of three corners or more, flat or nearly so, into triangles that face as it does:
 /// two less than it has corners, some of them without area where corners coincide or lie in a line.
@@ -20,4 +20,4 @@ namespace zoned::ops {
 /// American Mathematical Monthly 82, 1975): the square of the corners, the cube at worst.
 bool cut_polygon(std::span<const Vec3> corners, std::vector<std::array<std::uint32_t, 3>>& out);
 
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 std::string read_text(const std::string& file, std::string& text) {
     errno = 0;
@@ -23,4 +23,4 @@ std::string read_text(const std::string& file, std::string& text) {
     return {};
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -3,10 +3,10 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// The file's bytes go to `text`. What is returned is empty, or says what is wrong with the file,
 /// by name.
 std::string read_text(const std::string& file, std::string& text);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

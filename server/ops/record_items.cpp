@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace zoned::ops {
+namespace zoned::recording {
 
 namespace {
 
@@ -192,4 +192,4 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
     return false;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::recording

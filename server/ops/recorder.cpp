@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstring>
 
-namespace zoned::ops {
+namespace zoned::recording {
 
 namespace {
 
@@ -51,8 +51,8 @@ std::string system_reason() {
 
 }  // namespace
 
-RecordHeader RecordHeader::of_this_build() {
-    RecordHeader header;
+RecordingHeader RecordingHeader::of_this_build() {
+    RecordingHeader header;
     header.target = ZONED_TARGET_NAME;
 #if defined(__clang__)
     header.compiler = "clang++ " __clang_version__;
@@ -64,7 +64,7 @@ RecordHeader RecordHeader::of_this_build() {
 
 // ---------------------------------------------------------------- writer
 
-struct RecordWriter::Impl {
+struct RecordingWriter::Impl {
     File file;
     std::string name;
     std::string error;
@@ -99,14 +99,14 @@ struct RecordWriter::Impl {
     }
 };
 
-RecordWriter::RecordWriter() : impl_(std::make_unique<Impl>()) {
+RecordingWriter::RecordingWriter() : impl_(std::make_unique<Impl>()) {
 }
 
-RecordWriter::RecordWriter(RecordWriter&&) noexcept = default;
-RecordWriter& RecordWriter::operator=(RecordWriter&&) noexcept = default;
-RecordWriter::~RecordWriter() = default;
+RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
+RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
+RecordingWriter::~RecordingWriter() = default;
 
-Result<bool> RecordWriter::open(const std::string& file, const RecordHeader& header) {
+Result<bool> RecordingWriter::open(const std::string& file, const RecordingHeader& header) {
     impl_ = std::make_unique<Impl>();
     impl_->name = file;
     errno = 0;
@@ -132,7 +132,7 @@ Result<bool> RecordWriter::open(const std::string& file, const RecordHeader& hea
     return true;
 }
 
-void RecordWriter::add_tick(Tick tick, std::span<const ZoneTick> zones) {
+void RecordingWriter::add_tick(Tick tick, std::span<const ZoneTick> zones) {
     proto::RecordedTick& out = *impl_->frame.mutable_tick();
     out.Clear();
     out.set_tick(tick);
@@ -148,7 +148,7 @@ void RecordWriter::add_tick(Tick tick, std::span<const ZoneTick> zones) {
     ++impl_->ticks;
 }
 
-Result<bool> RecordWriter::close() {
+Result<bool> RecordingWriter::close() {
     if (!impl_->file) {
         return Result<bool>::failure("no recording is open");
     }
@@ -165,16 +165,16 @@ Result<bool> RecordWriter::close() {
     return true;
 }
 
-std::uint64_t RecordWriter::bytes() const {
+std::uint64_t RecordingWriter::bytes() const {
     return impl_->bytes;
 }
 
 // ---------------------------------------------------------------- reader
 
-struct RecordReader::Impl {
+struct RecordingReader::Impl {
     File file;
     std::string name;
-    RecordHeader header;
+    RecordingHeader header;
     std::uint64_t size = 0;
     std::uint64_t at = 0;
     std::uint64_t ticks = 0;
@@ -247,7 +247,7 @@ struct RecordReader::Impl {
 
     /// Hashes agree only between builds of one simulation generation for one processor target.
     [[nodiscard]] Result<bool> check_build() const {
-        const RecordHeader own = RecordHeader::of_this_build();
+        const RecordingHeader own = RecordingHeader::of_this_build();
         if (header.generation != own.generation) {
             return Result<bool>::failure(
                 "the recording '" + name + "' comes from simulation generation " +
@@ -286,14 +286,14 @@ struct RecordReader::Impl {
     }
 };
 
-RecordReader::RecordReader() : impl_(std::make_unique<Impl>()) {
+RecordingReader::RecordingReader() : impl_(std::make_unique<Impl>()) {
 }
 
-RecordReader::RecordReader(RecordReader&&) noexcept = default;
-RecordReader& RecordReader::operator=(RecordReader&&) noexcept = default;
-RecordReader::~RecordReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
+RecordingReader::~RecordingReader() = default;
 
-Result<bool> RecordReader::open(const std::string& file) {
+Result<bool> RecordingReader::open(const std::string& file) {
     impl_ = std::make_unique<Impl>();
     impl_->name = file;
     errno = 0;
@@ -314,11 +314,11 @@ Result<bool> RecordReader::open(const std::string& file) {
     return impl_->read_header();
 }
 
-const RecordHeader& RecordReader::header() const {
+const RecordingHeader& RecordingReader::header() const {
     return impl_->header;
 }
 
-Result<bool> RecordReader::next(TickRecord& record) {
+Result<bool> RecordingReader::next(TickRecord& record) {
     if (!impl_->file) {
         return Result<bool>::failure("no recording is open");
     }
@@ -353,4 +353,4 @@ Result<bool> RecordReader::next(TickRecord& record) {
     return true;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::recording

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::recording {
 
 /// Of the simulation. Raise it with every change after which the same input gives other hashes.
 inline constexpr std::uint32_t kSimulationGeneration = 11;
@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kSimulationGeneration = 11;
 inline constexpr std::uint32_t kRecordingFormat = 1;
 
 /// What a recording says of the run that it comes from.
-struct RecordHeader {
+struct RecordingHeader {
     std::uint32_t generation = kSimulationGeneration;
     std::string target;    ///< processor target of the build
     std::string compiler;  ///< for information
@@ -28,7 +28,7 @@ struct RecordHeader {
     std::uint64_t seed = 0;
 
     /// Target, compiler and generation of this program.
-    static RecordHeader of_this_build();
+    static RecordingHeader of_this_build();
 };
 
 /// What entered one zone at a tick, and the hash of its state after it.
@@ -45,15 +45,15 @@ struct TickRecord {
 
 /// The file: 8 bytes of magic, then frames: length (4 bytes, little endian), checksum of the
 /// payload (8 bytes), payload (a RecordingFrame). Writes are buffered. Not thread-safe.
-class RecordWriter {
+class RecordingWriter {
   public:
-    RecordWriter();
-    RecordWriter(RecordWriter&&) noexcept;
-    RecordWriter& operator=(RecordWriter&&) noexcept;
-    ~RecordWriter();  ///< closes without an end mark when close() was not called
+    RecordingWriter();
+    RecordingWriter(RecordingWriter&&) noexcept;
+    RecordingWriter& operator=(RecordingWriter&&) noexcept;
+    ~RecordingWriter();  ///< closes without an end mark when close() was not called
 
     /// Replaces an existing file.
-    core::Result<bool> open(const std::string& file, const RecordHeader& header);
+    core::Result<bool> open(const std::string& file, const RecordingHeader& header);
     /// Ticks ascend. A failed write sticks: nothing more is written, close() tells the reason.
     void add_tick(Tick tick, std::span<const ZoneTick> zones);
     /// Writes the end mark; fails with the first thing that went wrong since open().
@@ -67,17 +67,17 @@ class RecordWriter {
 };
 
 /// Reads a recording from its beginning to its end. Not thread-safe.
-class RecordReader {
+class RecordingReader {
   public:
-    RecordReader();
-    RecordReader(RecordReader&&) noexcept;
-    RecordReader& operator=(RecordReader&&) noexcept;
-    ~RecordReader();
+    RecordingReader();
+    RecordingReader(RecordingReader&&) noexcept;
+    RecordingReader& operator=(RecordingReader&&) noexcept;
+    ~RecordingReader();
 
     /// Fails with a reason when the file cannot be read, is no recording, has another format, or
     /// was made by a build whose hashes need not agree with this one's (target, generation).
     core::Result<bool> open(const std::string& file);
-    [[nodiscard]] const RecordHeader& header() const;
+    [[nodiscard]] const RecordingHeader& header() const;
     /// True: `record` holds the next tick. False: the recording ended in good order. Fails on
     /// damage, and where the file ends without its end mark.
     core::Result<bool> next(TickRecord& record);
@@ -87,4 +87,4 @@ class RecordReader {
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace zoned::ops
+}  // namespace zoned::recording

@@ -7,7 +7,7 @@
 
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -94,4 +94,4 @@ core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& r
     return Reloaded(std::shared_ptr<const ai::AiSettings>(std::move(brains)));
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// AgentStore of `fresh` for a world that was made of `running`: brains, behaviours, parameters,
 /// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their agents. Fails,
@@ -17,4 +17,4 @@ namespace zoned::ops {
 core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& running,
                                                                const Settings& fresh);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
-namespace zoned::ops {
+namespace zoned::recording {
 
 namespace {
 
@@ -159,4 +159,4 @@ core::Result<bool> write_report(const std::string& file, const ServerReport& rep
     return true;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::recording

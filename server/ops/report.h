@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::recording {
 
 /// Of a measured time, ms.
 struct Percentiles {
@@ -101,4 +101,4 @@ std::string to_json(const ServerReport& report);
 /// Writes the report to a file; fails with a reason.
 core::Result<bool> write_report(const std::string& file, const ServerReport& report);
 
-}  // namespace zoned::ops
+}  // namespace zoned::recording

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <unordered_map>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -408,4 +408,4 @@ void place_spawn_points(const proto::Config& config,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

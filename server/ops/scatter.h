@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Expands single placements, then scatter entries, in their order. Needs settings.types and
 /// settings.seed. The same config and seed give the same entities. What cannot be placed is a
@@ -26,4 +26,4 @@ void place_spawn_points(const proto::Config& config,
 /// Index of the type with this name, or -1.
 int find_type(const Settings& settings, const std::string& name);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

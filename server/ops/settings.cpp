@@ -28,7 +28,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -177,4 +177,4 @@ std::string format_errors(const std::string& file, const std::vector<ConfigError
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

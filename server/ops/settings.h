@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// One mistake in a config. Line and column count from 1; 0 where the parser does not know them.
 struct ConfigError {
@@ -47,7 +47,7 @@ struct ZoneRegion {
 
 /// A surface that the config places. Where the same file is used again with the same options, shape
 /// and surface are shared.
-struct StaticSurface {
+struct SurfaceSettings {
     std::string path;     ///< of the setting, e.g. "statics.surface[2]"
     std::string file;     ///< as opened
     std::string content;  ///< hex SHA-256 of its baked form: the geometry itself
@@ -131,7 +131,7 @@ struct Settings {
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
     std::vector<NamedDoor> doors;
-    std::vector<StaticSurface> surfaces;
+    std::vector<SurfaceSettings> surfaces;
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
     std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
@@ -167,4 +167,4 @@ bool parse_settings(const std::string& text,
 /// "FILE:LINE:COLUMN: path: text", one line each.
 std::string format_errors(const std::string& file, const std::vector<ConfigError>& errors);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 void check_slow_state(const proto::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
@@ -60,4 +60,4 @@ clock::SlowDefs expand_slow_state(const proto::Config& config) {
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

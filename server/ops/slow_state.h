@@ -5,11 +5,11 @@
 #include "proto/config.pb.h"
 #include "shared/clock/slow_state.h"
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Names are unique among clocks and variables, phases last from min to max.
 void check_slow_state(const proto::Config& config, Diagnostics& diagnostics);
 
 clock::SlowDefs expand_slow_state(const proto::Config& config);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -269,4 +269,4 @@ void check_soft(const proto::Config& config,
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -9,7 +9,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// A soft body about the centre of mass of its nodes.
 struct SoftShape {
@@ -33,4 +33,4 @@ void check_soft(const proto::Config& config,
                 const std::string& path,
                 Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

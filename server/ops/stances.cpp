@@ -6,7 +6,7 @@
 #include <array>
 #include <string_view>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -112,4 +112,4 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

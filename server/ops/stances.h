@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Index of the column of radii that hold in the stance (world::EntityType::aura_m); -1 where the
 /// config has none of that name.
@@ -19,4 +19,4 @@ double largest_radius(const proto::Config::Radii& radii);
 /// Names of stances are unique, and radii and agents name no others.
 void check_stances(const proto::Config& config, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

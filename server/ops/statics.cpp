@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numbers>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -188,4 +188,4 @@ std::vector<StaticBox> expand_statics(const proto::Config& config, Diagnostics& 
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

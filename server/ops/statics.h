@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// All static boxes in world coordinates, in the order of the config: boxes, hills, walls.
 /// Mistakes (a ramp that does not fit on its tread, a wall without length, something outside the
@@ -25,4 +25,4 @@ void check_inside(const proto::Config::World& world,
                   const std::string& path,
                   Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

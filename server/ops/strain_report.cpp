@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -50,20 +50,20 @@ physics::BodyDef corner_of(const ZoneRegion& zone) {
     return def;
 }
 
-std::vector<std::string> stability_warnings_of_surface(const StaticSurface& surface,
+std::vector<std::string> stability_warnings_of_surface(const SurfaceSettings& surface,
                                                        float error_budget_m) {
     if (surface.shape.kind == physics::ShapeKind::kHeightfield) {
-        const FieldSurvey figures = survey(physics::field_of(surface.shape));
+        const assets::FieldSurvey figures = assets::survey(physics::field_of(surface.shape));
         return stability_warnings_of(figures, surface.level_m, error_budget_m);
     }
-    return stability_warnings_of(survey(physics::mesh_of(surface.shape), error_budget_m),
+    return stability_warnings_of(assets::survey(physics::mesh_of(surface.shape), error_budget_m),
                                  error_budget_m);
 }
 
 /// Of each geometry once, however often it stands in the world.
 void add_surfaces(const Settings& settings, std::vector<std::string>& out) {
     std::vector<const physics::Geometry*> seen;
-    for (const StaticSurface& surface : settings.surfaces) {
+    for (const SurfaceSettings& surface : settings.surfaces) {
         const physics::Geometry* geometry = surface.shape.geometry.get();
         if (std::find(seen.begin(), seen.end(), geometry) == seen.end()) {
             seen.push_back(geometry);
@@ -105,4 +105,4 @@ std::vector<std::string> stability_warnings_of(const Settings& settings) {
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// One sentence each, with the setting that it is about and the figures; empty when there is
 /// nothing to say. Looks at the step itself, each type's body, the heaviest prop on the lightest
@@ -14,4 +14,4 @@ namespace zoned::ops {
 /// from a file (see geometry_survey.h).
 std::vector<std::string> stability_warnings_of(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

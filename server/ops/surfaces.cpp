@@ -12,7 +12,7 @@
 #include <tuple>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -39,9 +39,9 @@ struct SurfaceMistake {
 using SurfaceMistakes = std::vector<SurfaceMistake>;
 
 /// Options that were given and that the content of the file has no use for, or that are missing.
-SurfaceMistakes misplaced(const SurfaceConfig& s, GeometryContent content) {
-    const bool text = content == GeometryContent::kText;
-    const bool png = content == GeometryContent::kPng;
+SurfaceMistakes misplaced(const SurfaceConfig& s, assets::GeometryContent content) {
+    const bool text = content == assets::GeometryContent::kText;
+    const bool png = content == assets::GeometryContent::kPng;
     const std::tuple<bool, const char*, const char*> options[] = {
         {s.has_scale() && !text, "scale", "belongs to OBJ files"},
         {s.has_weld_m() && !text, "weld_m", "belongs to OBJ files"},
@@ -54,9 +54,10 @@ SurfaceMistakes misplaced(const SurfaceConfig& s, GeometryContent content) {
     SurfaceMistakes out;
     for (const auto& [wrong, field, why] : options) {
         if (wrong) {
-            const char* is = content == GeometryContent::kBaked ? ", and this is a baked file"
-                             : png                              ? ", and this is a PNG"
-                                                                : ", and this is text";
+            const char* is = content == assets::GeometryContent::kBaked
+                                 ? ", and this is a baked file"
+                             : png ? ", and this is a PNG"
+                                   : ", and this is text";
             out.push_back({field, why + std::string(*field != '\0' ? is : "")});
         }
     }
@@ -65,7 +66,7 @@ SurfaceMistakes misplaced(const SurfaceConfig& s, GeometryContent content) {
 
 core::Result<physics::Shape> shape_of_obj(const SurfaceConfig& s, const std::string& bytes) {
     using Made = core::Result<physics::Shape>;
-    const ObjScan scan = scan_obj(bytes);
+    const assets::ObjScan scan = assets::scan_obj(bytes);
     if (!scan.good()) {
         std::string text = "has " + std::to_string(scan.mistake_count) +
                            (scan.mistake_count == 1 ? " mistake" : " mistakes");
@@ -75,7 +76,7 @@ core::Result<physics::Shape> shape_of_obj(const SurfaceConfig& s, const std::str
         }
         return Made::failure(text + "; `zoned bake --check` tells all of an OBJ");
     }
-    const auto built = mesh_from_scanned(scan, narrow(s.scale()), {narrow(s.weld_m())});
+    const auto built = assets::mesh_from_scanned(scan, narrow(s.scale()), {narrow(s.weld_m())});
     return built ? Made(physics::Shape::mesh(built->mesh)) : Made::failure(built.error());
 }
 
@@ -85,23 +86,23 @@ core::Result<physics::Shape> shape_of_png(const SurfaceConfig& s, const std::str
     options.spacing_x = options.spacing_z = narrow(s.spacing_m());
     options.offset = narrow(s.offset_m());
     options.thickness = narrow(s.thickness_m());
-    auto field =
-        heightfield_from_png(std::as_bytes(std::span(bytes)), narrow(s.height_m()), options);
+    auto field = assets::heightfield_from_png(
+        std::as_bytes(std::span(bytes)), narrow(s.height_m()), options);
     return field ? Made(physics::Shape::heightfield(std::move(*field)))
                  : Made::failure(field.error());
 }
 
 core::Result<physics::Shape> shape_of(const SurfaceConfig& s,
-                                      GeometryContent content,
+                                      assets::GeometryContent content,
                                       const std::string& bytes) {
     switch (content) {
-        case GeometryContent::kPng:
+        case assets::GeometryContent::kPng:
             return shape_of_png(s, bytes);
-        case GeometryContent::kBaked:
-            return read_baked(bytes);
-        case GeometryContent::kText:
+        case assets::GeometryContent::kBaked:
+            return assets::read_baked(bytes);
+        case assets::GeometryContent::kText:
             return shape_of_obj(s, bytes);
-        case GeometryContent::kUnknown:
+        case assets::GeometryContent::kUnknown:
             break;
     }
     return core::Result<physics::Shape>::failure("is no PNG image, no OBJ text and no baked file");
@@ -122,14 +123,14 @@ std::shared_ptr<const motion::Surface> surface_over(const physics::Shape& shape)
 
 LoadedSurface load(const SurfaceConfig& s, SurfaceMistakes& mistakes) {
     LoadedSurface out;
-    const auto bytes = read_geometry_file(s.file());
+    const auto bytes = assets::read_geometry_file(s.file());
     if (!bytes) {
         mistakes.push_back({"file", bytes.error()});
         return out;
     }
     out.sha256 = sha256_hex(*bytes);
-    const GeometryContent content = content_of(*bytes);
-    if (content != GeometryContent::kUnknown) {
+    const assets::GeometryContent content = assets::content_of(*bytes);
+    if (content != assets::GeometryContent::kUnknown) {
         mistakes = misplaced(s, content);
     }
     auto shape = shape_of(s, content, *bytes);
@@ -140,11 +141,11 @@ LoadedSurface load(const SurfaceConfig& s, SurfaceMistakes& mistakes) {
         return out;
     }
     out.shape = std::move(*shape);
-    out.content = sha256_hex(bake(out.shape));
+    out.content = sha256_hex(assets::bake(out.shape));
     out.surface = surface_over(out.shape);
-    if (content == GeometryContent::kPng) {
-        out.level_m =
-            narrow(std::abs(s.height_m())) / static_cast<float>((1U << png_bits(*bytes)) - 1U);
+    if (content == assets::GeometryContent::kPng) {
+        out.level_m = narrow(std::abs(s.height_m())) /
+                      static_cast<float>((1U << assets::png_bits(*bytes)) - 1U);
     }
     proto::StaticSurface message;
     describe_geometry(*out.surface, message);
@@ -152,8 +153,10 @@ LoadedSurface load(const SurfaceConfig& s, SurfaceMistakes& mistakes) {
     return out;
 }
 
-StaticSurface place(const SurfaceConfig& s, const LoadedSurface& loaded, const std::string& path) {
-    StaticSurface out;
+SurfaceSettings place(const SurfaceConfig& s,
+                      const LoadedSurface& loaded,
+                      const std::string& path) {
+    SurfaceSettings out;
     out.path = path;
     out.file = s.file();
     out.content = loaded.content;
@@ -169,7 +172,7 @@ StaticSurface place(const SurfaceConfig& s, const LoadedSurface& loaded, const s
 }
 
 /// What is wrong with where it stands.
-void check_place(const StaticSurface& surface,
+void check_place(const SurfaceSettings& surface,
                  const proto::Config& config,
                  Diagnostics& diagnostics) {
     const motion::PlacedSurface placed(surface.around(Vec3d::Zero()));
@@ -244,8 +247,8 @@ class SurfaceLoader {
 
 }  // namespace
 
-std::vector<StaticSurface> load_surfaces(proto::Config& config, Diagnostics& diagnostics) {
-    std::vector<StaticSurface> out;
+std::vector<SurfaceSettings> load_surfaces(proto::Config& config, Diagnostics& diagnostics) {
+    std::vector<SurfaceSettings> out;
     SurfaceLoader loader(diagnostics);
     std::size_t replicated = 0;
     for (int i = 0; i < config.statics().surface_size(); ++i) {
@@ -270,4 +273,4 @@ std::vector<StaticSurface> load_surfaces(proto::Config& config, Diagnostics& dia
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// What all told surfaces of a world may take in the message that each client gets at login, bytes.
 inline constexpr std::size_t kMaxReplicatedBytes = 4U << 20;
@@ -17,6 +17,6 @@ inline constexpr std::size_t kMaxReplicatedBytes = 4U << 20;
 /// SHA-256 than the config asks for, a place outside the world or above what states can carry, more
 /// than clients can be told) go to `diagnostics`. Notes the SHA-256 of each file in `config`. File
 /// names are taken as they stand; sizes must have passed check_ranges.
-std::vector<StaticSurface> load_surfaces(proto::Config& config, Diagnostics& diagnostics);
+std::vector<SurfaceSettings> load_surfaces(proto::Config& config, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

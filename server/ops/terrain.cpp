@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -46,10 +46,10 @@ bool top_of_box(const motion::StaticBox& box, float x, float z, float& top) {
 }
 
 std::vector<motion::StaticSurface> in_world_coordinates(
-    const std::vector<StaticSurface>& surfaces) {
+    const std::vector<SurfaceSettings>& surfaces) {
     std::vector<motion::StaticSurface> out;
     out.reserve(surfaces.size());
-    for (const StaticSurface& surface : surfaces) {
+    for (const SurfaceSettings& surface : surfaces) {
         out.push_back(surface.around(Vec3d::Zero()));
     }
     return out;
@@ -109,7 +109,7 @@ bool boxes_overlap(const Aabb& area, const motion::StaticBox& box) {
 
 Terrain::Terrain(std::vector<motion::StaticBox> boxes,
                  float ground_height,
-                 const std::vector<StaticSurface>& surfaces)
+                 const std::vector<SurfaceSettings>& surfaces)
     : geometry_(std::move(boxes),
                 ground_height,
                 motion::kStaticCell_m,
@@ -166,4 +166,4 @@ bool Terrain::clear(const Aabb& area) const {
     return free;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

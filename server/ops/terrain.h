@@ -7,14 +7,14 @@
 
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Ground, static boxes and surfaces, asked from above. World coordinates.
 class Terrain {
   public:
     Terrain(std::vector<motion::StaticBox> boxes,
             float ground_height,
-            const std::vector<StaticSurface>& surfaces = {});
+            const std::vector<SurfaceSettings>& surfaces = {});
 
     /// Height of the topmost surface at (x, z): the ground or the upper side of a box or surface,
     /// m.
@@ -41,4 +41,4 @@ class Terrain {
 /// Lin, Manocha, "OBBTree", SIGGRAPH 1996). Touching counts as apart.
 bool boxes_overlap(const Aabb& area, const motion::StaticBox& box);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -233,4 +233,4 @@ std::string explain(const Remark& remark, const Statement& statement) {
     return "wrong type: " + text;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

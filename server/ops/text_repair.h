@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// What the parser said, and where (from 1).
 struct Remark {
@@ -35,4 +35,4 @@ bool find_culprit(const std::string& text, const Remark& remark, Statement& out)
 /// The parser's words, in the words of this project.
 std::string explain(const Remark& remark, const Statement& statement);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -10,7 +10,7 @@
 #include <optional>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -299,4 +299,4 @@ std::vector<std::string> track_warnings(const Settings& settings) {
     return std::move(survey).run();
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

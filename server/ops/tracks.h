@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Tracks by themselves: names, that they lie in the world, that each can be followed. nullptr
 /// where there are none, or some are wrong.
@@ -32,4 +32,4 @@ void check_follow(const proto::Config& config,
 /// stands in the world. Nothing where doors are on the way.
 std::vector<std::string> track_warnings(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -12,7 +12,7 @@
 #include <sstream>
 #include <utility>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -331,4 +331,4 @@ CheckpointResult read_checkpoint(const std::string& file) {
     return checkpoint;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -12,7 +12,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -184,4 +184,4 @@ learning::BreedingSettings breeding_of(const Training& config,
     return fixed;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// A checked training file; names of files are as opened.
 struct TrainingPlan {
@@ -64,4 +64,4 @@ core::Result<bool> write_checkpoint(const std::string& file,
                                     const proto::TrainingCheckpoint& checkpoint);
 core::Result<proto::TrainingCheckpoint> read_checkpoint(const std::string& file);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -205,4 +205,4 @@ BehaviourUses resolve_types(proto::Config& config, Diagnostics& diagnostics) {
     return uses;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

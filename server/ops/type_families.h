@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// A behaviour as one type has it.
 struct BehaviourUse {
@@ -33,4 +33,4 @@ using BehaviourUses = std::vector<std::vector<BehaviourUse>>;
 /// Reports bases that are none, types that are their own base, and behaviours named twice.
 BehaviourUses resolve_types(proto::Config& config, Diagnostics& diagnostics);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

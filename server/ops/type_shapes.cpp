@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -103,4 +103,4 @@ core::Result<Solid> build_solid(const proto::Config::Type& type) {
     return out;
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

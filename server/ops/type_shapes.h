@@ -6,7 +6,7 @@
 #include "shared/core/result.h"
 #include "shared/math/aabb.h"
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// A shape that more than a few numbers describe, about its centre of mass and along its principal
 /// axes.
@@ -23,4 +23,4 @@ struct Solid {
 /// are out of range or a part has no shape.
 core::Result<Solid> build_solid(const proto::Config::Type& type);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

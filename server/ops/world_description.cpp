@@ -3,7 +3,7 @@
 #include <google/protobuf/text_format.h>
 #include <openssl/evp.h>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 namespace {
 
@@ -78,7 +78,7 @@ void describe_door(const NamedDoor& from, proto::Door& out) {
 }
 
 /// All but the geometry itself.
-void describe_surface(const StaticSurface& from, proto::StaticSurface& out) {
+void describe_surface(const SurfaceSettings& from, proto::StaticSurface& out) {
     out.set_content(from.content);
     out.set_replicated(from.replicated);
     for (int axis = 0; axis < 3; ++axis) {
@@ -170,7 +170,7 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     for (const NamedDoor& door : settings.doors) {
         describe_door(door, *out.add_doors());
     }
-    for (const StaticSurface& surface : settings.surfaces) {
+    for (const SurfaceSettings& surface : settings.surfaces) {
         describe_surface(surface, *out.add_surfaces());
     }
     for (const CosmeticSystem& cosmetic : settings.cosmetics) {
@@ -253,4 +253,4 @@ std::string world_digest(const Settings& settings) {
     return sha256_hex(text);
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

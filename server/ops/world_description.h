@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace zoned::ops {
+namespace zoned::config {
 
 /// Appends what a client needs of a surface to predict its avatar on it.
 void describe_geometry(const motion::Surface& from, proto::StaticSurface& out);
@@ -25,4 +25,4 @@ std::string sha256_hex(std::string_view bytes);
 /// digest exactly when clients cannot tell them apart and their surfaces are the same.
 std::string world_digest(const Settings& settings);
 
-}  // namespace zoned::ops
+}  // namespace zoned::config

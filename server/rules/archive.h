@@ -21,7 +21,9 @@ class Writer {
     template <class T>
         requires std::is_unsigned_v<T>
 
-    void operator()(const T& value) { varint(static_cast<std::uint64_t>(value)); }
+    void operator()(const T& value) {
+        varint(static_cast<std::uint64_t>(value));
+    }
 
     void operator()(const Tick& tick) {
         varint((static_cast<std::uint64_t>(tick) << 1) ^ static_cast<std::uint64_t>(tick >> 63));
@@ -78,12 +80,12 @@ class Writer {
 };
 
 /// Reads what Writer wrote. After the first fault `ok()` is false and all further values are zero.
-class Reader {
+class ArchiveReader {
   public:
     static constexpr std::size_t kMaxText = 256;
     static constexpr std::size_t kMaxItems = 64;
 
-    explicit Reader(std::span<const std::uint8_t> in) : in_(in) {}
+    explicit ArchiveReader(std::span<const std::uint8_t> in) : in_(in) {}
 
     [[nodiscard]] bool ok() const { return ok_; }
 
@@ -194,7 +196,9 @@ class Hasher {
     template <class T>
         requires std::is_integral_v<T>
 
-    void operator()(const T& value) { hash_.add(value); }
+    void operator()(const T& value) {
+        hash_.add(value);
+    }
 
     template <class Tag, class Rep>
     void operator()(const StrongId<Tag, Rep>& id) {

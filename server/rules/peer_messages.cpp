@@ -7,7 +7,7 @@ namespace zoned::rules {
 namespace {
 
 template <std::size_t I = 0>
-std::optional<PeerMessage> decode_alternative(std::size_t index, Reader& reader) {
+std::optional<PeerMessage> decode_alternative(std::size_t index, ArchiveReader& reader) {
     if constexpr (I == std::variant_size_v<PeerMessage>) {
         return std::nullopt;
     } else {
@@ -34,7 +34,7 @@ std::optional<PeerMessage> decode(std::span<const std::uint8_t> payload) {
     if (payload.empty()) {
         return std::nullopt;
     }
-    Reader reader(payload.subspan(1));
+    ArchiveReader reader(payload.subspan(1));
     return decode_alternative(payload.front(), reader);
 }
 

@@ -260,7 +260,7 @@ void Sandbox::load_entity(EntityId entity, std::span<const std::uint8_t> state) 
     if (state.empty()) {
         return;  // there was nothing to remember
     }
-    Reader reader(state.subspan(1));
+    ArchiveReader reader(state.subspan(1));
     if (state.front() == kCharacterFormat) {
         CharacterRecord record;
         CharacterRecord::fields(reader, record);

@@ -125,10 +125,10 @@ Recordings recorded_entities(const zone::ZoneState& state, bool characters, std:
 }  // namespace
 
 MotionTrace valley_trace(bool characters, std::size_t most, int ticks) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::load_settings(ZONED_SOURCE_DIR "/config/valley.txtpb", {}, settings, errors)) {
-        throw std::runtime_error(ops::format_errors("valley.txtpb", errors));
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    if (!config::load_settings(ZONED_SOURCE_DIR "/config/valley.txtpb", {}, settings, errors)) {
+        throw std::runtime_error(config::format_errors("valley.txtpb", errors));
     }
     app::World world(settings, 1);
     std::vector<mailbox::OutboxItem> out;

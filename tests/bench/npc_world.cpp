@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kGridCell = 8.0F;
 
-TypeIndex type_named(const ops::Settings& settings, const std::string& name) {
+TypeIndex type_named(const config::Settings& settings, const std::string& name) {
     const auto at = std::find_if(settings.types.begin(),
                                  settings.types.end(),
                                  [&](const world::EntityType& type) { return type.name == name; });
@@ -23,7 +23,7 @@ TypeIndex type_named(const ops::Settings& settings, const std::string& name) {
 
 }  // namespace
 
-NpcWorld::NpcWorld(const ops::Settings& settings, const Plan& plan)
+NpcWorld::NpcWorld(const config::Settings& settings, const Plan& plan)
     : settings_(settings),
       ai_(settings.ai),
       dt_(static_cast<float>(1.0 / settings.tick_rate_hz)),

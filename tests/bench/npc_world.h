@@ -33,7 +33,7 @@ class NpcWorld {
     };
 
     /// `settings` must outlive this.
-    NpcWorld(const ops::Settings& settings, const Plan& plan);
+    NpcWorld(const config::Settings& settings, const Plan& plan);
 
     /// One tick; thread CPU time of the caller, and time on the wall, of its two halves.
     struct Cost {
@@ -52,7 +52,7 @@ class NpcWorld {
     void add(const std::string& type, std::size_t count, float side_m);
     void walk();
 
-    const ops::Settings& settings_;
+    const config::Settings& settings_;
     ai::AiSettings ai_;
     float dt_;
     world::Entities entities_;

@@ -55,7 +55,7 @@ class NpcZone {
     [[nodiscard]] NpcZoneCost mean(std::span<const NpcZoneCost> ticks) const;
 
     int people_;
-    ops::Settings settings_;
+    config::Settings settings_;
     std::unique_ptr<app::World> world_;
     std::vector<mailbox::InboxItem> in_;
     std::vector<mailbox::OutboxItem> out_;

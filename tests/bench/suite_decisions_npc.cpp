@@ -31,7 +31,7 @@ struct NpcRun {
     double decisions = 0.0;
 };
 
-NpcRun run_world(const ops::Settings& settings, NpcWorld::Plan plan, Tick settle, Tick ticks) {
+NpcRun run_world(const config::Settings& settings, NpcWorld::Plan plan, Tick settle, Tick ticks) {
     NpcWorld world(settings, plan);
     while (world.now() < settle) {
         world.tick();
@@ -127,9 +127,9 @@ void run_zones(Session& session, Row& row) {
 }  // namespace
 
 void run_npcs(Session& session, const std::string& scene) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::load_settings(
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    if (!config::load_settings(
             std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", {}, settings, errors)) {
         session.note("npc_100k: config/town.txtpb could not be read");
         return;

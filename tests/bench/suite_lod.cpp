@@ -52,7 +52,7 @@ struct Day {
 };
 
 /// `count` people in one zone.
-bool town(int count, std::uint64_t seed, bool suspend_offscreen, ops::Settings& settings) {
+bool town(int count, std::uint64_t seed, bool suspend_offscreen, config::Settings& settings) {
     // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies;
     // one each of hounds, children and deer.
     const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.077, 0.0, 0.0, 0.0};
@@ -65,8 +65,8 @@ bool town(int count, std::uint64_t seed, bool suspend_offscreen, ops::Settings& 
         sets.push_back("scatter[" + std::to_string(k) + "].count=" +
                        std::to_string(std::max(1, static_cast<int>(shares[k] * count))));
     }
-    std::vector<ops::ConfigError> errors;
-    return ops::load_settings(
+    std::vector<config::ConfigError> errors;
+    return config::load_settings(
         std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
 }
 
@@ -83,7 +83,7 @@ std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledBrain& brain, Ti
 /// A day from dawn to dawn, of which everybody's turns are written down.
 class DayTrial {
   public:
-    DayTrial(const ops::Settings& settings) : settings_(settings), world_(settings, 1) {}
+    DayTrial(const config::Settings& settings) : settings_(settings), world_(settings, 1) {}
 
     Day run(double seconds) {
         const auto ticks = static_cast<Tick>(seconds * settings_.tick_rate_hz);
@@ -141,7 +141,7 @@ class DayTrial {
         }
     }
 
-    const ops::Settings& settings_;
+    const config::Settings& settings_;
     app::World world_;
     std::vector<mailbox::OutboxItem> out_;
     Day day_;
@@ -270,7 +270,7 @@ void run_lod(Session& session) {
     for (int seed = 1; seed <= seeds; ++seed) {
         session.progress("lod " + kTownScene + " seed " + std::to_string(seed));
         for (const bool skip : {false, true}) {
-            ops::Settings settings;
+            config::Settings settings;
             if (!town(count, static_cast<std::uint64_t>(seed), skip, settings)) {
                 session.note("lod: config/town.txtpb could not be read");
                 return;

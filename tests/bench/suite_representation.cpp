@@ -47,7 +47,7 @@ const std::string kRope =
     "pin_first: false } "
     "thickness_m: 0.05 drag_ps: 0.3 }";
 
-ops::Settings settings_of(const Throw& scene, bool reduced) {
+config::Settings settings_of(const Throw& scene, bool reduced) {
     std::string text =
         "world { name: \"far\" min_x_m: -100 min_z_m: -100 max_x_m: 100 max_z_m: 100 }\n"
         "zones { zone_grid { columns: 1 rows: 1 } }\n"
@@ -64,10 +64,10 @@ ops::Settings settings_of(const Throw& scene, bool reduced) {
         text += "entity { type: \"prop\" x_m: " + std::to_string(x) +
                 " y_m: " + std::to_string(scene.height_m) + " z_m: " + std::to_string(z) + " }\n";
     }
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    if (!ops::parse_settings(text, {}, settings, errors)) {
-        throw std::runtime_error(ops::format_errors("representation", errors));
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    if (!config::parse_settings(text, {}, settings, errors)) {
+        throw std::runtime_error(config::format_errors("representation", errors));
     }
     return settings;
 }

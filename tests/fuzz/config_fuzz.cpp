@@ -39,11 +39,11 @@ std::vector<Bytes> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace zoned;
     const std::string text(reinterpret_cast<const char*>(data), std::min(size, fuzz::kMaxText));
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    const bool good = ops::parse_settings(text, {}, settings, errors);
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    const bool good = config::parse_settings(text, {}, settings, errors);
     ZONED_ASSERT(good == errors.empty(), "a config is good, or its mistakes are named");
-    for (const ops::ConfigError& error : errors) {
+    for (const config::ConfigError& error : errors) {
         ZONED_ASSERT(!error.text.empty() && error.line >= 0, "a mistake has words and a place");
     }
     return 0;

@@ -38,17 +38,17 @@ bool read(std::string_view bytes, Shape& out) {
         ZONED_ASSERT(!result.error().empty(), "a refusal has a reason");
         return false;
     };
-    switch (ops::content_of(bytes)) {
-        case ops::GeometryContent::kBaked:
-            return take(ops::read_baked(bytes), [](const Shape& shape) { return shape; });
-        case ops::GeometryContent::kPng:
-            return take(
-                ops::heightfield_from_png(std::as_bytes(std::span(bytes)), 3.0F, field_options()),
-                Shape::heightfield);
-        case ops::GeometryContent::kText:
-            return take(ops::mesh_from_obj(bytes, 1.0F, {}),
+    switch (assets::content_of(bytes)) {
+        case assets::GeometryContent::kBaked:
+            return take(assets::read_baked(bytes), [](const Shape& shape) { return shape; });
+        case assets::GeometryContent::kPng:
+            return take(assets::heightfield_from_png(
+                            std::as_bytes(std::span(bytes)), 3.0F, field_options()),
+                        Shape::heightfield);
+        case assets::GeometryContent::kText:
+            return take(assets::mesh_from_obj(bytes, 1.0F, {}),
                         [](const physics::BuiltMesh& built) { return Shape::mesh(built.mesh); });
-        case ops::GeometryContent::kUnknown:
+        case assets::GeometryContent::kUnknown:
             break;
     }
     return false;
@@ -90,20 +90,20 @@ void run(std::string_view bytes) {
         return;
     }
     use(shape);
-    const auto again = ops::read_baked(ops::bake(shape));
-    ZONED_ASSERT(again.ok() && ops::difference_of(shape, *again).empty(),
+    const auto again = assets::read_baked(assets::bake(shape));
+    ZONED_ASSERT(again.ok() && assets::difference_of(shape, *again).empty(),
                  "what was read can be baked and read back");
     if (shape.kind == physics::ShapeKind::kMesh) {
-        ops::survey(physics::mesh_of(shape), 0.005F);
+        assets::survey(physics::mesh_of(shape), 0.005F);
     } else {
-        ops::survey(physics::field_of(shape));
+        assets::survey(physics::field_of(shape));
     }
 }
 
 }  // namespace
 
 std::vector<Bytes> seeds() {
-    const std::string obj = ops::test::waves_obj(3, 4.0);
+    const std::string obj = assets::test::waves_obj(3, 4.0);
     const std::string odd =
         "# odd\no a\nv 0 0 0 1\nv 1 0 0\nv 1 0 -1\nv 0 .5 -1e0\nv 0.5 0 -2\nvt 0 0\nvn 0 1 0\n"
         "f 1/1/1 2//1 3 4\nf -5 -4 -3 -2 -1\ng b\nl 1 2\np 3\nf 1 2 2\n";
@@ -111,13 +111,13 @@ std::vector<Bytes> seeds() {
     for (std::uint32_t i = 0; i < 9 * 7; ++i) {
         pixels.push_back(static_cast<std::uint16_t>(i * i * 16));
     }
-    const auto png = ops::test::png_of(9, 7, PNG_FORMAT_LINEAR_Y, pixels.data());
+    const auto png = assets::test::png_of(9, 7, PNG_FORMAT_LINEAR_Y, pixels.data());
     const std::string_view image(reinterpret_cast<const char*>(png.data()), png.size());
     std::vector<Bytes> all = {bytes_of(obj), bytes_of(odd), bytes_of(image)};
     for (const std::string_view source : {std::string_view(obj), image}) {
         Shape shape;
         ZONED_ASSERT(read(source, shape), "the seeds are good");
-        all.push_back(bytes_of(ops::bake(shape)));
+        all.push_back(bytes_of(assets::bake(shape)));
     }
     return all;
 }
@@ -129,10 +129,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::string bytes(reinterpret_cast<const char*>(data), std::min(size, fuzz::kMaxBytes));
     fuzz::run(bytes);
     // Behind the checksum there is more to find: make length and checksum fit.
-    if (ops::is_baked(bytes) && bytes.size() >= ops::kBakedBodyAt) {
-        const std::uint64_t body = bytes.size() - ops::kBakedBodyAt;
+    if (assets::is_baked(bytes) && bytes.size() >= assets::kBakedBodyAt) {
+        const std::uint64_t body = bytes.size() - assets::kBakedBodyAt;
         std::memcpy(bytes.data() + 16, &body, sizeof(body));
-        ops::seal_baked(bytes);
+        assets::seal_baked(bytes);
         fuzz::run(bytes);
     }
     return 0;

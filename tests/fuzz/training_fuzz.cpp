@@ -20,7 +20,7 @@ namespace learning = ai::learning;
 constexpr std::size_t kMaxBytes = 32768;
 
 void try_policy(const std::string& text) {
-    const auto policy = ops::parse_policy(text);
+    const auto policy = config::parse_policy(text);
     if (!policy) {
         ZONED_ASSERT(!policy.error().empty(), "a refusal has a reason");
         return;
@@ -37,7 +37,7 @@ void try_network(const std::string& bytes) {
     if (!message.ParseFromString(bytes)) {
         return;
     }
-    const auto network = ops::network_of(message);
+    const auto network = config::network_of(message);
     if (network) {
         std::vector<float> in(network->inputs, 0.5F);
         std::vector<float> values(network->values());
@@ -54,16 +54,16 @@ void try_checkpoint(const std::string& bytes) {
     proto::Training config;
     config.set_method(proto::Training::NEAT);
     config.mutable_neat()->set_population(2);
-    auto grown = ops::evolution_state(message, ops::breeding_of(config, 2, 1), 2, 1);
+    auto grown = config::evolution_state(message, config::breeding_of(config, 2, 1), 2, 1);
     if (grown) {
         learning::Neat neat(
-            std::get<learning::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
+            std::get<learning::NeatSettings>(config::breeding_of(config, 2, 1)), 2, 1, 1);
         neat.restore(std::move(std::get<learning::Neat::NeatState>(grown->population)));
         neat.breed(std::array{1.0, 2.0});
     }
     config.set_method(proto::Training::GENETIC);
-    (void)ops::evolution_state(message, ops::breeding_of(config, 2, 1), 2, 1);
-    (void)ops::descent_state(message, 5);
+    (void)config::evolution_state(message, config::breeding_of(config, 2, 1), 2, 1);
+    (void)config::descent_state(message, 5);
 }
 
 void add(std::vector<Bytes>& all, const std::string& bytes) {
@@ -83,14 +83,14 @@ std::vector<Bytes> seeds() {
     config.set_method(proto::Training::NEAT);
     config.mutable_neat()->set_population(2);
     const learning::Neat neat(
-        std::get<learning::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
+        std::get<learning::NeatSettings>(config::breeding_of(config, 2, 1)), 2, 1, 1);
     learning::Evolution::EvolutionState state;
     state.population = neat.state();
     state.best = network_of(neat.genomes()[0]);
     proto::TrainingCheckpoint checkpoint;
-    ops::fill(state, checkpoint);
+    config::fill(state, checkpoint);
     add(all, checkpoint.SerializeAsString());
-    add(all, ops::message_of(state.best).SerializeAsString());
+    add(all, config::message_of(state.best).SerializeAsString());
     return all;
 }
 
@@ -100,9 +100,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     using namespace zoned;
     google::protobuf::SetLogHandler(nullptr);  // as the program does
     const std::string bytes(reinterpret_cast<const char*>(data), std::min(size, fuzz::kMaxBytes));
-    ops::TrainingPlan plan;
-    std::vector<ops::ConfigError> errors;
-    const bool good = ops::parse_training(bytes, "/tmp/fuzz", plan, errors);
+    config::TrainingPlan plan;
+    std::vector<config::ConfigError> errors;
+    const bool good = config::parse_training(bytes, "/tmp/fuzz", plan, errors);
     ZONED_ASSERT(good == errors.empty(), "a training file is good, or its mistakes are named");
     fuzz::try_policy(bytes);
     fuzz::try_network(bytes);

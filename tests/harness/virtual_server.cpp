@@ -11,14 +11,14 @@ namespace zoned::harness {
 
 namespace {
 
-ops::Settings load(const VirtualServerSettings& settings) {
-    ops::Settings config;
-    std::vector<ops::ConfigError> errors;
+config::Settings load(const VirtualServerSettings& settings) {
+    config::Settings config;
+    std::vector<config::ConfigError> errors;
     const bool good = settings.config_is_text
-                          ? ops::parse_settings(settings.config, settings.sets, config, errors)
-                          : ops::load_settings(settings.config, settings.sets, config, errors);
+                          ? config::parse_settings(settings.config, settings.sets, config, errors)
+                          : config::load_settings(settings.config, settings.sets, config, errors);
     if (!good) {
-        throw std::runtime_error(ops::format_errors("config", errors));
+        throw std::runtime_error(config::format_errors("config", errors));
     }
     return config;
 }

@@ -76,7 +76,7 @@ class VirtualServer {
 
     [[nodiscard]] session::SessionHost& host() { return *host_; }
 
-    [[nodiscard]] const ops::Settings& settings() const { return config_; }
+    [[nodiscard]] const config::Settings& settings() const { return config_; }
 
   private:
     friend class VirtualTransport;
@@ -88,7 +88,7 @@ class VirtualServer {
     session::SessionOutput output();
 
     VirtualServerSettings settings_;
-    ops::Settings config_;
+    config::Settings config_;
     std::unique_ptr<app::World> world_;
     std::unique_ptr<session::SessionHost> host_;
     std::vector<VirtualTransport*> transports_;  // in order of connection

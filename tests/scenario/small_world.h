@@ -34,8 +34,8 @@ inline world::TypeTable small_types(float radius_m) {
 
 /// columns x rows square zones of `zone_m` metres each, centred on the origin, flat ground, radii
 /// of 40 m.
-inline ops::Settings small_world(int columns, int rows, double zone_m) {
-    ops::Settings s;
+inline config::Settings small_world(int columns, int rows, double zone_m) {
+    config::Settings s;
     s.types = small_types(40.0F);
     s.ghost_margin_m = 50.0F;
     s.handoff_hysteresis_m = 1.0F;
@@ -43,7 +43,7 @@ inline ops::Settings small_world(int columns, int rows, double zone_m) {
     const double z0 = -0.5 * rows * zone_m;
     for (int z = 0; z < rows; ++z) {
         for (int x = 0; x < columns; ++x) {
-            ops::ZoneRegion region;
+            config::ZoneRegion region;
             region.id = ZoneId(static_cast<std::uint16_t>(s.zones.size() + 1));
             region.name = "zone" + std::to_string(s.zones.size() + 1);
             region.min_x = x0 + x * zone_m;

@@ -30,7 +30,7 @@ TEST(CheckIncludes, LetsAFolderIncludeItselfAndWhatStandsAboveIt) {
     expect_allowed("server/rules/a.cpp", "\"server/zone/rules.h\"");
     expect_allowed("server/session/a.cpp", "\"server/zone/rules.h\"");
     expect_allowed("server/main.cpp", "\"server/app/serve.h\"");
-    expect_allowed("server/ops/settings.cpp", "\"proto/config.pb.h\"");
+    expect_allowed("server/config/settings.cpp", "\"proto/config.pb.h\"");
     expect_allowed("server/session/a.cpp", "\"proto/session.pb.h\"");
     expect_allowed("server/physics/a.cpp", "\"kernels/include/particle.h\"");
 }
@@ -41,7 +41,7 @@ TEST(CheckIncludes, RefusesWhatStandsBelow) {
     expect_refused("shared/wire/a.h", "\"server/world/entities.h\"");
     expect_refused("server/world/a.h", "\"server/physics/scene.h\"");
     expect_refused("server/physics/a.cpp", "\"server/zone/rules.h\"");
-    expect_refused("server/zone/zone.cpp", "\"server/ops/settings.h\"");
+    expect_refused("server/zone/zone.cpp", "\"server/config/settings.h\"");
     expect_refused("server/rules/a.cpp", "\"server/net/udp.h\"");
     expect_refused("server/session/a.cpp", "\"server/app/serve.h\"");
 }
@@ -51,7 +51,7 @@ TEST(CheckIncludes, RefusesSiblings) {
     expect_refused("server/physics/a.cpp", "\"server/ai/ai_step.h\"");
     expect_refused("server/interest/a.cpp", "\"server/replication/replicator.h\"");
     expect_refused("server/replication/a.cpp", "\"server/interest/interest_step.h\"");
-    expect_refused("server/ops/a.cpp", "\"server/rules/sandbox.h\"");
+    expect_refused("server/recording/a.cpp", "\"server/rules/sandbox.h\"");
 }
 
 TEST(CheckIncludes, LetsAiAskPhysicsItsQueriesOnly) {

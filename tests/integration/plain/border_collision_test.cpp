@@ -30,9 +30,9 @@ struct Outcome {
 /// compared before they land.
 Outcome collide(int zones, const std::vector<Prop>& props, int ticks) {
     plain_log() = std::make_shared<scenario::PlainLog>();
-    ops::Settings settings = small_world(zones, 1, 120.0 / zones);
+    config::Settings settings = small_world(zones, 1, 120.0 / zones);
     for (const Prop& prop : props) {
-        ops::InitialEntity initial;
+        config::InitialEntity initial;
         initial.type = prop.type;
         initial.position = prop.position;
         settings.initial.push_back(initial);

@@ -18,8 +18,8 @@ namespace {
 const motion::BurstKind kKind{0.5F, 0.5F, 0.0F, 1.0F, 2.0F};
 
 /// Two zones of 120 m side by side, their border at x = 0, with cosmetic sparks.
-ops::Settings sparkling(float aura_m = 30.0F, float events_per_s = 1000.0F) {
-    ops::Settings s = scenario::small_world(2, 1, 120.0);
+config::Settings sparkling(float aura_m = 30.0F, float events_per_s = 1000.0F) {
+    config::Settings s = scenario::small_world(2, 1, 120.0);
     s.cosmetics.push_back({"smoke", Vec3::Zero(), 0.0F, Vec3::Zero(), {}, {}});
     s.cosmetics.push_back({"sparks", Vec3::Zero(), 0.0F, Vec3::Zero(), {}, kKind});
     s.cosmetic_bursts.push_back({"sparks", 1, kKind, aura_m, events_per_s});
@@ -29,7 +29,7 @@ ops::Settings sparkling(float aura_m = 30.0F, float events_per_s = 1000.0F) {
 /// A world with a player at each spawn point, and the burst events of its last tick.
 class Sparkling {
   public:
-    Sparkling(ops::Settings settings, const std::vector<Vec3d>& players) {
+    Sparkling(config::Settings settings, const std::vector<Vec3d>& players) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         settings.spawn_points = players;
         world_.emplace(settings, 1);
@@ -189,7 +189,7 @@ TEST(CosmeticBursts, AreNoMoreThanTheConfigAllows) {
 }
 
 TEST(CosmeticBursts, ChangeNeitherTheStateNorThePlanNorAnyPass) {
-    ops::Settings settings = sparkling();
+    config::Settings settings = sparkling();
     // Simulated gravel beside them: its seeds must not depend on how many sparks there were.
     zone::ParticleSource gravel;
     gravel.def.name = "gravel";

@@ -18,8 +18,8 @@ namespace zoned::app {
 namespace {
 
 /// One zone of 100 m with a player at (0, 0), who hears 40 m far, and a wall of 8 m at x = 5.
-ops::Settings walled(world::VisibilityFilter visibility_filter) {
-    ops::Settings s = scenario::small_world(1, 1, 100.0);
+config::Settings walled(world::VisibilityFilter visibility_filter) {
+    config::Settings s = scenario::small_world(1, 1, 100.0);
     s.types[scenario::kCrate].visibility_filter = visibility_filter;
     s.spawn_points = {Vec3d(0.0, 0.9, 0.0)};
     motion::StaticBox wall;
@@ -29,8 +29,8 @@ ops::Settings walled(world::VisibilityFilter visibility_filter) {
     return s;
 }
 
-ops::InitialEntity crate_at(float x, float z) {
-    ops::InitialEntity crate;
+config::InitialEntity crate_at(float x, float z) {
+    config::InitialEntity crate;
     crate.type = scenario::kCrate;
     crate.position = Vec3d(x, 0.5, z);
     crate.asleep = true;
@@ -39,7 +39,7 @@ ops::InitialEntity crate_at(float x, float z) {
 
 class FilteredWorld {
   public:
-    explicit FilteredWorld(const ops::Settings& settings) {
+    explicit FilteredWorld(const config::Settings& settings) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         world_.emplace(settings, 1);
     }
@@ -82,7 +82,7 @@ class FilteredWorld {
 };
 
 TEST(FilteredVisibility, AWallHidesWhatStandsBehindItAndNothingElse) {
-    ops::Settings s = walled(world::VisibilityFilter::kLineOfSight);
+    config::Settings s = walled(world::VisibilityFilter::kLineOfSight);
     s.initial = {crate_at(8.0F, 0.0F), crate_at(8.0F, 20.0F), crate_at(-8.0F, 0.0F)};
     FilteredWorld c(s);
     c.join();
@@ -94,7 +94,7 @@ TEST(FilteredVisibility, AWallHidesWhatStandsBehindItAndNothingElse) {
 }
 
 TEST(FilteredVisibility, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnnouncesIsNotSent) {
-    ops::Settings s = walled(world::VisibilityFilter::kLineOfSight);
+    config::Settings s = walled(world::VisibilityFilter::kLineOfSight);
     s.config.mutable_interest()->set_filter_stale_ticks(4);
     s.config.mutable_interest()->set_filter_grace_ticks(6);
     s.initial = {crate_at(8.0F, 20.0F)};
@@ -135,7 +135,7 @@ TEST(FilteredVisibility, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnno
 }
 
 TEST(FilteredVisibility, RulesMayKeepAnEntityFromAViewer) {
-    ops::Settings s = walled(world::VisibilityFilter::kRules);
+    config::Settings s = walled(world::VisibilityFilter::kRules);
     s.initial = {crate_at(-8.0F, 0.0F), crate_at(-9.0F, 5.0F)};
     FilteredWorld c(s);
     const EntityId secret = c.placed(0);
@@ -152,7 +152,7 @@ TEST(FilteredVisibility, RulesMayKeepAnEntityFromAViewer) {
 }
 
 TEST(FilteredVisibility, KeepsItsBudgetAndTellsNobodyUnasked) {
-    ops::Settings s = walled(world::VisibilityFilter::kLineOfSight);
+    config::Settings s = walled(world::VisibilityFilter::kLineOfSight);
     s.config.mutable_interest()->set_filter_checks_per_tick(5);
     for (int i = 0; i < 40; ++i) {
         s.initial.push_back(crate_at(-6.0F - 2.0F * static_cast<float>(i % 8),
@@ -176,7 +176,7 @@ TEST(FilteredVisibility, KeepsItsBudgetAndTellsNobodyUnasked) {
 }
 
 TEST(FilteredVisibility, IsNoPassWhereNoTypeIsFiltered) {
-    ops::Settings s = walled(world::VisibilityFilter::kNothing);
+    config::Settings s = walled(world::VisibilityFilter::kNothing);
     s.initial = {crate_at(8.0F, 0.0F)};
     FilteredWorld c(s);
     c.join();
@@ -189,7 +189,7 @@ TEST(FilteredVisibility, IsNoPassWhereNoTypeIsFiltered) {
 TEST(FilteredVisibility, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
     // The player's eyes are at x = 0 before the wall at x = 5, 4 m high.
     for (const bool conceals : {false, true}) {
-        ops::Settings s = walled(world::VisibilityFilter::kNothing);
+        config::Settings s = walled(world::VisibilityFilter::kNothing);
         const motion::BurstKind kind{0.5F, 0.5F, 0.0F, 1.0F, 2.0F};
         s.cosmetics.push_back({"sparks", Vec3::Zero(), 0.0F, Vec3::Zero(), {}, kind});
         s.cosmetic_bursts.push_back({"sparks", 0, kind, 30.0F, 1000.0F, conceals});
@@ -218,7 +218,7 @@ TEST(FilteredVisibility, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
 }
 
 TEST(Stances, WithAConeHearFarWhereTheViewerLooks) {
-    ops::Settings s = walled(world::VisibilityFilter::kNothing);
+    config::Settings s = walled(world::VisibilityFilter::kNothing);
     s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m.fill(10.0F);
     s.types[scenario::kPlayer].nimbus_cone[5] = {45.0F, 0.3F};
@@ -244,7 +244,7 @@ TEST(Stances, WithAConeHearFarWhereTheViewerLooks) {
 }
 
 TEST(Stances, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
-    ops::Settings s = walled(world::VisibilityFilter::kNothing);
+    config::Settings s = walled(world::VisibilityFilter::kNothing);
     s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m = {10, 10, 10, 10, 10, 35, 10, 10};
     s.initial = {crate_at(-30.0F, 0.0F)};

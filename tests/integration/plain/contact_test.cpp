@@ -25,11 +25,11 @@ struct Fall {
         }
     }
 
-    static ops::Settings with_a_crate(zone::ContactWish wish, int zones) {
+    static config::Settings with_a_crate(zone::ContactWish wish, int zones) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         plain_log()->wish = wish;
-        ops::Settings settings = scenario::small_world(zones, 1, 120.0 / zones);
-        ops::InitialEntity initial;
+        config::Settings settings = scenario::small_world(zones, 1, 120.0 / zones);
+        config::InitialEntity initial;
         initial.type = scenario::kCrate;
         initial.position = Vec3d(-3.0, 1.0, 0.0);
         settings.initial.push_back(initial);

@@ -84,19 +84,19 @@ class Crowd {
     }
 
   private:
-    static ops::Settings read(const std::string& text) {
-        ops::Settings settings;
-        std::vector<ops::ConfigError> errors;
-        if (!ops::parse_settings(text, {}, settings, errors)) {
-            throw std::runtime_error(ops::format_errors("text", errors));
+    static config::Settings read(const std::string& text) {
+        config::Settings settings;
+        std::vector<config::ConfigError> errors;
+        if (!config::parse_settings(text, {}, settings, errors)) {
+            throw std::runtime_error(config::format_errors("text", errors));
         }
         return settings;
     }
 
-    static ops::Settings with(ops::Settings settings,
-                              const std::vector<std::pair<std::string, Vec2>>& walkers) {
+    static config::Settings with(config::Settings settings,
+                                 const std::vector<std::pair<std::string, Vec2>>& walkers) {
         for (const auto& [type, at] : walkers) {
-            ops::InitialEntity initial;
+            config::InitialEntity initial;
             const auto found = std::find_if(settings.types.begin(),
                                             settings.types.end(),
                                             [&](const auto& t) { return t.name == type; });
@@ -107,7 +107,7 @@ class Crowd {
         return settings;
     }
 
-    ops::Settings settings_;
+    config::Settings settings_;
     World world_;
     std::vector<mailbox::OutboxItem> out_;
 };

@@ -18,7 +18,7 @@ class DoorInAZone : public testing::Test {
     DoorInAZone() {
         plain_log() = std::make_shared<scenario::PlainLog>();
         settings_ = scenario::small_world(1, 1, 100.0);
-        ops::NamedDoor gate;
+        config::NamedDoor gate;
         gate.name = "gate";
         gate.door.box.centre = Vec3(0.0F, 1.5F, 0.0F);
         gate.door.box.half_extents = Vec3(0.2F, 1.5F, 4.0F);
@@ -61,7 +61,7 @@ class DoorInAZone : public testing::Test {
         return state().scene.query().ray({Vec3(-5, 1, 1), Vec3::UnitX(), 10.0F}, {}, hit);
     }
 
-    ops::Settings settings_;
+    config::Settings settings_;
     std::optional<World> world_;
     std::vector<mailbox::OutboxItem> out_;
 };

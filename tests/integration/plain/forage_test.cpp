@@ -121,10 +121,10 @@ TEST(Forage, GivesTheSameHashForOneAndFourThreads) {
 
 TEST(Forage, IsCheckedWithLineAndColumn) {
     const auto mistakes = [](const std::string& from, const std::string& to) {
-        ops::Settings settings;
-        std::vector<ops::ConfigError> errors;
-        EXPECT_FALSE(ops::parse_settings(with(ant_hill(""), from, to), {}, settings, errors));
-        return ops::format_errors("hill", errors);
+        config::Settings settings;
+        std::vector<config::ConfigError> errors;
+        EXPECT_FALSE(config::parse_settings(with(ant_hill(""), from, to), {}, settings, errors));
+        return config::format_errors("hill", errors);
     };
     EXPECT_THAT(mistakes("nest: \"nest\"", ""), testing::HasSubstr("nowhere to bring food"));
     EXPECT_THAT(mistakes("food: \"crumbs\"", "food: \"cake\""), testing::HasSubstr("named 'cake'"));

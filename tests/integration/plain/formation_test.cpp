@@ -239,10 +239,10 @@ TEST(FormationFollowing, WithoutACaptainTheyStand) {
 
 TEST(FormationFollowing, IsCheckedWithLineAndColumn) {
     const auto mistakes = [](const std::string& from, const std::string& to) {
-        ops::Settings settings;
-        std::vector<ops::ConfigError> errors;
-        EXPECT_FALSE(ops::parse_settings(with(kDrill, from, to), {}, settings, errors));
-        return ops::format_errors("drill", errors);
+        config::Settings settings;
+        std::vector<config::ConfigError> errors;
+        EXPECT_FALSE(config::parse_settings(with(kDrill, from, to), {}, settings, errors));
+        return config::format_errors("drill", errors);
     };
     EXPECT_THAT(mistakes("ward: \"captain\"", ""), testing::HasSubstr("forms up, but"));
     EXPECT_THAT(mistakes("action: FORM_UP", "action: IDLE"), testing::HasSubstr("drill:17:37"));

@@ -89,7 +89,7 @@ TEST(Handoff, LosesAndDoublesNobodyInAHundredThousandRandomWalksOverBorders) {
     plain_log() = std::make_shared<scenario::PlainLog>();
     // Zones of 8 m and a hysteresis of 0.1 m: a runner at 8 m/s crosses a border about once a
     // second.
-    ops::Settings settings = small_world(4, 4, 8.0);
+    config::Settings settings = small_world(4, 4, 8.0);
     settings.handoff_hysteresis_m = 0.1F;
     settings.ghost_margin_m = 3.0F;
     for (world::EntityType& type : settings.types) {
@@ -153,11 +153,11 @@ TEST(Handoff, LosesAndDoublesNobodyInAHundredThousandRandomWalksOverBorders) {
 TEST(Ghosts, ReachBeyondNeighboursThatAreNarrowerThanTheMargin) {
     plain_log() = std::make_shared<scenario::PlainLog>();
     // Six zones of 8 m in a row, a margin over two of them and a bit.
-    ops::Settings settings = small_world(6, 1, 8.0);
+    config::Settings settings = small_world(6, 1, 8.0);
     settings.ghost_margin_m = 20.0F;
     settings.handoff_hysteresis_m = 0.1F;
     for (int i = 0; i < 40; ++i) {
-        ops::InitialEntity ball;
+        config::InitialEntity ball;
         ball.type = scenario::kBall;
         ball.position = Vec3d(-23.0 + 1.15 * i, 3.0 + 0.2 * (i % 5), 0.6 * (i % 7) - 2.0);
         settings.initial.push_back(ball);
@@ -173,9 +173,9 @@ TEST(Ghosts, ReachBeyondNeighboursThatAreNarrowerThanTheMargin) {
 TEST(Handoff, GivesTheSameHashForOneTwoAndFourThreads) {
     std::vector<std::uint64_t> hashes;
     for (const unsigned threads : {1u, 2u, 4u}) {
-        ops::Settings settings = small_world(2, 2, 60.0);
+        config::Settings settings = small_world(2, 2, 60.0);
         for (int i = 0; i < 40; ++i) {
-            ops::InitialEntity crate;
+            config::InitialEntity crate;
             crate.type = i % 2 == 0 ? scenario::kCrate : scenario::kBall;
             crate.position = Vec3d(-20.0 + i, 2.0 + 0.1 * i, 3.0 * (i % 7) - 10.0);
             settings.initial.push_back(crate);
@@ -203,8 +203,8 @@ TEST(Handoff, GivesTheSameHashForOneTwoAndFourThreads) {
 TEST(StateHash, KnowsWhatAWorldBeginsWithAtRest) {
     std::set<std::uint64_t> hashes;
     for (const double x : {-5.0, 5.0}) {
-        ops::Settings settings = small_world(1, 1, 60.0);
-        ops::InitialEntity crate;
+        config::Settings settings = small_world(1, 1, 60.0);
+        config::InitialEntity crate;
         crate.type = scenario::kCrate;
         crate.position = Vec3d(x, 0.4, 0.0);
         crate.asleep = true;

@@ -21,7 +21,7 @@ constexpr float kFar = 100.0F;
 struct Field {
     explicit Field(bool reducible, const std::vector<Vec3d>& crates) {
         plain_log() = std::make_shared<scenario::PlainLog>();
-        ops::Settings settings = scenario::small_world(1, 1, 400.0);
+        config::Settings settings = scenario::small_world(1, 1, 400.0);
         settings.types[scenario::kCrate].particle_beyond_m = reducible ? kFar : 0.0F;
         settings.initial.push_back({scenario::kPlayer, Vec3d(-150, 0.9, 0)});
         for (const Vec3d& at : crates) {

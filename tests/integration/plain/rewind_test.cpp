@@ -19,7 +19,7 @@ constexpr ClientId kViewer(1);
 class Rewinding : public testing::Test {
   protected:
     void begin(int columns, bool rewindable = true) {
-        ops::Settings s = scenario::small_world(columns, 1, 100.0);
+        config::Settings s = scenario::small_world(columns, 1, 100.0);
         s.types[scenario::kBall].rewindable = rewindable;
         s.config.mutable_rewind()->set_most_ms(400.0);  // 12 ticks
         s.config.mutable_rewind()->set_slack_m(0.1);

@@ -15,8 +15,8 @@ namespace zoned::app {
 namespace {
 
 /// Two zones with a clock of 24 hours, half an hour per second, and two kinds of weather.
-ops::Settings with_weather() {
-    ops::Settings s = scenario::small_world(2, 1, 120.0);
+config::Settings with_weather() {
+    config::Settings s = scenario::small_world(2, 1, 120.0);
     s.slow.clocks.push_back({"time_of_day", 24.0, {0, 8.0, 0.5}});
     clock::SlowVariableDef rain{"rain", 5, 1.0, {}};
     rain.phases = {{"clear", 0.0, 1.0, 2.0, 4.0}, {"storm", 1.0, 1.0, 1.0, 2.0}};
@@ -26,7 +26,7 @@ ops::Settings with_weather() {
 
 class Weathered {
   public:
-    explicit Weathered(const ops::Settings& settings) {
+    explicit Weathered(const config::Settings& settings) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         world.emplace(settings, 1);
     }
@@ -60,7 +60,7 @@ class Weathered {
 
 TEST(SlowState, ShowsTheSameInAllZonesAndToTheRules) {
     // Somebody in either zone: rules of empty ones need not run.
-    ops::Settings settings = with_weather();
+    config::Settings settings = with_weather();
     settings.spawn_points = {Vec3d(-20.0, 0.9, 0.0), Vec3d(20.0, 0.9, 0.0)};
     Weathered w(settings);
     std::map<Tick, std::vector<double>> seen;
@@ -102,7 +102,7 @@ TEST(SlowState, IsToldAtLoginAndOnceAMinuteInFewBytes) {
 }
 
 TEST(SlowState, IsChangedByRulesAheadOfTimeSoThatAClientThatWasToldComputesTheSame) {
-    const ops::Settings settings = with_weather();
+    const config::Settings settings = with_weather();
     Weathered w(settings);
     clock::SlowState client(settings.slow, 1.0 / 30.0);
     const auto take = [&](const std::vector<proto::SlowState>& told) {

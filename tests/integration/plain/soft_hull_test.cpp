@@ -31,7 +31,7 @@ soft::SoftDef cube() {
 struct SoftField {
     SoftField(bool reducible, const soft::SoftDef& def, const Vec3d& at, int columns = 1) {
         plain_log() = std::make_shared<scenario::PlainLog>();
-        ops::Settings settings = scenario::small_world(columns, 1, 200.0);
+        config::Settings settings = scenario::small_world(columns, 1, 200.0);
         world::EntityType type;
         type.name = "soft";
         type.shape = world::TypeShape::kSoft;

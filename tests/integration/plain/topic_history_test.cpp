@@ -29,7 +29,7 @@ class WithHistory {
   public:
     WithHistory(std::uint32_t events, std::uint32_t bytes) {
         plain_log() = std::make_shared<scenario::PlainLog>();
-        ops::Settings s = scenario::small_world(2, 1, 120.0);
+        config::Settings s = scenario::small_world(2, 1, 120.0);
         proto::Config::Topic& topic = *s.config.add_topic();
         topic.set_name("news/*");
         topic.set_history_events(events);

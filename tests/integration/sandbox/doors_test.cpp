@@ -83,7 +83,7 @@ class DoorsWorld : public GameTest {
 
     void learning(VirtualServer& from) {
         if (told_ == nullptr) {
-            auto read = view::read_world(ops::describe_world(from.settings()));
+            auto read = view::read_world(config::describe_world(from.settings()));
             ASSERT_TRUE(read.ok()) << read.error();
             told_ = std::make_unique<view::World>(std::move(*read));
         }

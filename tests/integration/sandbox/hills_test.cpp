@@ -115,12 +115,12 @@ void for_props(app::World& world,
 }
 
 TEST_F(Hills, HoldPropsThatFall) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
     // Goats that stand still push no crates.
     ASSERT_TRUE(
-        ops::load_settings(kHills, {"brain[graze].state[walk].action=IDLE"}, settings, errors))
-        << ops::format_errors(kHills, errors);
+        config::load_settings(kHills, {"brain[graze].state[walk].action=IDLE"}, settings, errors))
+        << config::format_errors(kHills, errors);
     app::World hills(settings, 1);
     tick(hills, 50 * 30);
     std::map<std::uint32_t, Vec3> before;
@@ -169,16 +169,16 @@ TEST_F(Hills, GiveTheSameHashWithAnyNumberOfThreads) {
 }
 
 TEST_F(Hills, ShareGeometryAmongZonesAndGiveEachWhatReachesIntoIt) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
     // The bowls lie 75 m from the border and reach 7.5 m: with a margin of 60 m each zone has one.
-    ASSERT_TRUE(ops::load_settings(kHills,
-                                   {"zones.ghost_margin_m=60",
-                                    "type[player].aura_m.normal=40",
-                                    "type[player].nimbus_m.normal=40"},
-                                   settings,
-                                   errors))
-        << ops::format_errors(kHills, errors);
+    ASSERT_TRUE(config::load_settings(kHills,
+                                      {"zones.ghost_margin_m=60",
+                                       "type[player].aura_m.normal=40",
+                                       "type[player].nimbus_m.normal=40"},
+                                      settings,
+                                      errors))
+        << config::format_errors(kHills, errors);
     app::World hills(settings, 1);
     const auto& west = hills.zones()[0]->state().settings;
     const auto& east = hills.zones()[1]->state().settings;
@@ -196,14 +196,14 @@ TEST_F(Hills, GiveTheSameHashWithEveryBroadphase) {
     std::map<std::string, std::uint64_t> hashes;
     for (const char* kind :
          {"AUTOMATIC", "ALL_PAIRS", "GRID", "OCTREE", "QUADTREE", "SORT_AND_SWEEP", "TREE"}) {
-        ops::Settings settings;
-        std::vector<ops::ConfigError> errors;
-        ASSERT_TRUE(ops::load_settings(kHills,
-                                       {std::string("physics.broadphase=") + kind,
-                                        "physics.cell_depth=6",
-                                        "physics.boxes_per_cell=4"},
-                                       settings,
-                                       errors));
+        config::Settings settings;
+        std::vector<config::ConfigError> errors;
+        ASSERT_TRUE(config::load_settings(kHills,
+                                          {std::string("physics.broadphase=") + kind,
+                                           "physics.cell_depth=6",
+                                           "physics.boxes_per_cell=4"},
+                                          settings,
+                                          errors));
         app::World hills(settings, 1);
         tick(hills, 150);
         hashes[kind] = hills.state_hash();

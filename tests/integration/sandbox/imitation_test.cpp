@@ -53,12 +53,12 @@ class Imitation : public GameTest {
 
   private:
     void record() {
-        ops::RecordWriter writer;
+        recording::RecordingWriter writer;
         bool open = false;
         Tick written = 0;
         run([&](VirtualServer& now, double) {
             if (!open) {
-                ops::RecordHeader header = ops::RecordHeader::of_this_build();
+                recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
                 header.config_text = now.settings().text;
                 header.config_digest = now.settings().digest;
                 header.seed = now.settings().seed;
@@ -69,7 +69,7 @@ class Imitation : public GameTest {
                 return;
             }
             written = now.world().now();
-            std::vector<ops::ZoneTick> zones;
+            std::vector<recording::ZoneTick> zones;
             for (std::size_t z = 0; z < now.world().zones().size(); ++z) {
                 zones.push_back({ZoneId(static_cast<std::uint16_t>(z + 1)),
                                  now.world().inboxes()[z],
@@ -157,7 +157,7 @@ learning::Wanted desired_velocity_at(const proto::Training::Imitation& settings,
                                      const learning::NeuralNetwork& network,
                                      float distance) {
     learning::Policy policy;
-    policy.inputs = ops::inputs_of(settings.input());
+    policy.inputs = config::inputs_of(settings.input());
     policy.network = network;
     learning::Situation s;
     s.has_target = true;
@@ -252,7 +252,7 @@ TEST_F(Imitation, OfAWalkToASpotGoesThere) {
     // The policy itself walks to the spot: from 40 m away it is there after ten seconds.
     learning::Policy policy;
     policy.facing = learning::Facing::kHome;
-    policy.inputs = ops::inputs_of(settings.input());
+    policy.inputs = config::inputs_of(settings.input());
     policy.network = network;
     learning::Situation s;
     s.here = {-35.0F, 5.0F};

@@ -35,8 +35,9 @@ class Town {
         for (int k = 0; k < 9; ++k) {
             sets.push_back("scatter[" + std::to_string(k) + "].count=" + std::to_string(counts[k]));
         }
-        std::vector<ops::ConfigError> errors;
-        loaded = ops::load_settings(ZONED_SOURCE_DIR "/config/town.txtpb", sets, settings, errors);
+        std::vector<config::ConfigError> errors;
+        loaded =
+            config::load_settings(ZONED_SOURCE_DIR "/config/town.txtpb", sets, settings, errors);
         world = std::make_unique<World>(settings, 1);
     }
 
@@ -55,7 +56,7 @@ class Town {
         world->tick(in, out);
     }
 
-    ops::Settings settings;
+    config::Settings settings;
     bool loaded = false;
     std::unique_ptr<World> world;
 };

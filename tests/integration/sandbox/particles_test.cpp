@@ -13,16 +13,16 @@ namespace {
 
 const std::string kWeather = ZONED_SOURCE_DIR "/config/weather.txtpb";
 
-ops::Settings weather(const std::vector<std::string>& sets = {}) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    EXPECT_TRUE(ops::load_settings(kWeather, sets, settings, errors))
-        << ops::format_errors(kWeather, errors);
+config::Settings weather(const std::vector<std::string>& sets = {}) {
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    EXPECT_TRUE(config::load_settings(kWeather, sets, settings, errors))
+        << config::format_errors(kWeather, errors);
     return settings;
 }
 
 /// With a simulated system that rules may let bursts out of, beside the cosmetic debris.
-ops::Settings weather_with_gravel(std::vector<std::string> sets = {}) {
+config::Settings weather_with_gravel(std::vector<std::string> sets = {}) {
     sets.insert(
         sets.begin(),
         "particles[4]={name: \"gravel\" cosmetic: false drag_per_s: 0.2 radius_m: 0.02 most: "
@@ -65,7 +65,7 @@ TEST_F(Weather, IsSeenAsPromisedAndTheSameForAnyNumberOfThreads) {
 }
 
 TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
-    const ops::Settings settings = weather({"particles[hail].emitter[1].x_m=-25"});
+    const config::Settings settings = weather({"particles[hail].emitter[1].x_m=-25"});
     app::World world(settings, 1);
     pass_ticks(world, 60);
     const auto& west = world.zones()[0]->state();
@@ -84,12 +84,12 @@ TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
 }
 
 TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
-    const ops::Settings settings = weather();
-    const auto told = view::read_world(ops::describe_world(settings));
+    const config::Settings settings = weather();
+    const auto told = view::read_world(config::describe_world(settings));
     ASSERT_TRUE(told.ok()) << told.error();
     ASSERT_EQ(told->cosmetics.size(), settings.cosmetics.size());
     for (std::size_t s = 0; s < settings.cosmetics.size(); ++s) {
-        const ops::CosmeticSystem& mine = settings.cosmetics[s];
+        const config::CosmeticSystem& mine = settings.cosmetics[s];
         if (mine.emitters.empty()) {
             continue;  // let out by events alone
         }
@@ -109,9 +109,10 @@ TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
 }
 
 TEST(ParticlesInZones, AreNoPassWhereTheWorldHasNone) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    ASSERT_TRUE(ops::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", {}, settings, errors));
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    ASSERT_TRUE(
+        config::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", {}, settings, errors));
     app::World world(settings, 1);
     pass_ticks(world, 1);
     const zone::StepReport& report = world.zones()[0]->report();
@@ -121,7 +122,7 @@ TEST(ParticlesInZones, AreNoPassWhereTheWorldHasNone) {
 }
 
 TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
-    const ops::Settings settings = weather_with_gravel();
+    const config::Settings settings = weather_with_gravel();
     app::World world(settings, 1);
     pass_ticks(world, 1);
     zone::ZoneState& state = world.zones()[0]->state();
@@ -146,7 +147,7 @@ TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
 }
 
 TEST(ParticlesInZones, AreNotBornBeyondTheirMost) {
-    const ops::Settings settings = weather_with_gravel({"particles[gravel].most=30"});
+    const config::Settings settings = weather_with_gravel({"particles[gravel].most=30"});
     app::World world(settings, 1);
     pass_ticks(world, 1);
     zone::ZoneContext context(world.zones()[0]->state());
@@ -157,7 +158,7 @@ TEST(ParticlesInZones, AreNotBornBeyondTheirMost) {
 }
 
 TEST(ParticlesInZones, ShowInTheStateHash) {
-    const ops::Settings settings = weather_with_gravel();
+    const config::Settings settings = weather_with_gravel();
     std::uint64_t hashes[3] = {};
     for (int i = 0; i < 3; ++i) {
         app::World world(settings, 1);
@@ -176,7 +177,7 @@ TEST(ParticlesInZones, ShowInTheStateHash) {
 }
 
 TEST(ParticlesInZones, RestOnceAllAreGoneAndNoneWillBeBorn) {
-    const ops::Settings settings = weather_with_gravel(
+    const config::Settings settings = weather_with_gravel(
         {"particles[hail].emitter[0].most=1", "particles[hail].emitter[1].x_m=-25"});
     app::World world(settings, 1);
     pass_ticks(world, 5);
@@ -205,7 +206,7 @@ TEST(ParticlesInZones, BounceOffTheGroundAndOffCharacters) {
             all.push_back("spawn[" + std::string(point) + "].x_m=-20");
             all.push_back("spawn[" + std::string(point) + "].z_m=10");
         }
-        const ops::Settings settings = weather(all);
+        const config::Settings settings = weather(all);
         app::World world(settings, 1);
         mailbox::Join join;
         join.client = ClientId(1);
@@ -230,15 +231,15 @@ TEST(ParticlesInZones, BounceOffTheGroundAndOffCharacters) {
 }
 
 TEST(ParticlesInZones, LieOnHillsAndNotInThem) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    ASSERT_TRUE(ops::load_settings(
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    ASSERT_TRUE(config::load_settings(
         ZONED_SOURCE_DIR "/config/hills.txtpb",
         {"particles[0]={name: \"hail\" cosmetic: false radius_m: 0.05 emitter { x_m: -10 y_m: 30 "
          "spread_m: 8 rate_hz: 100 speed_min_mps: 0 lifetime_min_s: 60 }}"},
         settings,
         errors))
-        << ops::format_errors("hills", errors);
+        << config::format_errors("hills", errors);
     app::World world(settings, 1);
     pass_ticks(world, 300);
     float highest = 0.0F;
@@ -281,7 +282,7 @@ TEST(ParticlesInZones, GoOnWithTheSameHashWhereTheirDeviceFails) {
         open.testing = &faults;
         const auto device = compute::Device::open(open);
         ASSERT_TRUE(device.ok()) << device.error();
-        const ops::Settings settings = weather();
+        const config::Settings settings = weather();
         app::World on_cpu(settings, 1);
         app::World on_device(settings, 1);
         on_device.use_device(device->get(), kAlwaysDevice);
@@ -311,14 +312,14 @@ TEST(ParticlesInZones, GoOnWithTheSameHashWhereTheirDeviceFails) {
 /// All bursts that zones let out, as emitters in world coordinates.
 class BurstLog {
   public:
-    void add(const app::World& world, const ops::Settings& settings) {
+    void add(const app::World& world, const config::Settings& settings) {
         if (world.now() == seen_) {
             return;
         }
         seen_ = world.now();
         for (const auto& zone : world.zones()) {
             for (const zone::BurstOut& out : zone->output().bursts) {
-                const ops::CosmeticSystem& system = settings.cosmetics.at(out.system);
+                const config::CosmeticSystem& system = settings.cosmetics.at(out.system);
                 all_.push_back({motion::emitter_of(*system.burst, out.burst),
                                 system.gravity,
                                 system.drag,

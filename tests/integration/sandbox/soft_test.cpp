@@ -42,11 +42,11 @@ TEST_F(Soft, BodiesMoveAlikeOnOneThreadAndOnTwo) {
     EXPECT_EQ(one, hash_on(2));
 }
 
-ops::Settings settings_of(const std::string& file, const std::vector<std::string>& sets = {}) {
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    EXPECT_TRUE(ops::load_settings(ZONED_SOURCE_DIR "/config/" + file, sets, settings, errors))
-        << ops::format_errors(file, errors);
+config::Settings settings_of(const std::string& file, const std::vector<std::string>& sets = {}) {
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
+    EXPECT_TRUE(config::load_settings(ZONED_SOURCE_DIR "/config/" + file, sets, settings, errors))
+        << config::format_errors(file, errors);
     return settings;
 }
 
@@ -86,7 +86,7 @@ Vec3d place_of(const zone::ZoneState& state, EntityId entity) {
 }
 
 TEST(SoftInZones, ABodyGoesOverTheBorderWithAllItsNodes) {
-    const ops::Settings settings = settings_of("cloth.txtpb");
+    const config::Settings settings = settings_of("cloth.txtpb");
     app::World world(settings, 1);
     run_ticks(world, 30);
     zone::ZoneState& west = world.zones()[0]->state();
@@ -124,7 +124,7 @@ TEST(SoftInZones, ABodyGoesOverTheBorderWithAllItsNodes) {
 }
 
 TEST(SoftInZones, RulesPushTeleportHideShowAndRemoveThem) {
-    const ops::Settings settings = settings_of("cloth.txtpb");
+    const config::Settings settings = settings_of("cloth.txtpb");
     app::World world(settings, 1);
     run_ticks(world, 30);
     zone::ZoneState& state = world.zones()[0]->state();
@@ -161,8 +161,8 @@ TEST(SoftInZones, RulesPushTeleportHideShowAndRemoveThem) {
 
 TEST(SoftInZones, PassRunsUntilAllSleepAndSaysWhy) {
     // Nobody walks here, so all comes to rest.
-    ops::Settings settings = settings_of("cloth.txtpb");
-    const auto has_agent = [&](const ops::InitialEntity& entity) {
+    config::Settings settings = settings_of("cloth.txtpb");
+    const auto has_agent = [&](const config::InitialEntity& entity) {
         return settings.types[entity.type].brain != 0;
     };
     settings.initial.erase(
@@ -190,7 +190,7 @@ TEST(SoftInZones, PassRunsUntilAllSleepAndSaysWhy) {
 }
 
 TEST(SoftInZones, WhereNoTypeIsSoftThereIsNothing) {
-    const ops::Settings settings = settings_of("minimal.txtpb");
+    const config::Settings settings = settings_of("minimal.txtpb");
     app::World world(settings, 1);
     run_ticks(world, 3);
     for (const auto& zone : world.zones()) {

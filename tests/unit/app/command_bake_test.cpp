@@ -51,12 +51,12 @@ class Bake : public ::testing::Test {
         const std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
         folder_ = ::testing::TempDir() + "/bake-" + name + "-" + std::to_string(getpid());
         std::filesystem::create_directories(folder_);
-        std::ofstream(obj(), std::ios::binary) << ops::test::waves_obj(8, 10.0);
+        std::ofstream(obj(), std::ios::binary) << assets::test::waves_obj(8, 10.0);
         std::vector<std::uint16_t> pixels;
         for (std::uint32_t i = 0; i < 64 * 48; ++i) {
             pixels.push_back(static_cast<std::uint16_t>(500 * (i % 64) + 10 * (i / 64)));
         }
-        const auto bytes = ops::test::png_of(64, 48, PNG_FORMAT_LINEAR_Y, pixels.data());
+        const auto bytes = assets::test::png_of(64, 48, PNG_FORMAT_LINEAR_Y, pixels.data());
         std::ofstream(png(), std::ios::binary)
             .write(reinterpret_cast<const char*>(bytes.data()),
                    static_cast<std::streamsize>(bytes.size()));
@@ -92,7 +92,7 @@ TEST_F(Bake, ReportsAMeshAndWritesWhatChecksGood) {
                               "wrote "}) {
         EXPECT_THAT(baked.output, HasSubstr(words));
     }
-    const auto loaded = ops::load_baked(obj() + ".baked");
+    const auto loaded = assets::load_baked(obj() + ".baked");
     ASSERT_TRUE(loaded.ok()) << loaded.error();
     EXPECT_EQ(physics::mesh_of(*loaded).triangle_count(), 128U);
     const Outcome checked = run({"bake", "--check", obj() + ".baked"});
@@ -103,7 +103,7 @@ TEST_F(Bake, ReportsAMeshAndWritesWhatChecksGood) {
 
 TEST_F(Bake, TakesTheOptionsOfItsKindOnly) {
     EXPECT_EQ(run({"bake", obj(), "--scale", "2", "--weld", "0.01", "--out", at("m")}).code, kGood);
-    EXPECT_EQ(physics::mesh_of(*ops::load_baked(at("m"))).box().upper.x(), 10.0F);
+    EXPECT_EQ(physics::mesh_of(*assets::load_baked(at("m"))).box().upper.x(), 10.0F);
     const Outcome field = run({"bake",
                                png(),
                                "--height",
@@ -121,7 +121,7 @@ TEST_F(Bake, TakesTheOptionsOfItsKindOnly) {
     EXPECT_THAT(field.output, HasSubstr("64 x 48"));
     EXPECT_THAT(field.output, HasSubstr("at the pixel of column"));
     EXPECT_THAT(field.output, Not(HasSubstr("warning")));
-    const auto loaded = ops::load_baked(at("f"));
+    const auto loaded = assets::load_baked(at("f"));
     EXPECT_FLOAT_EQ(physics::field_of(*loaded).height(1, 1), -0.49F);
     EXPECT_EQ(physics::field_of(*loaded).box().lower.y(), -4.0F);
     for (const char* option : {"--height", "--spacing", "--offset", "--thickness"}) {
@@ -198,10 +198,10 @@ TEST_F(Bake, ChecksBakedFilesToTheBottom) {
     // Whole and sealed, but an edge that is open is said to be flat: bends lie behind 81 vertices
     // and 128 triangles.
     std::string forged = good;
-    const std::size_t bend = ops::kBakedBodyAt + 16 + 81 * 12 + 128 * 12;
+    const std::size_t bend = assets::kBakedBodyAt + 16 + 81 * 12 + 128 * 12;
     const float flat[2] = {0.6F, 0.8F};
     forged.replace(bend, sizeof(flat), reinterpret_cast<const char*>(flat), sizeof(flat));
-    ops::seal_baked(forged);
+    assets::seal_baked(forged);
     EXPECT_EQ(check(forged).code, kUsage);
     EXPECT_THAT(check(forged).errors,
                 HasSubstr("is not what its triangles give when they are "

@@ -26,17 +26,17 @@ namespace zoned::app {
 namespace {
 
 /// The minimal world with room for so many simulated particles in gusts, and a few in still air.
-ops::Settings with_particles(unsigned most, std::vector<std::string> more = {}) {
+config::Settings with_particles(unsigned most, std::vector<std::string> more = {}) {
     std::vector<std::string> sets = {
         "particles[0]={name: \"hail\" cosmetic: false emitter { y_m: 20 } drag_per_s: 0.1 wind { "
         "gust_mps: 2 } most: " +
             std::to_string(most) + "}",
         "particles[1]={name: \"dust\" cosmetic: false emitter { y_m: 2 } most: 10}"};
     sets.insert(sets.end(), more.begin(), more.end());
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
+    config::Settings settings;
+    std::vector<config::ConfigError> errors;
     EXPECT_TRUE(
-        ops::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", sets, settings, errors));
+        config::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", sets, settings, errors));
     return settings;
 }
 
@@ -51,10 +51,10 @@ void expect_one_line(const std::string& text, const std::vector<std::string>& wo
 }
 
 TEST(ParticleDevice, IsNotLookedForWithoutNeed) {
-    ops::Settings none;
-    std::vector<ops::ConfigError> errors;
-    ASSERT_TRUE(ops::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", {}, none, errors));
-    for (const ops::Settings& settings :
+    config::Settings none;
+    std::vector<config::ConfigError> errors;
+    ASSERT_TRUE(config::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", {}, none, errors));
+    for (const config::Settings& settings :
          {none, with_particles(1000), with_particles(kMany, {"compute.device=none"})}) {
         const ParticleDevice device = open_particle_device(settings, 1);
         EXPECT_FALSE(device.needed) << device.text;
@@ -164,14 +164,13 @@ TEST(ParticleDevice, ThatDiesInPlayIsLoggedOnceAndTheWorldGoesOn) {
         "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
     LoopStats stats;
     {
-        const ops::Settings settings = with_particles(1000);
+        const config::Settings settings = with_particles(1000);
         World world(settings, 1);
         // As if it were faster for any number.
         world.use_device(device->get(), {{1e6, 1.0, 0.0}, {0.0, 1e-6, 0.0}});
         LoopSettings fast;
         fast.rate_hz = 240.0;
-        TickLoop loop(
-            world, fast, [](TickResult) {}, nullptr);
+        TickLoop loop(world, fast, [](TickResult) {}, nullptr);
         loop.start();
         for (int i = 0; i < 1000 && stats.ticks < 20; ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -5,7 +5,7 @@
 #include "server/ops/parameters.h"
 #include "tests/unit/ops/config_helpers.h"
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 /// Bandits notice players from as far as the difficulty says; guards are the same at all.
@@ -145,4 +145,4 @@ TEST(Adaptation, ChecksTheBrainsOfAllDifficulties) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <fstream>
 
-namespace zoned::ops {
+namespace zoned::assets {
 namespace {
 
 using physics::Shape;
@@ -223,4 +223,4 @@ TEST(BakedGeometry, TellsWhichTableDiffers) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -8,7 +8,7 @@
 
 #include <limits>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 /// Townsmen who work, eat when they are hungry and run from players; a glutton is one of them.
@@ -359,4 +359,4 @@ TEST(MistakesInBehaviours, CoverParametersOutsideOfAnyAndDifficultiesThatAreNone
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

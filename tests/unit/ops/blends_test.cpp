@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 const std::string kBlended = with("state { name: \"chase\" action: CHASE }\n}",
@@ -128,4 +128,4 @@ TEST(MistakesInPerception, AreFoundWhereTheyAre) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 
 /// Two zones side by side, a player, a crate and a guard; each statement on a line of its own, so
 /// that tests can name lines.
@@ -102,4 +102,4 @@ inline void expect_single(const std::string& text,
     EXPECT_NE(out.errors[0].text.find(words), std::string::npos) << out.errors[0].text;
 }
 
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

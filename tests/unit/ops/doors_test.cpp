@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 const std::string kDoors = R"(door {
@@ -86,4 +86,4 @@ TEST(PathfindingConfigs, NeedCellsThatFitTheZones) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

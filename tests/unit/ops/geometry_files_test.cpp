@@ -8,7 +8,7 @@
 #include <fstream>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::assets {
 namespace {
 
 using test::png_of;
@@ -157,4 +157,4 @@ TEST(MeshFromObj, SurvivesBrokenText) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::assets

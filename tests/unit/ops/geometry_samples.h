@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ops::test {
+namespace zoned::assets::test {
 
 /// `format` is one of libpng's simplified interface, PNG_FORMAT_GRAY or PNG_FORMAT_LINEAR_Y.
 inline std::vector<std::byte> png_of(std::uint32_t width,
@@ -52,4 +52,4 @@ inline std::string waves_obj(int n, double side) {
     return text;
 }
 
-}  // namespace zoned::ops::test
+}  // namespace zoned::assets::test

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ops {
+namespace zoned::assets {
 namespace {
 
 using ::testing::ElementsAre;
@@ -110,4 +110,4 @@ TEST(GeometrySurvey, MeasuresAHeightfield) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -1,7 +1,7 @@
 // The section physics: what moves free bodies and particles, as the config says.
 #include "tests/unit/ops/config_helpers.h"
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 using physics::IntegratorKind;
@@ -37,4 +37,4 @@ TEST(PhysicsIntegrator, RefusesVerletAndNamesWhatToTake) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 using physics::IntegratorKind;
@@ -294,4 +294,4 @@ TEST(ErrorBudget, TriesALargeClothOnACoarserLattice) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -1,7 +1,7 @@
 // The section physics: which method answers contacts, and its parameters, as the config says.
 #include "tests/unit/ops/config_helpers.h"
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 TEST(PhysicsMethod, IsTheEnginesOwnDefaultWithoutASection) {
@@ -76,4 +76,4 @@ TEST(PhysicsMethod, RefusesANameThatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 /// A guard whose day is a brain of its own, and who chases as boldly as a fuzzy system says.
@@ -407,4 +407,4 @@ TEST(FuzzySystems, FindTermsOfTheWrongInference) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

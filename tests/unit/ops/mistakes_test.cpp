@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 TEST(Settings, AcceptsTheTestsOwnConfig) {
@@ -555,4 +555,4 @@ TEST(Settings, CountsColumnsBehindTabsAsTheParserDoes) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace zoned::ops {
+namespace zoned::assets {
 namespace {
 
 const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 0 1\n";
@@ -85,4 +85,4 @@ TEST(ObjScan, TellsAllMistakesInOrderAndCountsThoseBeyondTheLimit) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::assets

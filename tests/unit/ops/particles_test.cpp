@@ -4,7 +4,7 @@
 #include "server/ops/world_description.h"
 #include "tests/unit/ops/config_helpers.h"
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 const std::string kSmoke = R"(particles {
@@ -191,4 +191,4 @@ TEST(ParticleSettings, GiveEveryEmitterASeedOfItsOwnThatComesOfTheWorlds) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

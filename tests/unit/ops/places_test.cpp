@@ -4,7 +4,7 @@
 
 #include "tests/unit/ops/config_helpers.h"
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 /// The guard of the test config walks to a mill when it is day, and buys flour there.
@@ -104,4 +104,4 @@ TEST(MistakesInPointsOfInterest, AreFoundWhereTheyAre) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace zoned::ops {
+namespace zoned::config {
 namespace {
 
 namespace learning = ai::learning;
@@ -261,4 +261,4 @@ TEST(Checkpoint, OfAnotherTaskOrWithUnsoundGenomesIsRefused) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace zoned::ops {
+namespace zoned::assets {
 namespace {
 
 Vec3d area(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -131,4 +131,4 @@ TEST(PolygonCut, SaysWhenAnOutlineCrossesItself) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::assets

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <type_traits>
 
-namespace zoned::ops {
+namespace zoned::recording {
 namespace {
 
 using mailbox::InboxItem;
@@ -123,8 +123,8 @@ void expect_equal(const std::vector<InboxItem>& a, const std::vector<InboxItem>&
     }
 }
 
-RecordHeader header() {
-    RecordHeader h = RecordHeader::of_this_build();
+RecordingHeader header() {
+    RecordingHeader h = RecordingHeader::of_this_build();
     h.config_text = "world { name: \"x\" }\n";
     h.config_digest = "abc";
     h.seed = UINT64_MAX;
@@ -132,8 +132,8 @@ RecordHeader header() {
 }
 
 /// A recording of three ticks in two zones; the middle tick is empty.
-std::string make_recording(const std::string& file, const RecordHeader& h = header()) {
-    RecordWriter writer;
+std::string make_recording(const std::string& file, const RecordingHeader& h = header()) {
+    RecordingWriter writer;
     EXPECT_TRUE(writer.open(file, h).ok());
     const std::vector<ZoneTick> first = {{ZoneId(1), every_item(), 0x1234567890ABCDEFull},
                                          {ZoneId(2), {}, 5}};
@@ -149,7 +149,7 @@ std::string make_recording(const std::string& file, const RecordHeader& h = head
 
 /// Reads all: number of ticks, or -1 and the reason.
 int read_all(const std::string& file, std::string& reason) {
-    RecordReader reader;
+    RecordingReader reader;
     const auto opened = reader.open(file);
     if (!opened.ok()) {
         reason = opened.error();
@@ -172,7 +172,7 @@ TEST(Recorder, BringsEveryMessageBack) {
     static_assert(std::variant_size_v<InboxItem> == 11, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
-    RecordReader reader;
+    RecordingReader reader;
     ASSERT_TRUE(reader.open(file).ok());
     EXPECT_EQ(reader.header().config_text, header().config_text);
     EXPECT_EQ(reader.header().config_digest, "abc");
@@ -240,7 +240,7 @@ TEST(Recorder, RefusesOtherFilesTargetsAndGenerationsWithAReason) {
     EXPECT_EQ(read_all("/nonexistent/file", reason), -1);
     EXPECT_NE(reason.find("No such file"), std::string::npos) << reason;
 
-    RecordHeader other = header();
+    RecordingHeader other = header();
     other.target = "sparc";
     make_recording(file, other);
     EXPECT_EQ(read_all(file, reason), -1);
@@ -262,11 +262,11 @@ TEST(Recorder, RefusesOtherFilesTargetsAndGenerationsWithAReason) {
 TEST(Recorder, EndsWithoutEndMarkWhenItsWriterDied) {
     const std::string file = temporary("recording");
     {
-        RecordWriter writer;
+        RecordingWriter writer;
         ASSERT_TRUE(writer.open(file, header()).ok());
         writer.add_tick(1, {});
     }
-    RecordReader reader;
+    RecordingReader reader;
     ASSERT_TRUE(reader.open(file).ok());
     TickRecord record;
     EXPECT_TRUE(reader.next(record).value()) << "what was written can be replayed";
@@ -277,7 +277,7 @@ TEST(Recorder, EndsWithoutEndMarkWhenItsWriterDied) {
 }
 
 TEST(Recorder, SaysWhyItCannotWrite) {
-    RecordWriter writer;
+    RecordingWriter writer;
     EXPECT_FALSE(writer.open("/nonexistent/folder/file", header()).ok());
     // A device that is always full: the buffer delays the failure, close() must tell it.
     if (std::FILE* full = std::fopen("/dev/full", "wb")) {
@@ -310,4 +310,4 @@ TEST(RecordItems, RefuseNumbersThatDoNotFit) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::recording

@@ -3,7 +3,7 @@
 
 #include "tests/unit/ops/config_helpers.h"
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 TEST(Reload, TakesOtherBrains) {
@@ -38,4 +38,4 @@ TEST(Reload, RefusesAllElseAndSaysWhat) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -11,7 +11,7 @@
 #include <limits>
 #include <sstream>
 
-namespace zoned::ops {
+namespace zoned::recording {
 namespace {
 
 using json_text::field;
@@ -121,4 +121,4 @@ TEST(ServerReport, IsWrittenToItsFileOrSaysWhyNot) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::recording

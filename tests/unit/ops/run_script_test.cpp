@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -106,4 +106,4 @@ TEST_F(RunScript, RefusesBadUsage) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::app

@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-namespace zoned::ops {
+namespace zoned::config {
 namespace {
 
 using google::protobuf::Descriptor;
@@ -66,4 +66,4 @@ TEST(ConfigSchema, GivesEveryNumberARangeThatItsDefaultKeeps) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -5,7 +5,7 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/text_format.h>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 using google::protobuf::FieldDescriptor;
@@ -160,4 +160,4 @@ TEST(Set, ReachesEverySettingOfTheSchema) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

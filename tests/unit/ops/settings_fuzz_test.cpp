@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 std::string read(const std::string& file) {
@@ -117,4 +117,4 @@ TEST(SettingsFuzz, SurvivesDeepNesting) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 const std::string kSlow = R"(slow {
@@ -95,4 +95,4 @@ TEST(BurstsInConfigs, AreFilteredByLineOfSightAlone) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

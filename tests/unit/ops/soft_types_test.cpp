@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 constexpr float kSoftRounding = 1.0e-5F;  // of floats about a metre, a few operations on
@@ -115,4 +115,4 @@ TEST(SoftTypes, AreNoneOfTheRigidSolvers) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

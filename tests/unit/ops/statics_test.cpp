@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 std::vector<motion::StaticBox> expand(const std::string& statics) {
@@ -128,4 +128,4 @@ TEST(BoxesOverlap, AgreesWithSamplingOfRandomBoxes) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

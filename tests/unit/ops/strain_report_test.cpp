@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ops {
+namespace zoned::config {
 namespace {
 
 using test::parse;
@@ -60,4 +60,4 @@ TEST(StabilityWarnings, NamesAStepThatIsTooLong) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::config

@@ -15,7 +15,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace zoned::ops {
+namespace zoned::config {
 namespace {
 
 using test::parse;
@@ -33,8 +33,10 @@ class Surfaces : public testing::Test {
         : folder_(std::filesystem::temp_directory_path() /
                   ("zoned-surfaces-" + std::to_string(::getpid()))) {
         std::filesystem::create_directories(folder_);
-        write("waves.obj", test::waves_obj(8, 16.0));
-        write("waves.baked", bake(*mesh_from_obj(test::waves_obj(8, 16.0), 1.0F, {})->mesh));
+        write("waves.obj", assets::test::waves_obj(8, 16.0));
+        write(
+            "waves.baked",
+            assets::bake(*assets::mesh_from_obj(assets::test::waves_obj(8, 16.0), 1.0F, {})->mesh));
         write_hill(1.0);
     }
 
@@ -53,7 +55,7 @@ class Surfaces : public testing::Test {
                     static_cast<std::uint16_t>(65535.0 * top * std::max(0.0, 1.0 - from_top)));
             }
         }
-        const auto bytes = test::png_of(33, 33, PNG_FORMAT_LINEAR_Y, pixels.data());
+        const auto bytes = assets::test::png_of(33, 33, PNG_FORMAT_LINEAR_Y, pixels.data());
         write("hill.png", std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
     }
 
@@ -106,7 +108,7 @@ surface { file: "waves.baked" x_m: -20 replicated: false })");
     EXPECT_LT((s[1].orientation * Vec3::UnitX() + Vec3::UnitZ()).norm(), 1e-6F);
     EXPECT_TRUE(s[1].replicated);
     EXPECT_FALSE(s[2].replicated);
-    EXPECT_EQ(difference_of(s[1].shape, s[2].shape), "");
+    EXPECT_EQ(assets::difference_of(s[1].shape, s[2].shape), "");
     EXPECT_EQ(s[1].content, s[2].content);
     EXPECT_THAT(stability_warnings_of(out.settings), IsEmpty());
 }
@@ -159,14 +161,15 @@ TEST_F(Surfaces, NamesEachMistakeAtItsPlace) {
 
 TEST_F(Surfaces, RefusesAFileThatIsTooLarge) {
     std::ofstream(folder_ / "large.obj").close();
-    std::filesystem::resize_file(folder_ / "large.obj", kMaxGeometryFile + 1);  // a hole: no bytes
+    std::filesystem::resize_file(folder_ / "large.obj",
+                                 assets::kMaxGeometryFile + 1);  // a hole: no bytes
     expect_mistake(R"(surface { file: "large.obj" })", R"(file: "large)", "is larger than");
 }
 
 TEST_F(Surfaces, RefusesMoreThanClientsCanBeTold) {
     // 1,100 x 1,100 samples of 4 bytes are more than 4 MiB.
     const std::vector<std::uint8_t> pixels(std::size_t{1100} * 1100, 0);
-    const auto bytes = test::png_of(1100, 1100, PNG_FORMAT_GRAY, pixels.data());
+    const auto bytes = assets::test::png_of(1100, 1100, PNG_FORMAT_GRAY, pixels.data());
     write("wide.png", std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
     const std::string wide = R"(surface { file: "wide.png" height_m: 1 spacing_m: 0.1 )";
     expect_mistake(wide + "}", "surface {", "more than 4194304");
@@ -258,7 +261,7 @@ spawn { x_m: 10 z_m: 5 })");
 
 TEST_F(Surfaces, AreSurveyedForStabilityWarnings) {
     write("thin.obj",
-          test::waves_obj(4, 1.0) + "v 0 1 0\nv 0.5 1 0\nv 0.25 1 0.0001\nf -3 -2 -1\n");
+          assets::test::waves_obj(4, 1.0) + "v 0 1 0\nv 0.5 1 0\nv 0.25 1 0.0001\nf -3 -2 -1\n");
     const auto out = load(R"(surface { file: "thin.obj" }
 surface { file: "thin.obj" x_m: 30 })");
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
@@ -300,4 +303,4 @@ TEST(Broadphase, ReachesTheEngineByNameAndIsTheEnginesOwnDefault) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::config

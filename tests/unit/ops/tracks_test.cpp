@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 using testing::HasSubstr;
@@ -112,4 +112,4 @@ TEST(WarningsOfTracks, NameWhatCannotWork) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -9,7 +9,7 @@
 
 #include <cmath>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 constexpr float kRounding = 1.0e-5F;  // of floats about a metre, a few operations on
@@ -124,4 +124,4 @@ TEST(TypeShapes, StayAsTheyStand) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace zoned::ops::test {
+namespace zoned::config::test {
 namespace {
 
 std::string with_paths(const std::string& paths) {
@@ -103,4 +103,4 @@ TEST(PathfindingInConfigs, ReadWaypointsFromAFileBesideTheConfig) {
 }
 
 }  // namespace
-}  // namespace zoned::ops::test
+}  // namespace zoned::config::test

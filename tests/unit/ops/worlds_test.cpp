@@ -12,7 +12,7 @@
 #include <map>
 #include <set>
 
-namespace zoned::ops {
+namespace zoned::config {
 namespace {
 
 Settings load(const std::string& name, const std::vector<std::string>& sets = {}) {
@@ -233,4 +233,4 @@ TEST(WorldDescription, DeclaresWrongLimitsOnlyWhenAFaultAsksForThem) {
 }
 
 }  // namespace
-}  // namespace zoned::ops
+}  // namespace zoned::config
