@@ -6,7 +6,7 @@
 #include <cctype>
 #include <iterator>
 
-namespace zoned::tidy {
+namespace zoned::lint {
 
 namespace {
 
@@ -315,4 +315,4 @@ std::string to_text(const std::vector<Finding>& findings) {
     return text;
 }
 
-}  // namespace zoned::tidy
+}  // namespace zoned::lint

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace zoned::tidy {
+namespace zoned::lint {
 
 /// A file by its path from the repository root, with slashes.
 struct SourceFile {
@@ -48,4 +48,4 @@ std::vector<Finding> check_top_level(const std::vector<std::string>& names);
 /// One line per finding, for a test's message.
 std::string to_text(const std::vector<Finding>& findings);
 
-}  // namespace zoned::tidy
+}  // namespace zoned::lint

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::tidy {
+namespace zoned::lint {
 namespace {
 
 std::size_t include_findings(const std::string& path, const std::string& include) {
@@ -219,4 +219,4 @@ TEST(CheckFile, RunsEveryCheck) {
 }
 
 }  // namespace
-}  // namespace zoned::tidy
+}  // namespace zoned::lint

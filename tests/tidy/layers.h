@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-namespace zoned::tidy {
+namespace zoned::lint {
 
 /// Which programs a folder belongs to.
 enum class Side {
@@ -127,4 +127,4 @@ inline constexpr std::array<std::string_view, 8> kCheckedFolders{"server",
                                                                  "tests",
                                                                  "docker"};
 
-}  // namespace zoned::tidy
+}  // namespace zoned::lint

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::tidy {
+namespace zoned::lint {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ TEST(Repository, KeepsTheSandboxGameToItsRulesAndBots) {
 }
 
 }  // namespace
-}  // namespace zoned::tidy
+}  // namespace zoned::lint
