@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-namespace zoned::matrix {
+namespace zoned::network_matrix {
 
 namespace {
 
@@ -123,4 +123,4 @@ CellResult run_cell(const Cell& cell, const CellSettings& settings) {
     return result;
 }
 
-}  // namespace zoned::matrix
+}  // namespace zoned::network_matrix

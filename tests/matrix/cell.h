@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::matrix {
+namespace zoned::network_matrix {
 
 /// Probabilities are per datagram in each direction; times are one way.
 struct Cell {
@@ -50,4 +50,4 @@ inline constexpr double kHealS = 1.0;
 /// Bots play on the bad network; then it becomes good and the world stands still.
 [[nodiscard]] CellResult run_cell(const Cell& cell, const CellSettings& settings);
 
-}  // namespace zoned::matrix
+}  // namespace zoned::network_matrix

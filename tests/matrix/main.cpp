@@ -1,4 +1,5 @@
-// zoned-matrix: bots on every kind of bad network, cell by cell; exit code 1 where a verdict fails.
+// zoned-network-matrix: bots on every kind of bad network, cell by cell; exit code 1 where a
+// verdict fails.
 #include "tests/matrix/cell.h"
 
 #include <CLI/CLI.hpp>
@@ -9,14 +10,16 @@
 namespace {
 
 /// One line; true when the cell is good.
-bool run_one(const zoned::matrix::Cell& cell, const zoned::matrix::CellSettings& settings) {
-    const zoned::matrix::CellResult result = zoned::matrix::run_cell(cell, settings);
+bool run_one(const zoned::network_matrix::Cell& cell,
+             const zoned::network_matrix::CellSettings& settings) {
+    const zoned::network_matrix::CellResult result =
+        zoned::network_matrix::run_cell(cell, settings);
     const zoned::measure::Report& r = result.report;
     const bool good = r.consistent && result.healed && r.audit.samples > 0;
     std::printf(
         "%-52s %-4s %8llu samples, p99 %.3f m, stale %4.1f %%, %5llu events, exact after "
         "%.2f s, %5.0f B/s\n",
-        zoned::matrix::name_of(cell).c_str(),
+        zoned::network_matrix::name_of(cell).c_str(),
         good ? "good" : "BAD",
         static_cast<unsigned long long>(r.audit.samples),
         r.audit.predicted_m.percentile(0.99),
@@ -35,11 +38,12 @@ bool run_one(const zoned::matrix::Cell& cell, const zoned::matrix::CellSettings&
 }  // namespace
 
 int main(int argc, char** argv) {
-    zoned::matrix::CellSettings settings;
+    zoned::network_matrix::CellSettings settings;
     settings.config = ZONED_SOURCE_DIR "/config/minimal.txtpb";
     bool quick = false;
     std::string only;
-    CLI::App app("zoned-matrix: verdicts on every combination of what a network does wrong");
+    CLI::App app(
+        "zoned-network-matrix: verdicts on every combination of what a network does wrong");
     app.add_flag("--quick", quick, "18 cells in which every pair of settings occurs, not all 144");
     app.add_option("--only", only, "Cells whose name contains this");
     app.add_option("--config", settings.config, "Another world");
@@ -51,15 +55,15 @@ int main(int argc, char** argv) {
     int bad = 0;
     int run = 0;
     try {
-        for (const zoned::matrix::Cell& cell :
-             quick ? zoned::matrix::pairwise_cells() : zoned::matrix::all_cells()) {
-            if (zoned::matrix::name_of(cell).find(only) != std::string::npos) {
+        for (const zoned::network_matrix::Cell& cell :
+             quick ? zoned::network_matrix::pairwise_cells() : zoned::network_matrix::all_cells()) {
+            if (zoned::network_matrix::name_of(cell).find(only) != std::string::npos) {
                 ++run;
                 bad += run_one(cell, settings) ? 0 : 1;
             }
         }
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "zoned-matrix: %s\n", error.what());
+        std::fprintf(stderr, "zoned-network-matrix: %s\n", error.what());
         return 3;
     }
     std::printf("%d cells, %d bad\n", run, bad);

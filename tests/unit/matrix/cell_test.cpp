@@ -5,7 +5,7 @@
 #include <array>
 #include <set>
 
-namespace zoned::matrix {
+namespace zoned::network_matrix {
 namespace {
 
 std::array<double, 5> settings_of(const Cell& c) {
@@ -49,4 +49,4 @@ TEST(Matrix, FindsAServerThatSendsFalsePositions) {
 }
 
 }  // namespace
-}  // namespace zoned::matrix
+}  // namespace zoned::network_matrix
