@@ -188,7 +188,7 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         for (const proto::AuditEntity& truth : record.entities()) {
             compare_entity(about(context, EntityId(truth.entity())), truth, tally);
         }
-        compare_slow(view, record, tally);
+        compare_environment(view, record, tally);
         remember(record);
         find_extra(context, tally);
         previous_tick_ = record.tick();
@@ -229,26 +229,31 @@ const view::Version* Auditor::held(const Context& context, const view::Entity& e
 }
 
 /// Both sides compute with the same numbers: equal to the last bit, or wrong.
-void Auditor::compare_slow(const view::View& view, const proto::AuditRecord& record, Tally& tally) {
-    const clock::SlowState& slow = view.slow();
+void Auditor::compare_environment(const view::View& view,
+                                  const proto::AuditRecord& record,
+                                  Tally& tally) {
+    const clock::SharedEnvironment& environment = view.environment();
     const auto compare = [&](std::optional<double> mine, double truth) {
-        ++tally.slow_samples;
+        ++tally.environment_samples;
         const double error =
             mine ? std::abs(*mine - truth) : std::numeric_limits<double>::infinity();
         if (!(error <= 0.0)) {
-            ++tally.slow_violations;
-            tally.slow_error_max = std::max(tally.slow_error_max, error);
+            ++tally.environment_violations;
+            tally.environment_error_max = std::max(tally.environment_error_max, error);
         }
     };
     const auto known_by_both = [](std::size_t known, int count) {
         return std::min(known, static_cast<std::size_t>(count));
     };
-    for (std::size_t c = 0; c < known_by_both(slow.clocks(), record.shared_clocks_size()); ++c) {
-        compare(slow.clock_at(c, record.tick()), record.shared_clocks(static_cast<int>(c)));
+    for (std::size_t c = 0; c < known_by_both(environment.clocks(), record.shared_clocks_size());
+         ++c) {
+        compare(environment.clock_at(c, record.tick()), record.shared_clocks(static_cast<int>(c)));
     }
-    for (std::size_t v = 0; v < known_by_both(slow.variables(), record.slow_variables_size());
+    for (std::size_t v = 0;
+         v < known_by_both(environment.variables(), record.shared_variables_size());
          ++v) {
-        compare(slow.value_at(v, record.tick()), record.slow_variables(static_cast<int>(v)));
+        compare(environment.value_at(v, record.tick()),
+                record.shared_variables(static_cast<int>(v)));
     }
 }
 

@@ -67,9 +67,9 @@ struct Tally {
     std::uint64_t missing = 0;
     std::uint64_t extra = 0;
     std::uint64_t malformed = 0;
-    std::uint64_t slow_samples = 0;     ///< values of clocks and slow variables
-    std::uint64_t slow_violations = 0;  ///< of them: another value than the server's
-    double slow_error_max = 0.0;
+    std::uint64_t environment_samples = 0;     ///< values of clocks and shared variables
+    std::uint64_t environment_violations = 0;  ///< of them: another value than the server's
+    double environment_error_max = 0.0;
     std::vector<Finding> worst;  ///< by how far beyond what was allowed, most first
 
     void add(const Finding& finding);
@@ -130,9 +130,9 @@ class Auditor {
     [[nodiscard]] static bool was_postponed(const Context& context);
 
     void compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally);
-    static void compare_slow(const view::View& view,
-                             const proto::AuditRecord& record,
-                             Tally& tally);
+    static void compare_environment(const view::View& view,
+                                    const proto::AuditRecord& record,
+                                    Tally& tally);
     void compare_entity(const Context& context, const proto::AuditEntity& truth, Tally& tally);
     void compare_state(const Context& context,
                        const proto::AuditEntity& truth,

@@ -297,9 +297,9 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
         r.view_resets += v.resets;
         r.unknown_keyframes += v.unknown_keyframes;
         r.malformed_records += v.malformed_records + v.undecoded_packets;
-        r.slow_told += v.slow_told;
-        r.slow_corrected += v.slow_corrected;
-        r.malformed_records += v.slow_malformed;
+        r.environment_updates += v.environment_updates;
+        r.environment_corrected += v.environment_corrected;
+        r.malformed_records += v.environment_malformed;
         r.bursts += v.bursts;
         r.bursts_malformed += v.bursts_malformed;
         r.bursts_refused += v.bursts_refused;

@@ -58,8 +58,8 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("samples_skipped_leaving", t.skipped_leaving);
     write_range(json, "news_age_s", t.update_age_s, true);
     write_range(json, "usual_news_age_s", t.usual_age_s, true);
-    json.field("slow_samples", t.slow_samples);
-    json.field("slow_violations", t.slow_violations);
+    json.field("slow_samples", t.environment_samples);
+    json.field("slow_violations", t.environment_violations);
     json.field("missing_entities", t.missing);
     json.field("extra_entities", t.extra);
 }
@@ -96,8 +96,8 @@ void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("packets_unauthenticated", r.unauthenticated);
     json.field("packets_malformed", r.malformed);
     json.field("records_malformed", r.malformed_records);
-    json.field("slow_told", r.slow_told);
-    json.field("slow_corrected", r.slow_corrected);
+    json.field("slow_told", r.environment_updates);
+    json.field("slow_corrected", r.environment_corrected);
     json.field("bursts", r.bursts);
     json.field("bursts_malformed", r.bursts_malformed);
     json.field("bursts_refused", r.bursts_refused);

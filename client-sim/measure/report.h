@@ -72,9 +72,9 @@ struct Report {
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
-    std::uint64_t slow_told = 0;       ///< events that said where slow state stands
-    std::uint64_t slow_corrected = 0;  ///< values that were found to be wrong by them
-    std::uint64_t slow_malformed = 0;
+    std::uint64_t environment_updates = 0;    ///< events that said where shared environment stands
+    std::uint64_t environment_corrected = 0;  ///< values that were found to be wrong by them
+    std::uint64_t environment_malformed = 0;
     std::uint64_t bursts = 0;  ///< of cosmetic particles, told by events
     std::uint64_t bursts_malformed = 0;
     std::uint64_t bursts_refused = 0;  ///< more at a time than a client displays

@@ -60,11 +60,11 @@ void judge_audit(Report& r) {
                             " in a view that must not know them" +
                             worst_of(t, FindingKind::kExtra));
     }
-    if (t.slow_violations > 0) {
+    if (t.environment_violations > 0) {
         r.reasons.push_back(
-            "slow state: " + count_of(t.slow_violations, "value", "values") +
-            " of shared clocks or slow variables other than the server's (by up to " +
-            number(t.slow_error_max) + ")");
+            "shared environment: " + count_of(t.environment_violations, "value", "values") +
+            " of shared clocks or shared variables other than the server's (by up to " +
+            number(t.environment_error_max) + ")");
     }
     if (t.malformed > 0) {
         r.reasons.push_back(count_of(t.malformed, "malformed audit", "malformed audits"));

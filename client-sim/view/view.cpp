@@ -16,7 +16,7 @@ View::View(std::shared_ptr<const World> world, const ViewSettings& settings, Vie
       own_(*world_),
       playout_(world_->tick_s),
       bursts_(*world_),
-      slow_(world_->slow, world_->tick_s) {
+      environment_(world_->environment, world_->tick_s) {
 }
 
 DisplaySettings View::display_settings() const {
@@ -95,7 +95,7 @@ void View::clear() {
     playout_ = Playout(world_->tick_s);
     own_ = OwnAvatar(*world_);
     bursts_.clear();
-    slow_ = clock::SlowState(world_->slow, world_->tick_s);
+    environment_ = clock::SharedEnvironment(world_->environment, world_->tick_s);
     zone_ = {};
     newest_sequence_ = 0;
     wish_.clear();
@@ -179,44 +179,46 @@ void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes
 }
 
 /// All or nothing: what makes no sense changes nothing.
-void View::take_slow_state(const proto::Event& event) {
+void View::apply_environment(const proto::Event& event) {
     const auto sensible = [](Tick tick) {
         return tick >= 0 && tick < (Tick{1} << 50);
     };
-    proto::SlowState update;
+    proto::SharedEnvironment update;
     bool good = update.ParseFromString(event.payload());
     for (const auto& c : update.courses()) {
-        good = good && c.clock() < slow_.clocks() && sensible(c.from()) &&
+        good = good && c.clock() < environment_.clocks() && sensible(c.from()) &&
                std::isfinite(c.value()) && std::isfinite(c.rate_per_s());
     }
     for (const auto& c : update.cursors()) {
-        good = good && c.variable() < slow_.variables() && sensible(c.since()) &&
-               c.phase() < slow_.variable(c.variable()).def().phases.size() &&
+        good = good && c.variable() < environment_.variables() && sensible(c.since()) &&
+               c.phase() < environment_.variable(c.variable()).def().phases.size() &&
                std::isfinite(c.before());
     }
     if (!good) {
-        ++stats_.slow_malformed;
+        ++stats_.environment_malformed;
         return;
     }
-    ++stats_.slow_told;
+    ++stats_.environment_updates;
     for (const auto& c : update.courses()) {
-        const clock::Course course{c.from(), c.value(), c.rate_per_s()};
-        const auto known = slow_.clock_at(c.clock(), event.tick());
+        const clock::ClockCourse course{c.from(), c.value(), c.rate_per_s()};
+        const auto known = environment_.clock_at(c.clock(), event.tick());
         if (course.from <= event.tick() && known) {
-            const auto mine = slow_.clock(c.clock()).from(course.from);
-            stats_.slow_corrected += mine.empty() || !(mine[0] == course) ? 1 : 0;
+            const auto mine = environment_.clock(c.clock()).from(course.from);
+            stats_.environment_corrected += mine.empty() || !(mine[0] == course) ? 1 : 0;
         }
-        slow_.announce(c.clock(), course);
+        environment_.announce(c.clock(), course);
     }
     for (const auto& c : update.cursors()) {
-        stats_.slow_corrected +=
-            slow_.place(c.variable(), {c.number(), c.since(), c.phase(), c.before()}) > 0.0 ? 1 : 0;
+        stats_.environment_corrected +=
+            environment_.place(c.variable(), {c.number(), c.since(), c.phase(), c.before()}) > 0.0
+                ? 1
+                : 0;
     }
 }
 
 void View::apply(const proto::Event& event) {
-    if (event.kind() == proto::CORE_EVENT_SLOW_STATE) {
-        take_slow_state(event);
+    if (event.kind() == proto::CORE_EVENT_SHARED_ENVIRONMENT) {
+        apply_environment(event);
         return;
     }
     if (event.kind() != proto::CORE_EVENT_PARTICLE_BURST) {
@@ -410,7 +412,7 @@ EntityStore::Record View::record_of(const link::OpenedPacket& packet, double now
 }
 
 void View::maintain(double now_s) {
-    slow_.advance(tick_);
+    environment_.advance(tick_);
     store_.prune(tick_);
     const double silent_s = static_cast<double>(kSilentTicks) * world_->tick_s;
     for (const auto& [id, entity] : store_.entities()) {

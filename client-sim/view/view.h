@@ -60,10 +60,12 @@ struct ViewStats {
     std::uint64_t resets = 0;
     std::uint64_t dropped_by_reset = 0;
     std::uint64_t zone_changes = 0;
-    std::uint64_t slow_told = 0;  ///< events that said where clocks and slow variables stand
-    std::uint64_t slow_malformed = 0;
-    std::uint64_t slow_corrected = 0;  ///< clocks and variables that were found to be wrong by them
-    std::uint64_t bursts = 0;          ///< events that let cosmetic particles out
+    std::uint64_t environment_updates =
+        0;  ///< events that said where clocks and shared variables stand
+    std::uint64_t environment_malformed = 0;
+    std::uint64_t environment_corrected =
+        0;                     ///< clocks and variables that were found to be wrong by them
+    std::uint64_t bursts = 0;  ///< events that let cosmetic particles out
     std::uint64_t bursts_malformed = 0;
     std::uint64_t bursts_refused = 0;  ///< too many at a time
     std::uint64_t input_missing = 0;   ///< own states that say that the command came too late
@@ -137,7 +139,7 @@ class View {
     [[nodiscard]] const Bursts& bursts() const { return bursts_; }
 
     /// Clocks and variables that run here, for any tick that is not long ago.
-    [[nodiscard]] const clock::SlowState& slow() const { return slow_; }
+    [[nodiscard]] const clock::SharedEnvironment& environment() const { return environment_; }
 
     [[nodiscard]] OwnAvatar& own() { return own_; }
 
@@ -166,7 +168,7 @@ class View {
     void count_packet(const link::OpenedPacket& packet);
     void count_record(wire::RecordReader& gauge);
     void count_coded(const wire::record::RecordFrame& frame, std::size_t bytes);
-    void take_slow_state(const proto::Event& event);
+    void apply_environment(const proto::Event& event);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
@@ -180,7 +182,7 @@ class View {
     OwnAvatar own_;
     Playout playout_;
     Bursts bursts_;
-    clock::SlowState slow_;
+    clock::SharedEnvironment environment_;
     ViewStats stats_;
     wire::TrafficTable traffic_;
     /// Of the record that was applied last; unread until it was.

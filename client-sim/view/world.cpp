@@ -233,48 +233,52 @@ bool sensible(const proto::Door& d) {
 }
 
 /// More clocks, variables or phases than servers have are an attack.
-constexpr int kMaxSlow = 64;
+constexpr int kMaxSharedVariables = 64;
 
-bool sensible(const proto::SlowVariable& v) {
+bool sensible(const proto::SharedVariable& v) {
     const auto finite = [](double x) {
         return std::isfinite(x) && std::abs(x) < 1e12;
     };
-    return v.phases_size() >= 1 && v.phases_size() <= kMaxSlow && v.blend_s() >= 0.0 &&
+    return v.phases_size() >= 1 && v.phases_size() <= kMaxSharedVariables && v.blend_s() >= 0.0 &&
            v.blend_s() < 1e6 &&
-           std::all_of(v.phases().begin(), v.phases().end(), [&](const auto& p) {
-               return finite(p.value()) && p.weight() > 0.0 && p.weight() < 1e9 &&
-                      p.min_s() >= 0.0 && p.max_s() >= p.min_s() && p.max_s() < 1e9;
-           });
+           std::all_of(
+               v.phases().begin(),
+               v.phases().end(),
+               [&](const auto& p) {
+                   return finite(p.value()) && p.weight() > 0.0 && p.weight() < 1e9 &&
+                          p.min_s() >= 0.0 && p.max_s() >= p.min_s() && p.max_s() < 1e9;
+               });
 }
 
-std::string wrong_with_slow(const proto::WorldDescription& d) {
-    if (d.shared_clocks_size() > kMaxSlow || d.slow_variables_size() > kMaxSlow) {
-        return "too many shared clocks or slow variables";
+std::string wrong_with_environment(const proto::WorldDescription& d) {
+    if (d.shared_clocks_size() > kMaxSharedVariables ||
+        d.shared_variables_size() > kMaxSharedVariables) {
+        return "too many shared clocks or shared variables";
     }
     for (const proto::SharedClock& clock : d.shared_clocks()) {
         if (!(clock.period() >= 0.0 && clock.period() < 1e12)) {
             return "malformed shared clock";
         }
     }
-    const auto& variables = d.slow_variables();
+    const auto& variables = d.shared_variables();
     return std::all_of(
                variables.begin(), variables.end(), [](const auto& v) { return sensible(v); })
                ? ""
-               : "malformed slow variable";
+               : "malformed shared variable";
 }
 
 std::string clean_name(const std::string& name) {
     return core::is_clean_utf8(name) ? name : "?";
 }
 
-/// Needs what wrong_with_slow() has checked.
-clock::SlowDefs read_slow(const proto::WorldDescription& d) {
-    clock::SlowDefs out;
+/// Needs what wrong_with_environment() has checked.
+clock::EnvironmentDefs read_environment(const proto::WorldDescription& d) {
+    clock::EnvironmentDefs out;
     for (const proto::SharedClock& clock : d.shared_clocks()) {
         out.clocks.push_back({clean_name(clock.name()), clock.period(), {}});
     }
-    for (const proto::SlowVariable& v : d.slow_variables()) {
-        clock::SlowVariableDef& def = out.variables.emplace_back();
+    for (const proto::SharedVariable& v : d.shared_variables()) {
+        clock::SharedVariableDef& def = out.variables.emplace_back();
         def.name = clean_name(v.name());
         def.seed = v.seed();
         def.blend_s = v.blend_s();
@@ -317,7 +321,7 @@ std::string wrong_with(const proto::WorldDescription& d) {
             return "malformed static surface";
         }
     }
-    if (std::string wrong = wrong_with_slow(d); !wrong.empty()) {
+    if (std::string wrong = wrong_with_environment(d); !wrong.empty()) {
         return wrong;
     }
     return wrong_with_cosmetics(d);
@@ -385,7 +389,7 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
         world.doors.push_back({clean_name(door.name()), read_times(door)});
     }
     world.cosmetics = read_cosmetics(d);
-    world.slow = read_slow(d);
+    world.environment = read_environment(d);
     return world;
 }
 

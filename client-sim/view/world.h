@@ -70,7 +70,7 @@ struct World {
     std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()
     float interest_hysteresis = 0.0F;
     std::vector<CosmeticSystem> cosmetics;
-    clock::SlowDefs slow;  ///< clocks and variables that this side runs for itself
+    clock::EnvironmentDefs environment;  ///< clocks and variables that this side runs for itself
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;

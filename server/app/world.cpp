@@ -54,13 +54,14 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
         zones_.back()->state().team = &team;
     }
     zone::join_paths(states_);
-    if (!settings.slow.empty()) {
-        slow_ = std::make_shared<clock::SlowState>(settings.slow, 1.0 / settings.tick_rate_hz);
-        slow_->begin(settings.slow);
-        slow_sync_ticks_ = settings.slow.sync_ticks;
+    if (!settings.environment.empty()) {
+        environment_ = std::make_shared<clock::SharedEnvironment>(settings.environment,
+                                                                  1.0 / settings.tick_rate_hz);
+        environment_->begin(settings.environment);
+        environment_sync_ticks_ = settings.environment.sync_ticks;
         wrong_clock_ = settings.config.testing().wrong_clock();
         for (zone::ZoneState* state : states_) {
-            state->settings.slow = slow_;
+            state->settings.environment = environment_;
         }
     }
     inboxes_.resize(zones_.size());
@@ -188,8 +189,8 @@ void World::for_each_zone(void (World::*work)(std::size_t)) {
 
 void World::step(std::vector<mailbox::OutboxItem>& out) {
     ++now_;
-    if (slow_) {
-        slow_->advance(now_);
+    if (environment_) {
+        environment_->advance(now_);
     }
     for_each_zone(&World::simulate_zone);
     carry_handoffs(out);
@@ -202,9 +203,9 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     for_each_zone(&World::publish_zone);
     resolve_events(out);
     resolve_bursts(out);
-    if (slow_) {
+    if (environment_) {
         change_clocks(out);
-        sync_slow_state(out);
+        sync_environment(out);
     }
     for (const auto& zone : zones_) {
         zone::StepOutput& from = zone->output();
@@ -214,13 +215,14 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
                 const ZoneId in = joined->zone;
                 out.push_back(std::move(message));
                 enter_zone(client, in, out);
-                if (slow_) {
-                    tell_slow_state({client}, out);
+                if (environment_) {
+                    send_environment({client}, out);
                 }
                 continue;
             }
-            if (auto* record = std::get_if<mailbox::AuditRecord>(&message); record && slow_) {
-                add_slow_truth(*record);
+            if (auto* record = std::get_if<mailbox::AuditRecord>(&message);
+                record && environment_) {
+                add_environment_truth(*record);
             }
             out.push_back(std::move(message));
         }

@@ -63,8 +63,10 @@ class World {
     /// by itself.
     [[nodiscard]] bool idle() const;
 
-    /// nullptr: the world has neither shared clocks nor slow variables.
-    [[nodiscard]] const clock::SlowState* slow_state() const { return slow_.get(); }
+    /// nullptr: the world has neither shared clocks nor shared variables.
+    [[nodiscard]] const clock::SharedEnvironment* shared_environment() const {
+        return environment_.get();
+    }
 
     [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
 
@@ -84,11 +86,11 @@ class World {
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
     void leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const;
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
-    // world_slow.cpp
+    // world_environment.cpp
     void change_clocks(std::vector<mailbox::OutboxItem>& out);
-    void sync_slow_state(std::vector<mailbox::OutboxItem>& out);
-    void tell_slow_state(std::vector<ClientId> recipients, std::vector<mailbox::OutboxItem>& out);
-    void add_slow_truth(mailbox::AuditRecord& record) const;
+    void sync_environment(std::vector<mailbox::OutboxItem>& out);
+    void send_environment(std::vector<ClientId> recipients, std::vector<mailbox::OutboxItem>& out);
+    void add_environment_truth(mailbox::AuditRecord& record) const;
     [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
     [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
@@ -104,8 +106,9 @@ class World {
     std::vector<interest::PastEvent> missed_;  // scratch
     compute::WorkerPool pool_;
     Tick now_ = 0;
-    std::shared_ptr<clock::SlowState> slow_;  // null: the world has neither clocks nor variables
-    Tick slow_sync_ticks_ = 0;
+    std::shared_ptr<clock::SharedEnvironment>
+        environment_;  // null: the world has neither clocks nor variables
+    Tick environment_sync_ticks_ = 0;
     double wrong_clock_ = 0.0;  // a fault on purpose
     std::uint64_t next_event_ = 0;
     std::uint64_t bursts_sent_ = 0;

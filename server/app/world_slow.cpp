@@ -10,8 +10,10 @@ void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
     bool changed = false;
     for (const auto& zone : zones_) {
         for (const zone::ClockChange& change : zone->output().clocks) {
-            const auto value = slow_->clock(change.clock).at(static_cast<double>(change.from));
-            slow_->announce(change.clock, {change.from, value.value_or(0.0), change.rate_per_s});
+            const auto value =
+                environment_->clock(change.clock).at(static_cast<double>(change.from));
+            environment_->announce(change.clock,
+                                   {change.from, value.value_or(0.0), change.rate_per_s});
             changed = true;
         }
     }
@@ -20,41 +22,41 @@ void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
         for (const auto& [client, zone] : zone_of_) {
             everybody.push_back(client);
         }
-        tell_slow_state(std::move(everybody), out);
+        send_environment(std::move(everybody), out);
     }
 }
 
 /// What both sides compute alike needs no news; it is told now and then all the same, so that
 /// nothing that went wrong stays wrong.
-void World::sync_slow_state(std::vector<mailbox::OutboxItem>& out) {
-    if (now_ % slow_sync_ticks_ != 0) {
+void World::sync_environment(std::vector<mailbox::OutboxItem>& out) {
+    if (now_ % environment_sync_ticks_ != 0) {
         return;
     }
     std::vector<ClientId> everybody;
     for (const auto& [client, zone] : zone_of_) {
         everybody.push_back(client);
     }
-    tell_slow_state(std::move(everybody), out);
+    send_environment(std::move(everybody), out);
 }
 
-void World::tell_slow_state(std::vector<ClientId> recipients,
-                            std::vector<mailbox::OutboxItem>& out) {
+void World::send_environment(std::vector<ClientId> recipients,
+                             std::vector<mailbox::OutboxItem>& out) {
     if (recipients.empty()) {
         return;
     }
-    proto::SlowState update;
-    for (std::size_t c = 0; c < slow_->clocks(); ++c) {
-        for (const clock::Course& course : slow_->clock(c).from(now_)) {
-            proto::SlowState::Course& one = *update.add_courses();
+    proto::SharedEnvironment update;
+    for (std::size_t c = 0; c < environment_->clocks(); ++c) {
+        for (const clock::ClockCourse& course : environment_->clock(c).from(now_)) {
+            proto::SharedEnvironment::Course& one = *update.add_courses();
             one.set_clock(static_cast<std::uint32_t>(c));
             one.set_from(course.from);
             one.set_value(course.value);
             one.set_rate_per_s(course.rate_per_s * (1.0 + wrong_clock_));
         }
     }
-    for (std::size_t v = 0; v < slow_->variables(); ++v) {
-        if (const auto cursor = slow_->cursor_at(v, now_)) {
-            proto::SlowState::Cursor& one = *update.add_cursors();
+    for (std::size_t v = 0; v < environment_->variables(); ++v) {
+        if (const auto cursor = environment_->cursor_at(v, now_)) {
+            proto::SharedEnvironment::Cursor& one = *update.add_cursors();
             one.set_variable(static_cast<std::uint32_t>(v));
             one.set_number(cursor->number);
             one.set_since(cursor->since);
@@ -65,19 +67,19 @@ void World::tell_slow_state(std::vector<ClientId> recipients,
     mailbox::EventOut event;
     event.event = own_event_id();
     event.tick = now_;
-    event.kind = proto::CORE_EVENT_SLOW_STATE;
+    event.kind = proto::CORE_EVENT_SHARED_ENVIRONMENT;
     event.payload.resize(update.ByteSizeLong());
     update.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
     event.recipients = std::move(recipients);
     out.emplace_back(std::move(event));
 }
 
-void World::add_slow_truth(mailbox::AuditRecord& record) const {
-    for (std::size_t c = 0; c < slow_->clocks(); ++c) {
-        record.shared_clocks.push_back(slow_->clock_at(c, record.tick).value_or(0.0));
+void World::add_environment_truth(mailbox::AuditRecord& record) const {
+    for (std::size_t c = 0; c < environment_->clocks(); ++c) {
+        record.shared_clocks.push_back(environment_->clock_at(c, record.tick).value_or(0.0));
     }
-    for (std::size_t v = 0; v < slow_->variables(); ++v) {
-        record.slow_variables.push_back(slow_->value_at(v, record.tick).value_or(0.0));
+    for (std::size_t v = 0; v < environment_->variables(); ++v) {
+        record.shared_variables.push_back(environment_->value_at(v, record.tick).value_or(0.0));
     }
 }
 

@@ -208,7 +208,7 @@ struct AuditRecord {
     std::vector<AuditUpdate> updates;   ///< ascending by entity; only where there is something
     Tick updates_since = 0;             ///< from which tick on `updates` names all packets; 0: none
     std::vector<double> shared_clocks;  ///< their values, by number
-    std::vector<double> slow_variables;  ///< likewise
+    std::vector<double> shared_variables;  ///< likewise
 };
 
 using OutboxItem = std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord>;

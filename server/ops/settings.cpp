@@ -88,13 +88,13 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_physics(config, diagnostics);
     check_server(config, settings.zones, diagnostics);
     check_particles(config, diagnostics);
-    check_slow_state(config, diagnostics);
+    check_shared_environment(config, diagnostics);
     check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
     settings.ai.points_of_interest.tracks = build_tracks(config, diagnostics);
     give_policies(config, policies, settings.ai.brains, diagnostics);
     expand_particles(config, settings);
-    settings.slow = expand_slow_state(config);
+    settings.environment = expand_shared_environment(config);
     settings.boxes = expand_statics(config, diagnostics);
     settings.doors = expand_doors(config, diagnostics);
     const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);

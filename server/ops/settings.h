@@ -146,7 +146,7 @@ struct Settings {
     ai::AiSettings ai;
     interest::InterestSettings interest;
     replication::ReplicationSettings replication;
-    clock::SlowDefs slow;
+    clock::EnvironmentDefs environment;
     zone::RulesSettings rules;
 };
 

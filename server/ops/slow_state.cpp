@@ -8,7 +8,7 @@
 
 namespace zoned::config {
 
-void check_slow_state(const proto::Config& config, Diagnostics& diagnostics) {
+void check_shared_environment(const proto::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
     const auto check_name = [&](const std::string& name, const std::string& path) {
         if (name.empty()) {
@@ -17,12 +17,12 @@ void check_slow_state(const proto::Config& config, Diagnostics& diagnostics) {
             diagnostics.add(path + ".name", "'" + name + "' is the name of another one");
         }
     };
-    for (int c = 0; c < config.slow().clock_size(); ++c) {
-        check_name(config.slow().clock(c).name(), join_path("slow", "clock", c));
+    for (int c = 0; c < config.environment().clock_size(); ++c) {
+        check_name(config.environment().clock(c).name(), join_path("environment", "clock", c));
     }
-    for (int v = 0; v < config.slow().variable_size(); ++v) {
-        const auto& variable = config.slow().variable(v);
-        const std::string path = join_path("slow", "variable", v);
+    for (int v = 0; v < config.environment().variable_size(); ++v) {
+        const auto& variable = config.environment().variable(v);
+        const std::string path = join_path("environment", "variable", v);
         check_name(variable.name(), path);
         if (variable.phase_size() == 0) {
             diagnostics.add(path, "a variable has at least one phase");
@@ -36,16 +36,17 @@ void check_slow_state(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-clock::SlowDefs expand_slow_state(const proto::Config& config) {
-    clock::SlowDefs out;
-    out.sync_ticks = std::max<Tick>(1,
-                                    static_cast<Tick>(std::llround(config.slow().sync_every_s() *
-                                                                   config.world().tick_rate_hz())));
-    for (const auto& from : config.slow().clock()) {
+clock::EnvironmentDefs expand_shared_environment(const proto::Config& config) {
+    clock::EnvironmentDefs out;
+    out.sync_ticks =
+        std::max<Tick>(1,
+                       static_cast<Tick>(std::llround(config.environment().sync_every_s() *
+                                                      config.world().tick_rate_hz())));
+    for (const auto& from : config.environment().clock()) {
         out.clocks.push_back({from.name(), from.period(), {0, from.start(), from.rate_per_s()}});
     }
-    for (const auto& from : config.slow().variable()) {
-        clock::SlowVariableDef& to = out.variables.emplace_back();
+    for (const auto& from : config.environment().variable()) {
+        clock::SharedVariableDef& to = out.variables.emplace_back();
         to.name = from.name();
         to.seed = core::mix(config.world().seed()) ^ from.seed();
         to.blend_s = from.blend_s();

@@ -1,4 +1,4 @@
-// Slow state: the config's clocks and variables, checked and expanded.
+// Shared environment: the config's clocks and variables, checked and expanded.
 #pragma once
 
 #include "server/ops/diagnostics.h"
@@ -8,8 +8,8 @@
 namespace zoned::config {
 
 /// Names are unique among clocks and variables, phases last from min to max.
-void check_slow_state(const proto::Config& config, Diagnostics& diagnostics);
+void check_shared_environment(const proto::Config& config, Diagnostics& diagnostics);
 
-clock::SlowDefs expand_slow_state(const proto::Config& config);
+clock::EnvironmentDefs expand_shared_environment(const proto::Config& config);
 
 }  // namespace zoned::config

@@ -133,12 +133,12 @@ void describe_cosmetic(const CosmeticSystem& from, proto::CosmeticSystem& out) {
     }
 }
 
-void describe_variable(const clock::SlowVariableDef& from, proto::SlowVariable& out) {
+void describe_variable(const clock::SharedVariableDef& from, proto::SharedVariable& out) {
     out.set_name(from.name);
     out.set_seed(from.seed);
     out.set_blend_s(from.blend_s);
-    for (const clock::SlowPhase& phase : from.phases) {
-        proto::SlowVariable::Phase& told = *out.add_phases();
+    for (const clock::VariablePhase& phase : from.phases) {
+        proto::SharedVariable::Phase& told = *out.add_phases();
         told.set_name(phase.name);
         told.set_value(phase.value);
         told.set_weight(phase.weight);
@@ -176,13 +176,13 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     for (const CosmeticSystem& cosmetic : settings.cosmetics) {
         describe_cosmetic(cosmetic, *out.add_cosmetics());
     }
-    for (const clock::SharedClockDef& clock : settings.slow.clocks) {
+    for (const clock::SharedClockDef& clock : settings.environment.clocks) {
         proto::SharedClock& told = *out.add_shared_clocks();
         told.set_name(clock.name);
         told.set_period(clock.period);
     }
-    for (const clock::SlowVariableDef& variable : settings.slow.variables) {
-        describe_variable(variable, *out.add_slow_variables());
+    for (const clock::SharedVariableDef& variable : settings.environment.variables) {
+        describe_variable(variable, *out.add_shared_variables());
     }
     out.set_ground_height_m(settings.ground_height_m);
     out.set_interest_hysteresis(settings.interest.hysteresis);

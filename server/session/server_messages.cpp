@@ -83,7 +83,8 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
         fill(update, *out.add_updates());
     }
     out.mutable_shared_clocks()->Add(record.shared_clocks.begin(), record.shared_clocks.end());
-    out.mutable_slow_variables()->Add(record.slow_variables.begin(), record.slow_variables.end());
+    out.mutable_shared_variables()->Add(record.shared_variables.begin(),
+                                        record.shared_variables.end());
     return serialise(message);
 }
 

@@ -142,14 +142,14 @@ std::optional<world::Stance> ZoneContext::stance_named(std::string_view name) co
                : static_cast<world::Stance>(world::kFirstNamedStance + (it - own.begin()));
 }
 
-std::optional<double> ZoneContext::slow_value(std::string_view name) const {
-    const auto& slow = state_->settings.slow;
-    return slow ? slow->at(name, state_->now) : std::nullopt;
+std::optional<double> ZoneContext::shared_value(std::string_view name) const {
+    const auto& environment = state_->settings.environment;
+    return environment ? environment->at(name, state_->now) : std::nullopt;
 }
 
 bool ZoneContext::set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
-    const auto& slow = state_->settings.slow;
-    const auto clock = slow ? slow->find_clock(name) : std::nullopt;
+    const auto& environment = state_->settings.environment;
+    const auto clock = environment ? environment->find_clock(name) : std::nullopt;
     if (!clock || !std::isfinite(rate_per_s) || !(ahead_s >= 0.0 && ahead_s < 1e6)) {
         return false;
     }

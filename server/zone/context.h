@@ -33,7 +33,7 @@ class ZoneContext final : public RulesContext {
     void show(EntityId entity, const Vec3& position, const Vec3& velocity) override;
     void set_appearance(EntityId entity, std::uint16_t appearance) override;
     void set_stance(EntityId entity, world::Stance stance) override;
-    [[nodiscard]] std::optional<double> slow_value(std::string_view name) const override;
+    [[nodiscard]] std::optional<double> shared_value(std::string_view name) const override;
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
     [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override;
 

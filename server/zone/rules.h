@@ -130,9 +130,9 @@ class RulesContext {
     [[nodiscard]] virtual TypeIndex type_named(std::string_view name) const = 0;
     [[nodiscard]] virtual core::Rng& rng() = 0;  ///< seeded per zone
 
-    /// What a shared clock or a slow variable of the config shows now, the same in every zone and
+    /// What a shared clock or a shared variable of the config shows now, the same in every zone and
     /// on every client; none where the world has neither of that name.
-    [[nodiscard]] virtual std::optional<double> slow_value(std::string_view name) const {
+    [[nodiscard]] virtual std::optional<double> shared_value(std::string_view name) const {
         (void)name;
         return std::nullopt;
     }

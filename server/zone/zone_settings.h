@@ -144,7 +144,8 @@ struct ZoneSettings {
     RewindSettings rewind;
     std::vector<std::string> stances;  ///< the config's own, from kFirstNamedStance on
     replication::ReplicationSettings replication;
-    std::shared_ptr<const clock::SlowState> slow;  ///< of the whole world; may be null
+    std::shared_ptr<const clock::SharedEnvironment>
+        environment;  ///< of the whole world; may be null
     AuditSettings audit;
     FaultSettings faults;
 

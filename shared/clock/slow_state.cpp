@@ -11,9 +11,9 @@ namespace zoned::clock {
 
 // ---------------------------------------------------------------- clocks
 
-void SharedClock::announce(const Course& course) {
+void SharedClock::announce(const ClockCourse& course) {
     const auto later = std::lower_bound(
-        courses_.begin(), courses_.end(), course.from, [](const Course& c, Tick from) {
+        courses_.begin(), courses_.end(), course.from, [](const ClockCourse& c, Tick from) {
             return c.from < from;
         });
     courses_.erase(later, courses_.end());
@@ -33,7 +33,7 @@ std::optional<double> SharedClock::at(double tick) const {
     return std::nullopt;
 }
 
-std::span<const Course> SharedClock::from(Tick tick) const {
+std::span<const ClockCourse> SharedClock::from(Tick tick) const {
     std::size_t first = 0;
     while (first + 1 < courses_.size() && courses_[first + 1].from <= tick) {
         ++first;
@@ -52,15 +52,15 @@ double SharedClock::wrapped(double value) const {
 
 // ---------------------------------------------------------------- variables
 
-double SlowVariable::unit(std::uint64_t number, std::uint64_t use) const {
+double SharedVariable::unit(std::uint64_t number, std::uint64_t use) const {
     const std::uint64_t bits = core::mix(core::mix(def_.seed ^ core::mix(2 * number + use)));
     return static_cast<double>(bits >> 11) * 0x1.0p-53;
 }
 
-SlowCursor SlowVariable::begin() const {
-    SlowCursor first;
+VariableCursor SharedVariable::begin() const {
+    VariableCursor first;
     double all = 0.0;
-    for (const SlowPhase& phase : def_.phases) {
+    for (const VariablePhase& phase : def_.phases) {
         all += phase.weight;
     }
     double left = unit(0, 0) * all;
@@ -71,14 +71,14 @@ SlowCursor SlowVariable::begin() const {
     return first;
 }
 
-Tick SlowVariable::length(const SlowCursor& cursor) const {
-    const SlowPhase& phase = def_.phases[cursor.phase];
+Tick SharedVariable::length(const VariableCursor& cursor) const {
+    const VariablePhase& phase = def_.phases[cursor.phase];
     const double seconds = phase.min_s + (phase.max_s - phase.min_s) * unit(cursor.number, 1);
     return std::max<Tick>(1, static_cast<Tick>(std::floor(seconds / tick_s_ + 0.5)));
 }
 
-SlowCursor SlowVariable::next(const SlowCursor& cursor) const {
-    SlowCursor out{cursor.number + 1, cursor.since + length(cursor), cursor.phase, 0.0};
+VariableCursor SharedVariable::next(const VariableCursor& cursor) const {
+    VariableCursor out{cursor.number + 1, cursor.since + length(cursor), cursor.phase, 0.0};
     out.before = value(cursor, out.since);
     double others = 0.0;
     for (std::size_t i = 0; i < def_.phases.size(); ++i) {
@@ -98,7 +98,7 @@ SlowCursor SlowVariable::next(const SlowCursor& cursor) const {
     return out;
 }
 
-std::optional<SlowCursor> SlowVariable::carry_on(SlowCursor from, Tick tick) const {
+std::optional<VariableCursor> SharedVariable::carry_on(VariableCursor from, Tick tick) const {
     if (tick < from.since) {
         return std::nullopt;
     }
@@ -111,7 +111,7 @@ std::optional<SlowCursor> SlowVariable::carry_on(SlowCursor from, Tick tick) con
     return std::nullopt;
 }
 
-double SlowVariable::value(const SlowCursor& cursor, Tick tick) const {
+double SharedVariable::value(const VariableCursor& cursor, Tick tick) const {
     const double goal = def_.phases[cursor.phase].value;
     const double passed_s = static_cast<double>(tick - cursor.since) * tick_s_;
     if (!(passed_s < def_.blend_s)) {
@@ -122,19 +122,19 @@ double SlowVariable::value(const SlowCursor& cursor, Tick tick) const {
 
 // ---------------------------------------------------------------- all of a world
 
-SlowState::SlowState(const SlowDefs& defs, double tick_s) {
+SharedEnvironment::SharedEnvironment(const EnvironmentDefs& defs, double tick_s) {
     for (const SharedClockDef& clock : defs.clocks) {
         clock_names_.push_back(clock.name);
         clocks_.emplace_back(tick_s, clock.period);
     }
-    for (const SlowVariableDef& variable : defs.variables) {
-        ZONED_ASSERT(!variable.phases.empty(), "a slow variable has phases");
+    for (const SharedVariableDef& variable : defs.variables) {
+        ZONED_ASSERT(!variable.phases.empty(), "a shared variable has phases");
         variables_.emplace_back(variable, tick_s);
     }
     cursors_.resize(variables_.size());
 }
 
-void SlowState::begin(const SlowDefs& defs) {
+void SharedEnvironment::begin(const EnvironmentDefs& defs) {
     for (std::size_t i = 0; i < clocks_.size(); ++i) {
         clocks_[i].announce(defs.clocks[i].first);
     }
@@ -143,12 +143,12 @@ void SlowState::begin(const SlowDefs& defs) {
     }
 }
 
-void SlowState::announce(std::size_t clock, const Course& course) {
+void SharedEnvironment::announce(std::size_t clock, const ClockCourse& course) {
     clocks_[clock].announce(course);
 }
 
-double SlowState::place(std::size_t variable, const SlowCursor& cursor) {
-    const std::optional<SlowCursor> mine = cursor_at(variable, cursor.since);
+double SharedEnvironment::place(std::size_t variable, const VariableCursor& cursor) {
+    const std::optional<VariableCursor> mine = cursor_at(variable, cursor.since);
     if (mine == cursor) {
         return 0.0;
     }
@@ -158,7 +158,7 @@ double SlowState::place(std::size_t variable, const SlowCursor& cursor) {
                 : 0.0;
 }
 
-void SlowState::advance(Tick now) {
+void SharedEnvironment::advance(Tick now) {
     for (std::size_t i = 0; i < cursors_.size(); ++i) {
         if (cursors_[i] && now - kRemembered > cursors_[i]->since) {
             cursors_[i] = variables_[i].carry_on(*cursors_[i], now - kRemembered);
@@ -166,16 +166,16 @@ void SlowState::advance(Tick now) {
     }
 }
 
-std::optional<SlowCursor> SlowState::cursor_at(std::size_t index, Tick tick) const {
+std::optional<VariableCursor> SharedEnvironment::cursor_at(std::size_t index, Tick tick) const {
     return cursors_[index] ? variables_[index].carry_on(*cursors_[index], tick) : std::nullopt;
 }
 
-std::optional<double> SlowState::value_at(std::size_t index, Tick tick) const {
-    const std::optional<SlowCursor> cursor = cursor_at(index, tick);
+std::optional<double> SharedEnvironment::value_at(std::size_t index, Tick tick) const {
+    const std::optional<VariableCursor> cursor = cursor_at(index, tick);
     return cursor ? std::optional(variables_[index].value(*cursor, tick)) : std::nullopt;
 }
 
-std::optional<double> SlowState::at(std::string_view name, Tick tick) const {
+std::optional<double> SharedEnvironment::at(std::string_view name, Tick tick) const {
     if (const std::optional<std::size_t> clock = find_clock(name)) {
         return clock_at(*clock, tick);
     }
@@ -187,7 +187,7 @@ std::optional<double> SlowState::at(std::string_view name, Tick tick) const {
     return std::nullopt;
 }
 
-std::optional<std::size_t> SlowState::find_clock(std::string_view name) const {
+std::optional<std::size_t> SharedEnvironment::find_clock(std::string_view name) const {
     const auto it = std::find(clock_names_.begin(), clock_names_.end(), name);
     return it == clock_names_.end()
                ? std::nullopt

@@ -1,5 +1,5 @@
-// Slow state: clocks and courses of a world (time of day, weather) that every side computes for
-// itself from constants that are told once.
+// Shared environment: clocks and courses of a world (time of day, weather) that every side computes
+// for itself from constants that are told once.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -14,12 +14,12 @@
 namespace zoned::clock {
 
 /// A stretch of a clock: from tick `from` on it shows value + rate_per_s * (t - from) * tick_s.
-struct Course {
+struct ClockCourse {
     Tick from = 0;
     double value = 0.0;
     double rate_per_s = 0.0;
 
-    friend bool operator==(const Course&, const Course&) = default;
+    friend bool operator==(const ClockCourse&, const ClockCourse&) = default;
 };
 
 /// A clock that runs piecewise at constant rates. Both sides that were told the same courses show
@@ -35,24 +35,24 @@ class SharedClock {
 
     /// Holds from course.from on, in place of what was announced for then and later. Told of again
     /// it changes nothing.
-    void announce(const Course& course);
+    void announce(const ClockCourse& course);
 
     /// At a tick, with its fraction; none before the first course that is remembered.
     [[nodiscard]] std::optional<double> at(double tick) const;
 
     /// The one that holds at a tick, and all that are announced for later, ascending.
-    [[nodiscard]] std::span<const Course> from(Tick tick) const;
+    [[nodiscard]] std::span<const ClockCourse> from(Tick tick) const;
 
   private:
     [[nodiscard]] double wrapped(double value) const;
 
     double tick_s_;
     double period_;
-    std::vector<Course> courses_;  // ascending
+    std::vector<ClockCourse> courses_;  // ascending
 };
 
-/// One of the states that a slow variable passes through.
-struct SlowPhase {
+/// One of the states that a shared variable passes through.
+struct VariablePhase {
     std::string name;
     double value = 0.0;   ///< that the variable goes to
     double weight = 1.0;  ///< > 0: of being next
@@ -60,83 +60,83 @@ struct SlowPhase {
     double max_s = 600.0;
 };
 
-struct SlowVariableDef {
+struct SharedVariableDef {
     std::string name;
     std::uint64_t seed = 0;
     double blend_s = 0.0;  ///< from the value before to that of a new phase, linearly
-    std::vector<SlowPhase> phases;
+    std::vector<VariablePhase> phases;
 };
 
 /// Where a variable stands: phase number `number` (0, 1, 2, ...) began at `since`, with the value
 /// `before`.
-struct SlowCursor {
+struct VariableCursor {
     std::uint64_t number = 0;
     Tick since = 0;
     std::uint32_t phase = 0;
     double before = 0.0;
 
-    friend bool operator==(const SlowCursor&, const SlowCursor&) = default;
+    friend bool operator==(const VariableCursor&, const VariableCursor&) = default;
 };
 
 /// A value that follows a course drawn from a seed: phases that never follow themselves (where
 /// there is more than one), each of a random length. Length and successor of phase number n are a
 /// function of seed and n alone, so whoever knows one cursor knows the whole future.
-class SlowVariable {
+class SharedVariable {
   public:
     /// A cursor may be carried on over so many phases at a time: more is a mistake, or an attack.
     static constexpr int kMostPhases = 100000;
 
-    SlowVariable(SlowVariableDef def, double tick_s) : def_(std::move(def)), tick_s_(tick_s) {}
+    SharedVariable(SharedVariableDef def, double tick_s) : def_(std::move(def)), tick_s_(tick_s) {}
 
-    [[nodiscard]] const SlowVariableDef& def() const { return def_; }
+    [[nodiscard]] const SharedVariableDef& def() const { return def_; }
 
     /// Phase number 0, at tick 0.
-    [[nodiscard]] SlowCursor begin() const;
+    [[nodiscard]] VariableCursor begin() const;
     /// The cursor of a tick at or after `from.since`; none where it is before it or too far ahead.
-    [[nodiscard]] std::optional<SlowCursor> carry_on(SlowCursor from, Tick tick) const;
-    [[nodiscard]] double value(const SlowCursor& cursor, Tick tick) const;
+    [[nodiscard]] std::optional<VariableCursor> carry_on(VariableCursor from, Tick tick) const;
+    [[nodiscard]] double value(const VariableCursor& cursor, Tick tick) const;
     /// How long a phase lasts, ticks, >= 1.
-    [[nodiscard]] Tick length(const SlowCursor& cursor) const;
+    [[nodiscard]] Tick length(const VariableCursor& cursor) const;
 
   private:
-    [[nodiscard]] SlowCursor next(const SlowCursor& cursor) const;
+    [[nodiscard]] VariableCursor next(const VariableCursor& cursor) const;
     [[nodiscard]] double unit(std::uint64_t number, std::uint64_t use) const;
 
-    SlowVariableDef def_;
+    SharedVariableDef def_;
     double tick_s_;
 };
 
 struct SharedClockDef {
     std::string name;
     double period = 0.0;  ///< 0: does not wrap
-    Course first;
+    ClockCourse first;
 };
 
-struct SlowDefs {
+struct EnvironmentDefs {
     std::vector<SharedClockDef> clocks;
-    std::vector<SlowVariableDef> variables;
+    std::vector<SharedVariableDef> variables;
     Tick sync_ticks = 1800;  ///< everybody is told where everything stands so often
 
     [[nodiscard]] bool empty() const { return clocks.empty() && variables.empty(); }
 };
 
 /// All clocks and variables of a world, on one side.
-class SlowState {
+class SharedEnvironment {
   public:
     /// Values of the past can be asked for this long.
     static constexpr Tick kRemembered = 600;
 
-    SlowState() = default;
-    SlowState(const SlowDefs& defs, double tick_s);
+    SharedEnvironment() = default;
+    SharedEnvironment(const EnvironmentDefs& defs, double tick_s);
 
     /// The authority begins with the first courses and phases; a client knows of nothing until it
     /// is told.
-    void begin(const SlowDefs& defs);
+    void begin(const EnvironmentDefs& defs);
 
-    void announce(std::size_t clock, const Course& course);
+    void announce(std::size_t clock, const ClockCourse& course);
     /// Where a variable stands, from whoever knows. Returns by how much the value of the cursor's
     /// tick was another before (0: none was known).
-    double place(std::size_t variable, const SlowCursor& cursor);
+    double place(std::size_t variable, const VariableCursor& cursor);
     /// Carries cursors on, so that questions about ticks near `now` are answered quickly.
     void advance(Tick now);
 
@@ -150,10 +150,10 @@ class SlowState {
         return clocks_[index].at(static_cast<double>(tick));
     }
 
-    [[nodiscard]] std::optional<SlowCursor> cursor_at(std::size_t index, Tick tick) const;
+    [[nodiscard]] std::optional<VariableCursor> cursor_at(std::size_t index, Tick tick) const;
     [[nodiscard]] std::optional<double> value_at(std::size_t index, Tick tick) const;
 
-    [[nodiscard]] const SlowVariable& variable(std::size_t index) const {
+    [[nodiscard]] const SharedVariable& variable(std::size_t index) const {
         return variables_[index];
     }
 
@@ -165,8 +165,8 @@ class SlowState {
   private:
     std::vector<std::string> clock_names_;
     std::vector<SharedClock> clocks_;
-    std::vector<SlowVariable> variables_;
-    std::vector<std::optional<SlowCursor>> cursors_;  // of kRemembered ticks ago, or newer
+    std::vector<SharedVariable> variables_;
+    std::vector<std::optional<VariableCursor>> cursors_;  // of kRemembered ticks ago, or newer
 };
 
 }  // namespace zoned::clock

@@ -1,4 +1,5 @@
-// Shared clocks and slow variables in zones: rules read them, change them ahead, clients are told.
+// Shared clocks and shared variables in zones: rules read them, change them ahead, clients are
+// told.
 #include "server/app/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
@@ -17,10 +18,10 @@ namespace {
 /// Two zones with a clock of 24 hours, half an hour per second, and two kinds of weather.
 config::Settings with_weather() {
     config::Settings s = scenario::small_world(2, 1, 120.0);
-    s.slow.clocks.push_back({"time_of_day", 24.0, {0, 8.0, 0.5}});
-    clock::SlowVariableDef rain{"rain", 5, 1.0, {}};
+    s.environment.clocks.push_back({"time_of_day", 24.0, {0, 8.0, 0.5}});
+    clock::SharedVariableDef rain{"rain", 5, 1.0, {}};
     rain.phases = {{"clear", 0.0, 1.0, 2.0, 4.0}, {"storm", 1.0, 1.0, 1.0, 2.0}};
-    s.slow.variables.push_back(rain);
+    s.environment.variables.push_back(rain);
     return s;
 }
 
@@ -32,13 +33,13 @@ class Weathered {
     }
 
     /// Returns the payloads that were told to somebody in this tick.
-    std::vector<proto::SlowState> tick(const std::vector<mailbox::InboxItem>& items = {}) {
+    std::vector<proto::SharedEnvironment> tick(const std::vector<mailbox::InboxItem>& items = {}) {
         std::vector<mailbox::OutboxItem> out;
         world->tick(items, out);
-        std::vector<proto::SlowState> told;
+        std::vector<proto::SharedEnvironment> told;
         for (const mailbox::OutboxItem& item : out) {
             const auto* event = std::get_if<mailbox::EventOut>(&item);
-            if (event != nullptr && event->kind == proto::CORE_EVENT_SLOW_STATE) {
+            if (event != nullptr && event->kind == proto::CORE_EVENT_SHARED_ENVIRONMENT) {
                 EXPECT_TRUE(told.emplace_back().ParseFromArray(
                     event->payload.data(), static_cast<int>(event->payload.size())));
                 largest_payload = std::max(largest_payload, event->payload.size());
@@ -58,16 +59,16 @@ class Weathered {
     std::size_t largest_payload = 0;
 };
 
-TEST(SlowState, ShowsTheSameInAllZonesAndToTheRules) {
+TEST(SharedEnvironment, ShowsTheSameInAllZonesAndToTheRules) {
     // Somebody in either zone: rules of empty ones need not run.
     config::Settings settings = with_weather();
     settings.spawn_points = {Vec3d(-20.0, 0.9, 0.0), Vec3d(20.0, 0.9, 0.0)};
     Weathered w(settings);
     std::map<Tick, std::vector<double>> seen;
     plain_log()->each_tick = [&](zone::RulesContext& context) {
-        seen[context.now()].push_back(*context.slow_value("time_of_day"));
-        seen[context.now()].push_back(*context.slow_value("rain"));
-        EXPECT_EQ(context.slow_value("moon"), std::nullopt);
+        seen[context.now()].push_back(*context.shared_value("time_of_day"));
+        seen[context.now()].push_back(*context.shared_value("rain"));
+        EXPECT_EQ(context.shared_value("moon"), std::nullopt);
     };
     w.tick({Weathered::player(1), Weathered::player(2)});
     for (int i = 0; i < 300; ++i) {
@@ -89,7 +90,7 @@ TEST(SlowState, ShowsTheSameInAllZonesAndToTheRules) {
     EXPECT_GT(both, 100);
 }
 
-TEST(SlowState, IsToldAtLoginAndOnceAMinuteInFewBytes) {
+TEST(SharedEnvironment, IsToldAtLoginAndOnceAMinuteInFewBytes) {
     Weathered w(with_weather());
     EXPECT_EQ(w.tick({Weathered::player()}).size(), 1U) << "at login";
     std::size_t told = 0;
@@ -101,12 +102,12 @@ TEST(SlowState, IsToldAtLoginAndOnceAMinuteInFewBytes) {
     EXPECT_LE(w.largest_payload, 55U);
 }
 
-TEST(SlowState, IsChangedByRulesAheadOfTimeSoThatAClientThatWasToldComputesTheSame) {
+TEST(SharedEnvironment, IsChangedByRulesAheadOfTimeSoThatAClientThatWasToldComputesTheSame) {
     const config::Settings settings = with_weather();
     Weathered w(settings);
-    clock::SlowState client(settings.slow, 1.0 / 30.0);
-    const auto take = [&](const std::vector<proto::SlowState>& told) {
-        for (const proto::SlowState& one : told) {
+    clock::SharedEnvironment client(settings.environment, 1.0 / 30.0);
+    const auto take = [&](const std::vector<proto::SharedEnvironment>& told) {
+        for (const proto::SharedEnvironment& one : told) {
             for (const auto& c : one.courses()) {
                 client.announce(c.clock(), {c.from(), c.value(), c.rate_per_s()});
             }
@@ -119,8 +120,8 @@ TEST(SlowState, IsChangedByRulesAheadOfTimeSoThatAClientThatWasToldComputesTheSa
     take(w.tick({Weathered::player()}));
     const auto in_step = [&] {
         const Tick now = w.world->now();
-        return client.clock_at(0, now) == w.world->slow_state()->clock_at(0, now) &&
-               client.value_at(0, now) == w.world->slow_state()->value_at(0, now) &&
+        return client.clock_at(0, now) == w.world->shared_environment()->clock_at(0, now) &&
+               client.value_at(0, now) == w.world->shared_environment()->value_at(0, now) &&
                client.clock_at(0, now).has_value();
     };
     Tick changed = 0;

@@ -11,10 +11,10 @@ namespace {
 
 constexpr double kTick_s = 1.0 / 30.0;
 
-SlowDefs day_and_weather() {
-    SlowDefs defs;
+EnvironmentDefs day_and_weather() {
+    EnvironmentDefs defs;
     defs.clocks.push_back({"time_of_day", 24.0, {0, 8.0, 24.0 / 1200.0}});  // a day is 20 minutes
-    SlowVariableDef weather{"rain", 7, 5.0, {}};
+    SharedVariableDef weather{"rain", 7, 5.0, {}};
     weather.phases = {{"clear", 0.0, 3.0, 20.0, 60.0},
                       {"drizzle", 0.3, 1.0, 10.0, 30.0},
                       {"storm", 1.0, 1.0, 5.0, 15.0}};
@@ -55,11 +55,11 @@ TEST(SharedClock, KeepsItsPastWhenAChangeIsAnnouncedInAdvance) {
 }
 
 TEST(SharedClock, DriftsByTheErrorOfTheTickTimesTheRateAndNoMore) {
-    const SlowDefs defs = day_and_weather();
-    SlowState server(defs, kTick_s);
+    const EnvironmentDefs defs = day_and_weather();
+    SharedEnvironment server(defs, kTick_s);
     server.begin(defs);
-    SlowState client(defs, kTick_s);
-    for (const Course& course : server.clock(0).from(0)) {
+    SharedEnvironment client(defs, kTick_s);
+    for (const ClockCourse& course : server.clock(0).from(0)) {
         client.announce(0, course);
     }
     for (Tick tick = 0; tick < 30LL * 3600 * 24 * 30; tick += 999983) {
@@ -73,11 +73,11 @@ TEST(SharedClock, DriftsByTheErrorOfTheTickTimesTheRateAndNoMore) {
     }
 }
 
-TEST(SlowVariable, IsComputedAlikeFromAnyCursor) {
-    const SlowDefs defs = day_and_weather();
-    SlowState server(defs, kTick_s);
+TEST(SharedVariable, IsComputedAlikeFromAnyCursor) {
+    const EnvironmentDefs defs = day_and_weather();
+    SharedEnvironment server(defs, kTick_s);
     server.begin(defs);
-    SlowState late(defs, kTick_s);
+    SharedEnvironment late(defs, kTick_s);
     EXPECT_EQ(late.value_at(0, 100), std::nullopt);
     for (Tick tick = 0; tick < 60000; ++tick) {
         server.advance(tick);
@@ -95,18 +95,18 @@ TEST(SlowVariable, IsComputedAlikeFromAnyCursor) {
     EXPECT_EQ(server.at("moon", 60000), std::nullopt);
 }
 
-TEST(SlowVariable, GoesThroughItsPhasesAsLongAndAsOftenAsToldAndNeverJumps) {
-    const SlowDefs defs = day_and_weather();
-    const SlowVariable rain(defs.variables[0], kTick_s);
-    SlowCursor cursor = rain.begin();
+TEST(SharedVariable, GoesThroughItsPhasesAsLongAndAsOftenAsToldAndNeverJumps) {
+    const EnvironmentDefs defs = day_and_weather();
+    const SharedVariable rain(defs.variables[0], kTick_s);
+    VariableCursor cursor = rain.begin();
     std::map<std::uint32_t, int> met;
     std::map<std::uint32_t, int> after_clear;
     for (int i = 0; i < 20000; ++i) {
-        const SlowPhase& phase = rain.def().phases[cursor.phase];
+        const VariablePhase& phase = rain.def().phases[cursor.phase];
         const Tick length = rain.length(cursor);
         EXPECT_GE(static_cast<double>(length), phase.min_s / kTick_s - 1.0);
         EXPECT_LE(static_cast<double>(length), phase.max_s / kTick_s + 1.0);
-        const SlowCursor next = *rain.carry_on(cursor, cursor.since + length);
+        const VariableCursor next = *rain.carry_on(cursor, cursor.since + length);
         EXPECT_EQ(next.number, cursor.number + 1);
         EXPECT_NE(next.phase, cursor.phase);
         EXPECT_EQ(rain.value(next, next.since), rain.value(cursor, next.since));
@@ -120,21 +120,21 @@ TEST(SlowVariable, GoesThroughItsPhasesAsLongAndAsOftenAsToldAndNeverJumps) {
     EXPECT_EQ(rain.carry_on(cursor, cursor.since - 1), std::nullopt);
 }
 
-TEST(SlowVariable, OfAHostileLengthIsGivenUpInBoundedTime) {
-    SlowVariableDef def{
+TEST(SharedVariable, OfAHostileLengthIsGivenUpInBoundedTime) {
+    SharedVariableDef def{
         "flicker", 1, 0.0, {{"on", 1.0, 1.0, 0.0, 0.0}, {"off", 0.0, 1.0, 0.0, 0.0}}};
-    const SlowVariable flicker(def, kTick_s);
+    const SharedVariable flicker(def, kTick_s);
     EXPECT_TRUE(flicker.carry_on(flicker.begin(), 1000).has_value());
     EXPECT_EQ(flicker.carry_on(flicker.begin(), Tick{1} << 40), std::nullopt);
 }
 
-TEST(SlowState, SaysByHowMuchItWasWrongWhenItIsToldBetter) {
-    const SlowDefs defs = day_and_weather();
-    SlowState state(defs, kTick_s);
+TEST(SharedEnvironment, SaysByHowMuchItWasWrongWhenItIsToldBetter) {
+    const EnvironmentDefs defs = day_and_weather();
+    SharedEnvironment state(defs, kTick_s);
     state.begin(defs);
-    const SlowCursor right = *state.cursor_at(0, 5000);
+    const VariableCursor right = *state.cursor_at(0, 5000);
     EXPECT_EQ(state.place(0, right), 0.0);
-    SlowCursor other = right;
+    VariableCursor other = right;
     other.phase = (right.phase + 1) % 3;
     other.before = right.before + 0.25;
     EXPECT_NEAR(state.place(0, other), 0.25, 1e-12);

@@ -1,4 +1,4 @@
-// Clocks and slow variables, cones and concealed bursts: what a config may say of them.
+// Clocks and shared variables, cones and concealed bursts: what a config may say of them.
 #include "tests/unit/ops/config_helpers.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace zoned::config::test {
 namespace {
 
-const std::string kSlow = R"(slow {
+const std::string kEnvironment = R"(environment {
   clock { name: "time_of_day" start: 8 rate_per_s: 0.02 period: 24 }
   variable {
     name: "rain"
@@ -21,27 +21,28 @@ const std::string kSlow = R"(slow {
 }
 )";
 
-TEST(SlowStateInConfigs, IsExpandedAndToldAtLogin) {
-    const Outcome out = parse(kSlow + kValid);
+TEST(SharedEnvironmentInConfigs, IsExpandedAndToldAtLogin) {
+    const Outcome out = parse(kEnvironment + kValid);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const clock::SlowDefs& slow = out.settings.slow;
-    ASSERT_EQ(slow.clocks.size(), 1U);
-    EXPECT_EQ(slow.clocks[0].first, (clock::Course{0, 8.0, 0.02}));
-    EXPECT_EQ(slow.clocks[0].period, 24.0);
-    ASSERT_EQ(slow.variables.size(), 1U);
-    ASSERT_EQ(slow.variables[0].phases.size(), 2U);
-    EXPECT_EQ(slow.variables[0].phases[1].max_s, 30.0) << "not set: as min_s";
-    EXPECT_EQ(slow.sync_ticks, 900);
-    EXPECT_TRUE(parse(kValid).settings.slow.empty());
-    EXPECT_NE(parse(with("seed: 3", "seed: 4", kSlow + kValid)).settings.digest,
+    const clock::EnvironmentDefs& environment = out.settings.environment;
+    ASSERT_EQ(environment.clocks.size(), 1U);
+    EXPECT_EQ(environment.clocks[0].first, (clock::ClockCourse{0, 8.0, 0.02}));
+    EXPECT_EQ(environment.clocks[0].period, 24.0);
+    ASSERT_EQ(environment.variables.size(), 1U);
+    ASSERT_EQ(environment.variables[0].phases.size(), 2U);
+    EXPECT_EQ(environment.variables[0].phases[1].max_s, 30.0) << "not set: as min_s";
+    EXPECT_EQ(environment.sync_ticks, 900);
+    EXPECT_TRUE(parse(kValid).settings.environment.empty());
+    EXPECT_NE(parse(with("seed: 3", "seed: 4", kEnvironment + kValid)).settings.digest,
               out.settings.digest);
 }
 
-TEST(SlowStateInConfigs, IsRefusedWhereItMakesNoSense) {
-    expect_single(with("name: \"rain\"", "name: \"time_of_day\"", kSlow + kValid),
+TEST(SharedEnvironmentInConfigs, IsRefusedWhereItMakesNoSense) {
+    expect_single(with("name: \"rain\"", "name: \"time_of_day\"", kEnvironment + kValid),
                   "name: \"time_of_day\"\n    seed",
                   "the name of another");
-    expect_single(with("max_s: 600", "max_s: 60", kSlow + kValid), "max_s: 60", "less than min_s");
+    expect_single(
+        with("max_s: 600", "max_s: 60", kEnvironment + kValid), "max_s: 60", "less than min_s");
 }
 
 TEST(ConesInConfigs, BelongToTheNimbusOfCharacters) {
