@@ -173,7 +173,8 @@ void convert(const Raw& raw, Options& o) {
     o.swarm.convergence = methods.at(raw.convergence);
     o.swarm.view =
         raw.view == "interpolate" ? view::ViewKind::kInterpolate : view::ViewKind::kExtrapolate;
-    o.swarm.shows = raw.predictor == "none" ? view::Shows::kPublished : view::Shows::kPredicted;
+    o.swarm.displayed_state = raw.predictor == "none" ? view::DisplayedState::kPublished
+                                                      : view::DisplayedState::kPredicted;
     if (raw.view == "interpolate" && raw.predictor == "none") {
         throw std::invalid_argument(
             "--predictor none is of --view extrapolate: an interpolating view needs what "

@@ -25,7 +25,7 @@ struct Options {
 };
 
 /// Exit codes of the command line's contract.
-enum ExitCode : int {
+enum ClientExitCode : int {
     kGood = 0,
     kInconsistent = 1,
     kBadUsage = 2,

@@ -47,10 +47,10 @@ link::NetworkSettings network_settings(const Options& o) {
     const auto address = asio::ip::make_address(o.host, not_an_address);
     const bool loopback = o.host == "localhost" || (!not_an_address && address.is_loopback());
     if (!o.pin.empty()) {
-        n.trust.kind = link::Trust::Kind::kPin;
+        n.trust.kind = link::Trust::TrustKind::kPin;
         n.trust.pin = o.pin;
     } else if (o.insecure_dev || (loopback && o.ca_file.empty())) {
-        n.trust.kind = link::Trust::Kind::kInsecure;
+        n.trust.kind = link::Trust::TrustKind::kInsecure;
     }
     return n;
 }
@@ -99,7 +99,7 @@ void drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
     }
 }
 
-void add_bottlenecks(const link::SocketNetwork& network, measure::Report& report) {
+void add_bottlenecks(const link::SocketNetwork& network, measure::RunReport& report) {
     double carried = 0.0;
     double capacity = 0.0;
     for (const link::BottleneckMeter& meter : network.bottlenecks(link::Direction::kDown)) {
@@ -112,7 +112,7 @@ void add_bottlenecks(const link::SocketNetwork& network, measure::Report& report
     report.bottleneck_utilisation = capacity > 0.0 ? carried / capacity : 0.0;
 }
 
-bool write_report(const std::string& file, const measure::Report& report) {
+bool write_report(const std::string& file, const measure::RunReport& report) {
     std::ofstream out(file, std::ios::binary | std::ios::trunc);
     out << measure::to_json(report);
     out.flush();
@@ -140,7 +140,7 @@ int run(const Options& options) {
         settings.path_spread_s = options.conditioner.spread_s();
         Swarm swarm(settings, [&](std::size_t) { return network.make_transport(); });
         drive(network, swarm, options.quiet);
-        measure::Report report = swarm.report();
+        measure::RunReport report = swarm.report();
         report.process_cpu_s = process_cpu_s();
         report.send_drops = network.send_drops();
         if (options.conditioner.bottleneck_down_bytes_per_s > 0.0) {

@@ -61,7 +61,7 @@ Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
         one.index = i;
         one.convergence = settings_.convergence;
         one.view = settings_.view;
-        one.shows = settings_.shows;
+        one.displayed_state = settings_.displayed_state;
         one.meter = settings_.meter;
         one.audit_every_s = settings_.audit ? settings_.audit_every_s : 0.0;
         bots_.push_back(
@@ -76,7 +76,7 @@ void Swarm::advance(double now_s) {
         begun_s_ = now_s;
         phase_s_ = now_s;
     }
-    if (phase_ == Phase::kDone) {
+    if (phase_ == RunPhase::kDone) {
         return;
     }
     for (std::size_t i = 0; i < started_; ++i) {
@@ -84,10 +84,10 @@ void Swarm::advance(double now_s) {
     }
     collector_.advance(bots_, now_s);
     switch (phase_) {
-        case Phase::kRamp:
+        case RunPhase::kRamp:
             ramp(now_s);
             break;
-        case Phase::kSettle: {
+        case RunPhase::kSettle: {
             const bool all = std::all_of(bots_.begin(), bots_.end(), [](const auto& bot) {
                 return bot->joined() || bot->client().state() == link::SessionState::kClosed;
             });
@@ -96,22 +96,22 @@ void Swarm::advance(double now_s) {
             }
             break;
         }
-        case Phase::kRun:
+        case RunPhase::kRun:
             if (now_s - phase_s_ >= settings_.seconds || all_closed()) {
                 run_seconds_ = now_s - phase_s_;
                 collector_.end_run(bots_, now_s);
                 enter_freeze(now_s);
             }
             break;
-        case Phase::kFreeze:
+        case RunPhase::kFreeze:
             freeze(now_s);
             break;
-        case Phase::kGoodbye:
+        case RunPhase::kGoodbye:
             if (now_s - phase_s_ >= kGoodbyeS || all_closed()) {
-                phase_ = Phase::kDone;
+                phase_ = RunPhase::kDone;
             }
             break;
-        case Phase::kDone:
+        case RunPhase::kDone:
             break;
     }
 }
@@ -122,13 +122,13 @@ void Swarm::ramp(double now_s) {
         bots_[started_++]->start(now_s);
     }
     if (started_ == bots_.size()) {
-        phase_ = Phase::kSettle;
+        phase_ = RunPhase::kSettle;
         phase_s_ = now_s;
     }
 }
 
 void Swarm::enter_run(double now_s) {
-    phase_ = Phase::kRun;
+    phase_ = RunPhase::kRun;
     phase_s_ = now_s;
 }
 
@@ -154,7 +154,7 @@ void Swarm::enter_freeze(double now_s) {
         enter_goodbye(now_s);
         return;
     }
-    phase_ = Phase::kFreeze;
+    phase_ = RunPhase::kFreeze;
     phase_s_ = now_s;
     freeze_asked_ = true;
     collector_.forget_frozen();
@@ -174,7 +174,7 @@ void Swarm::freeze(double now_s) {
             }
         }
     }
-    const measure::Collector::Convergence state = collector_.convergence(bots_);
+    const measure::Collector::ConvergedBots state = collector_.convergence(bots_);
     const bool converged = state.online > 0 && state.converged == state.online;
     if (converged || now_s - phase_s_ >= settings_.freeze_wait_s) {
         if (bot::Bot* one = freezer(); one != nullptr) {
@@ -190,12 +190,13 @@ void Swarm::enter_goodbye(double now_s) {
     final_.script = describe(settings_.mix);
     final_.convergence = name_of(settings_.convergence);
     final_.view = settings_.view == view::ViewKind::kInterpolate ? "interpolate" : "extrapolate";
-    final_.predictor = settings_.shows == view::Shows::kPublished ? "none" : "published";
+    final_.predictor =
+        settings_.displayed_state == view::DisplayedState::kPublished ? "none" : "published";
     final_.seed = settings_.seed;
     final_.audits_expected = settings_.audit;
     final_.freeze_asked = freeze_asked_;
     measure::judge(final_);
-    phase_ = Phase::kGoodbye;
+    phase_ = RunPhase::kGoodbye;
     phase_s_ = now_s;
     for (std::size_t i = 0; i < started_; ++i) {
         bots_[i]->quit(now_s);
@@ -203,11 +204,11 @@ void Swarm::enter_goodbye(double now_s) {
 }
 
 void Swarm::stop(double now_s) {
-    if (phase_ == Phase::kGoodbye || phase_ == Phase::kDone) {
+    if (phase_ == RunPhase::kGoodbye || phase_ == RunPhase::kDone) {
         return;
     }
-    if (phase_ != Phase::kFreeze) {
-        run_seconds_ = phase_ == Phase::kRun ? now_s - phase_s_ : 0.0;
+    if (phase_ != RunPhase::kFreeze) {
+        run_seconds_ = phase_ == RunPhase::kRun ? now_s - phase_s_ : 0.0;
         collector_.end_run(bots_, now_s);
     } else if (bot::Bot* one = freezer(); one != nullptr) {
         // A world left frozen would be a bad farewell.
@@ -217,7 +218,7 @@ void Swarm::stop(double now_s) {
     enter_goodbye(now_s);
 }
 
-measure::Report Swarm::report() const {
+measure::RunReport Swarm::report() const {
     return final_;
 }
 
@@ -234,7 +235,7 @@ Swarm::Progress Swarm::progress(double now_s) const {
     const measure::Tally& t = collector_.tally();
     p.samples = t.samples;
     p.findings = t.position_violations + t.orientation_violations + t.missing + t.extra;
-    if (phase_ == Phase::kRun) {
+    if (phase_ == RunPhase::kRun) {
         p.seconds_left = std::max(0.0, settings_.seconds - (now_s - phase_s_));
     }
     return p;

@@ -21,7 +21,7 @@ struct SwarmSettings {
     std::uint64_t seed = 1;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     view::ViewKind view = view::ViewKind::kExtrapolate;
-    view::Shows shows = view::Shows::kPredicted;
+    view::DisplayedState displayed_state = view::DisplayedState::kPredicted;
     std::vector<std::string> tickets;  ///< serialised; one per bot, or none at all
     std::string config_digest;
     std::vector<std::string> teams = {"red", "blue"};
@@ -40,7 +40,7 @@ class Swarm {
   public:
     using MakeTransport = std::function<std::unique_ptr<link::Transport>(std::size_t index)>;
 
-    enum class Phase : std::uint8_t {
+    enum class RunPhase : std::uint8_t {
         kRamp,
         kSettle,  ///< all were started, some have not joined yet
         kRun,
@@ -57,12 +57,12 @@ class Swarm {
     /// Ends the run at once; the report counts up to here.
     void stop(double now_s);
 
-    [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
+    [[nodiscard]] bool done() const { return phase_ == RunPhase::kDone; }
 
-    [[nodiscard]] Phase phase() const { return phase_; }
+    [[nodiscard]] RunPhase phase() const { return phase_; }
 
     /// All numbers and the verdict. Final once done().
-    [[nodiscard]] measure::Report report() const;
+    [[nodiscard]] measure::RunReport report() const;
 
     /// For the progress line.
     struct Progress {
@@ -98,14 +98,14 @@ class Swarm {
     measure::Collector collector_;
     std::vector<std::unique_ptr<link::Transport>> transports_;
     measure::Bots bots_;
-    Phase phase_ = Phase::kRamp;
+    RunPhase phase_ = RunPhase::kRamp;
     std::size_t started_ = 0;
     double begun_s_ = -1.0;
     double phase_s_ = 0.0;
     double run_seconds_ = 0.0;
     double next_audit_s_ = 0.0;
     bool freeze_asked_ = false;
-    measure::Report final_;  // taken before the goodbye, which changes the states
+    measure::RunReport final_;  // taken before the goodbye, which changes the states
 };
 
 }  // namespace zoned::app

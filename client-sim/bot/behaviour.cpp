@@ -48,7 +48,7 @@ EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::strin
     seen.set_tick(std::max<Tick>(0, aim.tick));
     seen.set_fraction(static_cast<std::uint32_t>(std::min(65535.0, aim.fraction * 65536.0)));
     seen.set_aimed(aim.hit.value);
-    for (const view::Sight& sight : aim.near) {
+    for (const view::AimSight& sight : aim.near) {
         sandbox::Sighting& sighting = *seen.add_sighting();
         sighting.set_entity(sight.entity.value);
         sighting.set_x(units_of(sight.position.x()));

@@ -192,11 +192,13 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     arrivals_ = {};
     arrivals_.set_tick_s(world_->tick_s);
     const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights() & 2U) != 0;
-    view_ = std::make_unique<view::View>(
-        world_,
-        view::ViewSettings{
-            settings_.convergence, audited, settings_.view, settings_.shows, settings_.meter},
-        this);
+    view_ = std::make_unique<view::View>(world_,
+                                         view::ViewSettings{settings_.convergence,
+                                                            audited,
+                                                            settings_.view,
+                                                            settings_.displayed_state,
+                                                            settings_.meter},
+                                         this);
     // Audit requests of many bots are spread over the interval.
     last_audit_s_ = now_s_ + settings_.audit_every_s *
                                  static_cast<double>(core::mix(settings_.index) % 1024) / 1024.0;
@@ -233,7 +235,7 @@ bool Bot::on_packet(const link::OpenedPacket& packet) {
     }
     packet_sent_s_ = packet.server_send_s;
     on_path_answers();
-    const view::Taken taken = view_->apply(packet, now_s_);
+    const view::PacketResult taken = view_->apply(packet, now_s_);
     // What could not be read has not arrived, as news goes.
     if (taken.read && client_.clock().ready()) {
         // On the view's own clock, which stands still when the estimate of the server's is set

@@ -40,7 +40,7 @@ struct BotSettings {
     std::size_t index = 0;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     view::ViewKind view = view::ViewKind::kExtrapolate;
-    view::Shows shows = view::Shows::kPredicted;
+    view::DisplayedState displayed_state = view::DisplayedState::kPredicted;
     /// Asks for an audit when none came for this long; 0: never asks. Needs the right to audit.
     double audit_every_s = 1.0;
     bool meter = false;  ///< counts what the bytes of packets were for
@@ -135,7 +135,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     ScriptRunner script_runner_;
     link::Client client_;
     link::ArrivalLog arrivals_;
-    std::shared_ptr<const view::World> world_;
+    std::shared_ptr<const view::WorldInfo> world_;
     std::unique_ptr<view::View> view_;
     double now_s_ = 0.0;
     double next_wake_s_ = 0.0;

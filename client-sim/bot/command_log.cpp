@@ -15,7 +15,7 @@ bool CommandLog::on_update(const link::UplinkUpdate& update, std::size_t& late) 
         return false;
     }
     heard_ = update.sequence;
-    const Packet& packet = packets_[update.sequence % kKept];
+    const CommandPacket& packet = packets_[update.sequence % kKept];
     if (packet.sequence != update.sequence || packet.count == 0) {
         return false;
     }
@@ -26,7 +26,7 @@ bool CommandLog::on_update(const link::UplinkUpdate& update, std::size_t& late) 
         if (tick < 0) {
             break;
         }
-        Arrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
+        CommandArrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
         if (arrival.tick != tick) {
             arrival = {tick, update.server_receive_s};
         }
@@ -38,7 +38,7 @@ std::optional<double> CommandLog::arrival_s(Tick tick) const {
     if (tick < 0) {
         return std::nullopt;
     }
-    const Arrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
+    const CommandArrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
     return arrival.tick == tick ? std::optional<double>(arrival.server_s) : std::nullopt;
 }
 

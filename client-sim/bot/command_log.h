@@ -30,19 +30,19 @@ class CommandLog {
     void clear() { *this = {}; }
 
   private:
-    struct Packet {
+    struct CommandPacket {
         std::uint64_t sequence = 0;
         Tick newest = -1;
         std::size_t count = 0;
     };
 
-    struct Arrival {
+    struct CommandArrival {
         Tick tick = -1;
         double server_s = 0.0;
     };
 
-    std::array<Packet, kKept> packets_{};
-    std::array<Arrival, kKept> arrivals_{};
+    std::array<CommandPacket, kKept> packets_{};
+    std::array<CommandArrival, kKept> arrivals_{};
     std::uint64_t heard_ = 0;
 };
 

@@ -20,7 +20,7 @@ void ArrivalLog::on_packet(std::uint64_t sequence,
         return;
     }
     if (newest_ != 0 && sequence > newest_ + 1) {
-        holes_[hole_count_++ % kHoles] = {
+        gaps_[gap_count_++ % kGaps] = {
             newest_ + 1, sequence - 1, newest_tick_, tick, arrival_server_s, 0};
         missing_ += sequence - newest_ - 1;
     }
@@ -29,20 +29,19 @@ void ArrivalLog::on_packet(std::uint64_t sequence,
 }
 
 std::optional<double> ArrivalLog::arrival_s(std::uint64_t sequence) const {
-    const Place& place = places_[sequence % kArrivals];
+    const SequenceArrival& place = places_[sequence % kArrivals];
     return place.sequence == sequence ? std::optional<double>(place.arrival_s) : std::nullopt;
 }
 
 void ArrivalLog::note_late(std::uint64_t sequence, double arrival_server_s) {
-    const std::size_t kept = std::min(hole_count_, kHoles);
+    const std::size_t kept = std::min(gap_count_, kGaps);
     for (std::size_t i = 0; i < kept; ++i) {
-        Hole& hole = holes_[i];
-        if (sequence >= hole.first && sequence <= hole.last &&
-            hole.filled <= hole.last - hole.first) {
-            ++hole.filled;
+        SequenceGap& gap = gaps_[i];
+        if (sequence >= gap.first && sequence <= gap.last && gap.filled <= gap.last - gap.first) {
+            ++gap.filled;
             --missing_;
             // A packet that was only late delivered its news when it came.
-            hole.closed_s = std::max(hole.closed_s, arrival_server_s);
+            gap.closed_s = std::max(gap.closed_s, arrival_server_s);
             return;
         }
     }
@@ -62,26 +61,26 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
     }
     age.age_s = age.delay_s + tick_s_;
     const double resend_s = rtt_s + tick_s_;
-    const std::size_t holes = std::min(hole_count_, kHoles);
+    const std::size_t holes = std::min(gap_count_, kGaps);
     double outage_s = 0.0;
     for (std::size_t i = 0; i < holes; ++i) {
-        const Hole& hole = holes_[i];
-        const bool whole = hole.filled > hole.last - hole.first;
-        // Lost news matters at T from the tick after the last packet before the hole until the
+        const SequenceGap& gap = gaps_[i];
+        const bool whole = gap.filled > gap.last - gap.first;
+        // Lost news matters at T from the tick after the last packet before the gap until the
         // server gave up the last packet in it and what it then sent came: a packet of the tick
         // after that.
-        const double from_s = static_cast<double>(hole.tick_before) * tick_s_;
-        const Tick sent_again = hole.tick_after + wire::give_up_ticks(rtt_s, tick_s_);
+        const double from_s = static_cast<double>(gap.tick_before) * tick_s_;
+        const Tick sent_again = gap.tick_after + wire::resend_timeout_ticks(rtt_s, tick_s_);
         const double until_s =
-            whole ? hole.closed_s + tick_s_
-                  : std::max(hole.closed_s + resend_s,
+            whole ? gap.closed_s + tick_s_
+                  : std::max(gap.closed_s + resend_s,
                              static_cast<double>(sent_again) * tick_s_ + age.delay_s) +
                         tick_s_;
         if (at_s <= from_s || at_s > until_s) {
             continue;
         }
         age.loss = age.loss || !whole;
-        if (hole.tick_after - hole.tick_before > kOutageTicks) {
+        if (gap.tick_after - gap.tick_before > kOutageTicks) {
             outage_s = std::max(outage_s, at_s - from_s);
         }
     }

@@ -36,8 +36,9 @@ class ArrivalLog {
 
     /// D at tick T by DESIGN's formula: the largest delay within `window_s` around T plus one tick;
     /// where a packet whose news could matter at T was lost, plus a round trip and a tick: from the
-    /// loss until the server has given the packet up (wire::give_up_ticks) and sent again. Across
-    /// an outage (a hole in the sequence longer than kOutageTicks) news is as old as the outage.
+    /// loss until the server has given the packet up (wire::resend_timeout_ticks) and sent again.
+    /// Across an outage (a gap in the sequence longer than kOutageTicks) news is as old as the
+    /// outage.
     [[nodiscard]] UpdateAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
 
     /// When the packet came, by the time of on_packet(); none where it did not, or too long ago.
@@ -70,7 +71,7 @@ class ArrivalLog {
     };
 
     /// Consecutive sequences that did not come when the next one did.
-    struct Hole {
+    struct SequenceGap {
         std::uint64_t first = 0;
         std::uint64_t last = 0;
         Tick tick_before = 0;
@@ -82,19 +83,19 @@ class ArrivalLog {
     void note_late(std::uint64_t sequence, double arrival_server_s);
 
     /// By sequence.
-    struct Place {
+    struct SequenceArrival {
         std::uint64_t sequence = 0;
         double arrival_s = 0.0;
     };
 
     static constexpr std::size_t kArrivals = 256;
-    static constexpr std::size_t kHoles = 64;
+    static constexpr std::size_t kGaps = 64;
     double tick_s_ = 1.0 / 30.0;
     std::array<Arrival, kArrivals> arrivals_{};
     std::size_t arrival_count_ = 0;
-    std::array<Place, kArrivals> places_{};
-    std::array<Hole, kHoles> holes_{};
-    std::size_t hole_count_ = 0;
+    std::array<SequenceArrival, kArrivals> places_{};
+    std::array<SequenceGap, kGaps> gaps_{};
+    std::size_t gap_count_ = 0;
     std::uint64_t newest_ = 0;
     Tick newest_tick_ = 0;
     std::uint64_t received_ = 0;

@@ -32,7 +32,7 @@ bool Bottleneck::pop(double now_s, Departure& out) {
     if (queue_.empty()) {
         return false;
     }
-    Waiting& head = queue_.front();
+    QueuedSize& head = queue_.front();
     if (!head.begun) {
         head.begun = true;
         clock_s_ = std::max(clock_s_, head.entered_s);
@@ -55,13 +55,13 @@ double Bottleneck::next_s() const {
     if (queue_.empty()) {
         return std::numeric_limits<double>::infinity();
     }
-    const Waiting& head = queue_.front();
+    const QueuedSize& head = queue_.front();
     return std::max(clock_s_, head.entered_s) + head.left / bytes_per_s_;
 }
 
 void Bottleneck::set_rate(double now_s, double bytes_per_s) {
     if (!queue_.empty() && now_s > clock_s_) {
-        Waiting& head = queue_.front();
+        QueuedSize& head = queue_.front();
         const double sent = std::min(head.left, (now_s - clock_s_) * bytes_per_s_);
         head.left -= sent;
         queued_bytes_ -= sent;

@@ -58,7 +58,7 @@ class Bottleneck {
     void restart_meter(double now_s);
 
   private:
-    struct Waiting {
+    struct QueuedSize {
         std::uint64_t number = 0;
         double entered_s = 0.0;
         double bytes = 0.0;
@@ -68,7 +68,7 @@ class Bottleneck {
 
     double bytes_per_s_;
     double queue_s_;
-    std::deque<Waiting> queue_;
+    std::deque<QueuedSize> queue_;
     double queued_bytes_ = 0.0;  // left of all that wait
     double clock_s_ = 0.0;       // what happened before it is accounted for
     double metered_s_ = 0.0;     // capacity is counted up to here

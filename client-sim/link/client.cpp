@@ -41,26 +41,26 @@ void Client::listen() {
     TransportEvents events;
     events.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
         Incoming in;
-        in.kind = Incoming::Kind::kOpened;
+        in.kind = Incoming::IncomingKind::kOpened;
         in.down = down;
         in.up = up;
         incoming_.push_back(std::move(in));
     };
     events.frame = [this](Bytes frame) {
         Incoming in;
-        in.kind = Incoming::Kind::kFrame;
+        in.kind = Incoming::IncomingKind::kFrame;
         in.bytes = std::move(frame);
         incoming_.push_back(std::move(in));
     };
     events.datagram = [this](Bytes datagram) {
         Incoming in;
-        in.kind = Incoming::Kind::kDatagram;
+        in.kind = Incoming::IncomingKind::kDatagram;
         in.bytes = std::move(datagram);
         incoming_.push_back(std::move(in));
     };
     events.closed = [this](std::string reason) {
         Incoming in;
-        in.kind = Incoming::Kind::kClosed;
+        in.kind = Incoming::IncomingKind::kClosed;
         in.reason = std::move(reason);
         incoming_.push_back(std::move(in));
     };
@@ -116,16 +116,16 @@ void Client::handle(Incoming& incoming, double now_s) {
         return;
     }
     switch (incoming.kind) {
-        case Incoming::Kind::kOpened:
+        case Incoming::IncomingKind::kOpened:
             on_opened(incoming);
             break;
-        case Incoming::Kind::kFrame:
+        case Incoming::IncomingKind::kFrame:
             on_frame(incoming.bytes, now_s);
             break;
-        case Incoming::Kind::kDatagram:
+        case Incoming::IncomingKind::kDatagram:
             on_datagram(incoming.bytes, false, now_s);
             break;
-        case Incoming::Kind::kClosed:
+        case Incoming::IncomingKind::kClosed:
             on_closed(incoming.reason, now_s);
             break;
     }

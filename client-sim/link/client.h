@@ -119,12 +119,12 @@ class Client {
 
   private:
     struct Incoming {
-        enum class Kind : std::uint8_t {
+        enum class IncomingKind : std::uint8_t {
             kOpened,
             kFrame,
             kDatagram,
             kClosed
-        } kind = Kind::kFrame;
+        } kind = IncomingKind::kFrame;
         Bytes bytes;
         std::string reason;
         wire::SealKey down;

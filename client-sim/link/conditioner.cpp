@@ -33,7 +33,7 @@ Conditioner::Conditioner(const ConditionerSettings& settings,
                   settings.bottleneck_queue_s) {
 }
 
-bool Conditioner::later(const Waiting& a, const Waiting& b) {
+bool Conditioner::later(const DelayedMessage& a, const DelayedMessage& b) {
     return a.due_s != b.due_s ? a.due_s > b.due_s : a.order > b.order;
 }
 
@@ -70,43 +70,43 @@ void Conditioner::push(double now_s, Bytes message) {
     const bool lost = chance(settings_.loss);
     const bool doubled = chance(settings_.duplicate);
     const bool held = chance(settings_.reorder);
-    Fate fate;
-    fate.lost = lost;
-    fate.delay_s = draw_delay();
+    PlannedDelivery planned;
+    planned.lost = lost;
+    planned.delay_s = draw_delay();
     if (held && !lost && outage <= 0.0) {
         ++held_back_;
-        fate.delay_s += settings_.reorder_hold_s * (1.0 + static_cast<double>(rng_.unit()));
+        planned.delay_s += settings_.reorder_hold_s * (1.0 + static_cast<double>(rng_.unit()));
     }
     if (doubled && !lost && outage <= 0.0) {
-        fate.copy_delay_s = draw_delay();
+        planned.copy_delay_s = draw_delay();
     }
     if (outage > 0.0) {
         ++lost_;
         return;
     }
     const double bytes = static_cast<double>(message.size()) + settings_.header_bytes;
-    fate.message = std::move(message);
+    planned.message = std::move(message);
     if (!bottleneck_.limits()) {
-        travel(now_s, std::move(fate));
+        travel(now_s, std::move(planned));
         return;
     }
     serve(now_s);
     if (bottleneck_.push(now_s, entered_, bytes)) {
-        queued_.emplace(entered_++, std::move(fate));
+        queued_.emplace(entered_++, std::move(planned));
     }
 }
 
 /// The path behind the bottleneck.
-void Conditioner::travel(double from_s, Fate fate) {
-    if (fate.lost) {
+void Conditioner::travel(double from_s, PlannedDelivery planned) {
+    if (planned.lost) {
         ++lost_;
         return;
     }
-    if (fate.copy_delay_s >= 0.0) {
+    if (planned.copy_delay_s >= 0.0) {
         ++doubled_;
-        insert(from_s + fate.copy_delay_s, fate.message);
+        insert(from_s + planned.copy_delay_s, planned.message);
     }
-    insert(from_s + fate.delay_s, std::move(fate.message));
+    insert(from_s + planned.delay_s, std::move(planned.message));
 }
 
 void Conditioner::serve(double now_s) {

@@ -97,35 +97,35 @@ class Conditioner {
     [[nodiscard]] std::uint64_t held_back() const { return held_back_; }
 
   private:
-    struct Waiting {
+    struct DelayedMessage {
         double due_s = 0.0;
         std::uint64_t order = 0;  // first in, first out among equal due times
         Bytes message;
     };
 
-    /// What fate holds for a datagram that is in the bottleneck.
-    struct Fate {
+    /// What happens to a datagram that is in the bottleneck.
+    struct PlannedDelivery {
         Bytes message;
         bool lost = false;
         double delay_s = 0.0;
         double copy_delay_s = -1.0;  // below 0: it is not doubled
     };
 
-    [[nodiscard]] static bool later(const Waiting& a, const Waiting& b);
+    [[nodiscard]] static bool later(const DelayedMessage& a, const DelayedMessage& b);
     [[nodiscard]] double draw_delay();
     [[nodiscard]] bool chance(double probability);
     void insert(double due_s, Bytes message);
-    void travel(double from_s, Fate fate);
+    void travel(double from_s, PlannedDelivery planned);
     void serve(double now_s);
 
     ConditionerSettings settings_;
     Mode mode_;
     core::Rng rng_;
     Bottleneck bottleneck_;
-    std::unordered_map<std::uint64_t, Fate> queued_;  // in the bottleneck, by number
+    std::unordered_map<std::uint64_t, PlannedDelivery> queued_;  // in the bottleneck, by number
     std::uint64_t entered_ = 0;
     bool healed_ = false;
-    std::vector<Waiting> heap_;
+    std::vector<DelayedMessage> heap_;
     std::uint64_t order_ = 0;
     double last_due_s_ = 0.0;
     std::uint64_t lost_ = 0;

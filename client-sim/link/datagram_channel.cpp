@@ -139,7 +139,7 @@ void DatagramChannel::sample_clock(const wire::DownTransport& transport,
         transport.ack_delay_10us == kAckDelaySaturated) {
         return;
     }
-    const Sent& sent = sent_[acked % kSent];
+    const SendTime& sent = sent_[acked % kSent];
     if (sent.sequence != acked) {
         return;
     }

@@ -90,7 +90,7 @@ class DatagramChannel {
 
     static constexpr std::size_t kSent = 1024;
 
-    struct Sent {
+    struct SendTime {
         std::uint64_t sequence = 0;
         double at_s = 0.0;
     };
@@ -100,7 +100,7 @@ class DatagramChannel {
     std::uint32_t connection_ = 0;
     double tick_s_ = 1.0 / 30.0;
     std::uint64_t next_up_ = 1;
-    std::array<Sent, kSent> sent_{};
+    std::array<SendTime, kSent> sent_{};
     wire::ReplayWindow window_;
     wire::AckTracker acks_;
     double newest_received_s_ = 0.0;

@@ -14,7 +14,7 @@ SocketNetwork::SocketNetwork(NetworkSettings settings)
       tls_(asio::ssl::context::tls_client) {
     SSL_CTX_set_min_proto_version(tls_.native_handle(), TLS1_3_VERSION);
     asio::error_code error;
-    if (settings_.trust.kind == Trust::Kind::kVerify) {
+    if (settings_.trust.kind == Trust::TrustKind::kVerify) {
         if (settings_.ca_file.empty()) {
             tls_.set_default_verify_paths(error);
         } else {

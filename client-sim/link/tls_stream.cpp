@@ -19,7 +19,7 @@ TlsStream::TlsStream(asio::io_context& io,
       trust_(std::move(trust)),
       events_(std::move(events)),
       input_(16384) {
-    if (trust_.kind == Trust::Kind::kVerify) {
+    if (trust_.kind == Trust::TrustKind::kVerify) {
         stream_.set_verify_mode(asio::ssl::verify_peer);
         stream_.set_verify_callback(asio::ssl::host_name_verification(trust_.host));
     } else {
@@ -61,7 +61,7 @@ void TlsStream::handshake() {
 }
 
 std::string TlsStream::check_pin() {
-    if (trust_.kind != Trust::Kind::kPin) {
+    if (trust_.kind != Trust::TrustKind::kPin) {
         return {};
     }
     const std::unique_ptr<X509, decltype(&X509_free)> certificate(

@@ -20,11 +20,11 @@ namespace zoned::link {
 
 /// How a client makes sure that it talks to the right server.
 struct Trust {
-    enum class Kind : std::uint8_t {
+    enum class TrustKind : std::uint8_t {
         kPin,       ///< the certificate's SHA-256 must be `pin`
         kInsecure,  ///< anyone; for development on loopback addresses
         kVerify,    ///< chain and host name against the certificate authorities
-    } kind = Kind::kVerify;
+    } kind = TrustKind::kVerify;
     std::vector<std::uint8_t> pin;  ///< 32 bytes
     std::string host;               ///< name to verify and to send as server name
 };

@@ -22,7 +22,7 @@ bool is_tick(std::int64_t tick) {
     return tick >= -(Tick{1} << 40) && tick <= (Tick{1} << 40);
 }
 
-bool well_formed(const proto::AuditRecord& record, const view::World& world) {
+bool well_formed(const proto::AuditRecord& record, const view::WorldInfo& world) {
     if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick()) ||
         !is_tick(record.avatar_radii_tick()) || !is_tick(record.updates_since())) {
         return false;
@@ -468,7 +468,7 @@ void Auditor::remember(const proto::AuditRecord& record) {
     std::erase_if(seen_, [&](const auto& entry) { return entry.second.listed < previous_tick_; });
     for (const proto::AuditEntity& truth : record.entities()) {
         auto [at, fresh] = seen_.try_emplace(truth.entity());
-        Seen& seen = at->second;
+        ListedEntity& seen = at->second;
         // Whoever was away or elsewhere between two records became known anew.
         const bool jumped = truth.discontinuity_tick() > previous_tick_ ||
                             record.avatar_discontinuity_tick() > previous_tick_;

@@ -103,14 +103,14 @@ class Auditor {
     static constexpr std::size_t kMaxWaiting = 16;
 
   private:
-    struct Seen {
+    struct ListedEntity {
         Tick must_know_since = -1;  ///< first record of an unbroken row of records; -1: not now
         Tick listed = -1;           ///< newest record that listed it
     };
 
     struct Context {
         const bot::Bot* bot = nullptr;
-        const view::World* world = nullptr;
+        const view::WorldInfo* world = nullptr;
         Tick tick = 0;
         Tick shown_at = 0;  ///< the view tick at which `tick` was displayed
         double rtt_s = 0.0;
@@ -156,7 +156,7 @@ class Auditor {
     std::size_t bot_;
     double spread_s_;
     std::deque<proto::AuditRecord> waiting_;
-    std::map<std::uint32_t, Seen> seen_;
+    std::map<std::uint32_t, ListedEntity> seen_;
     std::map<std::uint32_t, SentUpdates> sent_updates_;  ///< of the record being compared
     Tick previous_tick_ = -1;
     double least_rtt_s_ = std::numeric_limits<double>::infinity();

@@ -9,7 +9,7 @@ namespace {
 
 /// The truth of a frozen world as the level of detail of `shown` writes it. The server's own
 /// integers are those of the nearest level.
-wire::QuantizedState resting(const view::World& world,
+wire::QuantizedState resting(const view::WorldInfo& world,
                              const view::Version& shown,
                              const proto::AuditEntity& truth) {
     const view::ZoneInfo* zone = world.zone(shown.zone);

@@ -55,7 +55,7 @@ bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss, double
     return age_s > 2.0 * usual_age_s(least_rtt_s, tick_s, loss, spread_s) + 3.0 * tick_s;
 }
 
-std::size_t lod_at(const view::World& world, double distance_m) {
+std::size_t lod_at(const view::WorldInfo& world, double distance_m) {
     for (std::size_t i = 0; i + 1 < world.lods.size(); ++i) {
         if (distance_m <= static_cast<double>(world.lods[i].radius_m)) {
             return i;

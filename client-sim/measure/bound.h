@@ -49,6 +49,6 @@ double usual_age_s(double least_rtt_s, double tick_s, bool loss, double spread_s
 bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss, double spread_s);
 
 /// Index of the LOD promised at a horizontal distance.
-std::size_t lod_at(const view::World& world, double distance_m);
+std::size_t lod_at(const view::WorldInfo& world, double distance_m);
 
 }  // namespace zoned::measure

@@ -49,8 +49,8 @@ void Collector::on_event(bot::Bot& bot, const proto::Event& event) {
         return;  // others heard of it long ago: nothing to compare
     }
     const double now = bot.now_s();
-    auto [at, fresh] = heard_.try_emplace(event.event_id());
-    Heard& heard = at->second;
+    auto [at, fresh] = event_spreads_.try_emplace(event.event_id());
+    EventSpread& heard = at->second;
     if (fresh) {
         heard.first_s = now;
         heard.tick = event.tick();
@@ -75,7 +75,7 @@ void Collector::on_changed_course(bot::Bot& bot, Tick tick) {
     if (!bot.avatar()) {
         return;
     }
-    Course& course = courses_[bot.avatar().value];
+    CourseChange& course = courses_[bot.avatar().value];
     unseen_ += course.open ? 1 : 0;
     course = {tick,
               bot.now_s(),
@@ -100,7 +100,7 @@ void Collector::on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, 
     const double shown_server_s = static_cast<double>(from_tick) * bot.view()->world().tick_s;
     const double wait = shown_server_s - bot.client().clock().server_time(bot.now_s());
     display_ms_.add(1e3 * (elapsed + std::max(0.0, wait)));
-    const Course& course = found->second;
+    const CourseChange& course = found->second;
     latency_.add(
         course.decider, course.tick, course.decided_server_s, bot, publication_tick, from_tick);
 }
@@ -129,8 +129,8 @@ void Collector::advance(const Bots& bots, double now_s) {
 }
 
 void Collector::close_events(const Bots& bots, double now_s, double open_s) {
-    for (auto it = heard_.begin(); it != heard_.end();) {
-        const Heard& heard = it->second;
+    for (auto it = event_spreads_.begin(); it != event_spreads_.end();) {
+        const EventSpread& heard = it->second;
         if (now_s - heard.last_s < open_s) {
             ++it;
             continue;
@@ -150,7 +150,7 @@ void Collector::close_events(const Bots& bots, double now_s, double open_s) {
             }
             unheard_ += audience > heard.bots ? audience - heard.bots : 0;
         }
-        it = heard_.erase(it);
+        it = event_spreads_.erase(it);
     }
 }
 
@@ -235,8 +235,8 @@ void Collector::end_run(const Bots& bots, double now_s) {
     }
 }
 
-Collector::Convergence Collector::convergence(const Bots& bots) const {
-    Convergence result;
+Collector::ConvergedBots Collector::convergence(const Bots& bots) const {
+    ConvergedBots result;
     for (const auto& bot : bots) {
         const PerBot& mine = per_bot_[bot->settings().index];
         if (!mine.joined || !online(*bot) || (bot->client().rights() & kRightAudit) == 0) {
@@ -255,7 +255,7 @@ void Collector::forget_frozen() {
     }
 }
 
-void Collector::count_bot(const bot::Bot& bot, Report& r) const {
+void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     const PerBot& mine = per_bot_[bot.settings().index];
     const link::Client& client = bot.client();
     r.bots_joined += mine.joined ? 1 : 0;
@@ -322,8 +322,8 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
     }
 }
 
-Report Collector::report(const Bots& bots, std::size_t asked) const {
-    Report r;
+RunReport Collector::report(const Bots& bots, std::size_t asked) const {
+    RunReport r;
     r.bots_asked = asked;
     r.audit = tally_;
     r.event_spread_ms = spread_ms_;

@@ -29,16 +29,16 @@ class Collector final : public bot::Observer {
     /// Ends the measured part of the run: bandwidths stop here, silence is judged.
     void end_run(const Bots& bots, double now_s);
     /// The report so far; `asked` bots were wanted.
-    [[nodiscard]] Report report(const Bots& bots, std::size_t asked) const;
+    [[nodiscard]] RunReport report(const Bots& bots, std::size_t asked) const;
 
     /// How many online bots with the right to audit there are, and how many match a frozen record.
-    struct Convergence {
+    struct ConvergedBots {
         std::size_t online = 0;
         std::size_t seen = 0;
         std::size_t converged = 0;
     };
 
-    [[nodiscard]] Convergence convergence(const Bots& bots) const;
+    [[nodiscard]] ConvergedBots convergence(const Bots& bots) const;
     void forget_frozen();
 
     [[nodiscard]] const Tally& tally() const { return tally_; }
@@ -75,7 +75,7 @@ class Collector final : public bot::Observer {
     };
 
     /// An event that several clients hear of.
-    struct Heard {
+    struct EventSpread {
         double first_s = 0.0;
         double last_s = 0.0;
         std::uint64_t bots = 0;
@@ -84,7 +84,7 @@ class Collector final : public bot::Observer {
     };
 
     /// A change of course that nobody has seen yet.
-    struct Course {
+    struct CourseChange {
         Tick tick = 0;
         double decided_s = 0.0;
         double decided_server_s = 0.0;  // likewise, by the estimate of the bot that decided
@@ -95,13 +95,13 @@ class Collector final : public bot::Observer {
     void sample_clocks(const Bots& bots, double now_s);
     void take_baselines(const Bots& bots, double now_s);
     void close_events(const Bots& bots, double now_s, double open_s);
-    void count_bot(const bot::Bot& bot, Report& report) const;
+    void count_bot(const bot::Bot& bot, RunReport& report) const;
 
     int header_bytes_;
     std::vector<PerBot> per_bot_;
     Tally tally_;
-    std::map<std::uint64_t, Heard> heard_;
-    std::unordered_map<std::uint32_t, Course> courses_;
+    std::map<std::uint64_t, EventSpread> event_spreads_;
+    std::unordered_map<std::uint32_t, CourseChange> courses_;
     double next_s_ = 0.0;
     double next_clock_s_ = 0.0;
     bool ended_ = false;

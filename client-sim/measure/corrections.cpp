@@ -15,7 +15,7 @@ void Corrections::decide(Tick tick,
                          core::Histogram& jumps) {
     audited_ = true;
     while (!waiting_.empty() && waiting_.front().tick <= tick) {
-        const Correction& c = waiting_.front();
+        const PendingCorrection& c = waiting_.front();
         if (c.tick >= discontinuity_tick && jumped_tick_ < discontinuity_tick) {
             jumped_tick_ = discontinuity_tick;
             jumps.add(c.distance_m);
@@ -27,7 +27,7 @@ void Corrections::decide(Tick tick,
 }
 
 void Corrections::finish(core::Histogram& errors) {
-    for (const Correction& c : waiting_) {
+    for (const PendingCorrection& c : waiting_) {
         if (!audited_) {
             errors.add(c.distance_m);
         }

@@ -29,12 +29,12 @@ class Corrections {
     static constexpr std::size_t kMaxWaiting = 4096;
 
   private:
-    struct Correction {
+    struct PendingCorrection {
         Tick tick = 0;
         double distance_m = 0.0;
     };
 
-    std::deque<Correction> waiting_;
+    std::deque<PendingCorrection> waiting_;
     Tick jumped_tick_ = -1;  // newest discontinuity whose jump was seen
     bool audited_ = false;
 };

@@ -44,7 +44,7 @@ void Latency::add(std::size_t decider,
     const double sent_s = observer.packet_sent_s();
     const double came_s = observer.client().clock().server_time(observer.now_s());
     const double shown_s = std::max(came_s, static_cast<double>(from_tick) * tick_s);
-    Waiting waiting;
+    PendingAction waiting;
     waiting.decider = decider;
     waiting.tick = tick;
     waiting.decided_s = decided_s;
@@ -58,7 +58,7 @@ void Latency::add(std::size_t decider,
 }
 
 void Latency::settle(std::span<const std::unique_ptr<bot::Bot>> bots) {
-    std::erase_if(waiting_, [&](Waiting& w) {
+    std::erase_if(waiting_, [&](PendingAction& w) {
         const bot::Bot& decider = *bots[w.decider];
         if (decider.client().clock().server_time(decider.now_s()) < w.shown_s + kKnownAfterS) {
             return false;

@@ -54,7 +54,7 @@ class Latency {
     [[nodiscard]] std::uint64_t unknown() const { return unknown_; }
 
   private:
-    struct Waiting {
+    struct PendingAction {
         std::size_t decider = 0;
         Tick tick = 0;
         double decided_s = 0.0;
@@ -63,7 +63,7 @@ class Latency {
         std::array<double, kStages> ms{};  // but the first two
     };
 
-    std::vector<Waiting> waiting_;
+    std::vector<PendingAction> waiting_;
     Histograms stages_ms_;
     std::uint64_t unknown_ = 0;
 };

@@ -83,13 +83,13 @@ void write_findings(core::JsonWriter& json, const Tally& t) {
     json.end_array();
 }
 
-double missing_share(const Report& r) {
+double missing_share(const RunReport& r) {
     return r.input_ticks == 0
                ? 0.0
                : static_cast<double>(r.input_ticks_missing) / static_cast<double>(r.input_ticks);
 }
 
-void write_transport(core::JsonWriter& json, const Report& r) {
+void write_transport(core::JsonWriter& json, const RunReport& r) {
     json.field("packets_received", r.packets_received);
     json.field("packets_lost", r.packets_lost);
     json.field("packets_replayed", r.replayed);
@@ -157,7 +157,7 @@ unsigned long long wide(std::uint64_t n) {
 
 }  // namespace
 
-std::string to_json(const Report& r) {
+std::string to_json(const RunReport& r) {
     core::JsonWriter json;
     json.begin_object();
     json.field("behaviour", r.script);
@@ -232,7 +232,7 @@ std::string to_json(const Report& r) {
     return json.text() + "\n";
 }
 
-std::string to_table(const Report& r) {
+std::string to_table(const RunReport& r) {
     std::string out;
     line(out,
          "bots %llu of %llu joined, %.1f s, %s",

@@ -1,4 +1,4 @@
-// Report: all that a run of bots measured, with its verdict, as JSON and as a table.
+// RunReport: all that a run of bots measured, with its verdict, as JSON and as a table.
 #pragma once
 
 #include "client-sim/measure/auditor.h"
@@ -14,7 +14,7 @@
 
 namespace zoned::measure {
 
-struct Report {
+struct RunReport {
     std::string script;
     std::string convergence;
     std::string view;       ///< extrapolate or interpolate
@@ -105,11 +105,11 @@ struct Report {
 };
 
 /// Fills `consistent`, `reasons` and `warnings` from everything else.
-void judge(Report& report);
+void judge(RunReport& report);
 
 /// JSON object with the fields of the command line's contract, and more.
-[[nodiscard]] std::string to_json(const Report& report);
+[[nodiscard]] std::string to_json(const RunReport& report);
 /// A table for people.
-[[nodiscard]] std::string to_table(const Report& report);
+[[nodiscard]] std::string to_table(const RunReport& report);
 
 }  // namespace zoned::measure

@@ -35,7 +35,7 @@ std::string worst_of(const Tally& tally, FindingKind kind) {
     return {};
 }
 
-void judge_audit(Report& r) {
+void judge_audit(RunReport& r) {
     const Tally& t = r.audit;
     if (r.audits_expected && t.samples == 0) {
         r.reasons.push_back(
@@ -72,7 +72,7 @@ void judge_audit(Report& r) {
 }
 
 /// An allowance that grew with the age of the news makes a comparison say little.
-void judge_staleness(Report& r) {
+void judge_staleness(RunReport& r) {
     const Tally& t = r.audit;
     if (t.samples == 0) {
         return;
@@ -91,7 +91,7 @@ void judge_staleness(Report& r) {
 }
 
 /// A client that is told of no bound is not lied to, but it is promised nothing either.
-void judge_pressure(Report& r) {
+void judge_pressure(RunReport& r) {
     const Tally& t = r.audit;
     const double all = static_cast<double>(t.samples + t.samples_unbounded);
     const double share = all > 0.0 ? static_cast<double>(t.samples_unbounded) / all : 0.0;
@@ -104,7 +104,7 @@ void judge_pressure(Report& r) {
     }
 }
 
-void judge_events(Report& r) {
+void judge_events(RunReport& r) {
     if (r.events_lost > 0) {
         r.reasons.push_back("events: " + std::to_string(r.events_lost) + " lost");
     }
@@ -124,7 +124,7 @@ void judge_events(Report& r) {
     }
 }
 
-void judge_frozen(Report& r) {
+void judge_frozen(RunReport& r) {
     if (!r.freeze_asked) {
         return;
     }
@@ -140,7 +140,7 @@ void judge_frozen(Report& r) {
 
 }  // namespace
 
-void judge(Report& r) {
+void judge(RunReport& r) {
     r.reasons.clear();
     r.warnings.clear();
     if (r.bots_joined < r.bots_asked || r.bots_joined == 0) {

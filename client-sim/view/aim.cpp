@@ -91,7 +91,7 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
     result.tick = view.displayed_tick();
     result.fraction = view.displayed_fraction();
     const double reach = std::min(range_m, to_the_ground(view, eye, direction));
-    std::vector<std::pair<double, Sight>> near;
+    std::vector<std::pair<double, AimSight>> near;
     for (const auto& [id, entity] : view.store().entities()) {
         if (!entity.typed || !entity.present() || id == view.own().id() ||
             !view.world().types[entity.type].character) {
@@ -109,7 +109,7 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
         const auto half = static_cast<double>(body.half_segment);
         const double off = gap(eye, direction, shown->position, radius, half);
         if (off < kNearRayM) {
-            near.emplace_back(off, Sight{id, shown->position, publication});
+            near.emplace_back(off, AimSight{id, shown->position, publication});
         }
         const double t = ray_capsule(eye, direction, shown->position, radius, half);
         if (t >= 0.0 && t <= reach && (!result.hit || t < result.distance)) {

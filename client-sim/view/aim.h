@@ -8,7 +8,7 @@
 namespace zoned::view {
 
 /// A character as it is on the screen.
-struct Sight {
+struct AimSight {
     EntityId entity;
     Vec3d position = Vec3d::Zero();  ///< world coordinates, m
     Tick publication = 0;            ///< that it is predicted from, in a view of the present
@@ -20,7 +20,7 @@ struct Aim {
     double fraction = 0.0;  ///< of the tick after it, [0, 1)
     EntityId hit;           ///< the first character along the ray; none: nobody
     double distance = 0.0;  ///< to it, m
-    std::vector<Sight> near;
+    std::vector<AimSight> near;
 };
 
 /// Those nearer to the ray than this count as near, m from their surface, the nearest kMostSights

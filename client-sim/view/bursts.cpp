@@ -19,15 +19,15 @@ bool is_within(const google::protobuf::RepeatedField<float>& numbers, float limi
 
 }  // namespace
 
-Bursts::Outcome Bursts::apply(const proto::Event& event, Tick now) {
+Bursts::BurstOutcome Bursts::apply(const proto::Event& event, Tick now) {
     proto::ParticleBurst update;
     if (!update.ParseFromString(event.payload()) || update.system() >= world_->cosmetics.size() ||
         !world_->cosmetics[update.system()].burst || update.count() == 0 ||
         update.count() > motion::kMostInCosmeticBurst || event.tick() < 0 ||
         !is_within(update.position(), kFarthest_m) || !is_within(update.velocity(), kFastest_mps)) {
-        return Outcome::kMalformed;
+        return BurstOutcome::kMalformed;
     }
-    const CosmeticSystem& system = world_->cosmetics[update.system()];
+    const CosmeticInfo& system = world_->cosmetics[update.system()];
     motion::Burst burst;
     burst.seed = update.seed();
     burst.start = static_cast<Tick>(event.tick());
@@ -41,11 +41,11 @@ Bursts::Outcome Bursts::apply(const proto::Event& event, Tick now) {
         forget_over(now);
     }
     if (full()) {
-        return Outcome::kNoRoom;
+        return BurstOutcome::kNoRoom;
     }
     live_.emplace_back(system.air).emitter = motion::emitter_of(*system.burst, burst);
     particles_ += burst.count;
-    return Outcome::kTaken;
+    return BurstOutcome::kTaken;
 }
 
 void Bursts::forget_over(Tick now) {
@@ -59,7 +59,7 @@ void Bursts::forget_over(Tick now) {
     });
 }
 
-void Bursts::replay(Tick tick, std::vector<motion::Spark>& out) const {
+void Bursts::replay(Tick tick, std::vector<motion::CosmeticParticle>& out) const {
     for (const motion::CosmeticEmitter& burst : live_) {
         motion::replay(burst, tick, world_->tick_s, out);
     }

@@ -18,21 +18,21 @@ class Bursts {
     static constexpr std::uint64_t kMostAlive = 65'536;  ///< particles, in all bursts together
 
     /// What became of an event.
-    enum class Outcome : std::uint8_t {
+    enum class BurstOutcome : std::uint8_t {
         kTaken,
         kMalformed,  ///< no such system, numbers that no server sends
         kNoRoom,     ///< too many at a time: not displayed
     };
 
-    explicit Bursts(const World& world) : world_(&world) {}
+    explicit Bursts(const WorldInfo& world) : world_(&world) {}
 
     /// An event of the kind CORE_EVENT_PARTICLE_BURST. Forgets bursts that are over at `now` where
     /// it needs the room.
-    Outcome apply(const proto::Event& event, Tick now);
+    BurstOutcome apply(const proto::Event& event, Tick now);
 
     /// All particles of bursts that are alive at `tick`, in the order of the events, appended to
     /// `out`. World coordinates.
-    void replay(Tick tick, std::vector<motion::Spark>& out) const;
+    void replay(Tick tick, std::vector<motion::CosmeticParticle>& out) const;
 
     [[nodiscard]] std::size_t size() const { return live_.size(); }
 
@@ -41,7 +41,7 @@ class Bursts {
   private:
     void forget_over(Tick now);
 
-    const World* world_;
+    const WorldInfo* world_;
     std::vector<motion::CosmeticEmitter> live_;
     std::uint64_t particles_ = 0;
 };

@@ -74,10 +74,10 @@ std::string wrong_with_cosmetics(const proto::WorldDescription& description) {
     return alive <= kMostAlive ? std::string() : "more cosmetic particles than a client can replay";
 }
 
-std::vector<CosmeticSystem> read_cosmetics(const proto::WorldDescription& description) {
-    std::vector<CosmeticSystem> out;
+std::vector<CosmeticInfo> read_cosmetics(const proto::WorldDescription& description) {
+    std::vector<CosmeticInfo> out;
     for (const proto::CosmeticSystem& from : description.cosmetics()) {
-        CosmeticSystem& system = out.emplace_back();
+        CosmeticInfo& system = out.emplace_back();
         system.name = core::is_clean_utf8(from.name()) ? from.name() : "?";
         system.air.gravity = vector_of(from.gravity());
         system.air.drag = from.drag();

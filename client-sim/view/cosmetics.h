@@ -12,6 +12,6 @@ namespace zoned::view {
 std::string wrong_with_cosmetics(const proto::WorldDescription& description);
 
 /// Needs what wrong_with_cosmetics() has checked.
-std::vector<CosmeticSystem> read_cosmetics(const proto::WorldDescription& description);
+std::vector<CosmeticInfo> read_cosmetics(const proto::WorldDescription& description);
 
 }  // namespace zoned::view

@@ -15,7 +15,7 @@ constexpr Tick kTombstoneTicks = 1800;
 
 }  // namespace
 
-EntityStore::EntityStore(const World& world, const DisplaySettings& settings)
+EntityStore::EntityStore(const WorldInfo& world, const DisplaySettings& settings)
     : world_(&world),
       settings_(settings) {
     settings_.keep_history = settings.keep_history || settings.past;
@@ -31,15 +31,15 @@ const Entity* EntityStore::find(EntityId entity) const {
     return found == entities_.end() ? nullptr : &found->second;
 }
 
-const Keyframe* EntityStore::keyframe(EntityId entity,
-                                      ZoneId zone,
-                                      std::uint8_t lod,
-                                      std::uint8_t number) const {
+const ReceivedKeyframe* EntityStore::keyframe(EntityId entity,
+                                              ZoneId zone,
+                                              std::uint8_t lod,
+                                              std::uint8_t number) const {
     const Entity* known = find(entity);
     if (known == nullptr) {
         return nullptr;
     }
-    for (const Keyframe& k : known->keyframes) {
+    for (const ReceivedKeyframe& k : known->keyframes) {
         if (k.number == number && k.lod == lod && k.zone == zone) {
             return &k;
         }
@@ -50,9 +50,9 @@ const Keyframe* EntityStore::keyframe(EntityId entity,
 void EntityStore::store_keyframe(Entity& entity,
                                  const Record& record,
                                  const wire::QuantizedState& state) {
-    const Keyframe fresh{
+    const ReceivedKeyframe fresh{
         record.zone, record.head.lod, record.head.keyframe, record.sequence, state};
-    for (Keyframe& k : entity.keyframes) {
+    for (ReceivedKeyframe& k : entity.keyframes) {
         if (k.number == fresh.number && k.lod == fresh.lod && k.zone == fresh.zone) {
             // Numbers come round: a packet that was late must not bring an older one back.
             if (fresh.sequence >= k.sequence) {
@@ -65,10 +65,11 @@ void EntityStore::store_keyframe(Entity& entity,
         entity.keyframes.push_back(fresh);
         return;
     }
-    *std::min_element(
-        entity.keyframes.begin(), entity.keyframes.end(), [](const Keyframe& a, const Keyframe& b) {
-            return a.sequence < b.sequence;
-        }) = fresh;
+    *std::min_element(entity.keyframes.begin(),
+                      entity.keyframes.end(),
+                      [](const ReceivedKeyframe& a, const ReceivedKeyframe& b) {
+                          return a.sequence < b.sequence;
+                      }) = fresh;
 }
 
 bool EntityStore::newer(const Version& shown, const Record& record) {
@@ -81,11 +82,11 @@ bool EntityStore::newer(const Version& shown, const Record& record) {
     return record.sequence > shown.sequence;
 }
 
-Applied EntityStore::apply(const Record& record, const wire::QuantizedState& state) {
+ApplyOutcome EntityStore::apply(const Record& record, const wire::QuantizedState& state) {
     auto found = entities_.find(record.head.entity);
     if (found == entities_.end()) {
         if (record.head.kind != wire::RecordKind::kAbsolute || entities_.size() >= kMaxEntities) {
-            return Applied::kNoKeyframe;
+            return ApplyOutcome::kNoKeyframe;
         }
         found = entities_.emplace(record.head.entity, Entity{}).first;
     }
@@ -108,11 +109,11 @@ Applied EntityStore::apply(const Record& record, const wire::QuantizedState& sta
                 entity.heard_s = record.now_s;
                 entity.confirmed = true;
             }
-            return again ? Applied::kOld : keep_late(entity, record, state);
+            return again ? ApplyOutcome::kOld : keep_late(entity, record, state);
         }
     }
     show(entity, record, state);
-    return Applied::kShown;
+    return ApplyOutcome::kShown;
 }
 
 Version EntityStore::version_of(const Entity& entity,
@@ -133,9 +134,9 @@ Version EntityStore::version_of(const Entity& entity,
 }
 
 /// A publication that was overtaken held until that of the same stream which overtook it.
-Applied EntityStore::keep_late(Entity& entity,
-                               const Record& record,
-                               const wire::QuantizedState& state) {
+ApplyOutcome EntityStore::keep_late(Entity& entity,
+                                    const Record& record,
+                                    const wire::QuantizedState& state) {
     const Version& newest = entity.versions.back();
     const auto same = [&](const Version& v) {
         return v.publication_tick == record.publication_tick && v.zone == record.zone &&
@@ -146,12 +147,12 @@ Applied EntityStore::keep_late(Entity& entity,
     if (!settings_.past || known || !newest.present || newest.zone != record.zone ||
         newest.lod != record.head.lod ||
         record.publication_tick < record.view_tick - kHistoryTicks) {
-        return Applied::kOld;
+        return ApplyOutcome::kOld;
     }
     std::erase_if(entity.late,
                   [&](const Version& v) { return v.from_tick < record.view_tick - kHistoryTicks; });
     entity.late.push_back(version_of(entity, record, state));
-    return Applied::kLate;
+    return ApplyOutcome::kLate;
 }
 
 void EntityStore::show(Entity& entity, const Record& record, const wire::QuantizedState& state) {
@@ -323,7 +324,7 @@ motion::KinematicState EntityStore::local_prediction(const Version& version,
 motion::KinematicState EntityStore::local_base(const Version& version,
                                                double tick,
                                                bool before) const {
-    return settings_.shows == Shows::kPredicted
+    return settings_.displayed_state == DisplayedState::kPredicted
                ? local_prediction(version, tick, before)
                : motion::predict(version.state, motion::PredictorOrder::kStatic, 0.0F);
 }

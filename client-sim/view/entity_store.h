@@ -33,7 +33,7 @@ struct Version {
     bool converging = false;
 };
 
-struct Keyframe {
+struct ReceivedKeyframe {
     ZoneId zone;
     std::uint8_t lod = 0;
     std::uint8_t number = 0;
@@ -49,7 +49,7 @@ struct Entity {
     bool confirmed = true;          ///< heard again since the last view reset
     std::vector<Version> versions;  ///< ascending by from_tick; the last one holds now
     std::vector<Version> late;      ///< came after newer ones; for views that show the past
-    std::vector<Keyframe> keyframes;
+    std::vector<ReceivedKeyframe> keyframes;
 
     [[nodiscard]] bool present() const { return !versions.empty() && versions.back().present; }
 };
@@ -61,7 +61,7 @@ struct WorldState {
     Vec3 velocity = Vec3::Zero();
 };
 
-enum class Applied : std::uint8_t {
+enum class ApplyOutcome : std::uint8_t {
     kShown,  ///< a new publication is in the view
     kLate,   ///< older than what is shown, of use to a view that shows the past
     kOld,    ///< known already, or older than what is shown
@@ -69,14 +69,14 @@ enum class Applied : std::uint8_t {
 };
 
 /// What is displayed for a publication.
-enum class Shows : std::uint8_t {
+enum class DisplayedState : std::uint8_t {
     kPredicted,  ///< dead reckoning by the kind of prediction that it names
     kPublished,  ///< the published state, unmoved until the next: how much the prediction is worth
 };
 
 struct DisplaySettings {
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
-    Shows shows = Shows::kPredicted;
+    DisplayedState displayed_state = DisplayedState::kPredicted;
     bool keep_history = false;  ///< needed for audits
     bool past = false;          ///< the view shows the past: every publication counts
 };
@@ -92,7 +92,7 @@ class EntityStore {
     /// More entities than this in one view is an attack.
     static constexpr std::size_t kMaxEntities = 65536;
 
-    EntityStore(const World& world, const DisplaySettings& settings);
+    EntityStore(const WorldInfo& world, const DisplaySettings& settings);
 
     struct Record {
         wire::RecordHead head;
@@ -105,14 +105,14 @@ class EntityStore {
         double now_s = 0.0;
     };
 
-    [[nodiscard]] const Keyframe* keyframe(EntityId entity,
-                                           ZoneId zone,
-                                           std::uint8_t lod,
-                                           std::uint8_t number) const;
+    [[nodiscard]] const ReceivedKeyframe* keyframe(EntityId entity,
+                                                   ZoneId zone,
+                                                   std::uint8_t lod,
+                                                   std::uint8_t number) const;
     [[nodiscard]] const Entity* find(EntityId entity) const;
 
     /// An absolute record becomes a keyframe; both kinds become the shown publication if newest.
-    Applied apply(const Record& record, const wire::QuantizedState& state);
+    ApplyOutcome apply(const Record& record, const wire::QuantizedState& state);
     bool remove(EntityId entity, std::uint64_t sequence, Tick packet_tick, Tick view_tick);
     /// A removed entity keeps its keyframes for a while; forgets the stale ones.
     void prune(Tick view_tick);
@@ -163,7 +163,7 @@ class EntityStore {
     [[nodiscard]] static bool newer(const Version& shown, const Record& record);
     void show(Entity& entity, const Record& record, const wire::QuantizedState& state);
     void push_version(Entity& entity, Version version, Tick view_tick);
-    Applied keep_late(Entity& entity, const Record& record, const wire::QuantizedState& state);
+    ApplyOutcome keep_late(Entity& entity, const Record& record, const wire::QuantizedState& state);
     [[nodiscard]] Version version_of(const Entity& entity,
                                      const Record& record,
                                      const wire::QuantizedState& state) const;
@@ -177,7 +177,7 @@ class EntityStore {
     [[nodiscard]] motion::KinematicState local_display(const Version& version, Tick tick) const;
     [[nodiscard]] Vec3d origin(ZoneId zone) const;
 
-    const World* world_;
+    const WorldInfo* world_;
     DisplaySettings settings_;
     std::map<EntityId, Entity> entities_;
     std::size_t present_count_ = 0;

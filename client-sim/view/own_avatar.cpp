@@ -18,14 +18,14 @@ motion::CharacterLimits OwnAvatar::limits() const {
     return character != nullptr ? character->limits : motion::CharacterLimits{};
 }
 
-Vec3d OwnAvatar::world_position(const Slot& slot) const {
+Vec3d OwnAvatar::world_position(const CommandSlot& slot) const {
     const ZoneInfo* zone = world_->zone(slot.zone);
     const Vec3d local = slot.state.position.cast<double>();
     return zone != nullptr ? Vec3d(zone->origin + local) : local;
 }
 
 void OwnAvatar::put_state(Tick tick, ZoneId zone, const motion::CharacterState& state) {
-    Slot& s = slot(tick);
+    CommandSlot& s = slot(tick);
     s.state_tick = tick;
     s.zone = zone;
     s.state = state;
@@ -55,7 +55,7 @@ void OwnAvatar::push(const motion::InputCommand& command) {
     if (command.tick <= newest_tick_ || command.tick < 0) {
         return;
     }
-    Slot& s = slot(command.tick);
+    CommandSlot& s = slot(command.tick);
     s.command = command;
     s.command_tick = command.tick;
     newest_tick_ = command.tick;
@@ -80,7 +80,7 @@ Correction OwnAvatar::reconcile(const wire::OwnState& own, ZoneId zone) {
     }
     result.applied = true;
     result.tick = own.input_tick;
-    Slot& s = slot(own.input_tick);
+    CommandSlot& s = slot(own.input_tick);
     if (!other && known() && s.state_tick == own.input_tick && own.input_tick <= state_tick_) {
         const Vec3d truth = world_->zone(zone)->origin + own.state.position.cast<double>();
         result.compared = true;

@@ -25,7 +25,7 @@ class OwnAvatar {
   public:
     static constexpr std::size_t kRing = 256;
 
-    explicit OwnAvatar(const World& world) : world_(&world) {}
+    explicit OwnAvatar(const WorldInfo& world) : world_(&world) {}
 
     /// Remembers the command for its tick and predicts the state after it. Ticks ascend; a gap is
     /// bridged with the last command, as the server does.
@@ -57,7 +57,7 @@ class OwnAvatar {
     [[nodiscard]] Tick newest_tick() const { return newest_tick_; }
 
   private:
-    struct Slot {
+    struct CommandSlot {
         Tick command_tick = -1;
         motion::InputCommand command;
         Tick state_tick = -1;
@@ -65,23 +65,25 @@ class OwnAvatar {
         motion::CharacterState state;
     };
 
-    [[nodiscard]] Slot& slot(Tick tick) { return ring_[static_cast<std::size_t>(tick) % kRing]; }
+    [[nodiscard]] CommandSlot& slot(Tick tick) {
+        return ring_[static_cast<std::size_t>(tick) % kRing];
+    }
 
-    [[nodiscard]] const Slot& slot(Tick tick) const {
+    [[nodiscard]] const CommandSlot& slot(Tick tick) const {
         return ring_[static_cast<std::size_t>(tick) % kRing];
     }
 
     void advance_to(Tick tick);
     void put_state(Tick tick, ZoneId zone, const motion::CharacterState& state);
-    [[nodiscard]] Vec3d world_position(const Slot& slot) const;
+    [[nodiscard]] Vec3d world_position(const CommandSlot& slot) const;
 
-    const World* world_;
+    const WorldInfo* world_;
     EntityId id_;
     ZoneId zone_;
     Tick base_tick_ = -1;    // of the newest state from the server
     Tick state_tick_ = -1;   // newest predicted tick
     Tick newest_tick_ = -1;  // newest command
-    std::array<Slot, kRing> ring_{};
+    std::array<CommandSlot, kRing> ring_{};
     std::array<motion::InputCommand, wire::kMaxCommandsPerPacket> recent_{};
 };
 

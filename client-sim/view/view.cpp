@@ -8,7 +8,9 @@
 
 namespace zoned::view {
 
-View::View(std::shared_ptr<const World> world, const ViewSettings& settings, ViewListener* listener)
+View::View(std::shared_ptr<const WorldInfo> world,
+           const ViewSettings& settings,
+           ViewListener* listener)
     : world_(std::move(world)),
       settings_(settings),
       listener_(listener),
@@ -21,7 +23,7 @@ View::View(std::shared_ptr<const World> world, const ViewSettings& settings, Vie
 
 DisplaySettings View::display_settings() const {
     const bool past = settings_.kind == ViewKind::kInterpolate;
-    return {settings_.convergence, settings_.shows, settings_.keep_history, past};
+    return {settings_.convergence, settings_.displayed_state, settings_.keep_history, past};
 }
 
 void View::evaluate(Tick tick) {
@@ -108,8 +110,8 @@ void View::diverged(const char* reason) {
     }
 }
 
-Taken View::apply(const link::OpenedPacket& packet, double now_s) {
-    Taken taken;
+PacketResult View::apply(const link::OpenedPacket& packet, double now_s) {
+    PacketResult taken;
     if (world_->zone(packet.head.zone) == nullptr) {
         ++stats_.malformed_records;
         diverged("a packet names an unknown zone");
@@ -225,13 +227,13 @@ void View::apply(const proto::Event& event) {
         return;
     }
     switch (bursts_.apply(event, tick_)) {
-        case Bursts::Outcome::kTaken:
+        case Bursts::BurstOutcome::kTaken:
             ++stats_.bursts;
             break;
-        case Bursts::Outcome::kMalformed:
+        case Bursts::BurstOutcome::kMalformed:
             ++stats_.bursts_malformed;
             break;
-        case Bursts::Outcome::kNoRoom:
+        case Bursts::BurstOutcome::kNoRoom:
             ++stats_.bursts_refused;
             break;
     }
@@ -267,7 +269,7 @@ bool View::apply_record(wire::RecordReader& reader,
         state = reader.read_absolute(store_.upright(head->type));
     } else {
         const Entity* known = store_.find(head->entity);
-        const Keyframe* keyframe =
+        const ReceivedKeyframe* keyframe =
             store_.keyframe(head->entity, record.zone, head->lod, head->keyframe);
         if (known == nullptr || !known->typed || keyframe == nullptr) {
             ++stats_.unknown_keyframes;
@@ -285,8 +287,8 @@ bool View::apply_record(wire::RecordReader& reader,
     }
     const Entity* before = store_.find(head->entity);
     const bool joins = before == nullptr || !before->present();
-    const Applied applied = show(record, *state);
-    if (applied == Applied::kOld) {
+    const ApplyOutcome applied = show(record, *state);
+    if (applied == ApplyOutcome::kOld) {
         reason_ = wire::TrafficReason::kRepeat;
     } else if (joins) {
         reason_ = wire::TrafficReason::kJoin;
@@ -298,9 +300,9 @@ bool View::apply_record(wire::RecordReader& reader,
 }
 
 /// A publication that was told, by a shared record or by one for this client alone.
-Applied View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
-    const Applied applied = store_.apply(record, state);
-    if (applied == Applied::kShown) {
+ApplyOutcome View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
+    const ApplyOutcome applied = store_.apply(record, state);
+    if (applied == ApplyOutcome::kShown) {
         ++stats_.shown;
         ++stats_.by_order[static_cast<std::size_t>(state.order) % stats_.by_order.size()];
         const Version& shown = store_.find(record.head.entity)->versions.back();
@@ -310,7 +312,7 @@ Applied View::show(const EntityStore::Record& record, const wire::QuantizedState
                                 record.publication_tick,
                                 std::max(tick_ + 1, record.publication_tick + delay()));
         }
-    } else if (applied == Applied::kLate) {
+    } else if (applied == ApplyOutcome::kLate) {
         oldest_update_ = std::min(oldest_update_, record.publication_tick);
     }
     return applied;

@@ -36,12 +36,12 @@ struct ViewSettings {
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     bool keep_history = false;  ///< needed for audits
     ViewKind kind = ViewKind::kExtrapolate;
-    Shows shows = Shows::kPredicted;  ///< of an extrapolating view
-    bool meter = false;               ///< counts what the bytes of packets were for
+    DisplayedState displayed_state = DisplayedState::kPredicted;  ///< of an extrapolating view
+    bool meter = false;  ///< counts what the bytes of packets were for
 };
 
 /// What came of a packet.
-struct Taken {
+struct PacketResult {
     bool read = false;      ///< else it must not be acknowledged
     Correction correction;  ///< of the own prediction, if the packet carried the own state
 };
@@ -80,7 +80,9 @@ class View {
     /// So many packets in a row that can't be decoded are more than an accident.
     static constexpr int kUndecodedForReset = 3;
 
-    View(std::shared_ptr<const World> world, const ViewSettings& settings, ViewListener* listener);
+    View(std::shared_ptr<const WorldInfo> world,
+         const ViewSettings& settings,
+         ViewListener* listener);
 
     /// Ticks up to `tick` have been displayed: later news shows from the next one on.
     void evaluate(Tick tick);
@@ -88,7 +90,7 @@ class View {
     [[nodiscard]] Tick tick() const { return tick_; }
 
     /// Applies a packet; hostile bytes end in a wish for a reset, never in a crash.
-    Taken apply(const link::OpenedPacket& packet, double now_s);
+    PacketResult apply(const link::OpenedPacket& packet, double now_s);
 
     /// An event of the server's own: cosmetic bursts are taken in, other kinds are of no concern
     /// here.
@@ -134,7 +136,7 @@ class View {
     /// What is on the screen now, of an entity that is displayed.
     [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity) const;
 
-    [[nodiscard]] const World& world() const { return *world_; }
+    [[nodiscard]] const WorldInfo& world() const { return *world_; }
 
     [[nodiscard]] const Bursts& bursts() const { return bursts_; }
 
@@ -163,7 +165,7 @@ class View {
     void not_decoded(const link::OpenedPacket& packet);
     [[nodiscard]] EntityStore::Record record_of(const link::OpenedPacket& packet,
                                                 double now_s) const;
-    Applied show(const EntityStore::Record& record, const wire::QuantizedState& state);
+    ApplyOutcome show(const EntityStore::Record& record, const wire::QuantizedState& state);
     void apply_records(const link::OpenedPacket& packet, double now_s);
     void count_packet(const link::OpenedPacket& packet);
     void count_record(wire::RecordReader& gauge);
@@ -172,7 +174,7 @@ class View {
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
-    std::shared_ptr<const World> world_;
+    std::shared_ptr<const WorldInfo> world_;
     ViewSettings settings_;
     ViewListener* listener_;
     EntityStore store_;

@@ -13,7 +13,7 @@ namespace zoned::view {
 
 namespace {
 
-using Failure = core::Result<World>;
+using Failure = core::Result<WorldInfo>;
 
 wire::Quantization read_quantization(const proto::Quantization& q) {
     wire::Quantization out;
@@ -329,7 +329,7 @@ std::string wrong_with(const proto::WorldDescription& d) {
 
 }  // namespace
 
-const ZoneInfo* World::zone(ZoneId id) const {
+const ZoneInfo* WorldInfo::zone(ZoneId id) const {
     for (const ZoneInfo& zone : zones) {
         if (zone.id == id) {
             return &zone;
@@ -338,7 +338,7 @@ const ZoneInfo* World::zone(ZoneId id) const {
     return nullptr;
 }
 
-const ZoneInfo* World::zone_at(double x, double z) const {
+const ZoneInfo* WorldInfo::zone_at(double x, double z) const {
     for (const ZoneInfo& zone : zones) {
         if (x >= zone.lower_x && x < zone.upper_x && z >= zone.lower_z && z < zone.upper_z) {
             return &zone;
@@ -347,11 +347,11 @@ const ZoneInfo* World::zone_at(double x, double z) const {
     return nullptr;
 }
 
-core::Result<World> read_world(const proto::WorldDescription& d) {
+core::Result<WorldInfo> read_world(const proto::WorldDescription& d) {
     if (std::string wrong = wrong_with(d); !wrong.empty()) {
         return Failure::failure(std::move(wrong));
     }
-    World world;
+    WorldInfo world;
     world.tick_s = 1.0 / d.tick_rate_hz();
     world.interest_hysteresis = d.interest_hysteresis();
     world.quantization = read_quantization(d.quantization());
@@ -393,9 +393,9 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
     return world;
 }
 
-std::shared_ptr<const World> WorldCache::get(const std::string& digest,
-                                             const proto::WorldDescription& description,
-                                             std::string& error) {
+std::shared_ptr<const WorldInfo> WorldCache::get(const std::string& digest,
+                                                 const proto::WorldDescription& description,
+                                                 std::string& error) {
     const auto found = worlds_.find(digest);
     if (found != worlds_.end()) {
         return found->second;
@@ -405,7 +405,7 @@ std::shared_ptr<const World> WorldCache::get(const std::string& digest,
         error = world.error();
         return nullptr;
     }
-    auto shared = std::make_shared<const World>(std::move(*world));
+    auto shared = std::make_shared<const WorldInfo>(std::move(*world));
     worlds_[digest] = shared;
     return shared;
 }

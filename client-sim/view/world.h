@@ -1,4 +1,4 @@
-// World: the constants of the world as a client learns them at login, shared by all bots of a
+// WorldInfo: the constants of the world as a client learns them at login, shared by all bots of a
 // process.
 #pragma once
 
@@ -47,7 +47,7 @@ struct ZoneInfo {
 
 /// Smoke, rain: drawn from motion::replay() for any tick; the server sends nothing more of it but
 /// an event for each burst.
-struct CosmeticSystem {
+struct CosmeticInfo {
     std::string name;
     std::vector<motion::CosmeticEmitter> emitters;  ///< world coordinates
     motion::CosmeticEmitter air;  ///< gravity, drag and wind of bursts; its emitter is idle
@@ -61,7 +61,7 @@ struct DoorInfo {
 };
 
 /// Immutable once made.
-struct World {
+struct WorldInfo {
     double tick_s = 1.0 / 30.0;
     wire::Quantization quantization;
     std::vector<TypeInfo> types;
@@ -69,7 +69,7 @@ struct World {
     std::vector<ZoneInfo> zones;
     std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()
     float interest_hysteresis = 0.0F;
-    std::vector<CosmeticSystem> cosmetics;
+    std::vector<CosmeticInfo> cosmetics;
     clock::EnvironmentDefs environment;  ///< clocks and variables that this side runs for itself
 
     /// nullptr for a zone that the world does not have.
@@ -79,18 +79,18 @@ struct World {
 };
 
 /// Checks and converts a description; fails with the reason when a client could not work with it.
-core::Result<World> read_world(const proto::WorldDescription& description);
+core::Result<WorldInfo> read_world(const proto::WorldDescription& description);
 
 /// One World per config digest: five hundred bots share one copy of the static geometry.
 class WorldCache {
   public:
     /// nullptr when the description makes no sense; `error` says why.
-    std::shared_ptr<const World> get(const std::string& digest,
-                                     const proto::WorldDescription& description,
-                                     std::string& error);
+    std::shared_ptr<const WorldInfo> get(const std::string& digest,
+                                         const proto::WorldDescription& description,
+                                         std::string& error);
 
   private:
-    std::map<std::string, std::shared_ptr<const World>> worlds_;
+    std::map<std::string, std::shared_ptr<const WorldInfo>> worlds_;
 };
 
 }  // namespace zoned::view

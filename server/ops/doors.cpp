@@ -12,7 +12,7 @@ namespace zoned::config {
 
 namespace {
 
-using Span = motion::Timetable::Span;
+using Span = motion::Timetable::OpenSpan;
 
 /// The spans that one setting stands for: two where it goes over the end of the period.
 struct Opening {

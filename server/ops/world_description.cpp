@@ -71,7 +71,7 @@ void describe_door(const NamedDoor& from, proto::Door& out) {
     describe_box(from.door.box, *out.mutable_box());
     out.set_period(from.door.times.period);
     out.set_shift(from.door.times.shift);
-    for (const motion::Timetable::Span& span : from.door.times.open) {
+    for (const motion::Timetable::OpenSpan& span : from.door.times.open) {
         out.add_open(span.from);
         out.add_open(span.to);
     }

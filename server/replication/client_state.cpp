@@ -252,12 +252,12 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
 }
 
 /// A packet is given up when one sent three packets later has arrived, or after
-/// wire::give_up_ticks. It counts as lost only after three times that: what was merely late must
-/// not raise the estimate.
+/// wire::resend_timeout_ticks. It counts as lost only after three times that: what was merely late
+/// must not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
     look_for_outage(now, tick_s);
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
-    const Tick patience = wire::give_up_ticks(1e-6 * rtt_us, static_cast<double>(tick_s));
+    const Tick patience = wire::resend_timeout_ticks(1e-6 * rtt_us, static_cast<double>(tick_s));
     bool resolved_so_far = true;
     for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
         SentPacket* packet = log_.find(sequence);

@@ -29,10 +29,10 @@ void ClockSync::add_sample(double sent_local,
     if (!sense) {
         return;
     }
-    const Sample sample{offset, rtt, received_local};
+    const ClockSample sample{offset, rtt, received_local};
     if (count_ > 0) {
         // Both offsets are true within their uncertainty if no clock was set in between.
-        const Sample& believed = best(received_local);
+        const ClockSample& believed = best(received_local);
         const double explained =
             uncertainty(believed, received_local) + uncertainty(sample, received_local) + kStep;
         if (std::abs(offset - forward(believed, received_local)) > explained) {
@@ -54,7 +54,7 @@ void ClockSync::add_sample(double sent_local,
     }
 }
 
-void ClockSync::keep(const Sample& sample) {
+void ClockSync::keep(const ClockSample& sample) {
     samples_[count_ % kWindow] = sample;
     ++count_;
     if (block_count_ == 0 || sample.local - block_s_ >= kBlockS) {
@@ -65,7 +65,7 @@ void ClockSync::keep(const Sample& sample) {
         blocks_[block_count_++ % kBlocks] = sample;
         return;
     }
-    Sample& least = blocks_[(block_count_ - 1) % kBlocks];
+    ClockSample& least = blocks_[(block_count_ - 1) % kBlocks];
     if (sample.rtt < least.rtt) {
         least = sample;
     }
@@ -81,7 +81,7 @@ void ClockSync::estimate_drift() {
         least = std::min(least, blocks_[i].rtt);
     }
     // Relative to one of them: offsets are large numbers that differ by little.
-    const Sample& origin = blocks_[0];
+    const ClockSample& origin = blocks_[0];
     double sum = 0.0;
     double time = 0.0;
     double offset = 0.0;
@@ -126,7 +126,7 @@ double ClockSync::error_bound_s() const {
     }
     double least = uncertainty(samples_[0], last_local_) +
                    std::abs(offset_ - forward(samples_[0], last_local_));
-    const auto consider = [&](const Sample& sample) {
+    const auto consider = [&](const ClockSample& sample) {
         least = std::min(
             least,
             uncertainty(sample, last_local_) + std::abs(offset_ - forward(sample, last_local_)));
@@ -136,21 +136,21 @@ double ClockSync::error_bound_s() const {
     return least;
 }
 
-double ClockSync::doubt(const Sample& sample, double local) const {
+double ClockSync::doubt(const ClockSample& sample, double local) const {
     return 0.5 * sample.rtt + drift_doubt_ * (local - sample.local);
 }
 
-double ClockSync::uncertainty(const Sample& sample, double local) const {
+double ClockSync::uncertainty(const ClockSample& sample, double local) const {
     return 0.5 * sample.rtt + (kMaxDrift + std::abs(drift_)) * (local - sample.local);
 }
 
-double ClockSync::forward(const Sample& sample, double local) const {
+double ClockSync::forward(const ClockSample& sample, double local) const {
     return sample.offset + drift_ * (local - sample.local);
 }
 
-const ClockSync::Sample& ClockSync::best(double local) const {
-    const Sample* least = &samples_[0];
-    const auto consider = [&](const Sample& sample) {
+const ClockSync::ClockSample& ClockSync::best(double local) const {
+    const ClockSample* least = &samples_[0];
+    const auto consider = [&](const ClockSample& sample) {
         if (doubt(sample, local) < doubt(*least, local)) {
             least = &sample;
         }

@@ -63,20 +63,20 @@ class ClockSync {
     static constexpr double kSlew = 0.02;
 
   private:
-    struct Sample {
+    struct ClockSample {
         double offset = 0.0;
         double rtt = 0.0;
         double local = 0.0;
     };
 
     /// How wrong the sample's offset, brought forward by the drift, is to be expected at `local`.
-    [[nodiscard]] double doubt(const Sample& sample, double local) const;
+    [[nodiscard]] double doubt(const ClockSample& sample, double local) const;
     /// How wrong it can be at most.
-    [[nodiscard]] double uncertainty(const Sample& sample, double local) const;
+    [[nodiscard]] double uncertainty(const ClockSample& sample, double local) const;
     /// What the sample says the offset is at `local`.
-    [[nodiscard]] double forward(const Sample& sample, double local) const;
-    [[nodiscard]] const Sample& best(double local) const;
-    void keep(const Sample& sample);
+    [[nodiscard]] double forward(const ClockSample& sample, double local) const;
+    [[nodiscard]] const ClockSample& best(double local) const;
+    void keep(const ClockSample& sample);
     void estimate_drift();
 
     static constexpr std::size_t kWindow = 32;
@@ -86,8 +86,8 @@ class ClockSync {
     /// Samples may contradict each other by so much before a clock is taken to have been set, s.
     static constexpr double kStep = 0.1;
 
-    std::array<Sample, kWindow> samples_{};  // a ring: sample i is at i modulo kWindow
-    std::array<Sample, kBlocks> blocks_{};   // the best of each block, a ring likewise
+    std::array<ClockSample, kWindow> samples_{};  // a ring: sample i is at i modulo kWindow
+    std::array<ClockSample, kBlocks> blocks_{};   // the best of each block, a ring likewise
     std::size_t block_count_ = 0;
     double block_s_ = 0.0;            // when the newest block began
     double drift_ = 0.0;              // s/s

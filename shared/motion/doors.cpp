@@ -16,7 +16,7 @@ bool Timetable::open_at(Tick tick) const {
     }
     const Tick at = phase(tick);
     const auto behind = std::upper_bound(
-        open.begin(), open.end(), at, [](Tick t, const Span& s) { return t < s.from; });
+        open.begin(), open.end(), at, [](Tick t, const OpenSpan& s) { return t < s.from; });
     return behind != open.begin() && at < std::prev(behind)->to;
 }
 
@@ -31,7 +31,7 @@ Tick Timetable::next_change(Tick tick) const {
             best = ahead;
         }
     };
-    for (const Span& span : open) {
+    for (const OpenSpan& span : open) {
         consider(span.from);
         consider(span.to);
     }

@@ -22,16 +22,16 @@ struct StaticBox {
 /// the door, at any tick of the past or the future.
 struct Timetable {
     /// Ticks [from, to) of a period.
-    struct Span {
+    struct OpenSpan {
         Tick from = 0;
         Tick to = 0;
 
-        friend bool operator==(const Span&, const Span&) = default;
+        friend bool operator==(const OpenSpan&, const OpenSpan&) = default;
     };
 
-    Tick period = 1;         ///< ticks, > 0
-    Tick shift = 0;          ///< of tick 0 from the beginning of a period, [0, period)
-    std::vector<Span> open;  ///< ascending, apart, within [0, period]; two that touch are one
+    Tick period = 1;             ///< ticks, > 0
+    Tick shift = 0;              ///< of tick 0 from the beginning of a period, [0, period)
+    std::vector<OpenSpan> open;  ///< ascending, apart, within [0, period]; two that touch are one
 
     /// For any tick, negative ones too.
     [[nodiscard]] bool open_at(Tick tick) const;

@@ -123,7 +123,10 @@ double one_minus_exp(double x) {
     return sum;
 }
 
-void replay(const CosmeticEmitter& cosmetic, Tick tick, double tick_s, std::vector<Spark>& out) {
+void replay(const CosmeticEmitter& cosmetic,
+            Tick tick,
+            double tick_s,
+            std::vector<CosmeticParticle>& out) {
     const Emitter& e = cosmetic.emitter;
     const double now = seconds_since_start(e, tick, tick_s);
     const std::uint64_t end = born_before(e, tick, tick_s);
@@ -146,7 +149,7 @@ void replay(const CosmeticEmitter& cosmetic, Tick tick, double tick_s, std::vect
         const double gone = k > 1e-6 ? one_minus_exp(k * t) : k * t;
         const double a = k > 1e-6 ? gone / k : t;
         const double b = k > 1e-6 ? (t - a) / k : 0.5 * t * t;
-        Spark spark;
+        CosmeticParticle spark;
         spark.index = i;
         spark.position = birth.position + Vec3d(wind * t + (v0 - wind) * a + g * b).cast<float>();
         spark.velocity = Vec3d(wind + (v0 - wind) * (1.0 - gone) + g * a).cast<float>();

@@ -60,7 +60,7 @@ struct CosmeticEmitter {
 };
 
 /// A particle as a client draws it.
-struct Spark {
+struct CosmeticParticle {
     std::uint64_t index = 0;
     Vec3 position = Vec3::Zero();
     Vec3 velocity = Vec3::Zero();
@@ -70,7 +70,10 @@ struct Spark {
 /// All particles alive at `tick`, in the order of their birth, appended to `out`. The motion is the
 /// exact solution of v' = g - drag (v - wind), so nothing is stepped: a client that comes late, or
 /// looks away, computes the present alone. It costs time in proportion to the particles alive.
-void replay(const CosmeticEmitter& cosmetic, Tick tick, double tick_s, std::vector<Spark>& out);
+void replay(const CosmeticEmitter& cosmetic,
+            Tick tick,
+            double tick_s,
+            std::vector<CosmeticParticle>& out);
 
 /// (1 - exp(-x)) for x >= 0, the same bits on all machines: no call of a math library. Relative
 /// error below 1e-12.

@@ -93,7 +93,7 @@ void Surface::index_mesh() {
     const auto count_entries = [&] {
         std::size_t entries = 0;
         for (std::uint32_t i = 0; i < mesh_.corners.size(); ++i) {
-            const Cells own = cells_of(i);
+            const CellRange own = cells_of(i);
             entries += static_cast<std::size_t>(own.x1 - own.x0 + 1) *
                        static_cast<std::size_t>(own.z1 - own.z0 + 1);
         }
@@ -121,7 +121,7 @@ void Surface::index_mesh() {
     }
     const auto visit_cells = [&](auto&& visit) {
         for (std::uint32_t i = 0; i < mesh_.corners.size(); ++i) {
-            const Cells own = cells_of(i);
+            const CellRange own = cells_of(i);
             for (int z = own.z0; z <= own.z1; ++z) {
                 for (int x = own.x0; x <= own.x1; ++x) {
                     visit(static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_x_) +
@@ -139,7 +139,7 @@ void Surface::index_mesh() {
     visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
 }
 
-Surface::Cells Surface::cells_over(const Aabb& area) const {
+Surface::CellRange Surface::cells_over(const Aabb& area) const {
     // Clamped before the conversion, which is undefined for what an int cannot hold.
     const auto cell_of = [](float offset, float size, int cells) {
         return static_cast<int>(std::clamp(offset / size, 0.0F, static_cast<float>(cells - 1)));

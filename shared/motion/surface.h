@@ -61,11 +61,11 @@ class Surface {
     [[nodiscard]] bool behind(const Vec3& p) const;
 
   private:
-    struct Cells {
+    struct CellRange {
         int x0, x1, z0, z1;  ///< last ones included
     };
 
-    [[nodiscard]] Cells cells_over(const Aabb& area) const;
+    [[nodiscard]] CellRange cells_over(const Aabb& area) const;
     [[nodiscard]] FacedTriangle grid_triangle(int i, int k, int half) const;
     [[nodiscard]] FacedTriangle mesh_triangle(std::uint32_t index) const;
     void index_mesh();
@@ -74,7 +74,7 @@ class Surface {
     HeightGrid grid_;
     TriangleList mesh_;
     Aabb box_;
-    // Cells over x and z: a grid's own, or those in which a mesh's triangles are listed.
+    // CellRange over x and z: a grid's own, or those in which a mesh's triangles are listed.
     Vec3 cell_ = Vec3::Ones();  ///< sizes along x and z, m
     int cells_x_ = 0;
     int cells_z_ = 0;

@@ -14,7 +14,7 @@ void Surface::for_each_near(const Aabb& area, Visit&& visit) const {
         return Aabb{t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
                     t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])};
     };
-    const Cells over = cells_over(area);
+    const CellRange over = cells_over(area);
     for (int z = over.z0; z <= over.z1; ++z) {
         for (int x = over.x0; x <= over.x1; ++x) {
             if (is_grid()) {
@@ -35,7 +35,7 @@ void Surface::for_each_near(const Aabb& area, Visit&& visit) const {
                     continue;
                 }
                 // Listed in several cells: visited in the first of them that the area has.
-                const Cells own = cells_over(bounds);
+                const CellRange own = cells_over(bounds);
                 if (x == std::max(own.x0, over.x0) && z == std::max(own.z0, over.z0)) {
                     visit(t);
                 }

@@ -10,7 +10,7 @@ namespace zoned::wire {
 /// A packet is given up that is more ticks old than this, or sooner where later ones were
 /// acknowledged: a round trip and a tick, which is what the promised bound allows a resend.
 /// `rtt_s` >= 0, `tick_s` > 0.
-inline Tick give_up_ticks(double rtt_s, double tick_s) {
+inline Tick resend_timeout_ticks(double rtt_s, double tick_s) {
     return 1 + static_cast<Tick>(std::ceil(rtt_s / tick_s));
 }
 

@@ -33,7 +33,7 @@ struct Watcher {
     const char* name;
     view::ViewKind kind = view::ViewKind::kExtrapolate;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
-    view::Shows shows = view::Shows::kPredicted;
+    view::DisplayedState displayed_state = view::DisplayedState::kPredicted;
 };
 
 constexpr std::array<Watcher, 6> kWatchers{
@@ -44,7 +44,7 @@ constexpr std::array<Watcher, 6> kWatchers{
      {"unpredicted",
       view::ViewKind::kExtrapolate,
       motion::ConvergenceMethod::kProjectiveVelocity,
-      view::Shows::kPublished},
+      view::DisplayedState::kPublished},
      {"interpolate", view::ViewKind::kInterpolate}}};
 
 /// One level of detail with the threshold for its bound.
@@ -86,10 +86,11 @@ class ReckoningTrial : public JudgedTrial {
         : trace_(trace),
           settings_(settings_for(trace, threshold_m, forced)),
           zone_(trace, settings_, {1, false, delay}),
-          client_(trace,
-                  settings_,
-                  view::ViewSettings{watcher.convergence, false, watcher.kind, watcher.shows},
-                  delay),
+          client_(
+              trace,
+              settings_,
+              view::ViewSettings{watcher.convergence, false, watcher.kind, watcher.displayed_state},
+              delay),
           shown_(trace.frames.front().size()) {}
 
     void frame() override {

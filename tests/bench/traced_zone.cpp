@@ -27,9 +27,9 @@ replication::ReplicationSettings settings_for_bound(const MotionTrace& trace,
     return s;
 }
 
-std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
-                                            const replication::ReplicationSettings& settings) {
-    view::World world;
+std::shared_ptr<const view::WorldInfo> world_of(const MotionTrace& trace,
+                                                const replication::ReplicationSettings& settings) {
+    view::WorldInfo world;
     world.tick_s = static_cast<double>(trace.tick_s);
     world.quantization = settings.quantization;
     view::TypeInfo type;
@@ -40,7 +40,7 @@ std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
     view::ZoneInfo zone;
     zone.id = ZoneId(1);
     world.zones.push_back(zone);
-    return std::make_shared<const view::World>(std::move(world));
+    return std::make_shared<const view::WorldInfo>(std::move(world));
 }
 
 // ---------------------------------------------------------------- the server's side

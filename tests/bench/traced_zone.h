@@ -17,8 +17,8 @@ replication::ReplicationSettings settings_for_bound(const MotionTrace& trace,
                                                     double heartbeat_s);
 
 /// The world as a client of such a replicator knows it.
-std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
-                                            const replication::ReplicationSettings& settings);
+std::shared_ptr<const view::WorldInfo> world_of(const MotionTrace& trace,
+                                                const replication::ReplicationSettings& settings);
 
 /// Entity i + 1 follows the trace's entity i. Every client sees all entities; where they have
 /// avatars, client c's is entity c and is told to it as its own state.

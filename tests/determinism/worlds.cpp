@@ -41,7 +41,7 @@ std::vector<Line> world_lines(const std::string& name, std::size_t bot_count, un
                              hex(zone->state_hash())});
         }
     }
-    const measure::Report report = swarm.report();
+    const measure::RunReport report = swarm.report();
     const auto exact = [](double value) {
         return hex(std::bit_cast<std::uint64_t>(value));
     };

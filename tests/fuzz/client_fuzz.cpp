@@ -178,12 +178,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         fuzz::act(session, what, bytes);
     }
     session.run(3);
-    std::vector<motion::Spark> sparks;
+    std::vector<motion::CosmeticParticle> sparks;
     const view::View* const view = session.bots[0]->view();
     if (view != nullptr) {
         view->bursts().replay(view->tick(), sparks);
     }
-    for (const motion::Spark& spark : sparks) {
+    for (const motion::CosmeticParticle& spark : sparks) {
         ZONED_ASSERT(spark.position.allFinite() && spark.velocity.allFinite(),
                      "what passed as a burst can be drawn");
     }

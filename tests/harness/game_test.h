@@ -48,7 +48,7 @@ class GameTest : public ::testing::Test {
     /// Runs the swarm to its verdict. `each_step` may interfere (cut streams, look into the world,
     /// ...); it gets the virtual time in seconds. Gives up, and fails the test, after ten virtual
     /// minutes beyond the run.
-    measure::Report run(const std::function<void(VirtualServer&, double)>& each_step = {}) {
+    measure::RunReport run(const std::function<void(VirtualServer&, double)>& each_step = {}) {
         swarm.reset();  // its transports lead to the world before
         world = std::make_unique<VirtualServer>(server);
         bots.path_spread_s = server.network.spread_s();
@@ -78,7 +78,7 @@ class GameTest : public ::testing::Test {
         });
     }
 
-    static std::string reasons(const measure::Report& report) {
+    static std::string reasons(const measure::RunReport& report) {
         std::string text;
         for (const std::string& reason : report.reasons) {
             text += reason + "\n";
@@ -87,7 +87,7 @@ class GameTest : public ::testing::Test {
     }
 
     /// True when some reason of the verdict contains `word`.
-    static bool has_reason(const measure::Report& report, const std::string& word) {
+    static bool has_reason(const measure::RunReport& report, const std::string& word) {
         return reasons(report).find(word) != std::string::npos;
     }
 

@@ -105,11 +105,11 @@ CellResult run_cell(const Cell& cell, const CellSettings& settings) {
     while (!swarm.done()) {
         world.step();
         swarm.advance(world.client_time_s());
-        if (swarm.phase() == app::Swarm::Phase::kFreeze && healed_from_s < 0.0) {
+        if (swarm.phase() == app::Swarm::RunPhase::kFreeze && healed_from_s < 0.0) {
             healed_from_s = world.now_s();
             world.heal();
         }
-        if (swarm.phase() == app::Swarm::Phase::kGoodbye && result.healed_s == 0.0 &&
+        if (swarm.phase() == app::Swarm::RunPhase::kGoodbye && result.healed_s == 0.0 &&
             healed_from_s >= 0.0) {
             result.healed_s = world.now_s() - healed_from_s;
         }

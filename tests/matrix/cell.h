@@ -39,7 +39,7 @@ struct CellSettings {
 };
 
 struct CellResult {
-    measure::Report report;
+    measure::RunReport report;
     double healed_s = 0.0;  ///< from the end of all trouble until every view equals the server's
     bool healed = false;    ///< they did within kHealS
 };

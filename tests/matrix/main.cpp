@@ -14,7 +14,7 @@ bool run_one(const zoned::network_matrix::Cell& cell,
              const zoned::network_matrix::CellSettings& settings) {
     const zoned::network_matrix::CellResult result =
         zoned::network_matrix::run_cell(cell, settings);
-    const zoned::measure::Report& r = result.report;
+    const zoned::measure::RunReport& r = result.report;
     const bool good = r.consistent && result.healed && r.audit.samples > 0;
     std::printf(
         "%-52s %-4s %8llu samples, p99 %.3f m, stale %4.1f %%, %5llu events, exact after "

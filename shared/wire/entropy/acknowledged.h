@@ -110,7 +110,7 @@ class KnowledgeEncoder {
     /// The receiver has decoded this packet. Unknown, old and repeated numbers are ignored.
     void acknowledge(PacketNumber number) {
         const auto it = std::lower_bound(
-            sent_.begin(), sent_.end(), number, [](const Sent& sent, PacketNumber n) {
+            sent_.begin(), sent_.end(), number, [](const SentFrame& sent, PacketNumber n) {
                 return sent.frame->number < n;
             });
         if (it != sent_.end() && it->frame->number == number) {
@@ -135,7 +135,7 @@ class KnowledgeEncoder {
     }
 
   private:
-    struct Sent {
+    struct SentFrame {
         std::shared_ptr<const Frame> frame;
         PacketNumber reference = 0;  // newest that the receiver knew when it decoded this one
         std::uint8_t epoch = 0;
@@ -149,7 +149,7 @@ class KnowledgeEncoder {
     void learn_acknowledged() {
         std::size_t done = 0;
         for (std::size_t i = 0; i < sent_.size(); ++i) {
-            const Sent& sent = sent_[i];
+            const SentFrame& sent = sent_[i];
             if (!sent.acknowledged) {
                 continue;
             }
@@ -173,7 +173,7 @@ class KnowledgeEncoder {
     Knowledge knowledge_;
     Common common_;
     std::uint8_t epoch_;
-    std::vector<Sent> sent_;  // ascending
+    std::vector<SentFrame> sent_;  // ascending
 };
 
 /// The decoder's side. Use: knowledge_for() a packet's head, decode, keep() what came of it; a
@@ -188,7 +188,7 @@ class KnowledgeDecoder {
 
     /// A state, with what it has in common with others and the frames that it has learned,
     /// ascending, and that these have not; null: none. Valid until the next call.
-    struct Known {
+    struct KnownState {
         const Knowledge* knowledge = nullptr;
         const Common* common = nullptr;
         std::span<const FramePointer> not_common;
@@ -198,7 +198,7 @@ class KnowledgeDecoder {
 
     /// What packet `number` was coded with; none, and why, where that is not known (any more).
     /// Nothing is changed before keep(): what the packet says of it need not be true.
-    Known knowledge_for(PacketNumber number, const KnowledgeHead& head, const char*& why) {
+    KnownState knowledge_for(PacketNumber number, const KnowledgeHead& head, const char*& why) {
         fresh_.reset();
         derived_.reset();
         derived_from_.clear();

@@ -57,7 +57,7 @@ inline constexpr std::size_t kReaches = 5;
 inline constexpr std::size_t kFromNothing = kReaches - 1;
 
 /// A decision that was coded: by which model, of which reach.
-struct RecordLesson {
+struct RecordModelUpdate {
     std::uint16_t model = 0;
     std::uint8_t reach = 0;
     std::uint8_t symbol = 0;
@@ -69,7 +69,7 @@ struct RecordFrame {
     Tick tick = 0;
     ZoneId zone;
     std::vector<CodedRecord> records;  ///< ascending by entity
-    std::vector<RecordLesson> lessons;
+    std::vector<RecordModelUpdate> model_updates;
     std::array<entropy::NormalSums<1>, 2> velocity;  ///< along the ground, upwards
     std::vector<RecordBits> bits;  ///< of each record, where they are measured; the rest of the
                                    ///< code's bytes is its head and end
@@ -77,7 +77,7 @@ struct RecordFrame {
     /// Empties the lists, which keep their memory.
     void clear() {
         records.clear();
-        lessons.clear();
+        model_updates.clear();
         bits.clear();
         velocity = {};
     }

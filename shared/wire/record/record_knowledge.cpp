@@ -17,15 +17,17 @@ constexpr float kExpectedFromNothing = 256.0F;
 
 // ---------------------------------------------------------------- bases
 
-std::vector<Bases::Entry>::const_iterator Bases::lower_bound(EntityId entity) const {
+std::vector<RecordBaselines::BaselineEntry>::const_iterator RecordBaselines::lower_bound(
+    EntityId entity) const {
     return std::lower_bound(
-        entries_.begin(), entries_.end(), entity, [](const Entry& entry, EntityId id) {
+        entries_.begin(), entries_.end(), entity, [](const BaselineEntry& entry, EntityId id) {
             return entry.entity < id;
         });
 }
 
 /// The newest version of an entity that was learned up to `newest`.
-Bases::Slot Bases::version_at(Slot newest_of_entity, entropy::PacketNumber newest) const {
+RecordBaselines::Slot RecordBaselines::version_at(Slot newest_of_entity,
+                                                  entropy::PacketNumber newest) const {
     Slot slot = newest_of_entity;
     while (slot != kNone && versions_[slot].number > newest) {
         slot = versions_[slot].older;
@@ -33,7 +35,9 @@ Bases::Slot Bases::version_at(Slot newest_of_entity, entropy::PacketNumber newes
     return slot;
 }
 
-const CodedRecord* Bases::find(EntityId entity, ZoneId zone, entropy::PacketNumber newest) const {
+const CodedRecord* RecordBaselines::find(EntityId entity,
+                                         ZoneId zone,
+                                         entropy::PacketNumber newest) const {
     const auto it = lower_bound(entity);
     if (it == entries_.end() || it->entity != entity) {
         return nullptr;
@@ -45,7 +49,9 @@ const CodedRecord* Bases::find(EntityId entity, ZoneId zone, entropy::PacketNumb
     return &versions_[slot].record;
 }
 
-Bases::Slot Bases::keep(const RecordFrame& frame, const CodedRecord& record, Slot older) {
+RecordBaselines::Slot RecordBaselines::keep(const RecordFrame& frame,
+                                            const CodedRecord& record,
+                                            Slot older) {
     if (free_.empty()) {
         free_.push_back(static_cast<Slot>(versions_.size()));
         versions_.emplace_back();
@@ -56,7 +62,7 @@ Bases::Slot Bases::keep(const RecordFrame& frame, const CodedRecord& record, Slo
     return slot;
 }
 
-void Bases::learning(const RecordFrame& frame) {
+void RecordBaselines::learning(const RecordFrame& frame) {
     for (const CodedRecord& record : frame.records) {
         auto it = entries_.begin() + (lower_bound(record.entity) - entries_.cbegin());
         if (it == entries_.end() || it->entity != record.entity) {
@@ -72,13 +78,13 @@ void Bases::learning(const RecordFrame& frame) {
 }
 
 /// Frees a version and all that are older.
-void Bases::drop(Slot& first) {
+void RecordBaselines::drop(Slot& first) {
     for (Slot slot = std::exchange(first, kNone); slot != kNone; slot = versions_[slot].older) {
         free_.push_back(slot);
     }
 }
 
-void Bases::forget(EntityId entity, entropy::PacketNumber oldest) {
+void RecordBaselines::forget(EntityId entity, entropy::PacketNumber oldest) {
     const auto it = entries_.begin() + (lower_bound(entity) - entries_.cbegin());
     if (it == entries_.end() || it->entity != entity) {
         return;
@@ -94,7 +100,7 @@ void Bases::forget(EntityId entity, entropy::PacketNumber oldest) {
     }
 }
 
-void Bases::forget_before(entropy::PacketNumber oldest) {
+void RecordBaselines::forget_before(entropy::PacketNumber oldest) {
     const auto kept = std::find_if(superseding_.begin(),
                                    superseding_.end(),
                                    [&](const Superseding& s) { return s.number > oldest; });
@@ -104,9 +110,9 @@ void Bases::forget_before(entropy::PacketNumber oldest) {
     superseding_.erase(superseding_.begin(), kept);
 }
 
-const CodedRecord* KnownBases::find(EntityId entity,
-                                    ZoneId zone,
-                                    entropy::PacketNumber newest) const {
+const CodedRecord* KnownBaselines::find(EntityId entity,
+                                        ZoneId zone,
+                                        entropy::PacketNumber newest) const {
     for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
         const std::vector<CodedRecord>& records = (*frame)->records;
         const auto it = std::lower_bound(
@@ -131,8 +137,8 @@ RecordModels::RecordModels() {
     bits.fill(entropy::BitModel(7u << 13));
 }
 
-void RecordModels::learning(const std::vector<RecordLesson>& lessons) {
-    for (const RecordLesson& lesson : lessons) {
+void RecordModels::learning(const std::vector<RecordModelUpdate>& model_updates) {
+    for (const RecordModelUpdate& lesson : model_updates) {
         if (lesson.model >= kFirstBit) {
             bits[lesson.model - kFirstBit].learning(lesson.symbol != 0);
         } else if (lesson.model >= kFirstSymbol) {
@@ -153,7 +159,7 @@ RecordKnowledge::RecordKnowledge(const RecordFormat& /*format*/) {
 }
 
 void RecordKnowledge::learning(const std::shared_ptr<const RecordFrame>& frame) {
-    models_.learning(frame->lessons);
+    models_.learning(frame->model_updates);
     for (std::size_t i = 0; i < velocity_.size(); ++i) {
         if (frame->velocity[i].any) {
             velocity_[i].learning(frame->velocity[i]);

@@ -13,7 +13,7 @@ namespace zoned::wire::record {
 
 /// The publications that learned packets told, by entity. States of knowledge that differ by some
 /// packets share them, so each stays until no state can ask for it any more.
-class Bases {
+class RecordBaselines {
   public:
     /// Of packets learned up to `newest`; null where nothing of the entity is known in that zone.
     [[nodiscard]] const CodedRecord* find(EntityId entity,
@@ -32,14 +32,14 @@ class Bases {
     using Slot = std::uint32_t;
     static constexpr Slot kNone = 0xFFFFFFFF;
 
-    struct Version {
+    struct BaselineVersion {
         entropy::PacketNumber number = 0;
         ZoneId zone;
         Slot older = kNone;  // of the same entity
         CodedRecord record;
     };
 
-    struct Entry {
+    struct BaselineEntry {
         EntityId entity;
         Slot newest = kNone;
     };
@@ -50,21 +50,21 @@ class Bases {
         EntityId entity;
     };
 
-    [[nodiscard]] std::vector<Entry>::const_iterator lower_bound(EntityId entity) const;
+    [[nodiscard]] std::vector<BaselineEntry>::const_iterator lower_bound(EntityId entity) const;
     [[nodiscard]] Slot version_at(Slot newest_of_entity, entropy::PacketNumber newest) const;
     Slot keep(const RecordFrame& frame, const CodedRecord& record, Slot older);
     void drop(Slot& first);
     void forget(EntityId entity, entropy::PacketNumber oldest);
 
-    std::vector<Entry> entries_;  // ascending by entity
-    std::vector<Version> versions_;
+    std::vector<BaselineEntry> entries_;  // ascending by entity
+    std::vector<BaselineVersion> versions_;
     std::vector<Slot> free_;  // in versions_
     std::vector<Superseding> superseding_;
 };
 
 /// The bases of one state of knowledge: those in common, and packets that only it has learned.
-struct KnownBases {
-    const Bases& common;
+struct KnownBaselines {
+    const RecordBaselines& common;
     std::span<const std::shared_ptr<const RecordFrame>> frames;  ///< ascending
 
     [[nodiscard]] const CodedRecord* find(EntityId entity,
@@ -103,14 +103,14 @@ struct RecordModels {
     std::array<std::array<float, kReaches>, kMagnitudes> expected;
 
     RecordModels();
-    void learning(const std::vector<RecordLesson>& lessons);
+    void learning(const std::vector<RecordModelUpdate>& model_updates);
 };
 
 class RecordKnowledge {
   public:
     using Frame = RecordFrame;
     using Format = RecordFormat;
-    using Common = Bases;
+    using Common = RecordBaselines;
 
     explicit RecordKnowledge(const RecordFormat& format);
 

@@ -21,7 +21,7 @@ class RecordPass {
 
     RecordPass(const RecordFormat& format,
                const RecordKnowledge& knowledge,
-               const KnownBases& bases,
+               const KnownBaselines& bases,
                Port port,
                bool measured,
                RecordFrame& frame)
@@ -43,9 +43,9 @@ class RecordPass {
             if (more && !kDecodes) {
                 record = frame_.records[next];
             }
-            const auto kind =
-                static_cast<Kind>(symbol(RecordModels::kKind + static_cast<std::size_t>(before_),
-                                         more && !kDecodes ? kind_of(record) : kEnd));
+            const auto kind = static_cast<CodedKind>(
+                symbol(RecordModels::kKind + static_cast<std::size_t>(before_),
+                       more && !kDecodes ? kind_of(record) : kEnd));
             if (kind == kEnd) {
                 return true;
             }
@@ -61,28 +61,28 @@ class RecordPass {
     }
 
   private:
-    enum Kind : std::uint8_t {
+    enum CodedKind : std::uint8_t {
         kKnown,  ///< there is a base
         kNew,    ///< nothing is known that would help
         kRemove,
         kEnd,
     };
 
-    [[nodiscard]] const CodedRecord* base_of(EntityId entity) const {
+    [[nodiscard]] const CodedRecord* baseline_of(EntityId entity) const {
         return bases_.find(entity, frame_.zone, knowledge_.learned().newest());
     }
 
-    [[nodiscard]] Kind kind_of(const CodedRecord& record) const {
+    [[nodiscard]] CodedKind kind_of(const CodedRecord& record) const {
         if (record.remove) {
             return kRemove;
         }
-        const CodedRecord* base = base_of(record.entity);
+        const CodedRecord* base = baseline_of(record.entity);
         const bool known = base != nullptr && base->type == record.type &&
                            base->upright == record.upright && base->tick <= record.tick;
         return known ? kKnown : kNew;
     }
 
-    bool code(Kind kind, CodedRecord& record) {
+    bool code(CodedKind kind, CodedRecord& record) {
         if (!code_entity(record)) {
             return false;
         }
@@ -91,7 +91,7 @@ class RecordPass {
             measure(kRecordHeadPart);
             return true;
         }
-        const CodedRecord* base = kind == kKnown ? base_of(record.entity) : nullptr;
+        const CodedRecord* base = kind == kKnown ? baseline_of(record.entity) : nullptr;
         if (kind == kKnown && base == nullptr) {
             return false;
         }
@@ -337,9 +337,9 @@ class RecordPass {
     }
 
     void note(std::size_t model, std::size_t reach, int symbol) {
-        frame_.lessons.push_back({static_cast<std::uint16_t>(model),
-                                  static_cast<std::uint8_t>(reach),
-                                  static_cast<std::uint8_t>(symbol)});
+        frame_.model_updates.push_back({static_cast<std::uint16_t>(model),
+                                        static_cast<std::uint8_t>(reach),
+                                        static_cast<std::uint8_t>(symbol)});
     }
 
     // Columns of the field table: position x, z, y are 1, 2, 3, velocities follow in the same
@@ -351,13 +351,13 @@ class RecordPass {
 
     const RecordFormat& format_;
     const RecordKnowledge& knowledge_;
-    KnownBases bases_;
+    KnownBaselines bases_;
     const RecordModels& models_;
     Port port_;
     bool measured_;
     std::uint64_t measured_bits_ = 0;
     RecordFrame& frame_;
-    Kind before_ = kKnown;
+    CodedKind before_ = kKnown;
     std::uint32_t entity_before_ = 0;
     std::size_t lod_before_ = 0;
     CodedRecord nearby_;  // the last one told: new ones are likely to be near it

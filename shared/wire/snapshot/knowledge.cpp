@@ -8,7 +8,7 @@ namespace zoned::wire::snapshot {
 namespace {
 
 // Before anything was learned: bodies go on as they did, mostly by their newest velocity, and share
-// the surprises of what is near them.
+// the motion_residuals of what is near them.
 constexpr std::array<double, kMoveFeatures> kGoesOn = {0.8, 0.2, 1.0, 0.4};
 constexpr std::array<double, kTurnFeatures> kTurnsOn = {0.3, 0.7, 0.5};
 
@@ -28,8 +28,8 @@ FramePointer origin(const SnapshotFormat& format) {
 
 }  // namespace
 
-void Models::learning(const std::vector<Lesson>& lessons) {
-    for (const Lesson& lesson : lessons) {
+void Models::learning(const std::vector<ModelUpdate>& model_updates) {
+    for (const ModelUpdate& lesson : model_updates) {
         if (lesson.model < kBits) {
             bits[lesson.model].learning(lesson.symbol != 0);
         } else {
@@ -54,7 +54,7 @@ Knowledge::Knowledge(const SnapshotFormat& format) {
 }
 
 void Knowledge::learning(FramePointer frame) {
-    models_.learning(frame->lessons);
+    models_.learning(frame->model_updates);
     const auto learn_sums = [](auto& squares, const auto& seen) {
         if (seen.any) {
             squares.learning(seen);

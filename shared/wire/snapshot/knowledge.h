@@ -28,7 +28,7 @@ struct Moved {
 inline constexpr std::uint16_t kNotMoved = 0xFFFF;
 
 /// A decision that was coded and with which model: learned when both sides share the snapshot.
-struct Lesson {
+struct ModelUpdate {
     std::uint16_t model = 0;
     std::uint8_t symbol = 0;
 };
@@ -46,7 +46,7 @@ struct CodedFrame {
     std::vector<std::uint16_t> moved_index;  ///< in `moved`, or kNotMoved
     std::vector<Moved> moved;
     std::vector<std::uint16_t> awake;  ///< bodies that changed lately, 16 to a mask
-    std::vector<Lesson> lessons;
+    std::vector<ModelUpdate> model_updates;
     std::array<std::array<entropy::NormalSums<kMoveFeatures>, kCalmClasses>, 2> moves;
     std::array<entropy::NormalSums<kTurnFeatures>, kCalmClasses> turns;
 
@@ -54,7 +54,7 @@ struct CodedFrame {
     void clear() {
         moved.clear();
         awake.clear();
-        lessons.clear();
+        model_updates.clear();
         moves = {};
         turns = {};
     }
@@ -93,7 +93,7 @@ struct Models {
     std::array<entropy::BitModel, kBits> bits;
     std::array<entropy::ResidualModel, kResiduals> residuals;
 
-    void learning(const std::vector<Lesson>& lessons);
+    void learning(const std::vector<ModelUpdate>& model_updates);
 };
 
 /// Grows by one acknowledged snapshot at a time, in ascending order; whoever has learned the same

@@ -11,7 +11,7 @@ namespace {
 
 using Lanes = Eigen::Array<float, 8, 1>;
 
-static_assert(sizeof(Surprise) == 16 * sizeof(float), "a surprise is two registers");
+static_assert(sizeof(MotionResidual) == 16 * sizeof(float), "a motion_residual is two registers");
 
 // So far away that such a lane weighs nothing beside any real one.
 constexpr float kNowhere = 1e9F;
@@ -31,13 +31,14 @@ std::array<float, 3> Neighbours::from_origin(const std::array<std::int32_t, 3>& 
             static_cast<float>(position[2] - origin_[2])};
 }
 
-void Neighbours::note(const std::array<std::int32_t, 3>& position, const Surprise& surprise) {
+void Neighbours::note(const std::array<std::int32_t, 3>& position,
+                      const MotionResidual& motion_residual) {
     const std::size_t lane = count_ % kLanes;
     const std::size_t block = count_ / kLanes;
     if (block == places_.size()) {
         places_.emplace_back();
-        surprises_.resize(surprises_.size() + kLanes);
-        weights_.resize(surprises_.size());
+        motion_residuals_.resize(motion_residuals_.size() + kLanes);
+        weights_.resize(motion_residuals_.size());
     }
     if (lane == 0) {
         for (auto& axis : places_[block]) {
@@ -51,12 +52,12 @@ void Neighbours::note(const std::array<std::int32_t, 3>& position, const Surpris
     for (std::size_t axis = 0; axis < 3; ++axis) {
         places_[block][axis][lane] = place[axis];
     }
-    surprises_[count_] = surprise;
-    surprises_[count_].carried = cross(surprise.turned, place);
+    motion_residuals_[count_] = motion_residual;
+    motion_residuals_[count_].carried = cross(motion_residual.turned, place);
     ++count_;
 }
 
-Surprise Neighbours::near(const std::array<std::int32_t, 3>& position) const {
+MotionResidual Neighbours::near(const std::array<std::int32_t, 3>& position) const {
     const std::array<float, 3> here = from_origin(position);
     Lanes heaviest = Lanes::Zero();
     for (std::size_t i = 0; i < count_; i += kLanes) {
@@ -76,7 +77,7 @@ Surprise Neighbours::near(const std::array<std::int32_t, 3>& position) const {
     for (std::size_t i = 0; i < count_; ++i) {
         const float w = weights_[i];
         if (w >= least) {
-            const float* values = surprises_[i].moved.data();
+            const float* values = motion_residuals_[i].moved.data();
             sums[0] += w * Eigen::Map<const Lanes>(values);
             sums[1] += w * Eigen::Map<const Lanes>(values + kLanes);
             weight += w;
@@ -86,7 +87,7 @@ Surprise Neighbours::near(const std::array<std::int32_t, 3>& position) const {
     std::array<float, 16> mean;
     Eigen::Map<Lanes>(mean.data()) = scale * sums[0];
     Eigen::Map<Lanes>(mean.data() + kLanes) = scale * sums[1];
-    auto result = std::bit_cast<Surprise>(mean);
+    auto result = std::bit_cast<MotionResidual>(mean);
     // The mean of turned x (here - place), in two parts.
     const std::array<float, 3> about_origin = cross(result.turned, here);
     for (std::size_t axis = 0; axis < 3; ++axis) {

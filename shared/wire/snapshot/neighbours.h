@@ -9,7 +9,7 @@
 namespace zoned::wire::snapshot {
 
 /// How a body moved, and how that differed from its own motion continued. Two registers of eight.
-struct Surprise {
+struct MotionResidual {
     std::array<float, 3> moved{};    ///< steps: displacement minus the continued one
     std::array<float, 3> turned{};   ///< rad: turn minus the continued one
     std::array<float, 3> carried{};  ///< steps: from near(): what `turned` of the neighbours moves
@@ -19,22 +19,22 @@ struct Surprise {
     float turn_error = 0.0F;         ///< rad: likewise, mean over the axes
 };
 
-/// Bodies that touch share their surprises: a push runs through a heap within a tick or two. The
-/// mean over the bodies noted, weighted by 1 / distance^4, is that of the few nearest ones whatever
-/// their size (inverse distance weighting: D. Shepard, "A two-dimensional interpolation function
-/// for irregularly-spaced data", ACM 1968). Bodies that hang together turn together: the surprise
-/// in turn of one moves the others about it.
+/// Bodies that touch share their motion_residuals: a push runs through a heap within a tick or two.
+/// The mean over the bodies noted, weighted by 1 / distance^4, is that of the few nearest ones
+/// whatever their size (inverse distance weighting: D. Shepard, "A two-dimensional interpolation
+/// function for irregularly-spaced data", ACM 1968). Bodies that hang together turn together: the
+/// motion_residual in turn of one moves the others about it.
 class Neighbours {
   public:
     void clear() { count_ = 0; }
 
     [[nodiscard]] bool empty() const { return count_ == 0; }
 
-    void note(const std::array<std::int32_t, 3>& position, const Surprise& surprise);
+    void note(const std::array<std::int32_t, 3>& position, const MotionResidual& motion_residual);
 
     /// The weighted mean near a place; must not be empty(). Summed in a fixed order: the same bits
     /// for any width of the processor's registers.
-    [[nodiscard]] Surprise near(const std::array<std::int32_t, 3>& position) const;
+    [[nodiscard]] MotionResidual near(const std::array<std::int32_t, 3>& position) const;
 
   private:
     static constexpr std::size_t kLanes = 8;
@@ -47,7 +47,7 @@ class Neighbours {
 
     std::array<std::int32_t, 3> origin_{};  // where the first body noted was
     std::vector<PointsOfInterest> places_;
-    std::vector<Surprise> surprises_;
+    std::vector<MotionResidual> motion_residuals_;
     mutable std::vector<float> weights_;  // of one call of near(), kept for its memory
     std::size_t count_ = 0;
 };

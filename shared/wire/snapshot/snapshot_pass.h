@@ -57,7 +57,7 @@ class SnapshotPass {
     static constexpr std::uint32_t kBlock = 16;
     static constexpr FrameNumber kAwakeFrames = 12;
     // What goes on as it did takes these shares of its velocity at two lags. The least squares
-    // learning better ones; surprises are told against these, which never change.
+    // learning better ones; motion_residuals are told against these, which never change.
     static constexpr double kNewest = 0.8;
     static constexpr double kOlder = 0.2;
     static constexpr double kNewestTurn = 0.3;
@@ -125,18 +125,18 @@ class SnapshotPass {
         sample.mark = static_cast<std::uint8_t>(
             bit(Models::kChangeContexts + Models::kBlockContexts + before.mark + (awake ? 2 : 0),
                 sample.mark != 0));
-        Surprise surprise;
+        MotionResidual motion_residual;
         const bool alone = neighbours_.empty();
-        const Surprise near = alone ? Surprise{} : neighbours_.near(before.position);
-        code_position(body, near, alone, surprise);
+        const MotionResidual near = alone ? MotionResidual{} : neighbours_.near(before.position);
+        code_position(body, near, alone, motion_residual);
         frame_.moved_index[body] = static_cast<std::uint16_t>(frame_.moved.size());
         Moved& moved = frame_.moved.emplace_back();
-        code_orientation(body, near, alone, surprise, moved);
-        neighbours_.note(before.position, surprise);
+        code_orientation(body, near, alone, motion_residual, moved);
+        neighbours_.note(before.position, motion_residual);
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            moved.error[axis] = surprise.error[axis] * per_frame_;
+            moved.error[axis] = motion_residual.error[axis] * per_frame_;
         }
-        moved.turn_error = surprise.turn_error * per_frame_;
+        moved.turn_error = motion_residual.turn_error * per_frame_;
     }
 
     [[nodiscard]] std::size_t change_context(std::uint32_t body) const {
@@ -152,7 +152,10 @@ class SnapshotPass {
         return moved + 8 * a.mark + 16 * speed_class;
     }
 
-    void code_position(std::uint32_t body, const Surprise& near, bool alone, Surprise& surprise) {
+    void code_position(std::uint32_t body,
+                       const MotionResidual& near,
+                       bool alone,
+                       MotionResidual& motion_residual) {
         const auto& p0 = t0_.samples[body].position;
         const auto& p1 = t1_.samples[body].position;
         const auto& p2 = t2_.samples[body].position;
@@ -194,9 +197,9 @@ class SnapshotPass {
                                          value - predicted);
             value = std::clamp(value, format_.minimum[axis], format_.maximum[axis]);
             const double real = value - p0[axis];
-            surprise.moved[axis] = static_cast<float>(real - continued);
-            surprise.error[axis] = static_cast<float>(std::abs(real - moves));
-            in_body += surprise.error[axis];
+            motion_residual.moved[axis] = static_cast<float>(real - continued);
+            motion_residual.error[axis] = static_cast<float>(std::abs(real - moves));
+            in_body += motion_residual.error[axis];
             if (teaches(body)) {
                 frame_.moves[vertical ? 1 : 0][calm].add(features, real, weight_of(scale));
             }
@@ -204,9 +207,9 @@ class SnapshotPass {
     }
 
     void code_orientation(std::uint32_t body,
-                          const Surprise& near,
+                          const MotionResidual& near,
                           bool alone,
-                          Surprise& surprise,
+                          MotionResidual& motion_residual,
                           Moved& moved) {
         const int bits = format_.orientation_bits;
         const Rotation q0 = t0_.rotation_of_body(body, bits);
@@ -247,10 +250,11 @@ class SnapshotPass {
         }
         moved.rotation = rotation_of(sample, bits);
         const Turn real = turn_between(q0, moved.rotation);
-        surprise.turn = real;
+        motion_residual.turn = real;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            surprise.turned[axis] = static_cast<float>(real[axis] - continued[axis]);
-            surprise.turn_error += static_cast<float>(std::abs(real[axis] - turn[axis]) / 3.0F);
+            motion_residual.turned[axis] = static_cast<float>(real[axis] - continued[axis]);
+            motion_residual.turn_error +=
+                static_cast<float>(std::abs(real[axis] - turn[axis]) / 3.0F);
             if (teaches(body)) {
                 frame_.turns[calm].add(features[axis], real[axis], weight_of(base));
             }
@@ -276,7 +280,7 @@ class SnapshotPass {
 
     bool bit(std::size_t model, bool value) {
         const bool result = port_.bit(models_.bits[model], value);
-        frame_.lessons.push_back(
+        frame_.model_updates.push_back(
             {static_cast<std::uint16_t>(model), static_cast<std::uint8_t>(result ? 1 : 0)});
         return result;
     }
@@ -286,9 +290,10 @@ class SnapshotPass {
         int symbol = 0;
         const std::int32_t result =
             entropy::code_residual(port_, models_.residuals[what].of(scale_class), value, symbol);
-        frame_.lessons.push_back({static_cast<std::uint16_t>(
-                                      Models::kBits + what * entropy::kScaleClasses + scale_class),
-                                  static_cast<std::uint8_t>(symbol)});
+        frame_.model_updates.push_back(
+            {static_cast<std::uint16_t>(Models::kBits + what * entropy::kScaleClasses +
+                                        scale_class),
+             static_cast<std::uint8_t>(symbol)});
         return result;
     }
 

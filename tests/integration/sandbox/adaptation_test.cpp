@@ -25,7 +25,7 @@ class AdaptationGame : public GameTest {
         bots.mix = *shares;
         const scenario::LogText log;
         Tick logged_tick = -1;
-        const measure::Report report = run([&](VirtualServer& now, double) {
+        const measure::RunReport report = run([&](VirtualServer& now, double) {
             const zone::Zone& zone = *now.world().zones().front();
             if (zone.report().tick != logged_tick) {
                 logged_tick = zone.report().tick;

@@ -91,7 +91,7 @@ class Agreed : public GameTest {
     }
 
     /// Compared before the goodbye, when all that was decided has had its time.
-    measure::Report play(bool trading) {
+    measure::RunReport play(bool trading) {
         bool compared = false;
         return run([&](VirtualServer& virtual_server, double now_s) {
             if (balls_.empty()) {

@@ -47,7 +47,8 @@ class BridgeWorld : public GameTest {
 TEST_F(BridgeWorld, IsConsistentAndItsPeopleFindTheirFloors) {
     server.network.loss = 0.02;
     server.network.delay_s = 0.04;
-    const measure::Report report = run([this](VirtualServer& now, double) { look(now.world()); });
+    const measure::RunReport report =
+        run([this](VirtualServer& now, double) { look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
     // Sixteen people, for some 30 s of 40 at each place.
     EXPECT_GT(on_, 1000);

@@ -68,7 +68,7 @@ class CatchUp : public GameTest {
     }
 
     std::map<double, Stretch> begins;
-    measure::Report report;
+    measure::RunReport report;
 };
 
 TEST_F(CatchUp, InAWorldAtRestNothingIsSentAgain) {

@@ -58,7 +58,8 @@ class CircuitWorld : public GameTest {
 TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
     server.network.loss = 0.02;
     server.network.delay_s = 0.04;
-    const measure::Report report = run([this](VirtualServer& now, double) { look(now.world()); });
+    const measure::RunReport report =
+        run([this](VirtualServer& now, double) { look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_EQ(lanes_.size(), 20U) << "all came to their tracks";
     const auto in_two = [](const auto& seen) {

@@ -49,7 +49,7 @@ TEST_F(GameTest, ACityWhosePeopleMakeWayForEachOtherIsConsistent) {
     bots.bots = 10;
     bots.seconds = 30.0;
     CityWatch watch;
-    const measure::Report report =
+    const measure::RunReport report =
         run([&](VirtualServer& now, double) { watch.look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(watch.suspended, watch.active / 2) << "many are seen by nobody";

@@ -72,7 +72,7 @@ class CodedRecords : public GameTest {
     }
 
     /// Consistent but for the packets that could not be decoded.
-    void expect_whole(const measure::Report& report) const {
+    void expect_whole(const measure::RunReport& report) const {
         EXPECT_EQ(report.converged_bots, 8u) << reasons(report);
         EXPECT_EQ(report.reasons.size(), 1u) << reasons(report);
         EXPECT_TRUE(has_reason(report, "wire: ")) << reasons(report);
@@ -88,7 +88,7 @@ TEST_F(CodedRecords, ThatCannotBeDecodedAreToldAgainWithoutAReset) {
     spoiling->chosen = [](std::uint64_t sequence) {
         return sequence % 9 == 5;
     };
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     expect_whole(report);
     EXPECT_GT(spoiling->packets, 50u);
     EXPECT_EQ(report.view_resets, 0u);
@@ -98,7 +98,7 @@ TEST_F(CodedRecords, OfWhichNoneCanBeDecodedForAWhileEndInAReset) {
     spoiling->chosen = [this](std::uint64_t) {
         return world->now_s() > 3.0 && world->now_s() < 3.5;
     };
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     expect_whole(report);
     EXPECT_GT(spoiling->packets, 8u * 5u);
     EXPECT_GE(report.view_resets, 1u);

@@ -17,7 +17,7 @@ class Consistency : public GameTest {
 };
 
 TEST_F(Consistency, HoldsOnACleanNetwork) {
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_EQ(report.bots_joined, 8u);
     EXPECT_GT(report.audit.samples, 200u);
@@ -26,7 +26,7 @@ TEST_F(Consistency, HoldsOnACleanNetwork) {
 
 TEST_F(Consistency, HoldsOnABadNetwork) {
     be_bad();
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.packets_lost, 10u);
     EXPECT_GT(report.audit.samples_after_loss, 0u);
@@ -38,7 +38,7 @@ TEST_F(Consistency, HoldsOnABadNetwork) {
 TEST_F(Consistency, OfAnInterpolatingViewHoldsWithTheBareBound) {
     bots.view = view::ViewKind::kInterpolate;
     server.network.delay_s = 0.06;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_EQ(report.converged_bots, 8u);
     EXPECT_GT(report.audit.samples, 200u);
@@ -52,7 +52,7 @@ TEST_F(Consistency, OfAnInterpolatingViewHoldsOnABadNetwork) {
     bots.view = view::ViewKind::kInterpolate;
     be_bad();
     server.network.jitter_s = 0.05;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.audit.samples_after_loss, 0u);
 }
@@ -61,16 +61,16 @@ TEST_F(Consistency, HoldsForEachKindOfPrediction) {
     for (const char* kind : {"STATIC", "LINEAR", "QUADRATIC", "BALLISTIC", "TURNING"}) {
         server.sets = {std::string("replication.predictor=") + kind};
         bots.seconds = 3.0;
-        const measure::Report report = run();
+        const measure::RunReport report = run();
         EXPECT_TRUE(report.consistent) << kind << ": " << reasons(report);
     }
 }
 
 TEST_F(Consistency, HoldsWithRecordsCodedForEachClientInFewerBytes) {
     be_bad();
-    const measure::Report shared = run();
+    const measure::RunReport shared = run();
     server.sets = {"replication.codec=PER_CLIENT"};
-    const measure::Report coded = run();
+    const measure::RunReport coded = run();
     EXPECT_TRUE(coded.consistent) << reasons(coded);
     EXPECT_EQ(coded.converged_bots, 8u);
     EXPECT_GT(coded.audit.samples_after_loss, 0u);
@@ -89,14 +89,14 @@ TEST_F(Consistency, WithCodedRecordsOutlastsOutagesAndBorders) {
     server.network.outage_length_s = 0.25;
     bots.mix = bot::parse_mix("border:1,wander:1").value();
     bots.seconds = 12.0;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_EQ(report.malformed_records, 0u);
 }
 
 TEST_F(Consistency, HoldsWhenClientClocksAreOff) {
     server.skew_s = 12345.678;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
 }
 
@@ -105,7 +105,7 @@ TEST_F(Consistency, DeliversEventsExactlyOnceWhenStreamsAreCut) {
     bots.seconds = 8.0;
     bots.mix = bot::parse_mix("chat:1,fight:1").value();
     double next_cut = 2.0;
-    const measure::Report report = run([&](VirtualServer& server_now, double now_s) {
+    const measure::RunReport report = run([&](VirtualServer& server_now, double now_s) {
         if (now_s >= next_cut && now_s < 7.0) {
             server_now.cut_streams();
             next_cut += 1.5;
@@ -121,7 +121,7 @@ TEST_F(Consistency, DeliversEventsExactlyOnceWhenStreamsAreCut) {
 
 TEST_F(Consistency, GivesTheSameRunTwice) {
     const auto once = [this] {
-        const measure::Report report = run();
+        const measure::RunReport report = run();
         return std::make_pair(world->world().state_hash(), report.audit.samples);
     };
     server.network.loss = 0.1;

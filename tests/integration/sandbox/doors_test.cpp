@@ -85,7 +85,7 @@ class DoorsWorld : public GameTest {
         if (told_ == nullptr) {
             auto read = view::read_world(config::describe_world(from.settings()));
             ASSERT_TRUE(read.ok()) << read.error();
-            told_ = std::make_unique<view::World>(std::move(*read));
+            told_ = std::make_unique<view::WorldInfo>(std::move(*read));
         }
     }
 
@@ -96,7 +96,7 @@ class DoorsWorld : public GameTest {
         motion::CharacterState state;
     };
 
-    std::unique_ptr<view::World> told_;
+    std::unique_ptr<view::WorldInfo> told_;
     std::map<EntityId, Seen> seen_;
     int crossings_ = 0;  ///< of the walls' lines, through doors
     int near_turning_ =
@@ -110,7 +110,7 @@ TEST_F(DoorsWorld, IsConsistentUnderLossAndMovesAsClientsPredict) {
     server.network.loss = 0.05;
     server.network.delay_s = 0.06;
     server.network.jitter_s = 0.02;
-    const measure::Report report = run([this](VirtualServer& now, double) {
+    const measure::RunReport report = run([this](VirtualServer& now, double) {
         learning(now);
         look(now.world());
     });
@@ -129,7 +129,7 @@ TEST_F(DoorsWorld, IsConsistentUnderLossAndMovesAsClientsPredict) {
 
 TEST_F(DoorsWorld, NeedsNoCorrectionsWhereInputsComeInTime) {
     server.network.delay_s = 0.04;
-    const measure::Report report = run([this](VirtualServer& now, double) {
+    const measure::RunReport report = run([this](VirtualServer& now, double) {
         learning(now);
         look(now.world());
     });
@@ -144,7 +144,7 @@ TEST_F(DoorsWorld, IsPutRightAllTheTimeByAServerWhoseDoorsAreOthers) {
     // The checkers are checked: the same run with a server whose doors turn at other times.
     server.network.delay_s = 0.04;
     bool spoilt = false;
-    const measure::Report report = run([&](VirtualServer& now, double) {
+    const measure::RunReport report = run([&](VirtualServer& now, double) {
         learning(now);
         look(now.world());
         if (!std::exchange(spoilt, true)) {

@@ -10,7 +10,7 @@ TEST_F(FanOut, TellsThoseWhoLeaveTogetherNothingOfEachOther) {
     bots.bots = 40;
     bots.ramp_per_s = 100.0;
     bots.seconds = 2.0;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     for (int step = 0; step < 100; ++step) {
         world->step();
@@ -26,7 +26,7 @@ TEST_F(FanOut, TellsThoseWhoStayOfAllWhoLeft) {
     bots.ramp_per_s = 1000.0;
     bots.seconds = 4.0;
     bool left = false;
-    const measure::Report report = run([&](VirtualServer& server_now, double now_s) {
+    const measure::RunReport report = run([&](VirtualServer& server_now, double now_s) {
         if (!left && now_s > 2.0) {
             left = true;
             for (std::size_t i = 0; i < 20; ++i) {

@@ -6,7 +6,7 @@ namespace {
 /// The checker is checked: each fault on purpose turns the verdict, for the right reason.
 class Faults : public GameTest {
   public:
-    measure::Report run_with(std::initializer_list<std::string> sets) {
+    measure::RunReport run_with(std::initializer_list<std::string> sets) {
         server.sets.assign(sets);
         return run();
     }

@@ -51,7 +51,7 @@ struct Walkers {
 
 TEST_F(Hills, CarryBotsWithAConsistentVerdictAndNoCorrections) {
     Walkers walkers;
-    const measure::Report report =
+    const measure::RunReport report =
         run([&](VirtualServer& now, double) { walkers.look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.audit.samples, 300u);
@@ -68,7 +68,7 @@ TEST_F(Hills, AreConsistentOnABadNetworkAcrossTheBorder) {
     server.network.loss = 0.05;
     server.network.delay_s = 0.06;
     server.network.jitter_s = 0.02;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(world->world().client_handoffs(), 0u);
 }
@@ -79,7 +79,7 @@ TEST_F(Hills, CostClientsThatAreNotToldCorrectionsButNoConsistency) {
     server.sets = {"statics.surface[0].told=false",
                    "statics.surface[1].told=false",
                    "statics.surface[2].told=false"};
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     ASSERT_GT(report.own_correction_m.count(), 100u);
     const double untold = report.own_correction_m.percentile(0.99);

@@ -23,12 +23,12 @@ class LatencyTest : public GameTest {
         bots.mix = {{bot::Script::kWander, 1.0}};
     }
 
-    static const core::Histogram& stage(const measure::Report& report, measure::Stage which) {
+    static const core::Histogram& stage(const measure::RunReport& report, measure::Stage which) {
         return report.latency_stages_ms[static_cast<std::size_t>(which)];
     }
 
     /// What holds for any view on a path without jitter or loss.
-    void expect_budget(const measure::Report& r) {
+    void expect_budget(const measure::RunReport& r) {
         using measure::Stage;
         double sum_ms = 0.0;
         for (std::size_t i = 0; i < measure::kStages; ++i) {
@@ -124,7 +124,7 @@ class InputClock : public LatencyTest {
                        static_cast<int>(1e3 * report.input_to_remote_display_ms.percentile(0.5)));
     }
 
-    measure::Report report;
+    measure::RunReport report;
     core::Histogram clock_error_ms;
     core::Histogram lead_ticks;
     double share = 1.0;

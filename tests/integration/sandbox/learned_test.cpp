@@ -48,7 +48,8 @@ TEST_F(GameTest, HoundsHuntAsTrainedAndNeverLeaveTheirGuard) {
     bots.bots = 10;
     bots.seconds = 20.0;
     Pack pack;
-    const measure::Report report = run([&](VirtualServer& now, double) { pack.look(now.world()); });
+    const measure::RunReport report =
+        run([&](VirtualServer& now, double) { pack.look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
     std::printf("hunting %d, near a player %d, farthest %.2f m, band %.3f to %.3f\n",
                 pack.hunting,

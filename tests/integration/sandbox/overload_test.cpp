@@ -37,7 +37,7 @@ TEST_F(Overload, KeepsThePromiseWhileServerAndClientsAreStarved) {
         bots.bots = 20;
         bots.ramp_per_s = 15.0;
         bots.seconds = 8.0;
-        const measure::Report report = run();
+        const measure::RunReport report = run();
         EXPECT_EQ(report.audit.position_violations, 0u) << seed << ": " << reasons(report);
         EXPECT_EQ(report.audit.orientation_violations, 0u) << seed << ": " << reasons(report);
         EXPECT_EQ(report.audit.missing, 0u) << seed << ": " << reasons(report);
@@ -51,7 +51,7 @@ TEST_F(Overload, OfClientsIsSaidInTheVerdict) {
     bots.seconds = 8.0;
     // Once, for a third of a second: what is compared around it is compared leniently.
     client_stalls = {{4.0, 4.35}};
-    const measure::Report once = run();
+    const measure::RunReport once = run();
     EXPECT_TRUE(once.consistent) << reasons(once);
     ASSERT_EQ(once.warnings.size(), 1u);
     EXPECT_EQ(once.warnings[0].rfind("stale: ", 0), 0u) << once.warnings[0];
@@ -60,7 +60,7 @@ TEST_F(Overload, OfClientsIsSaidInTheVerdict) {
     for (double at = 1.0; at < 9.0; at += 1.0) {
         client_stalls.push_back({at, at + 0.35});
     }
-    const measure::Report always = run();
+    const measure::RunReport always = run();
     EXPECT_FALSE(always.consistent);
     EXPECT_TRUE(has_reason(always, "stale: ")) << reasons(always);
 }

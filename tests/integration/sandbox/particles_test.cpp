@@ -50,7 +50,7 @@ TEST_F(Weather, IsSeenAsPromisedAndTheSameForAnyNumberOfThreads) {
     std::size_t hail = 0;
     for (unsigned threads : {1U, 2U}) {
         server.threads = threads;
-        const measure::Report report = run([&](VirtualServer& w, double) {
+        const measure::RunReport report = run([&](VirtualServer& w, double) {
             for (const auto& zone : w.world().zones()) {
                 hail = std::max(hail, zone->report().particles.particles);
             }
@@ -93,8 +93,8 @@ TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
         if (mine.emitters.empty()) {
             continue;  // let out by events alone
         }
-        std::vector<motion::Spark> here;
-        std::vector<motion::Spark> there;
+        std::vector<motion::CosmeticParticle> here;
+        std::vector<motion::CosmeticParticle> there;
         motion::replay({mine.emitters[0], mine.gravity, mine.drag, mine.wind},
                        1000,
                        1.0 / settings.tick_rate_hz,
@@ -331,11 +331,11 @@ class BurstLog {
     [[nodiscard]] std::size_t size() const { return all_.size(); }
 
     /// Whether one of the bursts has such a particle at a tick, bit for bit.
-    [[nodiscard]] bool has(const motion::Spark& spark, Tick tick, double tick_s) const {
+    [[nodiscard]] bool has(const motion::CosmeticParticle& spark, Tick tick, double tick_s) const {
         return std::any_of(all_.begin(), all_.end(), [&](const motion::CosmeticEmitter& burst) {
-            std::vector<motion::Spark> mine;
+            std::vector<motion::CosmeticParticle> mine;
             motion::replay(burst, tick, tick_s, mine);
-            return std::any_of(mine.begin(), mine.end(), [&](const motion::Spark& m) {
+            return std::any_of(mine.begin(), mine.end(), [&](const motion::CosmeticParticle& m) {
                 return m.index == spark.index && m.position == spark.position &&
                        m.velocity == spark.velocity;
             });
@@ -355,7 +355,7 @@ TEST_F(Weather, ShowsBotsTheDebrisThatItsHitsThrowUpAndSimulatesNoneOfIt) {
     std::size_t compared = 0;
     std::size_t astray = 0;
     std::size_t others = 0;
-    const measure::Report report = run([&](VirtualServer& w, double now_s) {
+    const measure::RunReport report = run([&](VirtualServer& w, double now_s) {
         log.add(w.world(), w.settings());
         for (const auto& zone : w.world().zones()) {
             others += zone->report().census.particle_systems > 1 ? 1 : 0;  // than the hail
@@ -366,9 +366,9 @@ TEST_F(Weather, ShowsBotsTheDebrisThatItsHitsThrowUpAndSimulatesNoneOfIt) {
             if (view == nullptr) {
                 continue;
             }
-            std::vector<motion::Spark> sparks;
+            std::vector<motion::CosmeticParticle> sparks;
             view->bursts().replay(view->tick(), sparks);
-            for (const motion::Spark& spark : sparks) {
+            for (const motion::CosmeticParticle& spark : sparks) {
                 ++compared;
                 astray += log.has(spark, view->tick(), view->world().tick_s) ? 0 : 1;
             }

@@ -35,7 +35,7 @@ TEST_F(Pressure, IsRelievedByCodingForWhoseDownlinkIsShort) {
     EXPECT_TRUE(chosen.consistent) << reasons(chosen);
     EXPECT_EQ(chosen.malformed_records, 0u);
     EXPECT_EQ(chosen.view_resets, 0u);
-    const auto share = [](const measure::Report& r) {
+    const auto share = [](const measure::RunReport& r) {
         return static_cast<double>(r.audit.samples_widened) / static_cast<double>(r.audit.samples);
     };
     EXPECT_LT(share(chosen), 0.8 * share(shared));

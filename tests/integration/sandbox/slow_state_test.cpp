@@ -36,7 +36,7 @@ TEST_F(SharedEnvironment, IsTheSameToTheLastBitForEveryTickThatIsDisplayed) {
     server.network.loss = 0.05;
     server.network.delay_s = 0.06;
     bots.seconds = 12.0;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.audit.environment_samples, 200U);
     EXPECT_EQ(report.audit.environment_violations, 0U);
@@ -48,7 +48,7 @@ TEST_F(SharedEnvironment, IsTheSameToTheLastBitForEveryTickThatIsDisplayed) {
 TEST_F(SharedEnvironment, IsSynchronisedNowAndThenAndNeedsNoCorrection) {
     server.sets.emplace_back("environment.sync_every_s=2");
     bots.seconds = 10.0;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GE(environment_updates(), bots.bots * 5U);
     EXPECT_EQ(report.environment_corrected, 0U);
@@ -56,7 +56,7 @@ TEST_F(SharedEnvironment, IsSynchronisedNowAndThenAndNeedsNoCorrection) {
 
 TEST_F(SharedEnvironment, OfAClientThatWasToldAWrongRateIsFoundByTheAudit) {
     server.sets.emplace_back("testing.wrong_clock=0.01");
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_FALSE(report.consistent);
     EXPECT_GT(report.audit.environment_violations, 0U);
     EXPECT_TRUE(has_reason(report, "shared environment")) << reasons(report);

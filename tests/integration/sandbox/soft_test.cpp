@@ -18,7 +18,7 @@ TEST_F(Soft, BodiesAreSeenAsPromisedWhileTheyArePushedAbout) {
     bots.seconds = 12.0;
     std::uint64_t steps = 0;
     std::uint64_t beyond_limits = 0;
-    const measure::Report report = run([&](VirtualServer& now, double) {
+    const measure::RunReport report = run([&](VirtualServer& now, double) {
         for (const auto& zone : now.world().zones()) {
             steps += zone->report().soft.awake;
             beyond_limits += zone->report().replication.limit_exceeded;

@@ -10,7 +10,7 @@ class Solids : public GameTest {
 
 TEST_F(Solids, AreSeenAsPromisedWhileTheyArePushedAbout) {
     bots.seconds = 8.0;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.audit.samples, 200u);
     EXPECT_EQ(report.converged_bots, 8u);

@@ -44,7 +44,7 @@ TEST_F(GameTest, ATownOfWhichMostIsOffscreenIsConsistent) {
     bots.bots = 12;
     bots.seconds = 30.0;
     Watch watch;
-    const measure::Report report =
+    const measure::RunReport report =
         run([&](VirtualServer& now, double) { watch.look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(watch.suspended, watch.active) << "most are not simulated";

@@ -27,7 +27,7 @@ class Traffic : public GameTest, public testing::WithParamInterface<const char*>
 };
 
 TEST_P(Traffic, IsWhatLeftTheServerByteForByte) {
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     const session::HostStats& stats = world->host().stats();
     ASSERT_GT(made().packets(), 1000U);
     std::uint64_t withheld = 0;
@@ -46,7 +46,7 @@ TEST_P(Traffic, IsWhatLeftTheServerByteForByte) {
 }
 
 TEST_P(Traffic, IsCountedAlikeByBothSides) {
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     const wire::TrafficTable sent = made();
     const wire::TrafficTable& came = report.traffic;
     EXPECT_EQ(came.bits(wire::TrafficReason::kUnread), 0U);
@@ -77,7 +77,7 @@ TEST_P(Traffic, IsCountedAlikeByBothSides) {
 TEST_P(Traffic, DiffersByWhatWasLost) {
     server.network.loss = 0.1;
     server.network.delay_s = 0.03;
-    const measure::Report report = run();
+    const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     const double share =
         static_cast<double>(report.traffic.bits()) / static_cast<double>(made().bits());

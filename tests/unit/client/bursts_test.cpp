@@ -37,10 +37,10 @@ proto::WorldDescription told_description() {
     return w;
 }
 
-std::shared_ptr<const World> told_world() {
+std::shared_ptr<const WorldInfo> told_world() {
     const auto read = read_world(told_description());
     EXPECT_TRUE(read.ok());
-    return std::make_shared<const World>(*read);
+    return std::make_shared<const WorldInfo>(*read);
 }
 
 proto::ParticleBurst payload(std::uint32_t count = 12) {
@@ -70,7 +70,7 @@ TEST(Bursts, AreReplayedBitForBitAsWhoeverLetThemOutWould) {
     Bursts bursts(*w);
     proto::Event received;  // through the wire's bytes
     ASSERT_TRUE(received.ParseFromString(event(payload()).SerializeAsString()));
-    ASSERT_EQ(bursts.apply(received, 100), Bursts::Outcome::kTaken);
+    ASSERT_EQ(bursts.apply(received, 100), Bursts::BurstOutcome::kTaken);
     motion::CosmeticEmitter mine;
     mine.gravity = Vec3(0.0F, -9.81F, 0.0F);
     mine.drag = 0.4F;
@@ -79,8 +79,8 @@ TEST(Bursts, AreReplayedBitForBitAsWhoeverLetThemOutWould) {
         kShards,
         {0xFEDCBA9876543210ull, 100, Vec3(10.5F, 1.25F, -7.0F), Vec3(1.0F, 3.0F, -0.5F), 12});
     for (const Tick tick : {99, 100, 101, 115, 130, 200}) {
-        std::vector<motion::Spark> here;
-        std::vector<motion::Spark> there;
+        std::vector<motion::CosmeticParticle> here;
+        std::vector<motion::CosmeticParticle> there;
         bursts.replay(tick, here);
         motion::replay(mine, tick, w->tick_s, there);
         ASSERT_EQ(here.size(), there.size()) << tick;
@@ -110,7 +110,7 @@ TEST(Bursts, ThatAreMalformedAreRefused) {
         spoil(told);
         return bursts.apply(event(told), 100);
     };
-    constexpr auto kMalformed = Bursts::Outcome::kMalformed;
+    constexpr auto kMalformed = Bursts::BurstOutcome::kMalformed;
     EXPECT_EQ(outcome([](auto& b) { b.set_system(0); }), kMalformed) << "it has no burst";
     EXPECT_EQ(outcome([](auto& b) { b.set_system(2); }), kMalformed);
     EXPECT_EQ(outcome([](auto& b) { b.set_count(0); }), kMalformed);
@@ -127,7 +127,7 @@ TEST(Bursts, ThatAreMalformedAreRefused) {
     garbage.set_payload("\xFF\xFF\xFF");
     EXPECT_EQ(bursts.apply(garbage, 100), kMalformed);
     EXPECT_EQ(bursts.size(), 0u);
-    EXPECT_EQ(outcome([](auto&) {}), Bursts::Outcome::kTaken) << "unspoilt";
+    EXPECT_EQ(outcome([](auto&) {}), Bursts::BurstOutcome::kTaken) << "unspoilt";
 }
 
 TEST(Bursts, OfAHostileServerTakeABoundedPlace) {
@@ -137,15 +137,17 @@ TEST(Bursts, OfAHostileServerTakeABoundedPlace) {
     std::size_t refused = 0;
     for (int i = 0; i < 5000; ++i) {
         // Far in the future, so that none is ever over.
-        const bool room = many.apply(event(payload(1), INT64_MAX), 100) == Bursts::Outcome::kTaken;
+        const bool room =
+            many.apply(event(payload(1), INT64_MAX), 100) == Bursts::BurstOutcome::kTaken;
         EXPECT_EQ(room, i < static_cast<int>(Bursts::kMost)) << i;
         refused +=
-            large.apply(event(payload(1000), INT64_MAX), 100) == Bursts::Outcome::kNoRoom ? 1 : 0;
+            large.apply(event(payload(1000), INT64_MAX), 100) == Bursts::BurstOutcome::kNoRoom ? 1
+                                                                                               : 0;
     }
     EXPECT_EQ(many.size(), Bursts::kMost);
     EXPECT_EQ(large.size(), Bursts::kMostAlive / 1000);
     EXPECT_EQ(refused, 5000 - Bursts::kMostAlive / 1000);
-    std::vector<motion::Spark> sparks;
+    std::vector<motion::CosmeticParticle> sparks;
     large.replay(INT64_MAX, sparks);
     large.replay(0, sparks);
     EXPECT_TRUE(sparks.empty());
@@ -155,11 +157,11 @@ TEST(Bursts, ThatAreOverMakeRoomForOthers) {
     const auto w = told_world();
     Bursts bursts(*w);
     for (std::size_t i = 0; i < Bursts::kMost; ++i) {
-        ASSERT_EQ(bursts.apply(event(payload(1), 100), 100), Bursts::Outcome::kTaken);
+        ASSERT_EQ(bursts.apply(event(payload(1), 100), 100), Bursts::BurstOutcome::kTaken);
     }
     // Two seconds of 30 ticks: at 161 the last may live yet, at 162 none does.
-    EXPECT_EQ(bursts.apply(event(payload(1), 161), 161), Bursts::Outcome::kNoRoom);
-    EXPECT_EQ(bursts.apply(event(payload(1), 162), 162), Bursts::Outcome::kTaken);
+    EXPECT_EQ(bursts.apply(event(payload(1), 161), 161), Bursts::BurstOutcome::kNoRoom);
+    EXPECT_EQ(bursts.apply(event(payload(1), 162), 162), Bursts::BurstOutcome::kTaken);
     EXPECT_EQ(bursts.size(), 1u);
 }
 

@@ -63,8 +63,8 @@ TEST(Cosmetics, AreReplayedBitForBitAsTheyWereTold) {
     EXPECT_EQ(world->cosmetics[0].name, "smoke");
     ASSERT_EQ(world->cosmetics[0].emitters.size(), 1u);
     for (const Tick tick : {29, 30, 31, 75, 200, 100'000}) {
-        std::vector<motion::Spark> here;
-        std::vector<motion::Spark> there;
+        std::vector<motion::CosmeticParticle> here;
+        std::vector<motion::CosmeticParticle> there;
         motion::replay(world->cosmetics[0].emitters[0], tick, world->tick_s, here);
         motion::replay(chimney(), tick, world->tick_s, there);
         ASSERT_EQ(here.size(), there.size()) << tick;

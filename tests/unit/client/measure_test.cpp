@@ -185,7 +185,7 @@ TEST(Staleness, BeginsBeyondWhatJitterAndReorderingExplain) {
 
 TEST(Staleness, WarnsAndThenTurnsTheVerdict) {
     const auto judged = [](std::uint64_t stale) {
-        Report r;
+        RunReport r;
         r.bots_asked = r.bots_joined = 1;
         r.audit.samples = 1000;
         r.audit.samples_stale = stale;
@@ -204,8 +204,8 @@ TEST(Staleness, WarnsAndThenTurnsTheVerdict) {
     EXPECT_NE(to_json(judged(60)).find("\"warnings\": [\n    \"stale: 6 %"), std::string::npos);
 }
 
-TEST(Report, HoldsEveryFieldOfTheContract) {
-    Report r;
+TEST(RunReport, HoldsEveryFieldOfTheContract) {
+    RunReport r;
     judge(r);
     const std::string json = to_json(r);
     for (const char* name : {"bots_asked",

@@ -135,7 +135,7 @@ TEST(AgeOf, IsANumberWhateverTheServerNames) {
 /// A bot and a server that keeps an entity from it and has a reason, or says so.
 class Excuse : public testing::Test {
   protected:
-    Report run(bool told, bool postponed) {
+    RunReport run(bool told, bool postponed) {
         test::FakeServer server;
         for (std::uint32_t id = 1; id <= 5; ++id) {
             server.entities[id].truth.position = Vec3(static_cast<float>(id) * 3.0F, 1.0F, 2.0F);
@@ -159,14 +159,14 @@ class Excuse : public testing::Test {
                 collector.end_run(bots, now);
             }
         }
-        Report r = collector.report(bots, 1);
+        RunReport r = collector.report(bots, 1);
         judge(r);
         return r;
     }
 };
 
 TEST_F(Excuse, IsABudgetThatMadeJustThisEntityWaitAsTheClientWasNotified) {
-    const Report r = run(true, true);
+    const RunReport r = run(true, true);
     EXPECT_EQ(r.audit.missing, 0U);
     EXPECT_GT(r.audit.missing_notified, 0U);
 }

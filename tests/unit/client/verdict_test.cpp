@@ -51,9 +51,9 @@ struct VerdictTest : testing::Test {
         }
     }
 
-    Report finish() {
+    RunReport finish() {
         collector->end_run(bots, now);
-        Report r = collector->report(bots, bots.size());
+        RunReport r = collector->report(bots, bots.size());
         judge(r);
         return r;
     }
@@ -68,7 +68,7 @@ struct VerdictTest : testing::Test {
         return path;
     }
 
-    static bool has_reason(const Report& r, const std::string& start) {
+    static bool has_reason(const RunReport& r, const std::string& start) {
         for (const std::string& reason : r.reasons) {
             if (reason.rfind(start, 0) == 0) {
                 return true;
@@ -77,7 +77,7 @@ struct VerdictTest : testing::Test {
         return false;
     }
 
-    static std::string all(const Report& r) {
+    static std::string all(const RunReport& r) {
         std::string text;
         for (const std::string& reason : r.reasons) {
             text += reason + "\n";
@@ -99,7 +99,7 @@ struct VerdictTest : testing::Test {
 TEST_F(VerdictTest, IsConsistentWithATruthfulServer) {
     make(2);
     run_for(6.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples, 100U);
     EXPECT_LT(r.audit.predicted_m.max(), 0.07);
@@ -122,7 +122,7 @@ TEST_F(VerdictTest, IsConsistentOverABadPath) {
         }
         run_for(0.37);
     }
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples_after_loss, 0U);
     EXPECT_GT(r.packets_lost, 0U);
@@ -138,7 +138,7 @@ TEST_P(EitherView, ToleratesAnErrorWithinTheBound) {
     run_for(3.0);
     server().entities[4].lie = Vec3(0.0F, 0.04F, 0.0F);
     run_for(3.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
 }
 
@@ -147,7 +147,7 @@ TEST_P(EitherView, FindsAHiddenEntity) {
     run_for(3.0);
     server().entities[4].hidden_from_client = true;
     run_for(3.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(has_reason(r, "missing:")) << all(r);
     EXPECT_EQ(r.audit.position_violations + r.audit.extra, 0U);
 }
@@ -157,7 +157,7 @@ TEST_P(EitherView, FindsALeak) {
     run_for(3.0);
     server().entities[4].leaked = true;
     run_for(3.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(has_reason(r, "leak:")) << all(r);
     EXPECT_EQ(r.audit.position_violations + r.audit.missing, 0U);
 }
@@ -168,7 +168,7 @@ TEST_P(EitherView, ConvergesExactlyInAFrozenWorld) {
     server().frozen = true;
     run_for(1.5);
     EXPECT_EQ(collector->convergence(bots).converged, 1U);
-    Report r = collector->report(bots, 1);
+    RunReport r = collector->report(bots, 1);
     r.freeze_asked = true;
     judge(r);
     EXPECT_TRUE(r.consistent) << all(r);
@@ -210,7 +210,7 @@ TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfUpdates)
         run_for(0.21);
     }
     run_for(1.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples, 100U);
     // But for the first second, in which clock and playout settle.
@@ -233,7 +233,7 @@ TEST_F(InterpolatingVerdictTest, IsConsistentOverABadPath) {
         }
         run_for(0.37);
     }
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples, 100U);
     EXPECT_GT(r.audit.samples_after_loss, 0U);
@@ -247,7 +247,7 @@ TEST_F(InterpolatingVerdictTest, FindsAPositionBeyondItsBound) {
     // Less than what an extrapolating view of the same path is allowed (0.05 m + 20 m/s2 D^2 / 2).
     server().entities[4].lie = Vec3(0.0F, 0.07F, 0.0F);
     run_for(3.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(has_reason(r, "bound:")) << all(r);
     ASSERT_FALSE(r.audit.worst.empty());
     EXPECT_EQ(r.audit.worst.front().entity, EntityId(4));
@@ -262,7 +262,7 @@ TEST_F(VerdictTest, IsConsistentWithHermiteConvergenceOverABadPath) {
     path.loss = 0.05;
     make(2, path);
     run_for(8.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
 }
 
@@ -271,7 +271,7 @@ TEST_F(VerdictTest, FindsAPositionBeyondItsBound) {
     run_for(3.0);
     server().entities[4].lie = Vec3(0.0F, 0.3F, 0.0F);
     run_for(3.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(has_reason(r, "bound:")) << all(r);
     ASSERT_FALSE(r.audit.worst.empty());
     EXPECT_EQ(r.audit.worst.front().entity, EntityId(4));
@@ -290,7 +290,7 @@ TEST_F(VerdictTest, GrantsAppearingEntitiesARoundTrip) {
         server().send_audit();
         run_for(0.25);
     }
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
 }
 
@@ -312,7 +312,7 @@ TEST_F(VerdictTest, FindsAnEventThatNotEverybodyHeard) {
     servers[0]->send_event(5 << 16, false, "world");
     servers[1]->send_event(5 << 16, false, "world");
     run_for(6.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_EQ(r.events_unheard, 1U);
     EXPECT_TRUE(has_reason(r, "events: 1 to everybody")) << all(r);
     EXPECT_EQ(r.event_spread_ms.count(), 1U);
@@ -328,7 +328,7 @@ TEST_F(VerdictTest, FindsAStall) {
     EXPECT_TRUE(has_reason(finish(), "stall: the server was silent"));
     server().stalled = true;
     run_for(3.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_TRUE(has_reason(r, "stall: 1 client heard nothing")) << all(r);
 }
 
@@ -343,7 +343,7 @@ TEST_F(VerdictTest, SaysThatNothingWasComparedWithoutTheRight) {
 TEST_F(VerdictTest, PredictsTheOwnAvatarWithoutCorrectionsOnACleanPath) {
     make();
     run_for(6.0);
-    const Report r = finish();
+    const RunReport r = finish();
     EXPECT_GT(r.own_correction_m.count(), 100U);
     EXPECT_EQ(r.own_correction_m.percentile(0.9), 0.0);
 }

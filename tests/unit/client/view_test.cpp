@@ -13,9 +13,9 @@ namespace {
 constexpr wire::Quantization kQ;
 constexpr TypeIndex kBall = 0;
 
-std::shared_ptr<const World> fake_world() {
+std::shared_ptr<const WorldInfo> fake_world() {
     static const auto world =
-        std::make_shared<const World>(*read_world(test::FakeServer().world()));
+        std::make_shared<const WorldInfo>(*read_world(test::FakeServer().world()));
     return world;
 }
 

@@ -54,11 +54,11 @@ TEST(Options, ChooseTheViewAndWhatItDisplays) {
     ASSERT_TRUE(p.options) << p.errors;
     EXPECT_EQ(p.options->swarm.view, view::ViewKind::kInterpolate);
     EXPECT_EQ(p.options->swarm.convergence, motion::ConvergenceMethod::kHermite);
-    EXPECT_EQ(p.options->swarm.shows, view::Shows::kPredicted);
+    EXPECT_EQ(p.options->swarm.displayed_state, view::DisplayedState::kPredicted);
     p = parse_with({"--predictor", "none"});
     ASSERT_TRUE(p.options) << p.errors;
     EXPECT_EQ(p.options->swarm.view, view::ViewKind::kExtrapolate);
-    EXPECT_EQ(p.options->swarm.shows, view::Shows::kPublished);
+    EXPECT_EQ(p.options->swarm.displayed_state, view::DisplayedState::kPublished);
 }
 
 TEST(Options, TakeShareInPercentAndTimesInMilliseconds) {

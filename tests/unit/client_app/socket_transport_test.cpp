@@ -109,7 +109,7 @@ class SocketTransportTest : public testing::Test {
         NetworkSettings s;
         s.host = "127.0.0.1";
         s.port = std::to_string(echo.listener->port());
-        s.trust.kind = Trust::Kind::kInsecure;
+        s.trust.kind = Trust::TrustKind::kInsecure;
         s.udp_sockets = 2;
         return s;
     }
@@ -264,10 +264,10 @@ TEST_F(SocketTransportTest, TrustsTheRightCertificateOnly) {
         return heard.opened ? std::string("opened") : heard.closed[0];
     };
     NetworkSettings s = settings();
-    s.trust.kind = Trust::Kind::kPin;
+    s.trust.kind = Trust::TrustKind::kPin;
     s.trust.pin.assign(32, 0);
     EXPECT_NE(outcome(s).find("--pin"), std::string::npos);
-    s.trust.kind = Trust::Kind::kVerify;
+    s.trust.kind = Trust::TrustKind::kVerify;
     EXPECT_NE(outcome(s).find("TLS handshake failed"), std::string::npos);
     s.ca_file = echo.listener->certificate_files().certificate;
     EXPECT_EQ(outcome(s), "opened");

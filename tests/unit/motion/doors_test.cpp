@@ -18,7 +18,7 @@ constexpr float kDt = 1.0F / 30.0F;
 constexpr CharacterLimits kLimits;
 constexpr float kStand = kLimits.radius + kLimits.half_segment;
 
-Timetable table(Tick period, Tick shift, std::vector<Timetable::Span> open) {
+Timetable table(Tick period, Tick shift, std::vector<Timetable::OpenSpan> open) {
     Timetable t;
     t.period = period;
     t.shift = shift;
@@ -32,7 +32,7 @@ TEST(Timetables, OpenAsTheirSpansSayAtAnyTick) {
         const auto period = static_cast<Tick>(1 + rng.below(40));
         // Spans from random edges; a bit for each tick of a period says the same.
         std::vector<bool> open(static_cast<std::size_t>(period));
-        std::vector<Timetable::Span> spans;
+        std::vector<Timetable::OpenSpan> spans;
         for (Tick t = 0; t < period; ++t) {
             open[static_cast<std::size_t>(t)] = rng.below(2) == 0;
             if (!open[static_cast<std::size_t>(t)]) {

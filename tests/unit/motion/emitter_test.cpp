@@ -60,7 +60,7 @@ TEST(Emitter, KeepsToConeAndSpeedsAndFillsTheConeEvenly) {
 
 TEST(Replay, GivesTheSameForWhoeverComesWhenever) {
     const CosmeticEmitter c = smoke();
-    std::vector<Spark> always, late;
+    std::vector<CosmeticParticle> always, late;
     for (Tick t = 1000; t <= 1200; ++t) {
         always.clear();
         replay(c, t, kTick, always);
@@ -86,7 +86,7 @@ TEST(Replay, FollowsTheEquationOfMotion) {
         c.drag = drag;
         c.emitter.most = 1;
         c.emitter.lifetime_min_s = 2.0F;
-        std::vector<Spark> sparks;
+        std::vector<CosmeticParticle> sparks;
         replay(c, 1000 + 45, kTick, sparks);
         ASSERT_EQ(sparks.size(), 1U);
         const Birth birth = birth_of(c.emitter, 0);

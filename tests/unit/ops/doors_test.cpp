@@ -29,7 +29,7 @@ TEST(DoorsInConfigs, AreExpandedToTicksAndToldAtLogin) {
     EXPECT_EQ(gate.name, "gate");
     EXPECT_EQ(gate.door.box.half_extents, Vec3(0.1F, 1.5F, 2.0F));
     // At 30 ticks a second; over the end of the period it is two spans.
-    using Span = motion::Timetable::Span;
+    using Span = motion::Timetable::OpenSpan;
     EXPECT_EQ(gate.door.times.period, 300);
     EXPECT_EQ(gate.door.times.shift, 0);
     EXPECT_EQ(gate.door.times.open, (std::vector<Span>{{0, 60}, {90, 135}, {240, 300}}));
