@@ -1,5 +1,5 @@
 // zoned: arguments -> command -> exit code.
-#include "server/app/commands.h"
+#include "server/app/commands/commands.h"
 #include "shared/core/processor.h"
 
 int main(int argc, char** argv) {

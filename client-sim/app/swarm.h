@@ -3,7 +3,7 @@
 
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/collector.h"
-#include "client-sim/measure/report.h"
+#include "client-sim/measure/run_report.h"
 
 #include <cstdint>
 #include <functional>

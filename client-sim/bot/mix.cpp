@@ -1,4 +1,4 @@
-#include "client-sim/bot/behaviour.h"
+#include "client-sim/bot/script.h"
 
 #include <array>
 #include <charconv>

@@ -1,6 +1,6 @@
 #include "client-sim/link/arrival_log.h"
 
-#include "shared/wire/give_up.h"
+#include "shared/wire/resend_timeout.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client-sim/bot/bot.h"
-#include "client-sim/measure/news.h"
+#include "client-sim/measure/update_age.h"
 #include "shared/core/histogram.h"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client-sim/link/arrival_log.h"
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 
 #include <limits>
 

@@ -5,7 +5,7 @@
 #include "client-sim/measure/auditor.h"
 #include "client-sim/measure/corrections.h"
 #include "client-sim/measure/latency.h"
-#include "client-sim/measure/report.h"
+#include "client-sim/measure/run_report.h"
 
 #include <cstdint>
 #include <map>

@@ -1,4 +1,4 @@
-#include "client-sim/measure/report.h"
+#include "client-sim/measure/run_report.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // Bursts: cosmetic particles that events let out, computed from those events alone.
 #pragma once
 
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 #include "proto/session.pb.h"
 
 #include <cstddef>

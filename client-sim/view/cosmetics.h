@@ -1,7 +1,7 @@
 // Cosmetic particle systems as the server tells them at login: checked, and ready to be replayed.
 #pragma once
 
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 
 #include <string>
 #include <vector>

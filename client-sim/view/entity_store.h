@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client-sim/view/playout.h"
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 #include "shared/core/ids.h"
 #include "shared/motion/convergence.h"
 #include "shared/wire/publication.h"

@@ -2,7 +2,7 @@
 // server says.
 #pragma once
 
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 #include "shared/motion/apply_input.h"
 #include "shared/wire/packet.h"
 

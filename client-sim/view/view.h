@@ -6,7 +6,7 @@
 #include "client-sim/view/entity_store.h"
 #include "client-sim/view/own_avatar.h"
 #include "client-sim/view/playout.h"
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 #include "shared/wire/publication.h"
 #include "shared/wire/record/record_codec.h"
 

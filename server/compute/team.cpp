@@ -1,6 +1,6 @@
 #include "server/compute/team.h"
 
-#include "server/compute/spin.h"
+#include "server/compute/spin_wait.h"
 #include "server/compute/worker_pool.h"
 #include "shared/core/assert.h"
 

@@ -1,6 +1,6 @@
 #include "server/compute/worker_pool.h"
 
-#include "server/compute/spin.h"
+#include "server/compute/spin_wait.h"
 #include "shared/core/assert.h"
 
 #include <ctime>

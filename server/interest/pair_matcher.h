@@ -1,7 +1,7 @@
 // PairMatcher: who hears of what at one moment, from nothing and without memory, in columns.
 #pragma once
 
-#include "server/interest/strips.h"
+#include "server/interest/row_grid.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
 

@@ -1,7 +1,7 @@
 // What the engine accepts: finite, positive, within the ranges that float arithmetic can carry.
 #pragma once
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound.h"
 
 #include <string>

@@ -1,7 +1,7 @@
 #include "server/replication/client_state.h"
 
 #include "shared/core/assert.h"
-#include "shared/wire/give_up.h"
+#include "shared/wire/resend_timeout.h"
 
 #include <algorithm>
 

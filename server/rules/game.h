@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/rules/records.h"
-#include "server/rules/settings.h"
+#include "server/rules/sandbox_settings.h"
 #include "server/rules/touched_records.h"
 #include "server/zone/rules.h"
 #include "proto/sandbox.pb.h"

@@ -1,7 +1,7 @@
 #include "server/zone/census.h"
 
-#include "server/zone/movement.h"
-#include "server/zone/particles.h"
+#include "server/zone/simulation/character_movement.h"
+#include "server/zone/simulation/zone_particles.h"
 
 #include <algorithm>
 

@@ -1,15 +1,15 @@
 // ZoneSettings: what one zone needs to know of the world, itself and its neighbours.
 #pragma once
 
-#include "server/ai/ai_step.h"
-#include "server/interest/interest_step.h"
+#include "server/ai/ai_update.h"
+#include "server/interest/interest_rule.h"
 #include "server/physics/particles/particle_systems.h"
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
-#include "server/zone/history.h"
-#include "shared/clock/slow_state.h"
+#include "server/zone/viewers/lag_compensation.h"
+#include "shared/clock/shared_environment.h"
 #include "shared/core/rng.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"

@@ -1,6 +1,6 @@
 #include "server/zone/zone_state.h"
 
-#include "server/zone/particles.h"
+#include "server/zone/simulation/zone_particles.h"
 #include "server/zone/type_body.h"
 #include "shared/core/assert.h"
 

@@ -5,7 +5,7 @@
 #include "shared/math/aabb.h"
 #include "shared/math/types.h"
 #include "shared/motion/doors.h"
-#include "shared/motion/surface.h"
+#include "shared/motion/ground_surface.h"
 
 #include <cstdint>
 #include <memory>

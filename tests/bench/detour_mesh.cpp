@@ -1,6 +1,6 @@
 #include "tests/bench/detour_mesh.h"
 
-#include "server/ai/navigation/recast_owned.h"
+#include "server/ai/pathfinding/navmesh/recast_owned.h"
 
 #include <recastnavigation/DetourCommon.h>
 #include <recastnavigation/DetourNavMesh.h>

@@ -1,8 +1,8 @@
 // DetourMesh: the peer for ways on grids, Detour on a navigation mesh that Recast makes of the map.
 #pragma once
 
-#include "server/ai/navigation/grid_map.h"
-#include "server/ai/navigation/walk_mesh.h"
+#include "server/ai/pathfinding/grid/grid_map.h"
+#include "server/ai/pathfinding/navmesh/navmesh.h"
 
 #include <cstddef>
 #include <memory>

@@ -1,7 +1,7 @@
 // FuzzylitePeer: a fuzzy system of ours, built with fuzzylite (J. Rada-Vilela, from Debian).
 #pragma once
 
-#include "server/ai/fuzzy/fuzzy_def.h"
+#include "server/ai/decision/fuzzy/fuzzy_def.h"
 
 #include <memory>
 #include <vector>

@@ -1,7 +1,7 @@
 // MeshVisibility: lengths of the shortest ways on a mesh, to hold near-best ones to.
 #pragma once
 
-#include "server/ai/navigation/walk_mesh.h"
+#include "server/ai/pathfinding/navmesh/navmesh.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "tests/bench/method_costs.h"
 
-#include "server/physics/budget/costs.h"
-#include "server/physics/budget/flight_choice.h"
+#include "server/physics/method_selection/cost_table.h"
+#include "server/physics/method_selection/flight_choice.h"
 #include "server/physics/integrator/free_flight.h"
 #include "server/physics/soft/builders.h"
 #include "server/physics/soft/soft_bodies.h"

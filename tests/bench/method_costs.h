@@ -1,4 +1,4 @@
-// Method costs: what the table of server/physics/budget/costs.h says, measured.
+// Method costs: what the table of server/physics/method_selection/cost_table.h says, measured.
 #pragma once
 
 #include "tests/bench/suite.h"

@@ -1,10 +1,10 @@
 // NpcWorld: people of a config's types on an open plain, and players; agents and walking alone.
 #pragma once
 
-#include "server/ai/ai_step.h"
+#include "server/ai/ai_update.h"
 #include "server/compute/team.h"
 #include "server/compute/worker_pool.h"
-#include "server/ops/settings.h"
+#include "server/config/settings.h"
 #include "server/spatial/point_grid.h"
 
 #include <cstdint>

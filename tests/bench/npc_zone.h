@@ -1,8 +1,8 @@
 // NpcZone: the town of config/town.txtpb with as many people as asked, in one whole zone.
 #pragma once
 
-#include "server/app/world.h"
-#include "server/ops/settings.h"
+#include "server/app/world/world.h"
+#include "server/config/settings.h"
 
 #include <array>
 #include <cstdint>

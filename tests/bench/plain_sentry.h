@@ -1,7 +1,7 @@
 // PlainSentry: the sentry's machine written as code, as a switch and as a class per state.
 #pragma once
 
-#include "server/ai/fsm/machine_states.h"
+#include "server/ai/decision/state_machine/active_states.h"
 
 namespace zoned::bench {
 

@@ -1,6 +1,6 @@
 // Suite `bodies`: what a body costs: inertia on the diagonal or all of the tensor, particles beside
 // rigid bodies; and rays in the order in which they come or sorted.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/spatial/morton.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/statistics.h"

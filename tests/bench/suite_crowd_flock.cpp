@@ -1,4 +1,4 @@
-#include "server/ai/crowd/flock_field.h"
+#include "server/ai/pathfinding/flow_fields/flock_flow_field.h"
 #include "server/compute/device.h"
 #include "server/compute/stages/flock_stage.h"
 #include "server/compute/worker_pool.h"

@@ -1,7 +1,7 @@
 #include "tests/bench/suite_crowd_goals.h"
 
-#include "server/ai/navigation/line_of_sight.h"
-#include "server/ai/navigation/way_service.h"
+#include "server/ai/pathfinding/grid/line_of_sight.h"
+#include "server/ai/pathfinding/requests/grid_path_requests.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/grid_scene.h"
 #include "tests/bench/statistics.h"

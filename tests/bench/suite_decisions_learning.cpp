@@ -2,9 +2,9 @@
 // timed is an evaluation of the first seed's network, in columns.
 #include "tests/bench/suite_decisions_learning.h"
 
-#include "server/ai/learn/cart_pole.h"
-#include "server/ai/learn/evolution.h"
-#include "server/ai/learn/xor_task.h"
+#include "server/ai/learning/cart_pole.h"
+#include "server/ai/learning/evolution.h"
+#include "server/ai/learning/xor_task.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 

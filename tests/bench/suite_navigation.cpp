@@ -1,8 +1,8 @@
 // Suite `navigation`: paths on maps of the Moving AI benchmark, by our planners beside Detour.
 #include "tests/bench/suite_navigation.h"
 
-#include "server/ai/navigation/planner.h"
-#include "server/ai/navigation/waypoint_graph.h"
+#include "server/ai/pathfinding/grid_search/grid_planner.h"
+#include "server/ai/pathfinding/waypoints/waypoint_graph.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/detour_mesh.h"

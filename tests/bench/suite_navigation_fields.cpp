@@ -1,4 +1,4 @@
-#include "server/ai/navigation/goal_field.h"
+#include "server/ai/pathfinding/flow_fields/flow_field.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/suite_navigation.h"

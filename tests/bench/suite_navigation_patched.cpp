@@ -1,4 +1,4 @@
-#include "server/ai/navigation/planner.h"
+#include "server/ai/pathfinding/grid_search/grid_planner.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/public_data.h"
 #include "tests/bench/statistics.h"

@@ -1,6 +1,6 @@
 // Suite `particles`: a million and 16,000 particles, on one thread, on two, on an OpenCL device and
 // where the measured crossover sends them, beside a bare loop over the same columns.
-#include "server/app/measure_crossover.h"
+#include "server/app/calibration/measure_crossover.h"
 #include "server/compute/device.h"
 #include "server/compute/worker_pool.h"
 #include "server/physics/particles/particle_systems.h"

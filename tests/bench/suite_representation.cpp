@@ -1,9 +1,9 @@
 // Suite `representation`: what far props are off by when they are simulated as less than they are,
 // and what that saves; zones step, nobody is near.
-#include "server/app/world.h"
-#include "server/physics/budget/costs.h"
-#include "server/zone/context.h"
-#include "server/zone/representation.h"
+#include "server/app/world/world.h"
+#include "server/physics/method_selection/cost_table.h"
+#include "server/zone/zone_context.h"
+#include "server/zone/simulation/representation.h"
 #include "tests/bench/comparison.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // A described scene as one of our engine's.
 #pragma once
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/scenario/physics_scenes.h"
 
 #include <string>

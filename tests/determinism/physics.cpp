@@ -1,5 +1,5 @@
 #include "server/compute/worker_pool.h"
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/determinism/hashes.h"
 #include "tests/scenario/physics_scenes.h"
 

@@ -1,11 +1,11 @@
 // Fuzzing of geometry files: any bytes are refused with a reason or give a surface that can be
 // used.
-#include "server/ops/baked_geometry.h"
-#include "server/ops/geometry_files.h"
-#include "server/ops/geometry_survey.h"
-#include "server/physics/scene.h"
+#include "server/assets/baked_geometry.h"
+#include "server/assets/geometry_files.h"
+#include "server/assets/geometry_survey.h"
+#include "server/physics/scene/scene.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/unit/ops/geometry_samples.h"
+#include "tests/unit/assets/geometry_samples.h"
 
 #include <cstring>
 

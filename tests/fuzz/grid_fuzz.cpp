@@ -1,8 +1,8 @@
 // Fuzzing of grid maps and scenarios: any text is refused with a line, or gives a map on which all
 // exact methods agree.
 #include "server/ai/navigation/grid_text.h"
-#include "server/ai/navigation/planner.h"
-#include "server/ai/navigation/waypoint_graph.h"
+#include "server/ai/pathfinding/grid_search/grid_planner.h"
+#include "server/ai/pathfinding/waypoints/waypoint_graph.h"
 #include "tests/fuzz/fuzz.h"
 #include "shared/core/assert.h"
 

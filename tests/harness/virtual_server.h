@@ -4,9 +4,9 @@
 
 #include "client-sim/link/conditioner.h"
 #include "client-sim/link/link.h"
-#include "server/app/world.h"
-#include "server/ops/settings.h"
-#include "server/session/session_host.h"
+#include "server/app/world/world.h"
+#include "server/config/settings.h"
+#include "server/session/host/session_host.h"
 
 #include <cstdint>
 #include <map>

@@ -3,7 +3,7 @@
 
 #include "client-sim/link/conditioner.h"
 #include "client-sim/link/link.h"
-#include "server/session/session_host.h"
+#include "server/session/host/session_host.h"
 
 namespace zoned::harness {
 

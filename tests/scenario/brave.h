@@ -1,7 +1,7 @@
 // Brave: a fuzzy system of nine rules that says how boldly to act, by Sugeno or by Mamdani.
 #pragma once
 
-#include "server/ai/fuzzy/fuzzy_def.h"
+#include "server/ai/decision/fuzzy/fuzzy_def.h"
 
 #include <limits>
 

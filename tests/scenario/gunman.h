@@ -1,7 +1,7 @@
 // Gunman: planning domains, the well-known one of seven actions, chains, and random ones.
 #pragma once
 
-#include "server/ai/goap/domain.h"
+#include "server/ai/decision/goap/domain.h"
 #include "shared/core/rng.h"
 
 #include <string>

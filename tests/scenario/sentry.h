@@ -2,8 +2,8 @@
 // state; and senses for agents that run it.
 #pragma once
 
-#include "server/ai/fsm/coded.h"
-#include "server/ai/fsm/machine_def.h"
+#include "server/ai/decision/state_machine/coded_state_machine.h"
+#include "server/ai/decision/state_machine/state_machine_def.h"
 #include "shared/core/rng.h"
 
 #include <array>

@@ -2,7 +2,7 @@
 // but no config file.
 #pragma once
 
-#include "server/ops/settings.h"
+#include "server/config/settings.h"
 
 namespace zoned::scenario {
 

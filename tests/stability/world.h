@@ -1,7 +1,7 @@
 // World: a scene that is looked at after each step, from outside and in double precision.
 #pragma once
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/scenario/physics_scenes.h"
 #include "tests/stability/run.h"
 

@@ -1,6 +1,6 @@
 #include "server/ai/navigation/grid_text.h"
 
-#include "server/ai/navigation/cost.h"
+#include "server/ai/pathfinding/grid/cost.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,7 +1,7 @@
 // Text of the Moving AI benchmark: maps, scenarios, maps that change between queries.
 #pragma once
 
-#include "server/ai/navigation/grid_map.h"
+#include "server/ai/pathfinding/grid/grid_map.h"
 #include "shared/core/result.h"
 
 #include <string>

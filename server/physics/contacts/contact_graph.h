@@ -1,7 +1,7 @@
 // ContactGraph: the pairs whose bounding boxes overlap, with what they remember between steps.
 #pragma once
 
-#include "server/physics/bodies.h"
+#include "server/physics/scene/bodies.h"
 #include "server/physics/narrowphase/contact_set.h"
 #include "server/physics/narrowphase/manifold.h"
 

@@ -1,7 +1,7 @@
 // JointSolver: holds joints together, all of an island at once.
 #pragma once
 
-#include "server/physics/joints/envelope.h"
+#include "server/physics/joints/envelope_solver.h"
 #include "server/physics/joints/joint_table.h"
 #include "server/physics/solver/solver_bodies.h"
 

@@ -1,7 +1,7 @@
 // JointTable: the joints of a scene, and what they remember between steps.
 #pragma once
 
-#include "server/physics/bodies.h"
+#include "server/physics/scene/bodies.h"
 #include "server/physics/joints/joint_rows.h"
 
 #include <array>

@@ -1,7 +1,7 @@
 #include "server/physics/narrowphase/contact_set.h"
 
 #include "server/physics/narrowphase/narrowphase.h"
-#include "server/physics/narrowphase/part_walk.h"
+#include "server/physics/narrowphase/near_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "server/physics/narrowphase/hull_axis.h"
 
-#include "server/physics/solver/lanes.h"
+#include "server/physics/simd/lanes.h"
 
 #include <cmath>
 

@@ -4,7 +4,7 @@
 #include "server/physics/query/query_sinks.h"
 #include "server/physics/query/ray_order.h"
 #include "server/physics/query/shape_ray.h"
-#include "server/physics/scene_impl.h"
+#include "server/physics/scene/scene_impl.h"
 #include "server/physics/shapes/compound.h"
 #include "server/physics/validate.h"
 #include "shared/core/assert.h"

@@ -1,6 +1,6 @@
 #include "server/physics/query/query_shape.h"
 
-#include "server/physics/narrowphase/part_walk.h"
+#include "server/physics/narrowphase/near_parts.h"
 #include "server/physics/shapes/bounds.h"
 #include "server/physics/shapes/compound.h"
 #include "server/spatial/box_lanes.h"

@@ -1,6 +1,6 @@
 #include "server/physics/shapes/hull_view.h"
 
-#include "server/physics/solver/lanes.h"
+#include "server/physics/simd/lanes.h"
 
 namespace zoned::physics {
 

@@ -1,7 +1,7 @@
 #include "server/physics/soft/soft_bodies.h"
 
 #include "server/compute/team.h"
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_impl.h"
 #include "server/physics/soft/volume.h"
 #include "server/physics/validate.h"

@@ -3,7 +3,7 @@
 // multiplier; Macklin et al., "Small Steps in Physics Simulation" (2019) for substeps instead of
 // iterations: the multipliers of a substep begin at zero and need not be kept.
 #include "server/compute/team.h"
-#include "server/physics/soft/node_lanes.h"
+#include "server/physics/simd/node_lanes.h"
 #include "server/physics/soft/volume.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/physics/soft/soft_def.h"
-#include "server/physics/solver/lanes.h"
+#include "server/physics/simd/lanes.h"
 
 #include <span>
 

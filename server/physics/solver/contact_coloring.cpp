@@ -1,6 +1,6 @@
 #include "server/physics/solver/contact_coloring.h"
 
-#include "server/physics/solver/lanes.h"
+#include "server/physics/simd/lanes.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 #include "server/physics/solver/contact_solver.h"
 
-#include "server/physics/solver/lane_body.h"
+#include "server/physics/simd/lane_body.h"
 
 #include <algorithm>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/compute/team.h"
-#include "server/physics/bodies.h"
-#include "server/physics/solver/lanes.h"
+#include "server/physics/scene/bodies.h"
+#include "server/physics/simd/lanes.h"
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 // Difficulty in zones: each follows the players in it, agents that come over take the new zone's,
 // and all of it is the same for any number of threads.
-#include "server/app/adapting.h"
+#include "server/app/runtime/difficulty_log.h"
 #include "tests/integration/plain/crowd_world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/log_text.h"

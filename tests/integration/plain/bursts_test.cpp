@@ -1,5 +1,5 @@
 // Cosmetic bursts in zones: who hears of them, how often, and that nothing else changes by them.
-#include "server/app/world.h"
+#include "server/app/world/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 #include "proto/session.pb.h"

@@ -1,6 +1,6 @@
 // What rules hear of contacts: beginnings always, lasting and ends where they wish it.
-#include "server/app/world.h"
-#include "server/zone/context.h"
+#include "server/app/world/world.h"
+#include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -1,7 +1,7 @@
 // Crowd: a world of one zone from a config's text, with walkers put where a test wants them.
 #pragma once
 
-#include "server/app/world.h"
+#include "server/app/world/world.h"
 #include "server/zone/zone_state.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "server/app/world.h"
+#include "server/app/world/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 #include "shared/core/rng.h"

@@ -1,8 +1,8 @@
 // What is far from all players is simulated as less than it is, and nobody can tell afterwards.
-#include "server/zone/representation.h"
+#include "server/zone/simulation/representation.h"
 
-#include "server/app/world.h"
-#include "server/zone/context.h"
+#include "server/app/world/world.h"
+#include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -1,6 +1,6 @@
 // Rays through the past: what is of a rewindable type stands where it was, within the bounds.
-#include "server/app/world.h"
-#include "server/zone/history.h"
+#include "server/app/world/world.h"
+#include "server/zone/viewers/lag_compensation.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

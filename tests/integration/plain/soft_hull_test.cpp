@@ -1,10 +1,10 @@
 // Soft bodies far from all players are rigid hulls, and nobody can tell afterwards.
-#include "server/zone/soft_hull.h"
+#include "server/zone/simulation/soft_hull.h"
 
-#include "server/app/world.h"
+#include "server/app/world/world.h"
 #include "server/physics/soft/builders.h"
-#include "server/zone/context.h"
-#include "server/zone/representation.h"
+#include "server/zone/zone_context.h"
+#include "server/zone/simulation/representation.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -1,5 +1,5 @@
 // Topics with a history: who subscribes late hears what happened before, in order, each once.
-#include "server/app/world.h"
+#include "server/app/world/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 

@@ -1,6 +1,6 @@
 // The world `learned`: bots who are bitten to death make hounds gentler, those who shoot them
 // keener, never beyond the cap, and the log says so.
-#include "server/app/adapting.h"
+#include "server/app/runtime/difficulty_log.h"
 #include "tests/harness/game_test.h"
 #include "tests/scenario/log_text.h"
 

@@ -2,8 +2,8 @@
 // state of the world.
 #include "tests/harness/capture.h"
 
-#include "server/interest/interest_step.h"
-#include "server/zone/conceal.h"
+#include "server/interest/interest_rule.h"
+#include "server/zone/viewers/visibility_filter.h"
 #include "tests/harness/game_test.h"
 
 #include <map>

@@ -1,6 +1,6 @@
 // The world `doors`: whether a door is shut follows from the tick alone, so nobody is put right.
-#include "client-sim/view/world.h"
-#include "server/ops/world_description.h"
+#include "client-sim/view/world_info.h"
+#include "server/config/world/world_description.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 #include "shared/motion/capsule_sweep.h"

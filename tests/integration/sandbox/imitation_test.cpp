@@ -1,10 +1,10 @@
 // NPCs learning to do as recorded players do: bots play, their recording is simulated again, and a
 // network is fitted to what they sensed and did.
-#include "server/app/imitation.h"
+#include "server/app/training/imitation.h"
 
-#include "server/ai/learn/descent.h"
-#include "server/ops/policy_file.h"
-#include "server/ops/recorder.h"
+#include "server/ai/learning/descent.h"
+#include "server/config/training/policy_file.h"
+#include "server/recording/recorder.h"
 #include "tests/harness/game_test.h"
 
 #include <cstdio>
@@ -187,7 +187,7 @@ TEST_F(Imitation, OfAHuntComesNearItsOwnRule) {
     const learning::NeuralNetwork network = fitted(*lessons, 60);
     const double learned = mean_squared_error(network, lessons->held_out);
     const double constant = error_of_best_constant(lessons->held_out);
-    // As client-sim/bot/behaviour.cpp has it: at the target beyond 4 m, and anywhere within (the
+    // As client-sim/bot/script.cpp has it: at the target beyond 4 m, and anywhere within (the
     // best guess is to stand); at a run beyond 15 m.
     const auto unseen = held_out(ticks, *lessons);
     const double rule =

@@ -1,6 +1,6 @@
 // Passes that go over what changed alone leave nothing out that a look at all rows finds.
-#include "server/app/world.h"
-#include "server/zone/ghosts.h"
+#include "server/app/world/world.h"
+#include "server/zone/border/ghosts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-#include "server/ai/flock.h"
-#include "server/ai/steering.h"
+#include "server/ai/steering/flocking.h"
+#include "server/ai/steering/steering.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Company: following, escorting and guarding against traces worked out by hand.
-#include "server/ai/steering.h"
+#include "server/ai/steering/steering.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // Field: an open plain with agents and players and the simplest movement there is, for tests of AI.
 #pragma once
 
-#include "server/ai/ai_step.h"
-#include "server/ai/decision.h"
+#include "server/ai/ai_update.h"
+#include "server/ai/decision/decision.h"
 #include "shared/motion/apply_input.h"
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Ants that nobody sees: they find, mark and bring what they would have brought before our eyes.
-#include "server/ai/mind_bytes.h"
-#include "server/ai/walk.h"
+#include "server/ai/agent/agent_serialize.h"
+#include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

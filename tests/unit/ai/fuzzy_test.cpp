@@ -1,5 +1,5 @@
-#include "server/ai/fuzzy/fuzzy_machine.h"
-#include "server/ai/fuzzy/fuzzy_system.h"
+#include "server/ai/decision/fuzzy/fuzzy_state_machine.h"
+#include "server/ai/decision/fuzzy/fuzzy_system.h"
 #include "tests/scenario/brave.h"
 #include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"

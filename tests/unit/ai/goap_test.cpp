@@ -1,5 +1,5 @@
-#include "server/ai/goap/agenda.h"
-#include "server/ai/goap/planner.h"
+#include "server/ai/decision/goap/agenda.h"
+#include "server/ai/decision/goap/goap_planner.h"
 #include "tests/scenario/gunman.h"
 #include "tests/unit/allocation_count.h"
 

@@ -1,5 +1,5 @@
 // AgentStore that walk by meshes and waypoints: over a bridge and under it, and where doors turn.
-#include "server/ai/walk.h"
+#include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

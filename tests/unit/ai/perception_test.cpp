@@ -1,8 +1,8 @@
 // Perception: percept, hearing and memory against distances and angles worked out by hand, and the
 // budget that rays have.
-#include "server/ai/perception.h"
+#include "server/ai/perception/perception.h"
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "server/ai/policy_steering.h"
+#include "server/ai/steering/policy_steering.h"
 
 #include "tests/unit/ai/field.h"
 #include "tests/unit/allocation_count.h"

@@ -1,4 +1,4 @@
-#include "server/ai/tree/decision_tree.h"
+#include "server/ai/decision/tree/decision_tree.h"
 #include "tests/scenario/sentry.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // zoned bake: what users and scripts see of it.
-#include "server/app/commands.h"
-#include "server/ops/baked_geometry.h"
-#include "tests/unit/ops/geometry_samples.h"
+#include "server/app/commands/commands.h"
+#include "server/assets/baked_geometry.h"
+#include "tests/unit/assets/geometry_samples.h"
 
 #include <gmock/gmock.h>
 #include <unistd.h>

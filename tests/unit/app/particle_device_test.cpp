@@ -1,10 +1,10 @@
 // The device for large particle systems: not looked for without need; what is wrong with one is
 // told in one line that names the setting, and the CPU does it.
-#include "server/app/particle_device.h"
+#include "server/app/calibration/particle_device.h"
 
-#include "server/app/tick_loop.h"
-#include "server/app/world.h"
-#include "server/ops/settings.h"
+#include "server/app/runtime/tick_loop.h"
+#include "server/app/world/world.h"
+#include "server/config/settings.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>

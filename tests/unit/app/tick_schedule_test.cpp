@@ -1,4 +1,4 @@
-#include "server/app/tick_schedule.h"
+#include "server/app/runtime/tick_schedule.h"
 
 #include <gtest/gtest.h>
 

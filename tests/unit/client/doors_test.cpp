@@ -1,5 +1,5 @@
 // Doors as a client is told of them.
-#include "client-sim/view/world.h"
+#include "client-sim/view/world_info.h"
 #include "tests/unit/client/fake_server.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #include "client-sim/link/arrival_log.h"
 #include "client-sim/measure/bound.h"
 #include "client-sim/measure/corrections.h"
-#include "client-sim/measure/report.h"
+#include "client-sim/measure/run_report.h"
 #include "shared/core/histogram.h"
 
 #include <gtest/gtest.h>

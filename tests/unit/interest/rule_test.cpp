@@ -1,4 +1,4 @@
-#include "server/interest/interest_step.h"
+#include "server/interest/interest_rule.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/ai/learn/adaptation.h"
+#include "server/ai/learning/adaptation.h"
 
 #include "shared/core/rng.h"
 

@@ -1,6 +1,6 @@
-#include "server/ai/learn/arena.h"
+#include "server/ai/learning/arena.h"
 
-#include "server/ai/learn/evolution.h"
+#include "server/ai/learning/evolution.h"
 
 #include <gtest/gtest.h>
 

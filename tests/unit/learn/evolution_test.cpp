@@ -1,7 +1,7 @@
-#include "server/ai/learn/evolution.h"
+#include "server/ai/learning/evolution.h"
 
-#include "server/ai/learn/cart_pole.h"
-#include "server/ai/learn/xor_task.h"
+#include "server/ai/learning/cart_pole.h"
+#include "server/ai/learning/xor_task.h"
 #include "server/compute/team.h"
 #include "server/compute/worker_pool.h"
 

@@ -1,7 +1,7 @@
-#include "server/ai/learn/policy.h"
+#include "server/ai/learning/policy.h"
 
-#include "server/ai/learn/circle.h"
-#include "server/ai/learn/guard.h"
+#include "server/ai/learning/circle.h"
+#include "server/ai/learning/guard.h"
 #include "tests/unit/allocation_count.h"
 #include "shared/motion/static_geometry.h"
 

@@ -1,5 +1,5 @@
 // Surfaces: what is near, how high they are, and how characters walk on them and are stopped.
-#include "shared/motion/surface.h"
+#include "shared/motion/ground_surface.h"
 
 #include "shared/core/rng.h"
 #include "shared/math/segment_triangle.h"

@@ -1,5 +1,5 @@
 // Particles in pieces: what they are off by, and how many a budget asks for.
-#include "server/physics/budget/particle_choice.h"
+#include "server/physics/method_selection/particle_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "server/physics/shapes/compound.h"
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/inertia.h"
 #include "server/physics/shapes/mass_properties.h"
 #include "tests/unit/allocation_count.h"

@@ -1,5 +1,5 @@
 // Contact events: who hears of the beginning, the lasting and the end of a contact.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/allocation_count.h"
 
 #include <gtest/gtest.h>

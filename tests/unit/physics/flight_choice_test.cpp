@@ -1,7 +1,7 @@
 // Choices: the cheapest that keeps a budget, for anything and for free flight.
-#include "server/physics/budget/flight_choice.h"
+#include "server/physics/method_selection/flight_choice.h"
 
-#include "server/physics/budget/costs.h"
+#include "server/physics/method_selection/cost_table.h"
 #include "server/physics/validate.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Forces, torques, impulses and damping against closed forms.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What is a thousand times as heavy as what it lies on, or more.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>

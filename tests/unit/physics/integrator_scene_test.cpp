@@ -1,5 +1,5 @@
 // Integrators in a scene: projectiles end where the chosen method's theory says, contacts stay.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/validate.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/physics_test.h"

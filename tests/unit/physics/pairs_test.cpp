@@ -1,5 +1,5 @@
 // How a scene finds the pairs of its bodies: the same whatever structure finds them.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 

@@ -1,5 +1,5 @@
 // Particles: paths, bounces, friction, rest, and the change from body to particle and back.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/mesh.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/physics_test.h"

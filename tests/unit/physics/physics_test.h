@@ -1,7 +1,7 @@
 // What tests of scenes share: lengths of steps, settings and constants.
 #pragma once
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 
 #include <limits>
 

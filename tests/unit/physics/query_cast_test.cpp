@@ -1,7 +1,7 @@
 // Moving shapes, overlaps and nearest points against closed forms and against other tests.
 #include "server/physics/narrowphase/narrowphase.h"
 #include "server/physics/query/query.h"
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound.h"
 #include "server/physics/shapes/hull.h"
 #include "tests/unit/physics/physics_test.h"

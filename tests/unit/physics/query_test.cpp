@@ -1,7 +1,7 @@
 // Rays and sets of answers: what a Query promises beyond single shapes.
 #include "server/physics/query/query.h"
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"

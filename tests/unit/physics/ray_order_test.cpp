@@ -1,7 +1,7 @@
 // Large batches of rays are cast in another order and answered in the caller's.
 #include "server/physics/query/ray_order.h"
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 

@@ -1,5 +1,5 @@
 // Bodies at rest and under friction: stacks, inclines, rolling.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/physics_test.h"
 

@@ -1,5 +1,5 @@
 // What a Scene promises its callers: ids, refusals, sleep, events, queries, determinism.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/physics_test.h"

@@ -1,7 +1,7 @@
 // Meshes and heightfields for the tests of the physics.
 #pragma once
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/heightfield.h"
 #include "server/physics/shapes/mesh.h"
 

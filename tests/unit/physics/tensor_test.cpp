@@ -1,5 +1,5 @@
 // Inertia tensors given by the caller: what is refused, and how bodies turn that are not aligned.
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/inertia.h"
 #include "server/physics/shapes/mass_properties.h"
 #include "server/physics/validate.h"

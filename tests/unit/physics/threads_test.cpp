@@ -1,5 +1,5 @@
 #include "server/compute/worker_pool.h"
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"

@@ -1,8 +1,8 @@
 // A host on virtual time with everything it says collected, and a small client that speaks to it.
 #pragma once
 
-#include "server/session/session_host.h"
-#include "server/session/ticket.h"
+#include "server/session/host/session_host.h"
+#include "server/session/login/ticket.h"
 #include "proto/session.pb.h"
 #include "shared/wire/packet.h"
 #include "shared/wire/seal.h"

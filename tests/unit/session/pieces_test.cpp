@@ -1,8 +1,8 @@
 #include "server/session/input_gate.h"
-#include "server/session/names.h"
-#include "server/session/nonce_set.h"
-#include "server/session/secrets.h"
-#include "server/session/ticket.h"
+#include "server/session/login/display_names.h"
+#include "server/session/login/nonce_set.h"
+#include "server/session/login/secrets.h"
+#include "server/session/login/ticket.h"
 #include "server/session/token_bucket.h"
 #include "shared/core/rng.h"
 

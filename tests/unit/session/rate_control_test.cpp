@@ -1,6 +1,6 @@
-#include "server/session/rate_control.h"
+#include "server/session/datagrams/rate_control.h"
 
-#include "server/session/pacer.h"
+#include "server/session/datagrams/pacer.h"
 #include "shared/core/rng.h"
 #include "shared/wire/packet.h"
 

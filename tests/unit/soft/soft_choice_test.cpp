@@ -1,8 +1,8 @@
 // Soft choices: the probe against closed forms, and the cheapest method that keeps a budget.
-#include "server/physics/budget/soft_choice.h"
+#include "server/physics/method_selection/soft_choice.h"
 
-#include "server/physics/budget/costs.h"
-#include "server/physics/budget/soft_probe.h"
+#include "server/physics/method_selection/cost_table.h"
+#include "server/physics/method_selection/soft_probe.h"
 #include "tests/scenario/cloth_scene.h"
 #include "tests/unit/soft/soft_test.h"
 

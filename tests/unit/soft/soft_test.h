@@ -1,7 +1,7 @@
 // What tests of soft bodies share: frames, weightless settings, momentum.
 #pragma once
 
-#include "server/physics/scene.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/soft/builders.h"
 #include "server/physics/soft/soft_bodies.h"
 

@@ -1,0 +1,50 @@
+#include "client-sim/measure/update_age.h"
+
+#include <algorithm>
+
+namespace zoned::measure {
+
+link::UpdateAge age_of(const link::UpdateAge& around,
+                       const SentUpdates& sent_updates,
+                       bool complete,
+                       const link::ArrivalLog& log,
+                       Tick tick,
+                       double shown_s,
+                       double rtt_s,
+                       double tick_s) {
+    // What came last brought everything before it; what was sent after it and lost is missed.
+    Tick missed_since = 0;
+    int losses = 0;
+    for (const SentUpdates::Packet& packet : sent_updates.packets) {
+        const std::optional<double> came_s = log.arrival_s(packet.sequence);
+        if (packet.tick > tick) {
+            break;
+        }
+        // What comes when a tick has been shown is seen from the next one on.
+        if (came_s && *came_s < shown_s) {
+            missed_since = 0;
+            losses = 0;
+            continue;
+        }
+        missed_since = missed_since > 0 ? missed_since : packet.tick;
+        losses += log.lost(packet.sequence) ? 1 : 0;
+    }
+    link::UpdateAge age = around;
+    if (losses > 0) {
+        const double resend_s = rtt_s + tick_s;
+        const double gone_by_s = static_cast<double>(tick - missed_since + 1) * tick_s;
+        const double once_s = std::max(around.age_s, around.delay_s + tick_s + resend_s);
+        const double granted_s = around.delay_s + tick_s + losses * resend_s;
+        age.loss = true;
+        age.age_s = std::max(once_s, std::min(gone_by_s, granted_s));
+    } else if (complete) {
+        age.loss = false;
+        age.age_s = around.plain_s;
+    }
+    if (age.age_s > around.age_s) {
+        age.widened = log.notified_bounds(tick, age);
+    }
+    return age;
+}
+
+}  // namespace zoned::measure

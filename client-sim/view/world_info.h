@@ -1,0 +1,96 @@
+// WorldInfo: the constants of the world as a client learns them at login, shared by all bots of a
+// process.
+#pragma once
+
+#include "proto/session.pb.h"
+#include "shared/clock/shared_environment.h"
+#include "shared/core/ids.h"
+#include "shared/core/result.h"
+#include "shared/math/types.h"
+#include "shared/motion/apply_input.h"
+#include "shared/motion/burst.h"
+#include "shared/motion/static_geometry.h"
+#include "shared/wire/quantize.h"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::view {
+
+struct TypeInfo {
+    std::string name;
+    bool upright = false;
+    bool character = false;
+    float max_acceleration_mps2 = 0.0F;  ///< a_max of the promised bound
+    float max_velocity_jump_mps = 0.0F;  ///< dv_max of the promised bound
+    motion::CharacterLimits limits;
+};
+
+struct Lod {
+    float radius_m = 0.0F;  ///< 0: beyond all radii
+    float position_bound_m = 0.0F;
+    float orientation_bound_rad = 0.0F;
+};
+
+struct ZoneInfo {
+    ZoneId id;
+    Vec3d origin = Vec3d::Zero();  ///< of local (0, 0, 0), world coordinates
+    double lower_x = 0.0;
+    double lower_z = 0.0;
+    double upper_x = 0.0;
+    double upper_z = 0.0;
+    motion::StaticGeometry geometry;  ///< zone-local coordinates
+};
+
+/// Smoke, rain: drawn from motion::replay() for any tick; the server sends nothing more of it but
+/// an event for each burst.
+struct CosmeticInfo {
+    std::string name;
+    std::vector<motion::CosmeticEmitter> emitters;  ///< world coordinates
+    motion::CosmeticEmitter air;  ///< gravity, drag and wind of bursts; its emitter is idle
+    std::optional<motion::BurstKind> burst;  ///< none: events of it are malformed
+};
+
+/// When a door is open is in its timetable, in ticks; where it stands in ZoneInfo::geometry.
+struct DoorInfo {
+    std::string name;
+    motion::Timetable times;
+};
+
+/// Immutable once made.
+struct WorldInfo {
+    double tick_s = 1.0 / 30.0;
+    wire::Quantization quantization;
+    std::vector<TypeInfo> types;
+    std::vector<Lod> lods;
+    std::vector<ZoneInfo> zones;
+    std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()
+    float interest_hysteresis = 0.0F;
+    std::vector<CosmeticInfo> cosmetics;
+    clock::EnvironmentDefs environment;  ///< clocks and variables that this side runs for itself
+
+    /// nullptr for a zone that the world does not have.
+    [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;
+    /// The zone whose region holds a point, or nullptr.
+    [[nodiscard]] const ZoneInfo* zone_at(double x, double z) const;
+};
+
+/// Checks and converts a description; fails with the reason when a client could not work with it.
+core::Result<WorldInfo> read_world(const proto::WorldDescription& description);
+
+/// One World per config digest: five hundred bots share one copy of the static geometry.
+class WorldCache {
+  public:
+    /// nullptr when the description makes no sense; `error` says why.
+    std::shared_ptr<const WorldInfo> get(const std::string& digest,
+                                         const proto::WorldDescription& description,
+                                         std::string& error);
+
+  private:
+    std::map<std::string, std::shared_ptr<const WorldInfo>> worlds_;
+};
+
+}  // namespace zoned::view

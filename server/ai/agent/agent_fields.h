@@ -1,0 +1,148 @@
+// Agent fields: all that an agent is, field by field, for whoever hashes, writes or reads agents.
+#pragma once
+
+#include "server/ai/agent/agent.h"
+
+#include <array>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+namespace zoned::ai {
+
+/// Calls visit(array[0]), visit(array[1]) and so on. Inlined, with its callers, so that where each
+/// number goes is known when this is compiled.
+template <class Array, class Visit, std::size_t... kIndex>
+[[gnu::always_inline]] inline void visit_each(Array& array,
+                                              Visit& visit,
+                                              std::index_sequence<kIndex...> /*indices*/) {
+    (visit(array[kIndex]), ...);
+}
+
+template <class Array, class Visit>
+[[gnu::always_inline]] inline void visit_array(Array& array, Visit& visit) {
+    constexpr std::size_t kSize = std::tuple_size_v<std::remove_const_t<Array>>;
+    visit_each(array, visit, std::make_index_sequence<kSize>());
+}
+
+template <class Vector, class Visit>
+[[gnu::always_inline]] inline void visit_vector(Vector& vector, Visit& visit) {
+    visit_each(vector,
+               visit,
+               std::make_index_sequence<static_cast<std::size_t>(Vector::SizeAtCompileTime)>());
+}
+
+/// Calls `visit(number)` for each number of an agent, in one order; `agent` may be const.
+template <class AgentOf, class Visit>
+[[gnu::always_inline]] inline void visit_fields(AgentOf& agent, Visit&& visit) {
+    const auto column = [&visit](auto& array) __attribute__((always_inline)) {
+        visit(array[0]);
+    };
+    visit(agent.entity.value);
+    visit(agent.brain);
+    visit(agent.state_machine.leaf[0]);
+    visit(agent.state_machine.pending[0]);
+    visit(agent.state_machine.pending_since[0]);
+    visit_array(agent.state_machine.since, column);
+    visit_array(agent.state_machine.memory, column);
+    visit(agent.current_action);
+    visit(agent.facts);
+    visit_array(agent.variables, visit);
+    visit_array(agent.degrees, visit);
+    visit(agent.variables_at);
+    visit(agent.next_decision);
+    visit_vector(agent.home, visit);
+    visit_vector(agent.target, visit);
+    visit(agent.corner);
+    visit(agent.steps);
+    visit(agent.prey.value);
+    visit(agent.ward.value);
+    visit(agent.noticed);
+    visit_vector(agent.known, visit);
+    visit(agent.known_at);
+    visit(agent.rng.state);
+    visit(agent.rng.stream);
+    visit(agent.wants);
+    visit(agent.entered);
+    visit(agent.fresh);
+    visit(agent.far);
+    visit(agent.next_steering);
+    visit(agent.aim.move_x);
+    visit(agent.aim.move_z);
+    visit(agent.aim.yaw);
+    visit(agent.aim.buttons);
+    visit_vector(agent.anchor, visit);
+    visit(agent.anchor_since);
+    visit(agent.detour_until);
+    visit(agent.band);
+    visit(agent.tier);
+    visit(agent.offscreen_since);
+    visit(agent.timed);
+    visit_vector(agent.segment.from, visit);
+    visit_vector(agent.segment.direction, visit);
+    visit(agent.segment.speed);
+    visit(agent.segment.length);
+    visit_vector(agent.segment.bend, visit);
+    visit(agent.segment.bend_s);
+    visit(agent.segment.since);
+    visit_vector(agent.segment.goal, visit);
+    visit(agent.track.lane);
+    visit(agent.track.from);
+    visit(agent.track.s);
+    visit(agent.track.from_s);
+    visit(agent.track.changed);
+    visit(agent.track.to_change);
+    visit(agent.track.due);
+    visit(agent.track.due_s);
+    visit(agent.on_path);
+    visit(agent.again_at);
+    visit_vector(agent.placed, visit);
+    visit(agent.next_event);
+    visit(agent.next_proximity_check);
+    visit(agent.wait.clauses);
+    visit(agent.wait.held);
+    visit(agent.wait.trades);
+}
+
+/// Of these those that become other where a segment ends and nothing is decided, large and small
+/// ones so that they fill words (core::BlockHash::pack()).
+template <class AgentOf, class Visit>
+[[gnu::always_inline]] inline void visit_walk_fields(AgentOf& agent, Visit&& visit) {
+    visit(agent.rng.state);
+    visit_vector(agent.target, visit);
+    visit(agent.corner);
+    visit(agent.aim.buttons);
+    visit(agent.steps);
+    visit(agent.aim.move_x);
+    visit(agent.aim.move_z);
+    visit(agent.aim.yaw);
+    visit(agent.timed);
+    visit(agent.on_path);
+    visit(agent.entered);
+    visit(agent.fresh);
+    visit_vector(agent.anchor, visit);
+    visit(agent.segment.bend_s);
+    visit(agent.anchor_since);
+    visit_vector(agent.segment.from, visit);
+    visit_vector(agent.segment.direction, visit);
+    visit(agent.segment.speed);
+    visit(agent.segment.length);
+    visit_vector(agent.segment.bend, visit);
+    visit(agent.segment.since);
+    visit_vector(agent.segment.goal, visit);
+    visit(agent.track.lane);
+    visit(agent.track.from);
+    visit(agent.track.s);
+    visit(agent.track.from_s);
+    visit(agent.track.changed);
+    visit(agent.track.to_change);
+    visit(agent.track.due);
+    visit(agent.track.due_s);
+    visit(agent.again_at);
+    visit_vector(agent.placed, visit);
+    visit(agent.next_decision);
+    visit(agent.next_event);
+    visit(agent.next_proximity_check);
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,105 @@
+// FuzzyStateMachine: a state machine whose states are active to a degree, several at a time, and
+// whose outputs are blended.
+#pragma once
+
+#include "server/ai/decision/fuzzy/membership.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::ai::fuzzy {
+
+inline constexpr std::size_t kMaxFuzzyStates = 16;
+
+struct FuzzyState {
+    std::string name;
+    std::vector<float> outputs;  ///< what it wants of each output
+};
+
+/// Fires to the degree of its propositions: the smallest, or the largest where `any` is enough.
+struct FuzzyTransition {
+    std::uint16_t from = 0;
+    std::uint16_t to = 0;
+    std::vector<Proposition> when;
+    bool any = false;
+};
+
+struct FuzzyStateMachineDef {
+    std::string name;
+    std::vector<FuzzyVariable> inputs;
+    std::vector<FuzzyState> states;  ///< agents begin in the first alone
+    std::vector<FuzzyTransition> transitions;
+    float response_s = 0.0F;  ///< s in which a degree can go from 0 to 1; 0: at once
+};
+
+/// States of an agent by degree: columns by state.
+struct FuzzyDegrees {
+    std::array<std::vector<float>, kMaxFuzzyStates> degree;
+
+    void reset(std::size_t states, std::size_t count);
+};
+
+/// With degrees d and the degree c of each transition, a state keeps min(d, 1 - c) of what it has
+/// for the largest c of those that leave it, and gets min(d of where it leaves, c) from those that
+/// lead to it; the larger counts (max-min composition of a fuzzy automaton: Wee and Fu, "A
+/// formulation of fuzzy automata and its application as a model of learning systems", IEEE
+/// Transactions on Systems Science and Cybernetics 5, 1969). Then all are scaled so that the
+/// largest is 1, for max-min alone would let activity seep away, and each degree moves there by at
+/// most dt / response_s.
+class FuzzyStateMachine {
+  public:
+    /// Inputs without defects but kGap and kOutside; 1 to kMaxFuzzyStates states, all with as many
+    /// outputs; transitions between states that exist, with propositions that do. `dt` in s, > 0.
+    FuzzyStateMachine(const FuzzyStateMachineDef& def, float dt);
+
+    [[nodiscard]] std::size_t states() const { return states_; }
+
+    [[nodiscard]] std::size_t inputs() const { return inputs_.size(); }
+
+    /// One step of `count` agents.
+    void step(std::span<const float* const> in, std::size_t count, FuzzyDegrees& degrees) const;
+
+    /// One step of one agent: a value for each input, a degree for each state.
+    void step_one(std::span<const float> values, std::span<float> degrees) const;
+
+    /// The outputs of all states, weighted by degree: `out[o][i]` of agent i.
+    void blend(const FuzzyDegrees& degrees, std::size_t count, std::span<float* const> out) const;
+
+  private:
+    struct StateMachineInput {
+        float low = 0.0F;
+        float high = 1.0F;
+        std::uint16_t first = 0;
+        std::uint16_t count = 0;
+    };
+
+    struct FlatFuzzyTransition {
+        std::uint16_t from = 0;
+        std::uint16_t to = 0;
+        std::uint16_t first = 0;  ///< of its propositions
+        std::uint16_t count = 0;
+        bool any = false;
+    };
+
+    struct StateMachineProposition {
+        std::uint16_t term = 0;
+        bool negated = false;
+    };
+
+    using States = std::array<Lanes, kMaxFuzzyStates>;
+
+    void step_lanes(const std::array<Lanes, kMaxInputs>& in, States& degrees) const;
+
+    std::size_t states_;
+    float most_per_step_ = 1.0F;
+    std::vector<StateMachineInput> inputs_;
+    std::vector<FlatTerm> terms_;
+    std::vector<FlatFuzzyTransition> transitions_;
+    std::vector<StateMachineProposition> propositions_;
+    std::vector<std::vector<float>> wants_;  ///< by output, by state
+};
+
+}  // namespace zoned::ai::fuzzy

@@ -1,0 +1,105 @@
+// FuzzySystem: fuzzy rules compiled to tables, evaluated for eight agents at a time.
+#pragma once
+
+#include "server/ai/decision/fuzzy/membership.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::fuzzy {
+
+/// Conjunction is the minimum, disjunction the maximum; what rules say about the same value or term
+/// of an output: under Sugeno each rule counts by itself, weighted by its degree (weighted
+/// average); under Mamdani the largest degree cuts the term off, and the centroid is summed up at
+/// the middles of `samples` equal pieces of the output's range.
+class FuzzySystem {
+  public:
+    /// `def` without defects, but kGap, kNeverSaid and kOutside, which do no harm.
+    explicit FuzzySystem(const FuzzyDef& def);
+
+    [[nodiscard]] std::size_t inputs() const { return inputs_.size(); }
+
+    [[nodiscard]] std::size_t outputs() const { return outputs_.size(); }
+
+    /// `in[k][i]`: input k of agent i, anything at all (what is no number counts as the low end);
+    /// `out[o][i]`: always within the output's range. An agent's result depends on its inputs
+    /// alone, not on who is evaluated beside it. Allocates nothing.
+    void evaluate(std::span<const float* const> in,
+                  std::size_t count,
+                  std::span<float* const> out) const;
+
+    /// Degrees to which the rules of the last definition fire for these inputs: for "why".
+    void explain(std::span<const float> in, std::vector<float>& degrees) const;
+
+  private:
+    struct SystemInput {
+        float low = 0.0F;
+        float high = 1.0F;
+        std::uint16_t first = 0;  ///< of its terms
+        std::uint16_t count = 0;
+    };
+
+    struct FlatRule {
+        std::uint16_t first = 0;  ///< of its propositions
+        std::uint16_t count = 0;
+        bool any = false;
+        float weight = 1.0F;
+        std::uint16_t then = 0;
+    };
+
+    /// A degree times `sign` plus `offset`: itself, or what is missing to 1.
+    struct FlatProposition {
+        std::uint16_t term = 0;
+        float sign = 1.0F;
+        float offset = 0.0F;
+    };
+
+    /// A term of an output at one sample.
+    struct SampleTerm {
+        std::uint16_t term = 0;
+        float degree = 0.0F;
+    };
+
+    struct FlatOutput {
+        Inference inference = Inference::kSugeno;
+        float low = 0.0F;
+        float high = 1.0F;
+        float otherwise = 0.0F;
+        std::uint16_t first_rule = 0;
+        std::uint16_t rules = 0;
+        std::uint16_t terms = 0;
+        std::uint16_t samples = 0;
+        std::vector<float> linear;              ///< (1 + inputs) x values: constant, then by input
+        bool constant = true;                   ///< nothing depends on an input
+        std::vector<std::uint32_t> first_term;  ///< by sample, and one more: its terms
+        std::vector<SampleTerm> sample_terms;   ///< those that are above 0 there
+        std::vector<float> position;            ///< of samples
+    };
+
+    using Inputs = std::array<Lanes, kMaxInputs>;
+    using Degrees = std::array<Lanes, kMaxTerms>;
+
+    void add_output(const FuzzyDef& def, std::size_t index);
+    void lay_out_samples(const FuzzyOutput& output, FlatOutput& to) const;
+    void evaluate_lanes(const Inputs& in, std::span<Lanes> out) const;
+    [[nodiscard]] Lanes fire(const FlatRule& rule, const Degrees& degrees) const;
+    [[nodiscard]] Lanes sugeno(const FlatOutput& output,
+                               const Inputs& in,
+                               const Degrees& degrees) const;
+    [[nodiscard]] Lanes mamdani(const FlatOutput& output, const Degrees& degrees) const;
+    void fuzzify(const Inputs& in, Inputs& within, Degrees& degrees) const;
+
+    std::vector<SystemInput> inputs_;
+    std::vector<FlatTerm> terms_;
+    std::vector<FlatProposition> propositions_;
+    std::vector<FlatRule> rules_;             ///< by output
+    std::vector<std::uint16_t> rule_number_;  ///< of the definition
+    std::vector<FlatOutput> outputs_;
+};
+
+/// Most outputs of a system.
+inline constexpr std::size_t kMaxOutputs = 8;
+
+}  // namespace zoned::ai::fuzzy

@@ -1,0 +1,119 @@
+// GoapPlanner: the cheapest sequence of actions that makes a goal true (goal-oriented action
+// planning: Orkin, "Three states and a plan: the AI of F.E.A.R.", Game Developers Conference 2006).
+#pragma once
+
+#include "server/ai/decision/goap/domain.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::goap {
+
+/// Longest plan.
+inline constexpr std::size_t kMaxSteps = 32;
+
+enum class Verdict : std::uint8_t {
+    kPlanned,      ///< also where nothing is left to do: a plan without steps
+    kUnreachable,  ///< no sequence of actions, of whatever length, makes the goal true
+    kCutOff,       ///< the bound on work, or kMaxSteps, came before an answer
+};
+
+/// What to do, and what each rest of it relies on. `kernel[k]` is all that must hold for steps k to
+/// the last to be possible and to make the goal true; the last kernel is the goal (triangle tables:
+/// Fikes, Hart, Nilsson, "Learning and executing generalized robot plans", Artificial Intelligence
+/// 3, 1972).
+struct Plan {
+    Verdict verdict = Verdict::kCutOff;
+    std::uint8_t size = 0;      ///< steps
+    std::uint32_t cost = 0;     ///< sum over the steps
+    std::uint32_t created = 0;  ///< nodes that the search created: its work
+    std::array<std::uint8_t, kMaxSteps> action{};
+    std::array<Literals, kMaxSteps + 1> kernel;
+};
+
+/// A domain in the form in which plans are made.
+class Actions {
+  public:
+    /// `domain` without kTooMany..., kUnknownFact, kContradiction and kBadCost defects.
+    explicit Actions(const Domain& domain);
+
+  private:
+    friend class GoapPlanner;
+
+    struct Flat {
+        Literals needs;
+        Literals makes;
+        std::uint32_t cost = 1;
+    };
+
+    FactSet all_facts_ = 0;
+    std::vector<Flat> actions_;
+    /// By fact: actions that make it true, and such that make it false, a bit each.
+    std::array<std::uint64_t, kMaxFacts> makers_yes_{};
+    std::array<std::uint64_t, kMaxFacts> makers_no_{};
+};
+
+/// Searches backwards from the goal by A*. The cost to reach each fact on its own, from the world
+/// as it is and as if nothing were ever undone, is found once for each plan: it tells at once that
+/// a goal is out of reach, and no goal costs less than the dearest of its facts, which is what
+/// guides the search and keeps its plans optimal (Bonet and Geffner, "Planning as heuristic search:
+/// new results", ECP 1999; h_max of Bonet and Geffner, "Planning as heuristic search", Artificial
+/// Intelligence 129, 2001, section 4). Holds working memory only: a plan depends on nothing before
+/// it, and making one allocates nothing.
+class GoapPlanner {
+  public:
+    /// `bound`: nodes that a search may create, [1, 65536].
+    explicit GoapPlanner(std::uint32_t bound = 1024);
+
+    [[nodiscard]] std::uint32_t bound() const { return bound_; }
+
+    /// The cheapest plan; of equally cheap ones the same each time.
+    void plan(const Actions& actions, FactSet from, const Literals& goal, Plan& plan);
+
+  private:
+    struct PlanLayer {
+        Literals reached;
+        std::uint32_t cost = 0;
+    };
+
+    struct PlanNode {
+        Literals needs;
+        std::uint32_t cost = 0;   ///< from here to the goal
+        std::uint32_t guess = 0;  ///< at least this from the world to here
+        std::uint32_t parent = 0;
+        std::uint8_t action = 0;
+        std::uint8_t steps = 0;
+        bool closed = false;
+    };
+
+    struct PlanSlot {
+        std::uint32_t search = 0;  ///< filled in this search
+        std::uint32_t node = 0;
+    };
+
+    void relax(const Actions& actions, FactSet from);
+    [[nodiscard]] std::uint32_t guess(const Literals& needs) const;
+    bool search(const Actions& actions, Plan& plan);
+    std::uint32_t expand(const Actions& actions, std::uint32_t at);
+    [[nodiscard]] std::uint64_t makers(const Actions& actions, const Literals& needs) const;
+    PlanSlot& slot_of(const Literals& needs);
+    void push(std::uint32_t node);
+    std::uint32_t pop();
+    void write(std::uint32_t node, Plan& plan) const;
+
+    std::uint32_t bound_;
+    std::uint32_t search_ = 0;
+    std::array<PlanLayer, kMaxActions + 1> layers_;
+    std::size_t layer_count_ = 0;
+    std::uint64_t usable_ = 0;  ///< actions whose needs can be met at all
+    std::vector<PlanNode> nodes_;
+    std::uint32_t node_count_ = 0;
+    std::vector<PlanSlot> slots_;
+    std::vector<std::uint64_t> open_;  ///< heap of guess + cost, guess, node
+    bool too_long_ = false;            ///< a way of kMaxSteps steps was not followed further
+    bool full_ = false;                ///< the heap is
+};
+
+}  // namespace zoned::ai::goap

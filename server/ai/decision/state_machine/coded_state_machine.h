@@ -1,0 +1,147 @@
+// CodedTurn: what machines written as code, as a switch or as a class per state, say their
+// conditions through, so that holding and entering mean the same as in tables.
+#pragma once
+
+#include "server/ai/decision/state_machine/active_states.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+namespace zoned::ai::state_machine {
+
+/// The columns of ActiveStates that code writes, and where changes go.
+struct CodedColumns {
+    CodedColumns(ActiveStates& states, Tick at, std::vector<StateChange>& to)
+        : leaf(states.leaf.data()),
+          pending(states.pending.data()),
+          pending_since(states.pending_since.data()),
+          since(states.since[0].data()),
+          now(at),
+          changes(to) {}
+
+    /// Out of line, for it is rare.
+    void change(std::size_t agent, std::uint16_t to, std::uint16_t transition) const;
+    /// A held transition that holds now; true once it has done so for `hold` ticks.
+    [[nodiscard]] bool held(std::size_t agent, std::uint16_t transition, Tick hold) const;
+
+    std::uint16_t* leaf;
+    std::uint16_t* pending;
+    Tick* pending_since;
+    Tick* since;
+    Tick now;
+    std::vector<StateChange>& changes;
+};
+
+/// One agent's decision. Usage, in order of transitions:
+///     if (turn.when(distance < 20.0F, kToChase, 9)) { return turn.enter(kChase, kToChase); }
+///     ...
+///     turn.stay();
+class CodedTurn {
+  public:
+    CodedTurn(const CodedColumns& columns, std::size_t agent) : columns_(columns), agent_(agent) {}
+
+    [[nodiscard]] std::size_t agent() const { return agent_; }
+
+    [[nodiscard]] std::uint16_t state() const { return columns_.leaf[agent_]; }
+
+    /// Time in the state, s, at `dt` s per tick.
+    [[nodiscard]] float time_in_state(float dt) const {
+        return static_cast<float>(
+                   static_cast<std::int32_t>(columns_.now - columns_.since[agent_])) *
+               dt;
+    }
+
+    /// Whether `transition` fires now, if it `holds` now and must do so for `hold` ticks.
+    bool when(bool holds, std::uint16_t transition, Tick hold = 0) {
+        if (!holds) {
+            return false;
+        }
+        if (hold == 0) {
+            return true;
+        }
+        if (pending_ != kNone) {
+            return false;
+        }
+        pending_ = transition;
+        return columns_.held(agent_, transition, hold);
+    }
+
+    void enter(std::uint16_t state, std::uint16_t transition) {
+        columns_.change(agent_, state, transition);
+    }
+
+    /// No transition fired.
+    void stay() { columns_.pending[agent_] = pending_; }
+
+  private:
+    const CodedColumns& columns_;
+    std::size_t agent_;
+    std::uint16_t pending_ = kNone;
+};
+
+/// A state as an object (Gamma, Helm, Johnson, Vlissides, "Design Patterns", 1994, State): shared
+/// by all agents that are in it, so it holds nothing of theirs.
+class CodedState {
+  public:
+    CodedState() = default;
+    CodedState(const CodedState&) = delete;
+    CodedState& operator=(const CodedState&) = delete;
+    virtual ~CodedState() = default;
+    /// One decision of `turn.agent()`: at most one enter(), or stay().
+    virtual void decide(CodedTurn& turn, const SenseColumns& senses) const = 0;
+};
+
+/// AgentStore that are looked at together.
+inline constexpr std::size_t kCodedBlock = 256;
+
+/// The agents of a block, those in the same state side by side: a jump to the code of a state is
+/// then foreseen by the processor for all but the first of them. False where all are in one state,
+/// and `order` is not written.
+bool group_by_state(const std::uint16_t* leaf,
+                    std::size_t count,
+                    std::array<std::uint8_t, kCodedBlock>& order);
+
+/// Puts the changes from `first` on in order of agents.
+void sort_changes(std::vector<StateChange>& changes, std::size_t first);
+
+/// One decision of every agent. `decide(CodedTurn&)` makes it, most often by a switch; it is called
+/// for an agent at a time, in no particular order. Changes are in order of agents.
+template <class Decide>
+void step_coded(ActiveStates& states,
+                Tick now,
+                std::vector<StateChange>& changes,
+                Decide&& decide) {
+    const CodedColumns columns(states, now, changes);
+    const std::size_t count = states.size();
+    std::array<std::uint8_t, kCodedBlock> order;  // written before it is read
+    for (std::size_t begin = 0; begin < count; begin += kCodedBlock) {
+        const std::size_t in = std::min(kCodedBlock, count - begin);
+        const std::size_t before = changes.size();
+        if (group_by_state(columns.leaf + begin, in, order)) {
+            for (std::size_t i = 0; i < in; ++i) {
+                CodedTurn turn(columns, begin + order[i]);
+                decide(turn);
+            }
+            sort_changes(changes, before);
+        } else {
+            for (std::size_t i = 0; i < in; ++i) {
+                CodedTurn turn(columns, begin + i);
+                decide(turn);
+            }
+        }
+    }
+}
+
+/// The same with a class per state: `objects[s]` is state s.
+inline void step_coded(ActiveStates& states,
+                       std::span<const CodedState* const> objects,
+                       const SenseColumns& senses,
+                       Tick now,
+                       std::vector<StateChange>& changes) {
+    step_coded(states, now, changes, [&](CodedTurn& turn) {
+        objects[turn.state()]->decide(turn, senses);
+    });
+}
+
+}  // namespace zoned::ai::state_machine

@@ -1,0 +1,105 @@
+// FlatStateMachine: a machine compiled to tables, and the step that all agents take through it.
+#pragma once
+
+#include "server/ai/decision/state_machine/active_states.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::ai::state_machine {
+
+/// Senses that a machine can read.
+inline constexpr std::size_t kMaxSenses = 64;
+
+/// First condition of a transition, in the form value * sign < threshold: so that both ways to
+/// compare are one.
+struct FlatTest {
+    float threshold = -1.0F;
+    float sign = 0.0F;     ///< 1, -1, or 0: a place that is not used, which never holds
+    SenseIndex sense = 0;  ///< beyond the senses: time in the state of level (sense - senses)
+    std::uint16_t transition = kNone;
+};
+
+struct FlatTransition {
+    Tick hold = 0;                 ///< ticks
+    std::uint16_t to = 0;          ///< node
+    std::uint16_t leaf = 0;        ///< where it ends, or kNone where that depends on a memory
+    std::uint16_t level = 0;       ///< of the state that it leaves, outermost 0
+    std::uint16_t more = 0;        ///< further conditions, in FlatStateMachine::more
+    std::uint16_t more_count = 0;  ///< how many
+};
+
+/// A state of any level.
+struct FlatNode {
+    std::string name;  ///< with all that it is inside: "combat/attack"
+    std::uint16_t parent = kNone;
+    std::uint16_t level = 0;
+    std::uint16_t first = kNone;   ///< its first state, kNone: nothing is inside
+    std::uint16_t memory = kNone;  ///< column of its history
+    StateHistory history = StateHistory::kNone;
+    std::uint16_t leaf = kNone;  ///< its number among the innermost states
+    std::uint16_t action = 0;
+};
+
+/// Tests of a leaf stand side by side, those of the outermost state first: an alarm out there comes
+/// before what the states inside would do (as in STATEMATE: Harel and Naamad, "The STATEMATE
+/// semantics of statecharts", TOSEM 5, 1996, section 4). All leaves have `width` tests, filled up
+/// with such as never hold, so that agents in different states take the same path through the code.
+struct FlatStateMachine {
+    std::string name;
+    std::size_t senses = 0;
+    std::size_t levels = 1;
+    std::size_t memories = 0;
+    std::size_t width = 2;                    ///< tests per leaf, even
+    float dt = 0.0F;                          ///< s per tick
+    std::vector<FlatTest> tests;              ///< width x leaves
+    std::vector<FlatTransition> transitions;  ///< by number
+    std::vector<FlatTest> more;               ///< further conditions of transitions
+    std::vector<FlatNode> nodes;
+    std::vector<std::uint16_t> leaf_node;  ///< node of each leaf
+    std::vector<std::uint16_t> path;       ///< levels x leaves: nodes from the outermost in
+    std::array<bool, kMaxLevels> timed{};  ///< levels whose time some condition reads
+
+    [[nodiscard]] std::size_t leaves() const { return leaf_node.size(); }
+
+    [[nodiscard]] std::uint16_t action(std::uint16_t leaf) const {
+        return nodes[leaf_node[leaf]].action;
+    }
+
+    [[nodiscard]] const std::string& state_name(std::uint16_t leaf) const {
+        return nodes[leaf_node[leaf]].name;
+    }
+};
+
+/// Ticks of `dt` s after which something has held for `hold_s`: the least n with n dt >= hold_s, as
+/// floats see it. 0 where hold_s is not above 0.
+Tick hold_ticks(float hold_s, float dt);
+
+/// `def` must be without defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
+FlatStateMachine compile(const StateMachineDef& def, std::size_t senses, float dt);
+
+/// `count` agents at the machine's first state, leaf 0.
+ActiveStates begin(const FlatStateMachine& machine, std::size_t count, Tick now);
+
+/// One decision of every agent. Of the transitions of an agent's state, outermost first, the first
+/// fires that has held for as long as it must; one that must hold for a while is remembered, the
+/// first in order that holds, and those without hold fire at once wherever they stand. What a
+/// transition of an inner state does leaves a hold of an outer one alone. Appends to `changes` in
+/// order of agents; allocates only where that grows. `senses` has the machine's senses and
+/// states.size() agents.
+void step(const FlatStateMachine& machine,
+          ActiveStates& states,
+          const SenseColumns& senses,
+          Tick now,
+          std::vector<StateChange>& changes);
+
+/// The same for one agent, which senses `values`; the transition that fired.
+std::optional<StateChange> step_one(const FlatStateMachine& machine,
+                                    ActiveState& state,
+                                    std::span<const float> values,
+                                    Tick now);
+
+}  // namespace zoned::ai::state_machine

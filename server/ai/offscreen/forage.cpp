@@ -1,0 +1,267 @@
+#include "server/ai/offscreen/forage.h"
+
+#include "server/ai/steering/path_following.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+/// So far from where it goes counts as led astray, in cells.
+constexpr float kAstrayCells = 2.5F;
+constexpr std::uint8_t kDirectionBits = 0x07;
+
+pathfinding::Spot spot_of(const Vec2& at) {
+    return {at.x(), at.y()};
+}
+
+void turn_back(Agent& agent) {
+    agent.corner ^= pathfinding::kDirections / 2;
+    agent.steps = 0;
+}
+
+void set_out(Agent& agent, const ForageDef& def) {
+    agent.corner &= static_cast<std::uint8_t>(~(kScouts | kLost | kBegins));
+    agent.corner |= agent.rng.unit() < def.explore ? kScouts : 0;
+    agent.steps = 0;
+}
+
+void aim_at(Agent& agent, const Vec2& at) {
+    agent.target = Vec3(at.x(), agent.target.y(), at.y());
+}
+
+/// Its segment is over: whoever steers it, or goes on with it unseen, makes one to its new target.
+void end_segment(Agent& agent, Tick now) {
+    agent.segment.length = 0.0F;
+    agent.again_at = now;
+    agent.next_steering = now;
+}
+
+/// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
+/// to where there is no path any more.
+bool is_guided(const Agent& agent, const ForageDef& def) {
+    const bool scouts = (agent.corner & (kCarries | kScouts)) == kScouts;
+    return !scouts && (agent.steps / def.trails.patience) % 2 == 0;
+}
+
+bool finds_food(const ForageDef& def, const PointsOfInterest& points_of_interest, const Vec2& at) {
+    return std::any_of(def.food.begin(), def.food.end(), [&](std::uint16_t place) {
+        return points_of_interest.outside(place, at) <= 0.0F;
+    });
+}
+
+}  // namespace
+
+/// Null where the nest lies in another zone.
+Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
+    const ForageDef& def = *scene.brains[key.brain].states[key.current_action].forage;
+    for (const auto& nest : nests_) {
+        if (nest->place == def.nest) {
+            nest->def = &def;
+            return nest.get();
+        }
+    }
+    const Vec2 centre = scene.points_of_interest.centre(def.nest);
+    if (std::abs(centre.x()) > scene.half_size.x() || std::abs(centre.y()) > scene.half_size.y()) {
+        return nullptr;
+    }
+    const pathfinding::GroundRect area{centre.x() - def.radius_m,
+                                       centre.y() - def.radius_m,
+                                       centre.x() + def.radius_m,
+                                       centre.y() + def.radius_m};
+    const motion::CharacterLimits& limits = scene.types[key.type].character;
+    pathfinding::GroundMap ground =
+        pathfinding::bake_ground(scene.statics, limits, area, def.cell_m);
+    pathfinding::DoorMap doors(
+        pathfinding::bake_doors(scene.statics, limits, area, def.cell_m, ground), ground.cells);
+    nests_.push_back(std::make_unique<Nest>(def, std::move(ground), std::move(doors)));
+    Nest& nest = *nests_.back();
+    nest.brain = key.brain;
+    nest.current_action = key.current_action;
+    nest.type = key.type;
+    return &nest;
+}
+
+Nests::SavedNests Nests::save() const {
+    SavedNests memory{delivered_, turned_, {}};
+    for (const auto& nest : nests_) {
+        Scents scents{nest->brain, nest->current_action, nest->type, {}};
+        nest->trails.for_each_scent([&scents](pathfinding::Place at, float home, float food) {
+            scents.cells.push_back({at, home, food});
+        });
+        memory.nests.push_back(std::move(scents));
+    }
+    memory.nests.insert(memory.nests.end(), remembered_.begin(), remembered_.end());
+    return memory;
+}
+
+void Nests::load(const SavedNests& memory) {
+    nests_.clear();
+    delivered_ = memory.delivered;
+    turned_ = memory.turned;
+    remembered_ = memory.nests;
+}
+
+/// With doors as they were at the end of the last step.
+void Nests::restore(const Scene& scene) {
+    const bool turned = turned_;
+    for (const Scents& scents : remembered_) {
+        Nest* const nest = scents.type < scene.types.size() ? nest_of(scents, scene) : nullptr;
+        if (nest == nullptr) {
+            continue;
+        }
+        follow_doors(*nest, scene.statics, scene.now - 1);
+        for (const Scents::ScentCell& cell : scents.cells) {
+            nest->trails.put_scent(cell.place, cell.home, cell.food);
+        }
+    }
+    remembered_.clear();
+    turned_ = turned;
+}
+
+void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now) {
+    changes_.clear();
+    for (std::uint32_t door = 0; door < nest.doors.doors(); ++door) {
+        nest.doors.turn(door, statics.doors()[door].shut_at(now), changes_);
+    }
+    for (const pathfinding::CellChange& change : changes_) {
+        nest.ground.cells.set_passable(change.cell, change.passable);
+    }
+    turned_ = turned_ || !changes_.empty();
+}
+
+/// On to a cell beside the one that it is in, or to the nearest that can be walked.
+void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
+    const pathfinding::GroundGrid& grid = nest.ground.grid;
+    const pathfinding::Cell here = grid.cell(spot_of(at));
+    if (!nest.ground.cells.passable(here)) {
+        pathfinding::Cell near;
+        if (pathfinding::nearest_passable(nest.ground.cells, grid, spot_of(at), 4, near)) {
+            const pathfinding::Spot to = grid.centre(near);
+            aim_at(agent, Vec2(to.x, to.z));
+        } else {
+            agent.corner |= kLost;
+        }
+        return;
+    }
+    const bool carries = (agent.corner & kCarries) != 0;
+    const pathfinding::Place place = nest.ground.cells.place(here);
+    const unsigned direction = nest.trails.choose(place,
+                                                  agent.corner & kDirectionBits,
+                                                  carries ? pathfinding::kHome : pathfinding::kFood,
+                                                  is_guided(agent, *nest.def),
+                                                  agent.rng);
+    if (direction >= pathfinding::kDirections) {
+        aim_at(agent, at);  // it waits
+        return;
+    }
+    agent.corner = static_cast<std::uint8_t>((agent.corner & ~kDirectionBits) | direction);
+    const pathfinding::Spot to =
+        grid.centre(nest.ground.cells.cell(nest.trails.beside(place, direction)));
+    aim_at(agent, Vec2(to.x, to.z));
+}
+
+/// In the middle of a cell: a mark, food or home, and on.
+void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene) {
+    const ForageDef& def = *nest.def;
+    const pathfinding::Cell here = nest.ground.grid.cell(spot_of(at));
+    agent.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(agent.steps + 1U, 0xFFFFU));
+    const bool carries = (agent.corner & kCarries) != 0;
+    if (nest.ground.cells.passable(here)) {
+        nest.trails.mark(carries ? pathfinding::kFood : pathfinding::kHome,
+                         nest.ground.cells.place(here),
+                         agent.steps);
+    }
+    if (!carries && finds_food(def, scene.points_of_interest, at)) {
+        agent.corner |= kCarries;
+        turn_back(agent);
+    } else if ((carries || agent.steps > 1) &&
+               scene.points_of_interest.outside(def.nest, at) <= 0.0F) {
+        delivered_ += carries ? 1U : 0U;
+        agent.corner &= static_cast<std::uint8_t>(~kCarries);
+        turn_back(agent);
+        set_out(agent, def);
+    }
+    choose(agent, nest, at);
+}
+
+void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const Scene& scene) {
+    const float cell_m = nest.ground.grid.cell_m();
+    const Vec2 target(agent.target.x(), agent.target.z());
+    if ((agent.corner & kLost) != 0) {
+        if (scene.points_of_interest.outside(nest.place, at) > 0.0F) {
+            aim_at(agent, scene.points_of_interest.centre(nest.place));
+            return;
+        }
+        agent.corner &= static_cast<std::uint8_t>(~kCarries);
+        set_out(agent, *nest.def);
+        choose(agent, nest, at);
+    } else if ((agent.corner & kBegins) != 0) {
+        agent.corner = static_cast<std::uint8_t>(agent.rng.below(pathfinding::kDirections));
+        set_out(agent, *nest.def);
+        choose(agent, nest, at);
+    } else if (!nest.ground.grid.contains(spot_of(at))) {
+        agent.corner |= kLost;
+        aim_at(agent, scene.points_of_interest.centre(nest.place));
+    } else if (arrived) {
+        arrive(agent, nest, at, scene);
+    } else if ((target - at).norm() > kAstrayCells * cell_m ||
+               !nest.ground.cells.passable(nest.ground.grid.cell(spot_of(target)))) {
+        // Pushed away, or a door has shut before it.
+        choose(agent, nest, at);
+    }
+}
+
+/// Nothing happens to who is on a segment, unless doors have turned.
+void Nests::take_turn(Agent& agent, const Forager& forager, const Scene& scene) {
+    const ForageDef& def = *scene.brains[agent.brain].states[agent.current_action].forage;
+    const Vec3& position = scene.entities.position[forager.row];
+    const Vec2 body(position.x(), position.z());
+    const bool by_segment = keeps_to_segment(agent, body, scene.now, scene.dt);
+    const bool over = by_segment && segment_is_over(agent, scene.now, scene.dt);
+    if (by_segment && !over && !turned_) {
+        return;
+    }
+    const Vec2 at = whereabouts(agent, body, scene.now, scene.dt);
+    const Vec2 target(agent.target.x(), agent.target.z());
+    const Scents key{agent.brain, agent.current_action, scene.entities.type[forager.row], {}};
+    if (Nest* const nest = nest_of(key, scene)) {
+        const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
+        walk(agent, *nest, at, by_segment ? over : near, scene);
+    } else {
+        agent.corner |= kLost;
+        aim_at(agent, scene.points_of_interest.centre(def.nest));
+    }
+    if (by_segment && target != Vec2(agent.target.x(), agent.target.z())) {
+        end_segment(agent, scene.now);
+    }
+}
+
+void Nests::step(AgentStore& agents, const Scene& scene) {
+    std::sort(foragers_.begin(), foragers_.end(), [](const Forager& a, const Forager& b) {
+        return a.entity < b.entity;
+    });
+    restore(scene);
+    for (const Forager& forager : foragers_) {
+        take_turn(agents.at(forager.slot), forager, scene);
+    }
+    turned_ = false;
+    const auto second = std::max<Tick>(1, std::lround(1.0F / scene.dt));
+    for (const auto& nest : nests_) {
+        follow_doors(*nest, scene.statics, scene.now);
+        if (scene.now % second == 0) {
+            nest->trails.evaporate();
+        }
+    }
+}
+
+void Nests::hash(core::StateHash& hash) const {
+    hash.add(delivered_);
+    for (const auto& nest : nests_) {
+        nest->trails.hash(hash);
+    }
+}
+
+}  // namespace zoned::ai

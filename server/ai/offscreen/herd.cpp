@@ -1,0 +1,230 @@
+#include "server/ai/offscreen/herd.h"
+
+#include "server/ai/decision/decision.h"
+#include "server/ai/steering/desired_velocity.h"
+#include "shared/core/block_hash.h"
+#include "shared/motion/apply_input.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+constexpr float kRoam_s = 1.0F;
+/// Whoever ends up with another velocity than it wants, by this share of it, has met something.
+constexpr float kMetShare = 0.01F;
+/// The steepest ground that is followed downwards in one piece: a rise of so much per metre.
+constexpr float kSteepestRoam = 1.2F;
+constexpr int kMostPieces = 32;
+/// Who stands so near to its height on the ground plane stands on it, m.
+constexpr float kOnPlain_m = 0.005F;
+/// Who has so little left of the way is at its end, but for rounding.
+constexpr float kAtEndShare = 1e-3F;
+
+Vec2 flat_part(const Vec3& v) {
+    return {v.x(), v.z()};
+}
+
+/// Whether a way over the plain meets nothing, so that there is no need to try.
+bool is_open(const Vec3& from,
+             const Vec3& way,
+             const motion::CharacterLimits& limits,
+             const motion::StaticGeometry& statics,
+             Tick now) {
+    const float height = limits.radius + limits.half_segment;
+    if (std::abs(from.y() - statics.ground_height() - height) > kOnPlain_m) {
+        return false;
+    }
+    const Vec3 to = from + way;
+    const Aabb area = Aabb{from.cwiseMin(to), from.cwiseMax(to)}.grown(height + limits.step_up +
+                                                                       limits.step_down);
+    const auto& surfaces = statics.surfaces();
+    bool open = std::none_of(surfaces.begin(), surfaces.end(), [&](const auto& placed) {
+        return placed.bounds().overlaps(area);
+    });
+    if (open) {
+        statics.for_each_near(area, now, [&open](std::uint32_t /*box*/) { open = false; });
+    }
+    return open;
+}
+
+/// The command that leads along `way` (m) in `time_s`; `limits` say how fast it can be.
+motion::InputCommand command_along(const Vec2& way,
+                                   float time_s,
+                                   const motion::CharacterLimits& limits) {
+    motion::InputCommand command;
+    float share = way.norm() / (time_s * std::max(limits.speed, 1e-3F));
+    if (share > 1.0F) {
+        command.buttons = motion::kButtonSprint;
+        share /= std::max(limits.sprint_factor, 1e-3F);
+    }
+    if (share > 0.0F) {
+        const Vec2 move = way * (kFullMove * std::min(share, 1.0F) / way.norm());
+        command.move_x = static_cast<std::int8_t>(std::lround(move.x()));
+        command.move_z = static_cast<std::int8_t>(std::lround(move.y()));
+    }
+    return command;
+}
+
+}  // namespace
+
+Walked walked(const motion::CharacterState& from,
+              const motion::InputCommand& command,
+              const motion::CharacterLimits& limits,
+              const motion::StaticGeometry& statics,
+              float time_s,
+              Tick now) {
+    const Vec2 wanted = wanted_by(command, limits);
+    const Vec3 way(wanted.x() * time_s, 0.0F, wanted.y() * time_s);
+    const bool at_once = (wanted - flat_part(from.velocity)).norm() <= limits.acceleration * time_s;
+    if (at_once && is_open(from.position, way, limits, statics, now)) {
+        return {{from.position + way, Vec3(wanted.x(), 0.0F, wanted.y()), command.yaw, true}};
+    }
+    Walked out{motion::apply_input(from, command, limits, statics, time_s, now)};
+    const float off = (flat_part(out.state.velocity) - wanted).norm();
+    if (out.state.grounded && off <= kMetShare * wanted.norm()) {
+        return out;
+    }
+    const float piece_m = std::max(limits.step_down, 0.1F) / kSteepestRoam;
+    const auto pieces =
+        std::clamp(static_cast<int>(std::ceil(wanted.norm() * time_s / piece_m)), 2, kMostPieces);
+    out = {from, false};
+    for (int k = 0; k < pieces && out.state.grounded; ++k) {
+        out.state = motion::apply_input(
+            out.state, command, limits, statics, time_s / static_cast<float>(pieces), now);
+    }
+    return out;
+}
+
+StepEnd walk_along(const motion::CharacterState& from,
+                   const Vec2& way,
+                   float time_s,
+                   const motion::CharacterLimits& limits,
+                   const motion::StaticGeometry& statics,
+                   Tick now) {
+    const Walked to =
+        walked(from, command_along(way, time_s, limits), limits, statics, time_s, now);
+    const Vec2 end = to.free ? Vec2(flat_part(from.position) + way) : flat_part(to.state.position);
+    return {Vec3(end.x(), to.state.position.y(), end.y()), to.state.grounded};
+}
+
+Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits) {
+    const Vec2 move(static_cast<float>(command.move_x) / kFullMove,
+                    static_cast<float>(command.move_z) / kFullMove);
+    const bool sprints = (command.buttons & motion::kButtonSprint) != 0;
+    return move / std::max(1.0F, move.norm()) *
+           (limits.speed * (sprints ? limits.sprint_factor : 1.0F));
+}
+
+const PathSegment* Drift::segment_of(const world::Entities& entities, world::Row row) const {
+    const EntityId entity = entities.id[row];
+    if (row < slots.size() && slots[row] < agents.slots()) {
+        const Agent& hinted = agents.at(slots[row]);
+        if (hinted.entity == entity) {
+            return &hinted.segment;
+        }
+    }
+    const Agent* const agent = agents.find(entity);
+    return agent != nullptr ? &agent->segment : nullptr;
+}
+
+bool at_step_end(const Agent& agent, const Vec2& at) {
+    return (at - agent.segment.goal).norm() <= kAtEndShare * step_of(agent);
+}
+
+float roam_speed(const BrainState& state, const motion::CharacterLimits& limits) {
+    return limits.speed * std::clamp(state.speed_factor, 0.0F, 1.0F) *
+           (state.sprint ? limits.sprint_factor : 1.0F);
+}
+
+Tick roams_until(const CompiledBrain& brain, Tick now, float dt) {
+    const Tick period =
+        std::max<Tick>(decision_period(brain, dt), std::max(1L, std::lround(kRoam_s / dt)));
+    return (now / period + 1) * period;
+}
+
+Vec2 path_ahead(const Agent& agent,
+                const CompiledBrain& brain,
+                const OffscreenContext& in,
+                world::Row row) {
+    const auto ticks = static_cast<float>(roams_until(brain, in.now, in.dt) - in.now);
+    return wanted_by(agent.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
+}
+
+void take_step(Agent& agent,
+               const CompiledBrain& brain,
+               const OffscreenContext& in,
+               const Vec3& from,
+               const StepEnd& end) {
+    const Tick until = roams_until(brain, in.now, in.dt);
+    const float time_s = static_cast<float>(until - in.now) * in.dt;
+    const Vec2 here = flat_part(from);
+    const float length = end.stands ? (flat_part(end.at) - here).norm() : 0.0F;
+    agent.segment = PathSegment();
+    agent.segment.from = here;
+    agent.segment.goal = end.stands ? flat_part(end.at) : here;
+    agent.segment.since = in.now - 1;
+    if (length > 0.0F) {
+        agent.segment.direction = (agent.segment.goal - here) / length;
+        agent.segment.speed = length / time_s;
+    }
+    agent.target = Vec3(agent.segment.goal.x(), end.at.y(), agent.segment.goal.y());
+    agent.timed = true;
+    agent.on_path = false;
+    agent.fresh = false;
+    agent.again_at = until;
+}
+
+bool roam(Agent& agent,
+          const CompiledBrain& brain,
+          const OffscreenContext& in,
+          world::Row row,
+          const Vec3& from,
+          const Vec2& way) {
+    const Tick until = roams_until(brain, in.now, in.dt);
+    const float time_s = static_cast<float>(until - in.now) * in.dt;
+    const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
+    const motion::CharacterState begin{
+        from, Vec3(velocity.x(), 0.0F, velocity.y()), in.entities.yaw[row], true};
+    const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
+    const StepEnd end = walk_along(begin, way, time_s, limits, in.statics, in.now);
+    take_step(agent, brain, in, from, end);
+    return end.stands;
+}
+
+bool only_steps(const Agent& agent,
+                const CompiledBrain& brain,
+                const OffscreenContext& in,
+                world::Row row) {
+    if (agent.entered || !on_step(agent) || !roams(agent, brain) || agent.again_at != in.now ||
+        agent.next_decision <= in.now || in.now < agent.detour_until) {
+        return false;
+    }
+    const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
+    const float wanted = wanted_by(agent.aim, limits).norm();
+    return agent.segment.speed >= kHinderedShare * wanted;
+}
+
+void hash_step(core::StateHash& hash, const Agent& agent) {
+    core::BlockHash block;
+    block.pack(agent.entity.value);
+    for (int axis = 0; axis < 2; ++axis) {
+        block.pack(agent.segment.from[axis]);
+        block.pack(agent.segment.goal[axis]);
+        block.pack(agent.placed[axis]);
+    }
+    block.pack(agent.segment.speed);
+    block.pack(agent.segment.since);
+    block.pack(agent.target.y());
+    block.pack(agent.aim.move_x);
+    block.pack(agent.aim.move_z);
+    block.pack(agent.aim.yaw);
+    block.pack(agent.again_at);
+    block.pack(agent.next_event);
+    block.pack(agent.rng.state);
+    hash.add(block.value());
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,341 @@
+#include "server/ai/offscreen/suspend_resume.h"
+
+#include "server/ai/decision/decision.h"
+#include "server/ai/offscreen/herd.h"
+#include "server/ai/offscreen/next_change_forecast.h"
+#include "server/ai/steering/steering.h"
+#include "server/ai/steering/path_following.h"
+#include "shared/motion/apply_input.h"
+#include "shared/motion/capsule_sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace zoned::ai {
+
+namespace {
+
+/// How much higher the ground may be after a way of 1 m (and lower, where it is looked for).
+constexpr float kSteepest = 1.2F;
+/// Nobody rises by more at once than this, m: what is above that is a roof.
+constexpr float kMostRise = 2.5F;
+
+/// A mesh's floors are this near to what carries, m; who stands higher above one stands on another.
+constexpr float kFloorOff = 0.5F;
+constexpr float kOnAnotherFloor = 1.0F;
+
+/// Puts a character down from `above` by `drop` at most. `free`: whether it had room there.
+Vec3 put_down(const motion::StaticGeometry& statics,
+              const motion::CharacterLimits& limits,
+              const Vec3& above,
+              float drop,
+              Tick tick,
+              bool& free) {
+    const Aabb area = Aabb{above - Vec3(0.0F, drop, 0.0F), above}.grown(2.0F * limits.radius);
+    const motion::CapsuleSweep sweep(statics, {limits.radius, limits.half_segment}, area, tick);
+    const Vec3 begin = sweep.parted(above);
+    const motion::SweepHit hit = sweep.sweep_down(begin, drop, [&](const motion::SweepHit& h) {
+        return h.normal.y() >= limits.max_slope_cos;
+    });
+    free = (begin - above).norm() < kFloorOff && hit.hit;
+    Vec3 place = begin - Vec3(0.0F, hit.fraction * drop, 0.0F);
+    if (hit.ground_plane) {
+        place.y() = sweep.floor_height();
+    }
+    return place;
+}
+
+/// The place at (x, z) where a character stands at `tick` that came from `before`. `floor`: of its
+/// feet as a map of several floors has it; not a number where there is none.
+Vec3 standing_at(const motion::StaticGeometry& statics,
+                 const motion::CharacterLimits& limits,
+                 const Vec3& before,
+                 const Vec2& at,
+                 float floor,
+                 Tick tick) {
+    const float way = (at - Vec2(before.x(), before.z())).norm();
+    const float rise = std::min(kSteepest * way + limits.step_up, kMostRise);
+    const float drop = rise + kSteepest * way + limits.step_down;
+    bool free = false;
+    const Vec3 above(at.x(), before.y() + rise, at.y());
+    const Vec3 place = put_down(statics, limits, above, drop, tick, free);
+    const float middle = floor + limits.radius + limits.half_segment;
+    if (!(place.y() > middle + kOnAnotherFloor)) {
+        return place;
+    }
+    // What it was put down on is a bridge over it, unless there is no room below.
+    const Vec3 below(at.x(), middle + kFloorOff, at.y());
+    const Vec3 under =
+        put_down(statics, limits, below, 2.0F * kFloorOff + limits.step_down, tick, free);
+    return free ? under : place;
+}
+
+const motion::CharacterLimits& limits_of(const OffscreenContext& in, world::Row row) {
+    return in.types[in.entities.type[row]].character;
+}
+
+/// How the entity walks until its next event.
+struct Course {
+    float speed = 0.0F;                    ///< the most that it walks at, m/s
+    const PathSegment* segment = nullptr;  ///< that it keeps to; null: one that goes with a herd,
+                                           ///< which sets out anew before the forecast ends
+};
+
+Course course_of(const Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
+    const float speed =
+        std::max(agent.segment.speed, velocity_at(agent.segment, in.now - 1, in.dt).norm());
+    if (!roams(agent, brain)) {
+        return {speed, &agent.segment};
+    }
+    const world::Row row = in.entities.find(agent.entity);
+    return {
+        row == world::kNoRow
+            ? speed
+            : std::max(speed, roam_speed(brain.states[agent.current_action], limits_of(in, row))),
+        nullptr};
+}
+
+/// What an input of a blend is as long as the agent perceives nobody; no number where that may
+/// change.
+float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& brain) {
+    switch (sense) {
+        case kSensePlayerDistance:
+            return Percept::none().distance;
+        case kSenseConfidence:
+        case kSenseAllies:
+        case kSenseFoes:
+            return 0.0F;
+        default:
+            break;
+    }
+    const std::size_t v = sense - std::size_t{kOwnSenses};
+    const std::size_t count = brain.variables.size();
+    const bool constant =
+        sense >= kOwnSenses && v < count && brain.rates[agent.current_action * count + v] == 0.0F;
+    return constant ? agent.variables[v] : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// Who blends goes by no segments while it is simulated.
+bool blends(const Agent& agent, const CompiledBrain& brain) {
+    return brain.choices[agent.state_machine.state()].blend >= 0;
+}
+
+/// Whether a blend does one action with all its heart, and goes on to: the next decision leaves its
+/// degrees as they are to the last bit, and so do all after it. Degrees come to that within
+/// response_s where inputs stay (fuzzy::FuzzyStateMachine moves them by a bounded step).
+bool is_settled(const Agent& agent,
+                const CompiledBrain& brain,
+                const CompiledBrain::LeafChoice& choice) {
+    if (agent.current_action < choice.first) {
+        return false;
+    }
+    const CompiledBrain::Blend& blend = brain.blends[static_cast<std::size_t>(choice.blend)];
+    std::array<float, fuzzy::kMaxInputs> in{};
+    for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
+        in[k] = input_alone(blend.inputs[k], agent, brain);
+        if (std::isnan(in[k])) {
+            return false;
+        }
+    }
+    std::array<float, kMaxBlended> only{};
+    only[agent.current_action - choice.first] = 1.0F;
+    std::array<float, kMaxBlended> next = agent.degrees;
+    blend.brain.step_one(std::span<const float>(in.data(), blend.inputs.size()),
+                         std::span(next.data(), blend.brain.states()));
+    return agent.degrees == only && next == only;
+}
+
+/// A tick before which a trade at the place where the agent is cannot be done while `wait` lasts,
+/// to which it adds.
+Tick trade_from(const Agent& agent,
+                const CompiledBrain& brain,
+                std::size_t t,
+                const OffscreenContext& in,
+                StockWait& wait) {
+    const Trade& trade = brain.states[agent.current_action].trades[t];
+    const bool in_stock = in.points_of_interest.can(trade, in.now);
+    if (!able(agent, brain, trade, in.now)) {
+        const Tick from = able_from(agent, brain, trade, in.now);
+        if (in_stock || from > in.now + decision_period(brain, in.dt)) {
+            return from;
+        }
+    }
+    if (in_stock) {
+        return in.now + 1;
+    }
+    wait.trades = static_cast<std::uint8_t>(wait.trades | 1U << t);
+    return kNever;
+}
+
+/// A tick before which the agent is not at a place where it is not at now.
+Tick at_place_from(const Agent& agent,
+                   std::size_t place,
+                   const Course& course,
+                   const OffscreenContext& in) {
+    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
+    const float way = in.points_of_interest.outside(place, here) - kAtPointM;
+    const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
+    return course.segment == nullptr
+               ? by_speed
+               : std::max(by_speed,
+                          stays_until(*course.segment,
+                                      in.points_of_interest.centre(place),
+                                      in.points_of_interest.radius_m(place) + kAtPointM,
+                                      in.now,
+                                      in.dt));
+}
+
+/// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
+/// it adds: at other points_of_interest not before it can have walked there.
+Tick trades_from(const Agent& agent,
+                 const CompiledBrain& brain,
+                 const Course& course,
+                 const OffscreenContext& in,
+                 StockWait& wait) {
+    const std::vector<Trade>& trades = brain.states[agent.current_action].trades;
+    if (agent.wants == 0 || trades.empty()) {
+        return kNever;
+    }
+    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
+    Tick from = kNever;
+    for (std::size_t t = 0; t < trades.size(); ++t) {
+        const bool away = in.points_of_interest.outside(trades[t].place, here) > kAtPointM;
+        if ((agent.wants & 1U << t) == 0 || (away && !(course.speed * in.dt > 0.0F))) {
+            continue;
+        }
+        from = std::min(from,
+                        away ? at_place_from(agent, trades[t].place, course, in)
+                             : trade_from(agent, brain, t, in, wait));
+    }
+    return std::max(from, in.now + 1);
+}
+
+Tick segment_or_decision(const Agent& agent, const OffscreenContext& in) {
+    const Tick arrives =
+        agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
+    return std::min(agent.next_decision, std::max(arrives, in.now + 1));
+}
+
+}  // namespace
+
+bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
+    const BrainState& state = brain.states[agent.current_action];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
+    // A policy does a little else at each tick.
+    const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
+                      !std::holds_alternative<PolicyChoice>(state.choice);
+    return even && !agent.prey && !agent.ward;
+}
+
+void suspend(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {
+    world::Entities& e = in.entities;
+    if (!agent.timed) {
+        Surroundings around = in.around(agent, row);
+        around.all_out = blends(agent, brain);
+        start_segment(agent, around);
+        plan_segment(agent, brain.states[agent.current_action], true, around);
+    }
+    agent.placed = in.around(agent, row).body();
+    e.command[row] = motion::InputCommand{};
+    e.command[row].yaw = e.yaw[row];
+    e.velocity[row].setZero();
+    e.acceleration[row].setZero();
+    e.set(row, world::kAtRest, true);
+    e.set(row, world::kDozing, true);
+    e.discontinuity_tick[row] = in.now;
+}
+
+void catch_up(Agent& agent, const OffscreenContext& in, world::Row row) {
+    world::Entities& e = in.entities;
+    const Vec2 at = position_at(agent.segment, in.now - 1, in.dt);
+    if (at != in.around(agent, row).body()) {
+        const motion::CharacterLimits& limits = limits_of(in, row);
+        const Vec3& body = e.position[row];
+        // Where it will stand at the end of its step is nearer than where its entity was put.
+        const Vec3 from = on_step(agent) ? agent.target : body;
+        const bool there = on_step(agent) && at_step_end(agent, at);
+        const float floor =
+            in.paths != nullptr && in.paths->plans_for(e.type[row])
+                ? in.paths->floor_along(e.type[row],
+                                        {from.x(), from.z()},
+                                        from.y() - limits.radius - limits.half_segment,
+                                        {at.x(), at.y()})
+                : pathfinding::kOnGround;
+        e.position[row] = there ? from : standing_at(in.statics, limits, from, at, floor, in.now);
+        e.discontinuity_tick[row] = in.now;
+    }
+    agent.placed = at;
+}
+
+bool walk_on(Agent& agent,
+             const CompiledBrain& brain,
+             const OffscreenContext& in,
+             world::Row row,
+             Slot slot) {
+    const BrainState& state = brain.states[agent.current_action];
+    const bool entered = std::exchange(agent.entered, false);
+    agent.fresh = false;
+    Surroundings around = in.around(agent, row, slot);
+    around.all_out = blends(agent, brain);
+    if (entered) {
+        begin_action(agent, state, around);
+    }
+    return (entered || segment_is_over(agent, in.now, in.dt)) &&
+           plan_segment(agent, state, entered, around);
+}
+
+Tick next_event(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
+    const Tick period = decision_period(brain, in.dt);
+    Senses senses;
+    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
+    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
+    sense(agent, brain, Percept::none(), here, in.points_of_interest, in.now, senses, wanted);
+    const Course course = course_of(agent, brain, in);
+    const ForecastInputs inputs{
+        course.speed, in.points_of_interest.day_s(), in.dt, in.points_of_interest, course.segment};
+    NextChange next_change = forecast_next_change(agent, brain, senses, inputs, in.now);
+    next_change.until =
+        std::min(next_change.until, trades_from(agent, brain, course, in, next_change.wait));
+    agent.next_decision = next_change.until == kNever
+                              ? kNever
+                              : next_decision(agent.entity, period, next_change.until - 1);
+    // Who looks at its very next decision anyway need not wait as well.
+    const bool at_once = agent.next_decision == next_decision(agent.entity, period, in.now);
+    agent.wait = at_once ? StockWait{} : next_change.wait;
+    return segment_or_decision(agent, in);
+}
+
+Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
+    const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
+    const bool trades = agent.wants != 0 && !brain.states[agent.current_action].trades.empty();
+    return trades || (reads & brain.senses_of_poi) != 0 ? next_event(agent, brain, in)
+                                                        : segment_or_decision(agent, in);
+}
+
+void resume(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {
+    world::Entities& e = in.entities;
+    catch_up(agent, in, row);
+    const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
+    e.velocity[row] = Vec3(velocity.x(), 0.0F, velocity.y());
+    e.yaw[row] = agent.aim.yaw;
+    e.orientation[row] = motion::orientation_from_yaw(agent.aim.yaw);
+    e.set(row, world::kAtRest, velocity == Vec2::Zero());
+    e.set(row, world::kDozing, false);
+    e.set(row, world::kGrounded, true);
+    e.discontinuity_tick[row] = in.now;
+    agent.offscreen_since = kNever;
+    agent.next_proximity_check = kNever;
+    // Who is far from players goes on at its turn, as it would have.
+    const Tick over =
+        agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
+    agent.next_steering = std::clamp(over, in.now, next_turn(agent, in.now - 1));
+    agent.detour_until = 0;
+    agent.next_decision = next_decision(agent.entity, decision_period(brain, in.dt), in.now - 1);
+    restart_progress(agent, e.position[row], in.now);
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,43 @@
+// FlockFlowField: directions over the ground that steer a flock, made from a path or from a field
+// of paths to a goal.
+#pragma once
+
+#include "server/ai/pathfinding/flow_fields/flow_field.h"
+#include "server/ai/pathfinding/grid/grid_map.h"
+#include "kernels/include/flock.h"
+#include "shared/math/types.h"
+
+#include <span>
+#include <vector>
+
+namespace zoned::ai::pathfinding {
+
+/// A table of directions, as compute::FlockStage::step takes it.
+struct FlockFlowField {
+    float x0 = 0.0F;  ///< m, of the first cell's corner
+    float z0 = 0.0F;
+    float cell_m = 1.0F;
+    int columns = 0;
+    int rows = 0;
+    std::vector<float> directions;  ///< x and z of each cell, row by row
+
+    /// Writes where the table lies into the rules; `follow` (1/s, > 0): how fast the flock turns.
+    void steer(kernels::FlockRules& rules, float follow) const;
+};
+
+/// Along a path of two or more points (x, z in m): in each cell of the rectangle the direction of
+/// the nearest piece, turned towards it, by half a right angle at a distance of `width_m` (> 0) and
+/// by almost a right one farther off; at the end of the path towards its end.
+FlockFlowField along_path(std::span<const Vec2> path,
+                          const FlockFlowField& rectangle,
+                          float width_m);
+
+/// By the steps of a field to a goal on a grid map whose first cell's corner is at (x0, z0), cells
+/// of `cell_m`. Where there is no path, and at the goal, zero: nobody is steered but by the others.
+FlockFlowField to_goal(const GridMap& map,
+                       const FlowField& field,
+                       float x0,
+                       float z0,
+                       float cell_m);
+
+}  // namespace zoned::ai::pathfinding

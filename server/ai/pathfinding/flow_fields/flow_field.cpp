@@ -1,0 +1,233 @@
+#include "server/ai/pathfinding/flow_fields/flow_field.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace zoned::ai::pathfinding {
+
+namespace {
+
+constexpr unsigned kStraightHops = 4;
+
+using StepsByNeighbourhood = std::array<std::uint8_t, 512>;
+
+/// Steps on from a place, as bits, that may lead to a best path: by the hop back to where it was
+/// reached from (kArrived: from nowhere), and by the nine cells around and at it (bit 3 (dy + 1) +
+/// dx + 1 is set where a cell is passable). What the place behind reaches for less without it is
+/// left out: all beside and behind but what an obstacle hides from it. So is a diagonal step after
+/// a straight one where the place behind can take the diagonal first, for the same.
+///
+/// Nothing is lost, whichever of several best paths a place is reached by: straight steps on a best
+/// path are never left out, for then it would be no best one; and where a diagonal step is, the
+/// place that the diagonal from behind leads to has a straight step to the same cell.
+constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
+    std::array<StepsByNeighbourhood, 9> table{};
+    for (unsigned n = 0; n < 512; ++n) {
+        const auto passable = [n](int dx, int dy) {
+            return (n >> static_cast<unsigned>(3 * (dy + 1) + dx + 1) & 1U) != 0;
+        };
+        for (unsigned back = 0; back < 9; ++back) {
+            const int bx = kHopX[back];
+            const int by = kHopY[back];
+            for (unsigned h = 0; h < 8; ++h) {
+                const int dx = kHopX[h];
+                const int dy = kHopY[h];
+                const int ahead = -(dx * bx + dy * by);  // of where it came from, if above 0
+                const bool behind_straight = bx == 0 || by == 0;
+                const bool aside = behind_straight && (dx * by != 0 || dy * bx != 0);
+                // Beside the place behind: what the step leads past.
+                const bool hidden = aside && !passable(bx != 0 ? bx : dx, by != 0 ? by : dy);
+                const bool natural = behind_straight ? ahead > 0 && !aside : ahead > 0;
+                if (passable(dx, dy) && passable(dx, 0) && passable(0, dy) &&
+                    (back == kArrived || natural || (hidden && ahead >= 0))) {
+                    table[back][n] |= static_cast<std::uint8_t>(1U << h);
+                }
+            }
+        }
+    }
+    return table;
+}
+
+constexpr std::array<StepsByNeighbourhood, 9> kSteps = steps_by_hop();
+
+/// The bits of three places from `first` on.
+std::uint32_t three_bits(const std::uint64_t* words, Place first) {
+    const std::uint64_t* w = words + (first >> 6U);
+    const std::uint32_t shift = first & 63U;
+    const std::uint64_t low = w[0] >> shift;
+    return static_cast<std::uint32_t>(shift > 61 ? low | w[1] << (64 - shift) : low) & 7U;
+}
+
+}  // namespace
+
+void FlowField::build(const GridMap& map, Cell goal) {
+    begin(map, goal);
+    advance(map, ~0U);
+}
+
+void FlowField::begin(const GridMap& map, Cell goal) {
+    make_room(map, map.passable_cells());
+    std::fill(cost_.begin(), cost_.end(), kNoCost);
+    std::fill(hop_.begin(), hop_.end(), kNoHop);
+    start(map, std::span(&goal, 1));
+}
+
+void FlowField::build(const GridMap& map, Cell goal, const Window& window) {
+    build(map, std::span(&goal, 1), window);
+}
+
+void FlowField::build(const GridMap& map, std::span<const Cell> goals, const Window& window) {
+    for (const Cell goal : goals) {
+        ZONED_ASSERT(goal.x >= window.left && goal.x <= window.right && goal.y >= window.top &&
+                         goal.y <= window.bottom,
+                     "a goal outside the window");
+    }
+    const auto cells = static_cast<std::size_t>(window.right - window.left + 1) *
+                       static_cast<std::size_t>(window.bottom - window.top + 1);
+    make_room(map, std::min<std::size_t>(map.passable_cells(), cells));
+    close_window(map, window);
+    start(map, goals);
+    advance(map, ~0U);
+}
+
+void FlowField::close_window(const GridMap& map, const Window& window) {
+    // Around the rectangle all is reached for nothing already: no path leads out.
+    const Place corner = map.place({static_cast<std::uint16_t>(window.left),
+                                    static_cast<std::uint16_t>(window.top)}) -
+                         map.stride() - 1;
+    const auto width = static_cast<std::uint32_t>(window.right - window.left + 3);
+    const auto height = static_cast<std::uint32_t>(window.bottom - window.top + 3);
+    for (std::uint32_t y = 0; y < height; ++y) {
+        const auto row = static_cast<std::ptrdiff_t>(corner + y * map.stride());
+        const bool edge = y == 0 || y + 1 == height;
+        std::fill_n(cost_.begin() + row, width, edge ? 0 : kNoCost);
+        cost_[static_cast<std::size_t>(row)] = 0;
+        cost_[static_cast<std::size_t>(row) + width - 1] = 0;
+        std::fill_n(hop_.begin() + row, width, kNoHop);
+    }
+}
+
+void FlowField::make_room(const GridMap& map, std::size_t reached) {
+    ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose paths may be too long");
+    if (cost_.size() != map.places()) {
+        cost_.resize(map.places());
+        hop_.resize(map.places());
+    }
+    // One more than can be in a bucket: what is no news is written behind the last one.
+    if (buckets_[0].places.size() < reached + 1) {
+        for (Bucket& b : buckets_) {
+            b.places.resize(reached + 1);
+        }
+    }
+}
+
+void FlowField::start(const GridMap& map, std::span<const Cell> goals) {
+    for (Bucket& b : buckets_) {
+        b.size = 0;
+    }
+    first_cost_ = 0;
+    next_ = 0;
+    longest_ = 0;
+    for (const Cell goal : goals) {
+        ZONED_ASSERT(map.contains(goal), "a goal off the map");
+        const Place first = map.place(goal);
+        if (map.passable(first)) {
+            cost_[first] = 0;
+            hop_[first] = kArrived;
+            buckets_[0].places[buckets_[0].size++] = first;
+        }
+    }
+}
+
+bool FlowField::advance(const GridMap& map, std::uint32_t cells) {
+    while (cells != 0) {
+        if (next_ == buckets_[0].size) {
+            if (buckets_[1].size == 0 && buckets_[2].size == 0) {
+                return true;
+            }
+            std::rotate(buckets_.begin(), buckets_.begin() + 1, buckets_.end());
+            buckets_.back().size = 0;
+            first_cost_ += kStraight;
+            next_ = 0;
+        }
+        const std::size_t count = std::min<std::size_t>(cells, buckets_[0].size - next_);
+        spread(map, count);
+        cells -= static_cast<std::uint32_t>(count);
+    }
+    return false;
+}
+
+void FlowField::spread(const GridMap& map, std::size_t count) {
+    const auto stride = static_cast<std::int32_t>(map.stride());
+    const std::array<std::int32_t, 8> offsets{
+        1, -1, stride, -stride, stride + 1, -stride - 1, 1 - stride, stride - 1};
+    const std::uint64_t* const words = map.row_bits().data();
+    const Place* const from = buckets_[0].places.data() + next_;
+    Place* const next = buckets_[1].places.data();
+    Place* const after = buckets_[2].places.data();
+    std::size_t next_size = buckets_[1].size;
+    std::size_t after_size = buckets_[2].size;
+    const Cost next_end = first_cost_ + 2 * kStraight;
+    const Cost after_end = first_cost_ + 3 * kStraight;
+    Cost* const cost = cost_.data();
+    Hop* const hop = hop_.data();
+    Cost longest = longest_;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Place at = from[i];
+        const Cost here = cost[at];
+        if (here < first_cost_) {
+            continue;  // settled in an earlier bucket
+        }
+        longest = std::max(longest, here);
+        const std::uint32_t around = three_bits(words, at - map.stride() - 1) |
+                                     three_bits(words, at - 1) << 3U |
+                                     three_bits(words, at + map.stride() - 1) << 6U;
+        for (std::uint32_t steps = kSteps[hop[at]][around]; steps != 0; steps &= steps - 1) {
+            const auto h = static_cast<unsigned>(std::countr_zero(steps));
+            const auto to = static_cast<Place>(static_cast<std::int32_t>(at) + offsets[h]);
+            const Cost there = here + (h < kStraightHops ? kStraight : kDiagonal);
+            const Cost before = cost[to];
+            if (there < before) {
+                cost[to] = there;
+                hop[to] = static_cast<Hop>(h ^ 1U);
+                // Into its bucket, unless it is there already.
+                if (there < next_end) {
+                    next[next_size] = to;
+                    next_size += before >= next_end ? 1 : 0;
+                } else {
+                    after[after_size] = to;
+                    after_size += before >= after_end ? 1 : 0;
+                }
+            }
+        }
+    }
+    next_ += count;
+    buckets_[1].size = next_size;
+    buckets_[2].size = after_size;
+    longest_ = longest;
+}
+
+std::size_t FlowField::bytes() const {
+    return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
+           kBuckets * buckets_[0].places.capacity() * sizeof(Place);
+}
+
+std::size_t NextHops::add(const GridMap& map, const FlowField& field) {
+    ZONED_ASSERT(map.width() == width_ && map.height() == height_, "the map of these tables");
+    const std::size_t begin = hops_.size();
+    hops_.resize(begin + bytes_per_goal(), 0);
+    std::size_t at = 0;
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x, ++at) {
+            const Hop hop = field.hop(
+                map.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)}));
+            hops_[begin + at / 2] |= static_cast<std::uint8_t>(hop << (at % 2 * 4));
+        }
+    }
+    return begin / bytes_per_goal();
+}
+
+}  // namespace zoned::ai::pathfinding

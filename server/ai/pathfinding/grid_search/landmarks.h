@@ -1,0 +1,89 @@
+// Landmarks: how far cells are from a few others, which tells how far they are apart at least.
+#pragma once
+
+#include "server/ai/pathfinding/grid/components.h"
+#include "server/ai/pathfinding/flow_fields/flow_field.h"
+#include "server/ai/pathfinding/grid_search/resumable_task.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::ai::pathfinding {
+
+/// Differential heuristics: of any landmark l no path from a to b is shorter than
+/// |d(a, l) - d(b, l)| (Sturtevant, Felner, Barrer, Schaeffer and Burch, "Memory-based heuristics
+/// for explicit state spaces", IJCAI 2009; the landmarks of Goldberg and Harrelson, "Computing the
+/// shortest path: A* search meets graph theory", SODA 2005, each the cell farthest from those
+/// before it). Where obstacles are scattered all over a map, paths are longer than on an empty one
+/// by about as much everywhere: this a landmark behind the goal or the start tells.
+///
+/// What holds for a map holds for each that has fewer passable cells too.
+class Landmarks {
+  public:
+    /// Two bytes for each landmark and place: 16 landmarks, or half as many where these would take
+    /// more than `most_bytes`, or none. In resumable_task: `map` and the labels of its components,
+    /// or of those of a map that has fewer passable cells, stay as they are until all is done.
+    /// Memory is kept for the next time.
+    ResumableTask build(const GridMap& map, const Components& components, std::size_t most_bytes);
+
+    /// Whether something is known, of the map that was built last.
+    [[nodiscard]] bool known() const { return known_; }
+
+    void forget() { known_ = false; }
+
+    /// What is known of the path from places to a goal.
+    class Towards {
+      public:
+        Towards(const Landmarks& landmarks, Place goal)
+            : far_(landmarks.far_.data()),
+              count_(landmarks.count_),
+              unit_(landmarks.unit_) {
+            std::copy_n(far_ + std::size_t{goal} * count_, count_, goal_far_.begin());
+        }
+
+        /// Of the best path from a place of the map, at least; 0 from where no landmark is reached.
+        [[nodiscard]] Cost least(Place from) const {
+            const std::uint16_t* const far = far_ + std::size_t{from} * count_;
+            const std::uint16_t most = std::max(
+                most_of(far, 0), count_ > kLanes ? most_of(far, kLanes) : std::uint16_t{0});
+            // Both are rounded down.
+            return most > 1 ? (most - Cost{1}) * unit_ : 0;
+        }
+
+      private:
+        [[nodiscard]] std::uint16_t most_of(const std::uint16_t* far, std::size_t first) const {
+            std::uint16_t most = 0;
+            for (std::size_t i = first; i < first + kLanes; ++i) {
+                const std::uint16_t a = far[i];
+                const std::uint16_t b = goal_far_[i];
+                const auto off = static_cast<std::uint16_t>(std::max(a, b) - std::min(a, b));
+                most = std::max(most, off);
+            }
+            return most;
+        }
+
+        const std::uint16_t* far_;
+        std::size_t count_;
+        Cost unit_;
+        std::array<std::uint16_t, 16> goal_far_{};
+    };
+
+    [[nodiscard]] std::size_t bytes() const;
+
+  private:
+    static constexpr std::size_t kLanes = 8;
+    static constexpr std::size_t kMost = 2 * kLanes;
+
+    std::vector<std::uint16_t> far_;  // by place and landmark, in units
+    std::size_t count_ = 0;
+    Cost unit_ = 1;
+    bool known_ = false;
+    FlowField field_;
+    std::vector<Cost> nearest_;         // by place, of the landmarks so far
+    std::vector<std::uint32_t> cells_;  // by component
+};
+
+}  // namespace zoned::ai::pathfinding

@@ -1,0 +1,293 @@
+#include "server/ai/pathfinding/path_service.h"
+
+#include "server/ai/pathfinding/waypoints/waypoint_paths.h"
+#include "server/ai/pathfinding/requests/grid_paths.h"
+#include "server/ai/pathfinding/navmesh/navmesh_paths.h"
+#include "server/ai/pathfinding/waypoints/waypoint_lattice.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace zoned::ai {
+
+namespace {
+
+/// Whether characters of both bodies walk on the same ground.
+bool same_ground(const motion::CharacterLimits& a, const motion::CharacterLimits& b) {
+    return a.radius == b.radius && a.half_segment == b.half_segment &&
+           a.max_slope_cos == b.max_slope_cos && a.step_up == b.step_up &&
+           a.step_down == b.step_down;
+}
+
+/// The first tick after `now` at which a door turns.
+Tick next_turn(std::span<const motion::Timetable> doors, Tick now) {
+    Tick next = motion::Timetable::kNever;
+    for (const motion::Timetable& door : doors) {
+        next = std::min(next, door.next_change(now));
+    }
+    return next;
+}
+
+}  // namespace
+
+PathService::PathService(const PathfindingSettings& settings,
+                         const motion::StaticGeometry& statics,
+                         const pathfinding::GroundRect& area,
+                         const world::TypeTable& types,
+                         Tick now,
+                         const Vec3d& origin)
+    : size_of_type_(types.size(), kNoSize) {
+    if (settings.cell_m == 0.0F) {
+        return;
+    }
+    std::vector<motion::CharacterLimits> bodies;
+    for (std::size_t t = 0; t < types.size(); ++t) {
+        if (types[t].brain == 0 || types[t].kind != world::EntityKind::kCharacter) {
+            continue;
+        }
+        const motion::CharacterLimits& body = types[t].character;
+        auto same = std::find_if(bodies.begin(), bodies.end(), [&](const auto& other) {
+            return same_ground(body, other);
+        });
+        if (same == bodies.end()) {
+            same = bodies.insert(bodies.end(), body);
+        }
+        size_of_type_[t] = static_cast<std::uint8_t>(same - bodies.begin());
+    }
+    ZONED_ASSERT(bodies.size() < kNoSize, "sizes of characters with agents are few");
+    for (const motion::Door& door : statics.doors()) {
+        timetables_.push_back(door.times);
+    }
+    see_doors(now);
+    PathfindingSettings share = settings;
+    share.work_per_tick = std::max<std::uint64_t>(
+        1, settings.work_per_tick / std::max<std::size_t>(1, bodies.size()));
+    for (const motion::CharacterLimits& body : bodies) {
+        sizes_.push_back({make_map(share, statics, area, body, shut_, origin), {}});
+    }
+}
+
+std::unique_ptr<pathfinding::PathProvider> PathService::make_map(
+    const PathfindingSettings& settings,
+    const motion::StaticGeometry& statics,
+    const pathfinding::GroundRect& area,
+    const motion::CharacterLimits& limits,
+    std::span<const std::uint8_t> shut,
+    const Vec3d& origin) {
+    switch (settings.map) {
+        case PathMapKind::kGrid: {
+            pathfinding::GridPathSettings service;
+            service.work_per_tick = settings.work_per_tick;
+            service.crowding = settings.crowding;
+            return std::make_unique<pathfinding::GridPaths>(
+                statics, limits, area, settings.cell_m, shut, service);
+        }
+        case PathMapKind::kNavmesh: {
+            // A mesh ends before the sides of what is baked: by the body's width, rounded up, a
+            // cell that Recast takes for a ledge, and what contours are off.
+            const float more = limits.radius + 4.0F * settings.cell_m;
+            const pathfinding::GroundRect wide{
+                area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};
+            auto mesh = pathfinding::Navmesh::bake(
+                statics, limits, wide, {settings.cell_m, settings.cell_height_m});
+            if (!mesh) {
+                throw std::runtime_error("ai.pathfinding: no mesh of a zone: " + mesh.error());
+            }
+            pathfinding::NavmeshPathsSettings paths;
+            paths.queue.work_per_tick = settings.work_per_tick;
+            return std::make_unique<pathfinding::NavmeshPaths>(
+                std::move(mesh).value(), wide, shut, paths);
+        }
+        case PathMapKind::kWaypointGraph: {
+            auto graph = settings.waypoints
+                             ? core::Result<pathfinding::WaypointGraph>(
+                                   settings.waypoints->seen_from(origin))
+                             : pathfinding::waypoint_lattice(pathfinding::bake_ground(
+                                   statics, limits, area, settings.cell_m));
+            if (!graph) {
+                throw std::runtime_error("ai.pathfinding: no waypoints of a zone: " +
+                                         graph.error());
+            }
+            std::vector<pathfinding::WaypointDoor> doors =
+                pathfinding::waypoint_doors(*graph, statics, limits);
+            pathfinding::WaypointPathsSettings paths;
+            paths.queue.work_per_tick = settings.work_per_tick;
+            return std::make_unique<pathfinding::WaypointPaths>(
+                std::move(graph).value(), std::move(doors), shut, paths);
+        }
+    }
+    ZONED_ASSERT(false, "a map is one of the enumeration");
+    return nullptr;
+}
+
+void PathService::see_doors(Tick now) {
+    shut_.clear();
+    for (const motion::Timetable& door : timetables_) {
+        shut_.push_back(door.open_at(now) ? 0 : 1);
+    }
+    next_turn_ = next_turn(timetables_, now);
+}
+
+void PathService::note(std::span<const std::uint32_t> requests,
+                       std::size_t number,
+                       std::vector<Slot>& out) const {
+    const Size& size = sizes_[number];
+    for (const std::uint32_t request : requests) {
+        // The request may have been released since, and be another's by now.
+        const Slot agent = size.agent_of_request[request];
+        if (asked_[agent].size == number && asked_[agent].ticket.slot == request) {
+            out.push_back(agent);
+        }
+    }
+}
+
+void PathService::put_in_order(std::vector<Slot>& agents) {
+    std::sort(agents.begin(), agents.end());
+    agents.erase(std::unique(agents.begin(), agents.end()), agents.end());
+}
+
+void PathService::follow_doors(Tick now) {
+    requeued_.clear();
+    for (std::size_t s = 0; s < sizes_.size(); ++s) {
+        note(sizes_[s].map->review_crowds(), s, requeued_);
+    }
+    if (now >= next_turn_ && !sizes_.empty()) {
+        see_doors(now);
+        for (std::size_t s = 0; s < sizes_.size(); ++s) {
+            sizes_[s].map->turn_doors(shut_);
+            note(sizes_[s].map->requeued(), s, requeued_);
+        }
+    }
+    put_in_order(requeued_);
+}
+
+void PathService::ask(Slot agent,
+                      EntityId entity,
+                      TypeIndex type,
+                      pathfinding::Spot from,
+                      pathfinding::Spot to,
+                      PathHeights heights) {
+    ZONED_ASSERT(plans_for(type), "characters with agents ask for paths where paths are planned");
+    release(agent);
+    if (agent >= asked_.size()) {
+        asked_.resize(agent + std::size_t{1});
+    }
+    Size& size = sizes_[size_of_type_[type]];
+    bool beyond = false;
+    if (const auto out = size.map->exit_towards(from, heights.from, to)) {
+        to = out->at;
+        heights.to = out->y;
+        beyond = true;
+    }
+    const pathfinding::PathRequestId ticket =
+        size.map->ask({pathfinding::PathRequest::kAlone, from, to, heights.from, heights.to});
+    asked_[agent] = {entity, ticket, size_of_type_[type], beyond};
+    if (ticket.slot >= size.agent_of_request.size()) {
+        size.agent_of_request.resize(ticket.slot + std::size_t{1});
+    }
+    size.agent_of_request[ticket.slot] = agent;
+}
+
+void PathService::know_zones(std::size_t size,
+                             std::shared_ptr<const pathfinding::ZonePortals> portals,
+                             std::uint32_t zone) {
+    sizes_[size].map->know_zones(std::move(portals), zone);
+}
+
+void PathService::forget_ground() {
+    for (Size& size : sizes_) {
+        size.map->forget_ground();
+    }
+}
+
+void PathService::release(Slot agent) {
+    if (agent < asked_.size() && asked_[agent].size != kNoSize) {
+        sizes_[asked_[agent].size].map->release(asked_[agent].ticket);
+        asked_[agent] = Asked();
+    }
+}
+
+void PathService::serve() {
+    answered_.clear();
+    for (std::size_t s = 0; s < sizes_.size(); ++s) {
+        sizes_[s].map->serve();
+        note(sizes_[s].map->answered(), s, answered_);
+    }
+    std::erase_if(answered_, [this](Slot agent) { return answer(agent).waiting; });
+    put_in_order(answered_);
+}
+
+pathfinding::PathResult PathService::answer(Slot agent) const {
+    const Asked& asked = asked_[agent];
+    pathfinding::PathResult answer = sizes_[asked.size].map->answer(asked.ticket);
+    if (asked.beyond && answer.outcome == pathfinding::PathOutcome::kFound) {
+        answer.outcome = pathfinding::PathOutcome::kPartial;
+    }
+    return answer;
+}
+
+bool PathService::counts_bodies() const {
+    return std::any_of(
+        sizes_.begin(), sizes_.end(), [](const Size& size) { return size.map->counts_bodies(); });
+}
+
+void PathService::count_bodies(std::span<const float> x, std::span<const float> z) {
+    for (Size& size : sizes_) {
+        if (size.map->counts_bodies()) {
+            size.map->count_bodies(x, z);
+        }
+    }
+}
+
+void PathService::see(Slot agent, pathfinding::Spot at, float at_y) {
+    const Asked& asked = asked_[agent];
+    sizes_[asked.size].map->see(asked.ticket, at, at_y);
+}
+
+pathfinding::Spot PathService::heading(Slot agent, pathfinding::Spot at, float near_m) {
+    const Asked& asked = asked_[agent];
+    return sizes_[asked.size].map->heading(asked.ticket, at, near_m);
+}
+
+bool PathService::straight(TypeIndex type,
+                           pathfinding::Spot from,
+                           pathfinding::Spot to,
+                           PathHeights heights) const {
+    ZONED_ASSERT(plans_for(type), "characters with agents ask for paths where paths are planned");
+    return sizes_[size_of_type_[type]].map->straight(from, heights.from, to, heights.to);
+}
+
+pathfinding::PathCounts PathService::counts() const {
+    pathfinding::PathCounts sum;
+    for (const Size& size : sizes_) {
+        const pathfinding::PathCounts& c = size.map->counts();
+        sum.asked += c.asked;
+        sum.served += c.served;
+        sum.straight += c.straight;
+        sum.by_field += c.by_field;
+        sum.around_crowds += c.around_crowds;
+        sum.by_regions += c.by_regions;
+        sum.fields += c.fields;
+        sum.broken += c.broken;
+        sum.reviewed += c.reviewed;
+        sum.waiting += c.waiting;
+        sum.longest_wait_ticks = std::max(sum.longest_wait_ticks, c.longest_wait_ticks);
+        sum.work += c.work;
+    }
+    return sum;
+}
+
+std::size_t PathService::bytes() const {
+    std::size_t bytes = asked_.capacity() * sizeof(Asked) +
+                        (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
+                        shut_.capacity();
+    for (const Size& size : sizes_) {
+        bytes += size.map->bytes() + size.agent_of_request.capacity() * sizeof(Slot);
+    }
+    return bytes;
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,179 @@
+#include "server/ai/pathfinding/pheromones/pheromone_trails.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace zoned::ai::pathfinding {
+
+namespace {
+
+/// How much walkers like to go on, by eighths of a turn away from ahead.
+constexpr std::array<float, 5> kLiking{1.0F, 0.6F, 0.15F, 0.05F, 0.02F};
+/// Weight of what has no scent, beside 1 for what smells as strong as here.
+constexpr float kUnscented = 0.02F;
+constexpr float kMostRatio = 1e6F;
+/// A step less on the way makes a cell at least so many times as attractive.
+constexpr float kStepRatio = 1.4F;
+/// Scent that is weaker is none.
+constexpr float kLeastScent = 1e-4F;
+
+/// What a cell adds to the hash: whoever adds these up need not care for an order.
+std::uint64_t term(pathfinding::Place at, float home, float food) {
+    const std::uint64_t scents = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(home))
+                                     << 32U |
+                                 std::bit_cast<std::uint32_t>(food);
+    return core::mix(core::mix(static_cast<std::uint64_t>(at) + 1) ^ scents);
+}
+
+constexpr int kStepX[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
+constexpr int kStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
+
+}  // namespace
+
+PheromoneTrails::PheromoneTrails(const pathfinding::GridMap& map, const TrailSettings& settings)
+    : map_(map),
+      settings_(settings) {
+    for (auto& scent : scent_) {
+        scent.assign(map.places(), 0.0F);
+    }
+    is_scented_.assign(map.places(), 0);
+    float strength = 1.0F;
+    while (strength > kLeastScent && strength_.size() < settings.patience) {
+        strength_.push_back(strength);
+        strength *= 1.0F - settings.fade;
+    }
+    for (float ratio = 1.0F - settings.fade; ratio > 1.0F / kStepRatio && sharpness_ < 16;
+         ratio *= ratio) {
+        ++sharpness_;
+    }
+}
+
+void PheromoneTrails::evaporate() {
+    const float stays = 1.0F - settings_.evaporation;
+    std::size_t kept = 0;
+    sum_ = 0;
+    for (const pathfinding::Place p : scented_) {
+        bool any = false;
+        for (auto& scent : scent_) {
+            scent[p] = scent[p] * stays > kLeastScent ? scent[p] * stays : 0.0F;
+            any = any || scent[p] > 0.0F;
+        }
+        if (any) {
+            scented_[kept++] = p;
+            sum_ += term(p, scent_[kHome][p], scent_[kFood][p]);
+        } else {
+            is_scented_[p] = 0;
+        }
+    }
+    scented_.resize(kept);
+}
+
+void PheromoneTrails::note(pathfinding::Place p) {
+    if (is_scented_[p] == 0) {
+        is_scented_[p] = 1;
+        scented_.push_back(p);
+    }
+}
+
+void PheromoneTrails::mark(Scent which, pathfinding::Place at, std::uint32_t steps) {
+    if (steps >= strength_.size()) {
+        return;
+    }
+    const float home = scent_[kHome][at];
+    const float food = scent_[kFood][at];
+    const float strength = strength_[steps];
+    set(at,
+        which == kHome ? std::max(home, strength) : home,
+        which == kFood ? std::max(food, strength) : food);
+}
+
+void PheromoneTrails::set(pathfinding::Place at, float home, float food) {
+    if (is_scented_[at] != 0) {
+        sum_ -= term(at, scent_[kHome][at], scent_[kFood][at]);
+    }
+    scent_[kHome][at] = home;
+    scent_[kFood][at] = food;
+    note(at);
+    sum_ += term(at, home, food);
+}
+
+void PheromoneTrails::hash(core::StateHash& hash) const {
+    hash.add(static_cast<std::uint64_t>(scented_.size()));
+    hash.add(sum_);
+}
+
+bool PheromoneTrails::put_scent(pathfinding::Place at, float home, float food) {
+    const auto known = [](float scent) {
+        return scent >= 0.0F && scent <= 1.0F;
+    };
+    if (at >= map_.places() || !known(home) || !known(food)) {
+        return false;
+    }
+    set(at, home, food);
+    return true;
+}
+
+pathfinding::Place PheromoneTrails::beside(pathfinding::Place from, unsigned direction) const {
+    const auto stride = static_cast<std::int64_t>(map_.stride());
+    return static_cast<pathfinding::Place>(static_cast<std::int64_t>(from) +
+                                           kStepY[direction] * stride + kStepX[direction]);
+}
+
+/// Without cutting corners.
+bool PheromoneTrails::open(pathfinding::Place from, unsigned direction) const {
+    const bool diagonal = direction % 2 == 1;
+    return map_.passable(beside(from, direction)) &&
+           (!diagonal ||
+            (map_.passable(beside(from, (direction + 1) % kDirections)) &&
+             map_.passable(beside(from, (direction + kDirections - 1) % kDirections))));
+}
+
+float PheromoneTrails::weight(pathfinding::Place at,
+                              unsigned direction,
+                              unsigned came,
+                              Scent wanted,
+                              bool guided) const {
+    const unsigned apart = (direction + kDirections - came) % kDirections;
+    const float liking = kLiking[apart <= 4 ? apart : kDirections - apart];
+    if (!guided) {
+        return liking;
+    }
+    const pathfinding::Place there = beside(at, direction);
+    // Against what is smelt here, so that what counts is which way it grows, however weak it is.
+    const float own = std::max(scent_[wanted][at], kLeastScent);
+    float ratio = scent_[wanted][there] / own;
+    for (unsigned k = 0; k < sharpness_; ++k) {
+        ratio = std::min(ratio * ratio, kMostRatio);
+    }
+    return liking * (kUnscented + ratio);
+}
+
+unsigned PheromoneTrails::choose(pathfinding::Place at,
+                                 unsigned direction,
+                                 Scent wanted,
+                                 bool guided,
+                                 core::Rng& rng) const {
+    std::array<float, kDirections> weights{};
+    float sum = 0.0F;
+    for (unsigned d = 0; d < kDirections; ++d) {
+        weights[d] = open(at, d) ? weight(at, d, direction, wanted, guided) : 0.0F;
+        sum += weights[d];
+    }
+    if (sum <= 0.0F) {
+        return kDirections;
+    }
+    float left = rng.unit() * sum;
+    unsigned last = kDirections;
+    for (unsigned d = 0; d < kDirections; ++d) {
+        if (weights[d] > 0.0F) {
+            last = d;
+            left -= weights[d];
+            if (left < 0.0F) {
+                break;
+            }
+        }
+    }
+    return last;
+}
+
+}  // namespace zoned::ai::pathfinding

@@ -1,0 +1,353 @@
+#include "server/ai/pathfinding/requests/grid_path_requests.h"
+
+#include "server/ai/pathfinding/grid/line_of_sight.h"
+#include "server/ai/pathfinding/requests/work_units.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace zoned::ai::pathfinding {
+
+namespace {
+
+/// Tables to all goals' regions are made beforehand where there are no more regions.
+constexpr std::size_t kMostTables = 1500;
+/// What a path from area to area is taken to cost before one was made.
+constexpr std::uint64_t kFirstCheapWork = 4000;
+/// One so-manieth of the work that is left of a tick goes into the index.
+constexpr std::uint64_t kIndexShare = 4;
+/// A mean over about so many.
+constexpr std::uint64_t kMeanOver = 16;
+/// Who waits is sent ahead by so many cells.
+constexpr int kSegmentCells = 8;
+/// Who stands where nothing is passable looks for a cell as far away, in cells.
+constexpr int kBesideReach = 3;
+
+float distance(Spot a, Spot b) {
+    return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
+}
+
+}  // namespace
+
+GridPathRequests::GridPathRequests(GroundMap map,
+                                   const GridPathSettings& settings,
+                                   const GridMap* most_open)
+    : settings_(settings),
+      grid_(map.grid),
+      planner_(std::move(map.cells)),
+      regions_(planner_.map()),
+      queue_(settings.longest_wait_ticks - 1),
+      wanted_(planner_.map().places(), 0),
+      cheap_work_(kFirstCheapWork),
+      budget_(settings.work_per_tick) {
+    ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0 &&
+                     settings.search_work > 0 && settings.reach_cells >= 0,
+                 "settings of paths");
+    if (most_open != nullptr) {
+        planner_.know_most_open(*most_open);
+    }
+    planner_.prepare(settings.index);
+    while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
+        ++block_shift_;
+    }
+    for (; next_table_ < regions_.regions() && regions_.regions() <= kMostTables; ++next_table_) {
+        regions_.prepare(next_table_);
+    }
+    if (settings.crowding) {
+        crowd_ =
+            std::make_unique<pathfinding::CrowdPaths>(planner_.map(), grid_, *settings.crowding);
+    }
+    // No path has more corners, pulled or not.
+    cells_.reserve(planner_.map().passable_cells() + std::size_t{2});
+}
+
+PathRequestId GridPathRequests::ask(const PathRequest& ask) {
+    queue_again();
+    if (free_.empty()) {
+        free_.push_back(static_cast<std::uint32_t>(slots_.size()));
+        slots_.emplace_back();
+        blocks_.emplace_back();
+        free_.reserve(slots_.capacity());
+    }
+    const std::uint32_t number = free_.back();
+    free_.pop_back();
+    RequestSlot& slot = slots_[number];
+    const std::uint32_t round = slot.round;
+    slot = RequestSlot();
+    slot.round = round;
+    slot.asker = ask.asker == PathRequest::kAlone ? number : ask.asker;
+    slot.at = ask.from;
+    slot.to = ask.to;
+    slot.taken = true;
+    ++counts_.asked;
+    if (!grid_.contains(ask.from) || !grid_.contains(ask.to)) {
+        fail(number, PathOutcome::kOffMap);
+    } else if (find_ends(number)) {
+        wait(number);
+        // Where to walk meanwhile; the other half is for the paths themselves.
+        if (spent_ < settings_.work_per_tick / 2) {
+            prepare_table(slot.goal);
+        }
+    }
+    return {number, slot.round};
+}
+
+bool GridPathRequests::find_ends(std::uint32_t number) {
+    RequestSlot& slot = slots_[number];
+    const GridMap& map = planner_.map();
+    // Of a place on the line between two cells the one that it counts to.
+    slot.start = grid_.cell(slot.at);
+    slot.goal = grid_.cell(slot.to);
+    if (!map.passable(slot.start) &&
+        !nearest_passable(map, grid_, slot.at, settings_.reach_cells, slot.start)) {
+        fail(number, PathOutcome::kStartBlocked);
+        return false;
+    }
+    if (!map.passable(slot.goal) &&
+        !nearest_passable(map, grid_, slot.to, settings_.reach_cells, slot.goal)) {
+        fail(number, PathOutcome::kGoalBlocked);
+        return false;
+    }
+    slot.moved = slot.goal != grid_.cell(slot.to);
+    return true;
+}
+
+bool GridPathRequests::reaches(Spot from, Cell to) {
+    Cell start = grid_.cell(from);
+    return (planner_.map().passable(start) ||
+            nearest_passable(planner_.map(), grid_, from, settings_.reach_cells, start)) &&
+           planner_.joined(start, to);
+}
+
+void GridPathRequests::wait(std::uint32_t number) {
+    RequestSlot& slot = slots_[number];
+    slot.waiting = true;
+    ++wanted_[planner_.map().place(slot.goal)];
+    ++counts_.waiting;
+    queue_.push(number, slot.asker);
+}
+
+void GridPathRequests::lead_waiting() {
+    std::size_t led = 0;
+    for (; led < unled_.size() && spent_ < settings_.work_per_tick; ++led) {
+        const RequestSlot& slot = slots_[unled_[led]];
+        if (slot.taken && slot.waiting && !slot.usable) {
+            prepare_table(slot.goal);
+        }
+    }
+    unled_.erase(unled_.begin(), unled_.begin() + static_cast<std::ptrdiff_t>(led));
+}
+
+void GridPathRequests::release(PathRequestId ticket) {
+    ZONED_ASSERT(knows(ticket), "a ticket that was released");
+    queue_again();
+    RequestSlot& slot = slots_[ticket.slot];
+    slot.taken = false;
+    ++slot.round;
+    drop(ticket.slot);
+    if (slot.waiting) {  // stays in its queue until its turn
+        --wanted_[planner_.map().place(slot.goal)];
+        --counts_.waiting;
+        return;
+    }
+    free_.push_back(ticket.slot);
+}
+
+void GridPathRequests::keep_back(std::uint32_t due) {
+    budget_ = settings_.work_per_tick - std::min(settings_.work_per_tick, due * cheap_work_);
+}
+
+void GridPathRequests::serve_waiting() {
+    const std::uint32_t required = queue_.required();
+    std::uint32_t served = 0;
+    searched_ = false;
+    while (!queue_.empty()) {
+        const std::uint32_t number = queue_.front();
+        RequestSlot& slot = slots_[number];
+        if (!slot.taken) {
+            queue_.pop();
+            slot.waiting = false;
+            free_.push_back(number);
+            ++served;
+            continue;
+        }
+        keep_back(required > served + 1 ? required - served - 1 : 0);
+        const bool late = spent_ >= budget_;
+        if (late && served >= required) {
+            break;
+        }
+        const std::uint64_t before = spent_;
+        if (!refresh(number)) {
+            ++served;
+            queue_.pop();
+            continue;
+        }
+        if (std::exchange(slot.doubted, false) && slot.usable && !pays(slot, spent_)) {
+            slot.waiting = false;
+            --counts_.waiting;
+            --wanted_[planner_.map().place(slot.goal)];
+            ++served;
+            queue_.pop();
+            continue;
+        }
+        if (!find(slot, late)) {
+            continue;  // the tick's work is done: whoever is due is served as one that is late
+        }
+        ++served;
+        counts_.longest_wait_ticks = std::max(counts_.longest_wait_ticks, queue_.waited() + 1);
+        queue_.pop();
+        done(number);
+        if (late) {
+            cheap_work_ = ((kMeanOver - 1) * cheap_work_ + spent_ - before) / kMeanOver;
+        }
+    }
+    budget_ = settings_.work_per_tick;
+    queue_.tick();
+}
+
+void GridPathRequests::serve() {
+    ++tick_;
+    settle_regions();
+    if (crowd_ != nullptr) {
+        counts_.crowd_work = crowd_->advance();
+    }
+    serve_waiting();
+    lead_waiting();
+    counts_.index_work = 0;
+    if (!indexed_) {
+        // A share of what nobody needed, too: the sooner it is there, the cheaper are paths.
+        const std::uint64_t left =
+            settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
+        const std::uint64_t share = left / kIndexShare;
+        indexed_ = planner_.advance_index(settings_.index_work_per_tick + share);
+        spent_ += std::min(share, planner_.index_work());
+        counts_.index_work = planner_.index_work() - std::min(share, planner_.index_work());
+    }
+    while (spent_ < settings_.work_per_tick && next_table_ < regions_.regions() &&
+           regions_.regions() <= kMostTables) {
+        spent_ += regions_.prepared(next_table_) ? 1 : kRegionUnits * regions_.regions();
+        regions_.prepare(next_table_++);
+    }
+    counts_.work = spent_;
+    spent_ = 0;
+    std::swap(told_, answered_);
+    answered_.clear();
+}
+
+bool GridPathRequests::refresh(std::uint32_t number) {
+    RequestSlot& slot = slots_[number];
+    spent_ += kTakeUnits;
+    const Place before = planner_.map().place(slot.goal);
+    const bool found = find_ends(number);
+    const Place after = planner_.map().place(slot.goal);
+    if (!found) {
+        slot.waiting = false;
+        --counts_.waiting;
+        --wanted_[before];
+    } else if (after != before) {
+        --wanted_[before];
+        ++wanted_[after];
+    }
+    return found;
+}
+
+void GridPathRequests::done(std::uint32_t number) {
+    RequestSlot& slot = slots_[number];
+    slot.waiting = false;
+    ++counts_.served;
+    --counts_.waiting;
+    --wanted_[planner_.map().place(slot.goal)];
+    if (slot.moved && slot.outcome == PathOutcome::kFound) {
+        slot.outcome = PathOutcome::kPartial;
+    }
+    keep(number);
+    answered_.push_back(number);
+}
+
+void GridPathRequests::drop(std::uint32_t number) {
+    pool_.give_back(slots_[number].corners);
+    slots_[number].corners = {};
+    blocks_[number] = {};
+}
+
+void GridPathRequests::fail(std::uint32_t number, PathOutcome outcome) {
+    RequestSlot& slot = slots_[number];
+    answered_.push_back(number);
+    slot.outcome = outcome;
+    slot.usable = false;
+    drop(number);
+    ++counts_.served;
+}
+
+PathResult GridPathRequests::answer(PathRequestId ticket) const {
+    ZONED_ASSERT(knows(ticket), "a ticket that was released");
+    const RequestSlot& slot = slots_[ticket.slot];
+    if (slot.waiting && !slot.usable) {
+        return {};
+    }
+    return {false, slot.outcome, slot.best, slot.length_m, pool_.of(slot.corners)};
+}
+
+Spot GridPathRequests::heading(PathRequestId ticket, Spot at, float near_m) {
+    ZONED_ASSERT(knows(ticket), "a ticket that was released");
+    RequestSlot& slot = slots_[ticket.slot];
+    slot.at = at;
+    if (slot.waiting && !slot.usable) {
+        return first_segment(slot, at);
+    }
+    const std::span<const Spot> corners = std::as_const(pool_).of(slot.corners);
+    if (corners.empty()) {
+        return at;
+    }
+    while (slot.next + 1 < corners.size() && distance(at, corners[slot.next]) <= near_m) {
+        slot.rest_m -= distance(corners[slot.next], corners[slot.next + 1]);
+        ++slot.next;
+        slot.ahead = corners[slot.next];
+    }
+    return corners[slot.next];
+}
+
+Spot GridPathRequests::first_segment(const RequestSlot& slot, Spot at) const {
+    const GridMap& map = planner_.map();
+    Cell from;
+    if (!nearest_passable(map, grid_, at, kBesideReach, from)) {
+        return at;
+    }
+    if (!regions_.settled()) {
+        return at;
+    }
+    if (regions_.together(map, from, slot.goal)) {
+        return slot.moved ? grid_.centre(slot.goal) : slot.to;
+    }
+    if (!regions_.prepared(map, slot.goal)) {
+        return at;
+    }
+    // As far along the hops as can be seen from here.
+    Cell ahead = from;
+    std::uint32_t looked = 0;
+    int cells = 0;
+    regions_.lead(map, from, slot.goal, [&](Cell c, Hop) {
+        if (!sees(map, from, c, looked)) {
+            return false;
+        }
+        ahead = c;
+        return ++cells < kSegmentCells;
+    });
+    return ahead == from ? at : grid_.centre(ahead);
+}
+
+std::size_t GridPathRequests::bytes() const {
+    std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + regions_.bytes() +
+                        planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
+                        near_goal_.bytes() +
+                        slots_.capacity() * (sizeof(RequestSlot) + sizeof(Blocks)) +
+                        wanted_.capacity() * sizeof(std::uint32_t);
+    for (const CachedFlowField& f : fields_) {
+        bytes += f.hops.capacity();
+    }
+    return bytes;
+}
+
+}  // namespace zoned::ai::pathfinding

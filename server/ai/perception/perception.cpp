@@ -1,0 +1,363 @@
+#include "server/ai/perception/perception.h"
+
+#include "server/ai/agent/agent_store.h"
+#include "server/ai/steering/path_following.h"
+#include "server/physics/query/query.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+
+namespace zoned::ai {
+
+namespace {
+
+bool is_player(const world::Entities& entities, world::Row row) {
+    return static_cast<bool>(entities.client[row]) && !entities.has(row, world::kHidden);
+}
+
+bool is_one_of(const std::vector<TypeIndex>& types, TypeIndex type) {
+    return std::find(types.begin(), types.end(), type) != types.end();
+}
+
+struct Noticed {
+    float d2 = std::numeric_limits<float>::infinity();
+    EntityId id;
+    world::Row row = world::kNoRow;
+
+    bool operator<(const Noticed& other) const {
+        return std::tie(d2, id) < std::tie(other.d2, other.id);
+    }
+};
+
+/// The nearest few, ascending, whatever the order in which they come.
+struct NearestFew {
+    std::array<Noticed, kRaysPerLook> few;
+    std::size_t size = 0;
+
+    void add(const Noticed& one) {
+        if (size == few.size() && !(one < few[size - 1])) {
+            return;
+        }
+        size += size < few.size() ? 1 : 0;
+        std::size_t at = size - 1;
+        for (; at > 0 && one < few[at - 1]; --at) {
+            few[at] = few[at - 1];
+        }
+        few[at] = one;
+    }
+};
+
+/// Calls visit(row, squared distance) for each player within `radius` of `self`.
+template <class Visit>
+void for_each_player(const Onlooker& around, world::Row self, float radius, Visit&& visit) {
+    const Vec3& eye = around.entities.position[self];
+    if (around.players != nullptr) {
+        const Players& players = *around.players;
+        players.grid.for_each_within(eye.x(), eye.z(), radius, [&](std::uint32_t k, float d2) {
+            if (players.rows[k] != self) {
+                visit(players.rows[k], d2);
+            }
+        });
+        return;
+    }
+    around.grid.for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
+        if (row != self && is_player(around.entities, row)) {
+            visit(row, d2);
+        }
+    });
+}
+
+/// The nearest one within perception, of equals the smaller id; near(radius, visit) calls
+/// visit(row, squared distance) for those within a radius.
+template <class Near>
+Percept nearest_player(const world::Entities& entities,
+                       float perception_m,
+                       float far_m,
+                       const Near& near) {
+    Percept percept;
+    float nearest2 = std::numeric_limits<float>::infinity();
+    int players = 0;
+    near(perception_m, [&](world::Row row, float d2) {
+        ++players;
+        const EntityId id = entities.id[row];
+        if (d2 < nearest2 || (d2 == nearest2 && id < percept.prey)) {
+            nearest2 = d2;
+            percept.prey = id;
+        }
+    });
+    percept.distance = std::sqrt(nearest2);
+    percept.confidence = percept.prey ? 1.0F : 0.0F;
+    percept.foes = static_cast<float>(players);
+    percept.player_far = percept.distance > far_m;
+    if (!percept.prey && far_m > perception_m) {
+        near(far_m, [&](world::Row /*row*/, float /*d2*/) { percept.player_far = false; });
+    }
+    return percept;
+}
+
+/// One look around by one agent.
+class Looking {
+  public:
+    Looking(const Onlooker& around, world::Row self, const Agent& agent, const CompiledBrain& brain)
+        : around_(around),
+          e_(around.entities),
+          self_(self),
+          agent_(agent),
+          how_(brain.perception),
+          sight_m_(brain.perception_m),
+          eye_(stand_of(self).at) {
+        const bool on_segment = timetable_of(self) != nullptr;
+        const std::uint16_t yaw = on_segment ? agent.aim.yaw : e_.yaw[self];
+        const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
+        ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
+    }
+
+    Percept run() {
+        Percept percept;
+        const float range = std::max(sight_m_, how_.hearing_m);
+        const float beside = around_.timetables != nullptr ? kDriftM : 0.0F;
+        around_.grid.for_each_within(
+            eye_.x(), eye_.z(), range + beside, [&](world::Row row, float d2) {
+                const Stand stand = stand_of(row);
+                const Vec3 way = stand.at - eye_;
+                const float own2 = way.x() * way.x() + way.z() * way.z();
+                consider(row, stand, stand.by_segment || beside > 0.0F ? own2 : d2, percept);
+            });
+        const Noticed target = choose();
+        if (target.row != world::kNoRow) {
+            percept.prey = target.id;
+            percept.place = stand_of(target.row).at;
+            percept.distance = std::sqrt(target.d2);
+            percept.confidence = 1.0F;
+        } else {
+            remember(percept);
+        }
+        percept.ward = kept_ward_ ? agent_.ward : ward_.id;
+        for_each_player(around_, self_, around_.far_m, [&](world::Row /*row*/, float /*d2*/) {
+            percept.player_far = false;
+        });
+        return percept;
+    }
+
+  private:
+    /// Where one is and how fast it goes.
+    struct Stand {
+        Vec3 at;
+        Vec2 velocity;
+        bool by_segment = false;
+    };
+
+    /// Null: it goes by none that is known.
+    [[nodiscard]] const PathSegment* timetable_of(world::Row row) const {
+        const Timetables* const all = around_.timetables;
+        if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->agents.slots()) {
+            return nullptr;
+        }
+        const Agent& agent = all->agents.at(all->slots[row]);
+        const Vec3& body = e_.position[row];
+        const bool keeps = agent.entity == e_.id[row] &&
+                           keeps_to_segment(agent, {body.x(), body.z()}, around_.now, around_.dt);
+        return keeps ? &agent.segment : nullptr;
+    }
+
+    [[nodiscard]] Stand stand_of(world::Row row) const {
+        const Vec3& body = e_.position[row];
+        const Vec3& velocity = e_.velocity[row];
+        const PathSegment* const segment = timetable_of(row);
+        if (segment == nullptr) {
+            return {body, {velocity.x(), velocity.z()}};
+        }
+        const Vec2 at = position_at(*segment, around_.now - 1, around_.dt);
+        return {
+            {at.x(), body.y(), at.y()}, velocity_at(*segment, around_.now - 1, around_.dt), true};
+    }
+
+    void consider(world::Row row, const Stand& stand, float d2, Percept& percept) {
+        if (row == self_ || e_.has(row, world::kHidden)) {
+            return;
+        }
+        const bool player = is_player(e_, row);
+        const TypeIndex type = e_.type[row];
+        const bool within = d2 <= sight_m_ * sight_m_;
+        if (within && is_one_of(how_.allies, type)) {
+            percept.allies += 1.0F;
+        }
+        const Noticed one{d2, e_.id[row], row};
+        if (within && ((player && how_.ward_players) || is_one_of(how_.wards, type))) {
+            kept_ward_ = kept_ward_ || one.id == agent_.ward;
+            ward_ = std::min(ward_, one);
+        }
+        if (!(player && how_.players) && !is_one_of(how_.targets, type)) {
+            return;
+        }
+        const bool heard = hears(row, stand, d2);
+        if (!heard && !(within && in_cone(stand, d2))) {
+            return;
+        }
+        percept.foes += 1.0F;
+        if (heard || !how_.line_of_sight) {
+            nearest_ = std::min(nearest_, one);
+            if (one.id == agent_.prey) {
+                kept_ = one;
+            }
+        } else if (one.id == agent_.prey) {
+            before_ = one;
+        } else {
+            others_.add(one);
+        }
+    }
+
+    /// Of those noticed without a ray and those whom a ray reaches.
+    Noticed choose() {
+        std::uint32_t rays = kRaysPerLook;
+        if (before_.row != world::kNoRow && sees(before_.row)) {
+            kept_ = before_;
+            nearest_ = std::min(nearest_, before_);
+        }
+        rays -= before_.row != world::kNoRow ? 1 : 0;
+        if (how_.keeps_target && kept_.row != world::kNoRow) {
+            return kept_;
+        }
+        for (std::size_t k = 0; k < others_.size && rays > 0; ++k, --rays) {
+            if (!(others_.few[k] < nearest_)) {
+                break;
+            }
+            if (sees(others_.few[k].row)) {
+                return others_.few[k];
+            }
+        }
+        return nearest_;
+    }
+
+    [[nodiscard]] bool in_cone(const Stand& stand, float d2) const {
+        if (how_.cos_half_angle <= -1.0F || d2 <= how_.around_m * how_.around_m) {
+            return true;
+        }
+        const Vec3 way = stand.at - eye_;
+        return ahead_.dot(Vec2(way.x(), way.z())) >= how_.cos_half_angle * std::sqrt(d2);
+    }
+
+    [[nodiscard]] bool hears(world::Row row, const Stand& stand, float d2) const {
+        if (!(d2 <= how_.hearing_m * how_.hearing_m) || !(how_.hearing_m > 0.0F)) {
+            return false;
+        }
+        const world::EntityType& type = around_.types[e_.type[row]];
+        const float speed = stand.velocity.norm() / std::max(0.01F, type.character.speed);
+        const float carries =
+            type.aura_m[e_.stance[row]] * std::min(speed, type.character.sprint_factor);
+        return d2 <= carries * carries && carries > 0.0F;
+    }
+
+    [[nodiscard]] bool sees(world::Row row) const {
+        if (around_.statics == nullptr) {
+            return true;
+        }
+        const Vec3 up(0.0F, how_.eyes_m, 0.0F);
+        physics::Ray ray;
+        ray.origin = eye_ + up;
+        ray.direction = stand_of(row).at - eye_;
+        ray.max_distance = ray.direction.norm();
+        if (!(ray.max_distance > 1e-3F)) {
+            return true;
+        }
+        physics::QueryFilter filter;
+        filter.kinematics = false;
+        filter.dynamics = false;
+        return !around_.statics->ray_any(ray, filter);
+    }
+
+    void remember(Percept& percept) const {
+        percept.distance = std::numeric_limits<float>::infinity();
+        if (!agent_.prey || !(how_.memory_s > 0.0F) || agent_.known_at == 0) {
+            return;
+        }
+        const float age = static_cast<float>(around_.now - agent_.known_at) * around_.dt;
+        percept.confidence = std::max(0.0F, 1.0F - age / how_.memory_s);
+        if (percept.confidence > 0.0F) {
+            percept.prey = agent_.prey;
+            percept.noticed = false;
+            percept.place = agent_.known;
+            percept.distance =
+                Vec2(agent_.known.x() - eye_.x(), agent_.known.z() - eye_.z()).norm();
+        }
+    }
+
+    const Onlooker& around_;
+    const world::Entities& e_;
+    world::Row self_;
+    const Agent& agent_;
+    const Perception& how_;
+    float sight_m_;
+    Vec3 eye_;
+    Vec2 ahead_ = Vec2::Zero();
+    Noticed nearest_;  ///< noticed for certain
+    Noticed kept_;     ///< the target of before, noticed for certain
+    Noticed before_;   ///< the target of before, where a ray must tell
+    NearestFew others_;
+    Noticed ward_;
+    bool kept_ward_ = false;
+};
+
+}  // namespace
+
+Percept look(const world::Entities& entities,
+             const spatial::PointGrid& grid,
+             world::Row self,
+             float perception_m,
+             float far_m) {
+    const auto near = [&](float radius, auto&& visit) {
+        const Vec3& eye = entities.position[self];
+        grid.for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
+            if (row != self && is_player(entities, row)) {
+                visit(row, d2);
+            }
+        });
+    };
+    return nearest_player(entities, perception_m, far_m, near);
+}
+
+void Players::gather(const world::Entities& entities) {
+    // Wide enough that few cells are asked for a usual radius.
+    constexpr float kCell_m = 64.0F;
+    rows.clear();
+    at.clear();
+    world::for_each_row(entities.avatars(), [&](world::Row row) {
+        if (is_player(entities, row)) {
+            rows.push_back(row);
+            at.push_back(entities.position[row]);
+        }
+    });
+    grid.build(at, kCell_m);
+}
+
+Percept perceive(const Onlooker& around,
+                 world::Row self,
+                 const Agent& agent,
+                 const CompiledBrain& brain) {
+    if (brain.perception.given) {
+        return Looking(around, self, agent, brain).run();
+    }
+    const auto near = [&](float radius, auto&& visit) {
+        for_each_player(around, self, radius, visit);
+    };
+    return nearest_player(around.entities, brain.perception_m, around.far_m, near);
+}
+
+void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now) {
+    agent.prey = percept.prey;
+    if (!brain.perception.given) {
+        return;
+    }
+    agent.ward = percept.ward;
+    agent.noticed = percept.noticed;
+    if (percept.prey && percept.noticed) {
+        agent.known = percept.place;
+        agent.known_at = now;
+    }
+}
+
+}  // namespace zoned::ai

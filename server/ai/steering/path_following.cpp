@@ -1,0 +1,267 @@
+#include "server/ai/steering/path_following.h"
+
+#include "server/ai/steering/splines/spline_following.h"
+#include "server/ai/offscreen/forage.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+const motion::CharacterLimits& limits_of(const Surroundings& around) {
+    return around.types[around.entities.type[around.self]].character;
+}
+
+/// A walk by a timetable leaves so much of full speed unused that a body can make up for what
+/// commands, whose headings and speeds are few, and others on its way have cost it.
+constexpr float kUsed = 0.98F;
+/// A corner of a path counts as passed so near to it, m; who goes there aims nearer.
+constexpr float kCornerM = 0.5F;
+constexpr float kTurnM = 0.2F;
+/// Who finds no path looks again after so long, s; who waits to be told, sooner.
+constexpr float kLookAgain_s = 5.0F;
+constexpr float kAskAgain_s = 0.25F;
+
+Vec2 flat_of(pathfinding::Spot spot) {
+    return {spot.x, spot.z};
+}
+
+pathfinding::Spot spot_of(const Vec2& at) {
+    return {at.x(), at.y()};
+}
+
+/// What the agent's command makes of a character, m/s.
+float commanded_speed(const Agent& agent, const motion::CharacterLimits& limits) {
+    const float share = Vec2(agent.aim.move_x, agent.aim.move_z).norm() / kFullMove;
+    const bool sprints = (agent.aim.buttons & motion::kButtonSprint) != 0;
+    return std::min(share, 1.0F) * limits.speed * (sprints ? limits.sprint_factor : 1.0F);
+}
+
+/// Stands where it will have come to a halt.
+void halt(Agent& agent, const Surroundings& around, const Vec2& velocity) {
+    agent.segment = segment_from(
+        around.at, velocity, Vec2::Zero(), 0.0F, limits_of(around).acceleration, around.now - 1);
+    agent.aim.move_x = agent.aim.move_z = 0;
+    agent.aim.buttons = 0;
+}
+
+void look_again(Agent& agent, float after_s, const Surroundings& around) {
+    agent.again_at = around.now + std::max<Tick>(1, std::lround(after_s / around.dt));
+}
+
+/// Where a command leads that is held: its heading is one of few, so that it passes the goal a
+/// little to the side; the length to where it is within `near_m`, where it counts as reached. Where
+/// it would pass by farther than that, corrections on the way lead it straight there.
+void head_for(const Vec2& goal, float near_m, const Vec2& heading, PathSegment& segment) {
+    const Vec2 path = goal - segment.from;
+    const float along = path.dot(heading);
+    const float aside2 = std::max(0.0F, path.squaredNorm() - along * along);
+    if (aside2 < 0.25F * near_m * near_m) {
+        segment.length = along - std::sqrt(near_m * near_m - aside2);
+    } else {
+        segment.direction = path / path.norm();
+        segment.length = path.norm() - near_m;
+    }
+    segment.length = std::max(segment.length, 1e-3F);
+}
+
+/// The command that leads to within `near_m` of `goal`, and the segment that it makes. Getting up
+/// to speed, or turning, leads a little aside: the second try allows for that.
+void set_out(Agent& agent,
+             const BrainState& state,
+             const Surroundings& around,
+             const Vec2& goal,
+             float near_m) {
+    const Vec2 velocity = velocity_at(agent.segment, around.now - 1, around.dt);
+    const Vec2 whole = agent.segment.goal;
+    const float acceleration = limits_of(around).acceleration;
+    const Pace pace{std::min(state.speed_factor * agent.band, around.all_out ? 1.0F : kUsed),
+                    state.sprint};
+    Vec2 path = goal - around.at;
+    Vec2 towards = Vec2::Zero();
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        towards = path / path.norm();
+        move_along(agent.aim, pace, towards);
+        const float speed = commanded_speed(agent, limits_of(around));
+        if (!(speed > 0.0F)) {
+            face_along(agent.aim, towards);
+            halt(agent, around, velocity);
+            return;
+        }
+        const Vec2 heading = aim_direction(agent);
+        agent.segment =
+            segment_from(around.at, velocity, heading, speed, acceleration, around.now - 1);
+        const Vec2 rest = goal - agent.segment.from;
+        if (!(rest.norm() > near_m)) {
+            break;
+        }
+        path = rest;
+    }
+    face_along(agent.aim, towards);
+    head_for(goal, near_m, aim_direction(agent), agent.segment);
+    agent.segment.goal = whole;
+    agent.again_at = kNever;
+}
+
+bool has_path(const Agent& agent, const Surroundings& around) {
+    return agent.on_path && around.paths != nullptr && around.paths->has(around.slot, agent.entity);
+}
+
+/// So near to its goal a straight walk is over, m.
+float reach_of(const Agent& agent,
+               const BrainState& state,
+               const DesiredVelocity& desired,
+               const Surroundings& around) {
+    if (state.action != ActionKind::kForage) {
+        return kArriveM;
+    }
+    // Home is all of the nest.
+    return goes_by_cells(agent, state)
+               ? kAtCell * state.forage->cell_m
+               : std::max(kTurnM,
+                          desired.direction.norm() -
+                              around.points_of_interest.outside(state.forage->nest, around.at));
+}
+
+/// Whether the agent has come to where its path ends.
+bool path_is_over(const Agent& agent, const Surroundings& around) {
+    if (!has_path(agent, around)) {
+        return false;
+    }
+    const pathfinding::PathResult path = around.paths->answer(around.slot);
+    return !path.waiting &&
+           (path.corners.empty() || (flat_of(path.corners.back()) - around.at).norm() < kCornerM);
+}
+
+}  // namespace
+
+bool keeps_to_segment(const Agent& agent, const Vec2& body, Tick now, float dt) {
+    return agent.timed && (agent.tier != Tier::kActive ||
+                           !((position_at(agent.segment, now - 1, dt) - body).norm() > kDriftM));
+}
+
+Vec2 whereabouts(const Agent& agent, const Vec2& body, Tick now, float dt) {
+    return keeps_to_segment(agent, body, now, dt) ? position_at(agent.segment, now - 1, dt) : body;
+}
+
+bool goes_by_segments(const Agent& agent, const BrainState& state) {
+    const bool banded = state.rubber_band && (agent.prey || agent.band != 1.0F);
+    switch (state.action) {
+        case ActionKind::kFollowTrack:
+            return true;
+        case ActionKind::kIdle:
+        case ActionKind::kWander:
+        case ActionKind::kPatrol:
+        case ActionKind::kReturn:
+        case ActionKind::kGo:
+        case ActionKind::kForage:
+            return !banded;
+        case ActionKind::kFlock:
+        case ActionKind::kFormUp:
+            return false;
+        case ActionKind::kChase:
+        case ActionKind::kFlee:
+        case ActionKind::kFollow:
+        case ActionKind::kEscort:
+        case ActionKind::kGuard:
+            return !banded && !agent.prey && !agent.ward;
+    }
+    return false;
+}
+
+void start_segment(Agent& agent, const Surroundings& around) {
+    const Vec3& v = around.entities.velocity[around.self];
+    const Vec2 velocity(v.x(), v.z());
+    const float speed = velocity.norm();
+    agent.segment = segment_from(around.body(),
+                                 velocity,
+                                 speed > 0.0F ? Vec2(velocity / speed) : Vec2(Vec2::Zero()),
+                                 speed,
+                                 0.0F,
+                                 around.now - 1);
+    agent.timed = true;
+    agent.on_path = false;
+}
+
+void follow_path(Agent& agent, const BrainState& state, const Surroundings& around) {
+    const Vec2 next = flat_of(around.paths->heading(around.slot, spot_of(around.at), kCornerM));
+    const bool last = (next - agent.segment.goal).norm() < kTurnM;
+    const float near_m = last ? kArriveM : kTurnM;
+    if ((next - around.at).norm() > near_m) {
+        set_out(agent, state, around, next, near_m);
+        return;
+    }
+    const Vec2 goal = agent.segment.goal;
+    halt(agent, around, velocity_at(agent.segment, around.now - 1, around.dt));
+    agent.segment.goal = goal;
+    look_again(agent, kAskAgain_s, around);
+}
+
+bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Surroundings& from) {
+    Surroundings around = from;
+    around.there = !entered && path_is_over(agent, around);
+    if (state.action == ActionKind::kFollowTrack && follow_spline(agent, state, around)) {
+        return false;
+    }
+    const DesiredVelocity desired =
+        desired_velocity(agent, state, full_speed(state, around), around);
+    if (!desired.has_goal || !(desired.direction.norm() > 1e-3F)) {
+        if (agent.segment.speed > 0.0F) {
+            halt(agent, around, velocity_at(agent.segment, around.now - 1, around.dt));
+        }
+        agent.on_path = false;
+        agent.again_at = kNever;
+        if (desired.far || state.action == ActionKind::kForage) {
+            look_again(agent, desired.far ? kLookAgain_s : kAskAgain_s, around);
+        }
+        return false;
+    }
+    const bool same = !entered && desired.goal == agent.segment.goal;
+    const bool by_cells = goes_by_cells(agent, state);
+    if (same && !by_cells && has_path(agent, around)) {
+        follow_path(agent, state, around);
+        return false;
+    }
+    const TypeIndex type = around.entities.type[around.self];
+    if (!by_cells && around.paths != nullptr && around.paths->plans_for(type)) {
+        agent.segment.goal = desired.goal;
+        return true;
+    }
+    if (!same || agent.segment.length == 0.0F) {
+        agent.on_path = false;
+        agent.segment.goal = desired.goal;
+        set_out(agent, state, around, desired.goal, reach_of(agent, state, desired, around));
+    }
+    return false;
+}
+
+bool turn_to_path(Agent& agent,
+                  const BrainState& state,
+                  DesiredVelocity& desired,
+                  const Surroundings& around) {
+    const TypeIndex type = around.entities.type[around.self];
+    const pathfinding::Spot body = spot_of(around.body());
+    if (!desired.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
+        agent.on_path = false;
+        return false;
+    }
+    const float feet_m = limits_of(around).radius + limits_of(around).half_segment;
+    const PathHeights heights{around.entities.position[around.self].y() - feet_m,
+                              goal_floor(agent, state, around)};
+    if (around.paths->straight(type, body, spot_of(desired.goal), heights)) {
+        agent.on_path = false;
+        return false;
+    }
+    const bool asks = agent.fresh || !has_path(agent, around);
+    if (has_path(agent, around)) {
+        const Vec2 next = flat_of(around.paths->heading(around.slot, body, kCornerM));
+        desired.direction = next - around.body();
+        // Progress is what leads to the corner.
+        desired.goal = next;
+    }
+    return asks;
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,200 @@
+#include "server/app/calibration/particle_device.h"
+
+#include "server/app/calibration/measure_crossover.h"
+#include "server/compute/stages/particle_stage.h"
+#include "server/compute/worker_pool.h"
+#include "server/config/world/particle_config.h"
+#include "server/physics/method_selection/cost_table.h"
+#include "server/physics/particles/particle_system.h"
+#include "server/physics/particles/wind.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+namespace zoned::app {
+
+namespace {
+
+bool has_drag(const physics::ParticleSystemDef& def) {
+    return def.linear_drag > 0.0F || def.quadratic_drag > 0.0F;
+}
+
+std::string describe_crossover(const compute::Crossover& crossover) {
+    char text[300];
+    const std::size_t from = crossover.threshold();
+    const std::string side =
+        from == SIZE_MAX ? "the CPU is faster for any number of particles"
+                         : "the device is faster from " + std::to_string(from) + " particles on";
+    std::snprintf(text,
+                  sizeof(text),
+                  "%s (CPU %.1f us + %.2f ns a particle, device %.1f us + %.2f ns)",
+                  side.c_str(),
+                  crossover.cpu().launch_us,
+                  1e3 * (crossover.cpu().item_us + crossover.cpu().copy_us),
+                  crossover.device().launch_us,
+                  1e3 * (crossover.device().item_us + crossover.device().copy_us));
+    return text;
+}
+
+/// Compilers and drivers say more than a log needs: the lines joined, cut where it becomes a page.
+std::string one_line(std::string text) {
+    constexpr std::size_t kMost = 400;
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    if (text.size() > kMost) {
+        text.resize(kMost);
+        text += "...";
+    }
+    return text;
+}
+
+/// What a system's particles live in, but for a heightfield; balls stand where nobody is.
+struct SystemSurroundings {
+    SystemSurroundings(const config::Settings& settings, const zone::ParticleSource& source) {
+        const physics::ParticleSystemDef& def = source.def;
+        scene.world.h = static_cast<float>(1.0 / settings.tick_rate_hz / def.pieces);
+        scene.world.gy = def.gravity.y();
+        scene.world.linear_drag = def.linear_drag;
+        scene.world.quadratic_drag = def.quadratic_drag;
+        scene.world.gust_cells_per_m = 1.0F / def.wind.gust_size;
+        scene.world.planes = 1;  // the ground
+        scene.world.plane[0] = {0.0F, 1.0F, 0.0F, 0.0F};
+        scene.world.spheres = static_cast<int>(source.characters_met);
+        for (std::uint32_t ball = 0; ball < source.characters_met; ++ball) {
+            scene.world.sphere[ball] = {0.0F, -1e6F, 0.0F, 1.0F};
+        }
+        if (has_drag(def)) {
+            gusts = physics::gust_table(def.wind);
+            scene.gusts = gusts;
+        }
+    }
+
+    SystemSurroundings(const SystemSurroundings&) = delete;
+    SystemSurroundings& operator=(const SystemSurroundings&) = delete;
+
+    compute::ParticleScene scene;
+    std::vector<float> gusts;
+};
+
+/// The kernels that the world's systems need, so that no tick waits for a compiler: a step of one
+/// particle through each system's air. Why one failed; empty: none did.
+std::string build_kernels(const config::Settings& settings,
+                          compute::Device& device,
+                          compute::Team& team) {
+    compute::ParticleStage stage(&device);
+    compute::ParticleColumns columns;
+    columns.reserve(1);
+    for (const zone::ParticleSource& source : settings.particles) {
+        const SystemSurroundings around(settings, source);
+        compute::StageRun run = stage.step(columns, 1, around.scene, team);
+        if (!run.fault.empty()) {
+            return run.fault;
+        }
+    }
+    return {};
+}
+
+bool has_heightfield(const config::Settings& settings) {
+    return std::any_of(settings.surfaces.begin(), settings.surfaces.end(), [](const auto& surface) {
+        return surface.shape.kind == physics::ShapeKind::kHeightfield;
+    });
+}
+
+/// "particles: on the CPU, ..." where there is nothing to look for; empty where there is.
+std::string why_none(const config::Settings& settings) {
+    if (settings.particles.empty()) {
+        return "particles: none is simulated, no device is looked for";
+    }
+    if (settings.config.compute().device() == "none") {
+        return "particles: on the CPU, as compute.device says";
+    }
+    const double us = particle_step_us(settings);
+    const double tick_us = 1e6 / settings.tick_rate_hz;
+    if (us >= kDeviceShare * tick_us) {
+        return {};
+    }
+    char text[200];
+    std::snprintf(text,
+                  sizeof(text),
+                  "particles: on the CPU, at most %zu in a zone take it some %.0f us of a tick of "
+                  "%.0f us: too little for a device to pay",
+                  config::most_particles(settings),
+                  us,
+                  tick_us);
+    return text;
+}
+
+}  // namespace
+
+double particle_ns(const zone::ParticleSource& source, bool heightfield) {
+    using Cost = physics::method_selection::ParticleCost;
+    const double met =
+        Cost::kBall_ns * source.characters_met + (heightfield ? Cost::kField_ns : 0.0);
+    return physics::method_selection::particle_cost_ns(source.def, source.def.pieces) +
+           met * source.def.pieces;
+}
+
+double particle_step_us(const config::Settings& settings) {
+    const bool field = has_heightfield(settings);
+    double us = 0.0;
+    for (const zone::ParticleSource& source : settings.particles) {
+        us += 1e-3 * particle_ns(source, field) * static_cast<double>(source.def.most);
+    }
+    return us;
+}
+
+ParticleDevice open_particle_device(const config::Settings& settings,
+                                    unsigned threads,
+                                    compute::DeviceSettings with) {
+    ParticleDevice out;
+    const proto::Config::Compute& wish = settings.config.compute();
+    out.text = why_none(settings);
+    if (!out.text.empty()) {
+        return out;
+    }
+    out.needed = true;
+    with.wish = wish.device();
+    with.cache_folder = wish.cache_folder();
+    auto device = compute::Device::open(with);
+    const std::string asked = "particles: on the CPU, compute.device \"" + wish.device() + "\": ";
+    if (!device.ok()) {
+        out.failed = wish.device() != "auto";
+        out.text = one_line(asked + device.error());
+        return out;
+    }
+    compute::WorkerPool pool(threads);
+    compute::Team team;
+    team.join_pool(pool);
+    const bool field = has_heightfield(settings);
+    const auto dearest =
+        std::max_element(settings.particles.begin(),
+                         settings.particles.end(),
+                         [field](const auto& a, const auto& b) {
+                             return static_cast<double>(a.def.most) * particle_ns(a, field) <
+                                    static_cast<double>(b.def.most) * particle_ns(b, field);
+                         });
+    MeasuredCrossover measured =
+        measure_particles(**device, team, SystemSurroundings(settings, *dearest).scene);
+    if (measured.fault.empty()) {
+        measured.fault = build_kernels(settings, **device, team);
+    }
+    if (!measured.fault.empty()) {
+        out.failed = true;
+        out.text = one_line(asked + (*device)->info().name + " failed: " + measured.fault);
+        return out;
+    }
+    out.device = std::move(*device);
+    out.crossover = measured.crossover;
+    out.text = "particles: device " + compute::to_text(out.device->info()) + ", " +
+               out.device->reason() + "; " + describe_crossover(out.crossover);
+    const compute::ProgramCounts programs = out.device->programs();
+    if (!with.cache_folder.empty() && programs.stored < programs.built) {
+        out.no_cache = "compute.cache_folder \"" + with.cache_folder +
+                       "\": cannot be written, kernels are built anew at every start";
+    }
+    return out;
+}
+
+}  // namespace zoned::app

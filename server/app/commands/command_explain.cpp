@@ -1,0 +1,254 @@
+#include "server/ai/steering/path_following.h"
+#include "server/ai/decision/explain.h"
+#include "server/app/runtime/difficulty_log.h"
+#include "server/app/commands/commands.h"
+#include "server/app/commands/config_loading.h"
+#include "server/app/calibration/measure_codec.h"
+#include "server/app/calibration/particle_device.h"
+#include "server/app/runtime/tick_loop.h"
+#include "server/app/world/world.h"
+#include "server/config/expand/method_plan.h"
+#include "server/config/npc/parameters.h"
+
+#include <cstdio>
+#include <string>
+
+namespace zoned::app {
+
+namespace {
+
+const char* name_of(ai::PathMapKind map) {
+    return map == ai::PathMapKind::kGrid
+               ? "cells"
+               : (map == ai::PathMapKind::kNavmesh ? "a mesh" : "waypoints");
+}
+
+void join_viewers(unsigned viewers, std::vector<mailbox::InboxItem>& items) {
+    for (unsigned i = 1; i <= viewers; ++i) {
+        mailbox::Join join;
+        join.client = ClientId(i);
+        join.name = "viewer" + std::to_string(i);
+        items.emplace_back(std::move(join));
+    }
+}
+
+/// Sums of one zone over all ticks that were measured.
+struct ZoneCost {
+    std::array<PassTotals, zone::kPasses> passes;
+
+    void add(const zone::StepReport& report) {
+        for (std::size_t p = 0; p < zone::kPasses; ++p) {
+            passes[p].ran += report.passes[p].ran ? 1 : 0;
+            passes[p].ns += report.passes[p].ns;
+            passes[p].count += report.passes[p].count;
+        }
+    }
+};
+
+void print_particles(const config::Settings& settings, const ParticleDevice& device) {
+    std::printf("%s\n", device.text.c_str());
+    if (!device.no_cache.empty()) {
+        std::printf("%s\n", device.no_cache.c_str());
+    }
+    if (!settings.cosmetics.empty()) {
+        std::printf(
+            "cosmetic particle systems: %zu, neither simulated nor sent (but for one event a "
+            "burst): "
+            "clients replay them\n",
+            settings.cosmetics.size());
+    }
+}
+
+void print_codec(const replication::ReplicationSettings& settings,
+                 const replication::Replicator& replicator,
+                 const replication::ReplicationReport& last) {
+    switch (settings.codec) {
+        case replication::Codec::kShared:
+            std::printf("  codec: shared records, as configured\n");
+            return;
+        case replication::Codec::kPerClient:
+            std::printf("  codec: records of each viewer coded for it alone, as configured\n");
+            return;
+        case replication::Codec::kAuto:
+            break;
+    }
+    std::printf(
+        "  codec: coded for %u viewers alone (%.1f of %u us a tick); shared for %u that are told "
+        "too little at a time to gain (%.0f records a packet, %.0f %% of the downlink) and %u that "
+        "there is no time for; measured: %.2f us a record, %.2f us a packet\n",
+        last.codec.coded,
+        1e-3 * last.codec.cost_ns,
+        settings.codec_budget_us,
+        last.codec.little_to_gain,
+        static_cast<double>(replication::CodecPlan::kDense),
+        1e2 * static_cast<double>(replication::CodecPlan::kShort),
+        last.codec.beyond_budget,
+        1e-3 * replicator.codec_price().record_ns,
+        1e-3 * replicator.codec_price().packet_ns);
+}
+
+void print_zone(const config::ZoneRegion& region,
+                const replication::ReplicationSettings& replication,
+                const zone::Zone& zone,
+                const zone::StepReport& last,
+                const ZoneCost& cost,
+                unsigned ticks) {
+    const zone::Census& c = last.census;
+    std::printf("\nzone %u %s  x %.0f..%.0f  z %.0f..%.0f m\n",
+                static_cast<unsigned>(region.id.value),
+                region.name.c_str(),
+                region.min_x,
+                region.max_x,
+                region.min_z,
+                region.max_z);
+    std::printf(
+        "  census: %u entities, %u ghosts, %u characters (%u moving), %u agents, %u bodies awake, "
+        "%u of %u soft bodies awake, %u viewers\n",
+        c.entities,
+        c.ghosts,
+        c.characters,
+        c.moving_characters,
+        c.agents,
+        c.awake_bodies,
+        c.awake_soft,
+        c.soft_bodies,
+        c.viewers);
+    if (c.particle_systems > 0) {
+        std::printf(
+            "  particles: %u systems, %zu particles in the last tick, %u systems on a device\n",
+            c.particle_systems,
+            last.particles.particles,
+            last.particles.on_device);
+    }
+    if (const ai::PathService& paths = zone.state().paths; !paths.empty()) {
+        const ai::pathfinding::PathCounts w = paths.counts();
+        std::printf(
+            "  paths: over %s, %zu sizes of characters, %.1f MiB, %llu asked for (%llu straight), "
+            "%u "
+            "waiting, %llu cut by doors\n",
+            name_of(zone.state().settings.ai.pathfinding.map),
+            paths.sizes(),
+            static_cast<double>(paths.bytes()) / 1048576.0,
+            static_cast<unsigned long long>(w.asked),
+            static_cast<unsigned long long>(w.straight),
+            w.waiting,
+            static_cast<unsigned long long>(w.broken));
+    }
+    if (c.viewers > 0) {
+        print_codec(replication, zone.state().replicator, last.replication);
+    }
+    std::printf("  %-14s %-5s %10s %10s %8s  %s\n",
+                "pass",
+                "plan",
+                "ran/ticks",
+                "us/tick",
+                "units",
+                "because");
+    for (std::size_t p = 0; p < zone::kPasses; ++p) {
+        const PassTotals& t = cost.passes[p];
+        const std::string name(zone::pass_name(static_cast<zone::Pass>(p)));
+        const std::string reason(last.plan.reason[p]);
+        std::printf("  %-14s %-5s %5llu/%-4u %10.1f %8.1f  %s\n",
+                    name.c_str(),
+                    last.plan.runs[p] ? "run" : "skip",
+                    static_cast<unsigned long long>(t.ran),
+                    ticks,
+                    static_cast<double>(t.ns) * 1e-3 / ticks,
+                    static_cast<double>(t.count) / ticks,
+                    reason.c_str());
+    }
+}
+
+/// Why an NPC does what it does; false where no zone owns an entity of that id with an agent.
+bool print_why(const config::Settings& settings, World& world, EntityId entity, Tick now) {
+    for (const auto& zone : world.zones()) {
+        const zone::ZoneState& state = zone->state();
+        const ai::Agent* agent = zone->owns(entity) ? state.agents.find(entity) : nullptr;
+        if (agent == nullptr) {
+            continue;
+        }
+        const world::Row row = state.entities.find(entity);
+        const ai::AiSettings& agents = state.settings.ai;
+        const ai::CompiledBrain& compiled = agents.compiled[agent->brain];
+        spatial::PointGrid grid;
+        grid.build(state.entities.position, 8.0F);
+        const physics::Query statics = state.scene.query();
+        const ai::Percept sight = ai::perceive(
+            {state.entities, settings.types, grid, &statics, now, state.settings.dt, agents.far_m},
+            row,
+            *agent,
+            compiled);
+        const Vec3& at = state.entities.position[row];
+        const Vec2 here = ai::whereabouts(*agent, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
+        std::printf("entity %u, a %s in zone %u, after tick %lld\n%s%s",
+                    entity.value,
+                    settings.types[state.entities.type[row]].name.c_str(),
+                    static_cast<unsigned>(state.settings.id.value),
+                    static_cast<long long>(now),
+                    difficulty_text(state).c_str(),
+                    ai::explain(*agent,
+                                agents.brains[agent->brain],
+                                compiled,
+                                sight,
+                                here,
+                                state.points_of_interest,
+                                now,
+                                state.settings.dt)
+                        .c_str());
+        return true;
+    }
+    std::fprintf(stderr, "zoned: no entity %u with an agent is in the world\n", entity.value);
+    return false;
+}
+
+}  // namespace
+
+int explain(const ExplainArguments& arguments) {
+    config::Settings settings;
+    if (!load_or_complain(arguments.config, arguments.sets, settings)) {
+        return kUsage;
+    }
+    ParticleDevice device = open_particle_device(settings, 1);  // outlives the world
+    World world(settings, 1, &thread_cpu_ns);
+    if (device.device) {
+        world.use_device(device.device.get(), device.crossover);
+    }
+    std::vector<mailbox::InboxItem> items;
+    std::vector<mailbox::OutboxItem> out;
+    join_viewers(arguments.viewers, items);
+    if (settings.replication.codec == replication::Codec::kAuto) {
+        items.emplace_back(measure_codec());
+    }
+    std::vector<ZoneCost> costs(settings.zones.size());
+    for (unsigned t = 0; t < arguments.ticks; ++t) {
+        world.tick(items, out);
+        items.clear();
+        out.clear();
+        for (std::size_t z = 0; z < costs.size(); ++z) {
+            costs[z].add(world.zones()[z]->report());
+        }
+    }
+    if (arguments.entity != 0) {
+        return print_why(settings, world, EntityId(arguments.entity), world.now()) ? kGood : kUsage;
+    }
+    std::printf("plan of the last of %u ticks, with mean thread CPU time per tick (%u viewers)\n",
+                arguments.ticks,
+                arguments.viewers);
+    print_particles(settings, device);
+    for (std::size_t z = 0; z < costs.size(); ++z) {
+        print_zone(settings.zones[z],
+                   settings.replication,
+                   *world.zones()[z],
+                   world.zones()[z]->report(),
+                   costs[z],
+                   arguments.ticks);
+    }
+    std::printf("\n%s", config::methods_text(settings).c_str());
+    const std::string parameters = config::parameters_text(settings);
+    if (!parameters.empty()) {
+        std::printf("\n%s", parameters.c_str());
+    }
+    return kGood;
+}
+
+}  // namespace zoned::app

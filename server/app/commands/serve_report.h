@@ -1,0 +1,31 @@
+// The report of a server run: what loop, network and sessions counted, as one JSON file and a few
+// log lines.
+#pragma once
+
+#include "server/app/runtime/network.h"
+#include "server/app/runtime/tick_loop.h"
+#include "server/config/settings.h"
+
+#include <string>
+
+namespace zoned::app {
+
+/// Everything that the report is made of; loop and network have stopped.
+struct ServeFigures {
+    const config::Settings& settings;
+    const TickLoop& loop;
+    const Network& network;
+    unsigned threads = 1;
+    double seconds = 0.0;
+};
+
+/// One line: what state packets took since `before`, which becomes what there is now; nothing
+/// where the meter is off.
+void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double seconds);
+
+void log_summary(const ServeFigures& figures);
+
+/// Throws std::runtime_error when the file cannot be written.
+void write_serve_report(const std::string& file, const ServeFigures& figures);
+
+}  // namespace zoned::app

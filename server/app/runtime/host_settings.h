@@ -1,0 +1,21 @@
+// From the checked config to the settings of sessions and sockets.
+#pragma once
+
+#include "server/net/tls_listener.h"
+#include "server/net/udp_endpoint.h"
+#include "server/config/settings.h"
+#include "server/session/host/session_host.h"
+
+namespace zoned::app {
+
+/// Relative file names in a config count from the folder of the config file.
+std::string resolve_path(const std::string& config_file, const std::string& path);
+
+/// Reads the public keys of tickets; throws with a text that names the file.
+session::HostSettings host_settings(const config::Settings& settings,
+                                    const std::string& config_file);
+
+net::UdpSettings udp_settings(const config::Settings& settings);
+net::TlsSettings tls_settings(const config::Settings& settings, const std::string& config_file);
+
+}  // namespace zoned::app

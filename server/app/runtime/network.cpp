@@ -1,0 +1,171 @@
+#include "server/app/runtime/network.h"
+
+#include "server/app/runtime/host_settings.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+constexpr auto kTimerPeriod = std::chrono::milliseconds(50);
+constexpr double kUnixTimePeriod = 60.0;
+
+double unix_seconds() {
+    using Clock = std::chrono::system_clock;
+    return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+session::PeerAddress to_peer(const net::Address& address) {
+    session::PeerAddress peer;
+    std::memcpy(peer.ip, address.ip, sizeof(peer.ip));
+    peer.port = address.port;
+    return peer;
+}
+
+net::Address to_address(const session::PeerAddress& peer) {
+    net::Address address;
+    std::memcpy(address.ip, peer.ip, sizeof(address.ip));
+    address.port = peer.port;
+    return address;
+}
+
+}  // namespace
+
+Network::Network(asio::io_context& io,
+                 const config::Settings& settings,
+                 const std::string& config_file,
+                 std::function<void(mailbox::InboxItem)> to_zones)
+    : to_zones_(std::move(to_zones)),
+      udp_(io,
+           udp_settings(settings),
+           [this](std::span<const net::Datagram> datagrams) {
+               const double now = steady_seconds();
+               for (const net::Datagram& datagram : datagrams) {
+                   host_.on_datagram(to_peer(datagram.from), datagram.bytes, now);
+               }
+               udp_.flush();
+           }),
+      tls_(io, tls_settings(settings, config_file), callbacks()),
+      host_(host_settings(settings, config_file), output()),
+      timer_(io),
+      pacing_(io) {
+    host_.set_udp_port(udp_.port());
+}
+
+net::TlsCallbacks Network::callbacks() {
+    net::TlsCallbacks callbacks;
+    callbacks.on_open = [this](net::StreamNumber stream,
+                               const net::Address&,
+                               bool loopback,
+                               const net::DatagramKeys& keys) {
+        host_.on_stream_open(
+            session::StreamId(stream), loopback, keys.down, keys.up, steady_seconds());
+    };
+    callbacks.on_frame = [this](net::StreamNumber stream, std::span<const std::uint8_t> frame) {
+        host_.on_frame(session::StreamId(stream), frame, steady_seconds());
+    };
+    callbacks.on_closed = [this](net::StreamNumber stream, const std::string&) {
+        host_.on_stream_closed(session::StreamId(stream), steady_seconds());
+    };
+    return callbacks;
+}
+
+session::SessionOutput Network::output() {
+    session::SessionOutput output;
+    output.send_frame = [this](session::StreamId stream, session::Bytes frame) {
+        tls_.send(stream.value, frame);
+    };
+    output.close_stream = [this](session::StreamId stream) {
+        tls_.close(stream.value);
+    };
+    output.send_datagram = [this](const session::PeerAddress& to, session::Bytes datagram) {
+        udp_.queue_send(to_address(to), datagram);
+        host_.recycle(std::move(datagram));
+    };
+    output.to_zones = [this](mailbox::InboxItem item) {
+        to_zones_(std::move(item));
+    };
+    output.stream_backlog = [this](session::StreamId stream) {
+        return tls_.backlog(stream.value);
+    };
+    return output;
+}
+
+void Network::start() {
+    host_.set_unix_time(unix_seconds(), steady_seconds());
+    unix_time_set_s_ = steady_seconds();
+    udp_.start();
+    tls_.start();
+    arm_timer();
+}
+
+void Network::arm_timer() {
+    timer_.expires_after(kTimerPeriod);
+    timer_.async_wait([this](const asio::error_code& error) {
+        if (error || closing_) {
+            return;
+        }
+        const double now = steady_seconds();
+        if (now - unix_time_set_s_ > kUnixTimePeriod) {
+            host_.set_unix_time(unix_seconds(), now);
+            unix_time_set_s_ = now;
+        }
+        host_.tick(now, tick_);
+        udp_.flush();
+        arm_timer();
+    });
+}
+
+void Network::deliver(TickResult result) {
+    if (closing_) {
+        return;
+    }
+    tick_ = result.tick;
+    clock_origin_s_ = result.clock_origin_s;
+    for (const mailbox::OutboxItem& item : result.items) {
+        const double now = steady_seconds();
+        host_.on_outbox(item, now, now - clock_origin_s_);
+    }
+    host_.tick(steady_seconds(), tick_);
+    udp_.flush();
+    arm_pacing();
+}
+
+void Network::arm_pacing() {
+    const double wait_s = host_.next_release_s() - steady_seconds();
+    if (!std::isfinite(wait_s)) {
+        return;
+    }
+    pacing_.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+        std::chrono::duration<double>(std::max(0.0, wait_s))));
+    pacing_.async_wait([this](const asio::error_code& error) {
+        if (error || closing_) {
+            return;
+        }
+        const double now = steady_seconds();
+        host_.release(now, now - clock_origin_s_);
+        udp_.flush();
+        arm_pacing();
+    });
+}
+
+void Network::shutdown(const std::string& text) {
+    tls_.stop_accepting();
+    host_.shutdown(text);
+    udp_.flush();
+}
+
+void Network::close() {
+    closing_ = true;
+    timer_.cancel();
+    pacing_.cancel();
+    tls_.abort_all();
+    udp_.close();
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,71 @@
+// Network: sockets and sessions on one thread; it speaks with the tick loop by messages only.
+#pragma once
+
+#include "server/app/runtime/tick_loop.h"
+#include "server/net/tls_listener.h"
+#include "server/net/udp_endpoint.h"
+#include "server/config/settings.h"
+#include "server/session/host/session_host.h"
+
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace zoned::app {
+
+class Network {
+  public:
+    /// Binds; throws std::system_error or std::runtime_error with a text for the operator.
+    /// `to_zones` is called on the network thread.
+    Network(asio::io_context& io,
+            const config::Settings& settings,
+            const std::string& config_file,
+            std::function<void(mailbox::InboxItem)> to_zones);
+
+    void start();
+    /// Called on the network thread with what a tick brought.
+    void deliver(TickResult result);
+    /// Tells all clients why the server closes.
+    void shutdown(const std::string& text);
+    /// Closes the sockets.
+    void close();
+
+    [[nodiscard]] std::uint16_t tcp_port() const { return tls_.port(); }
+
+    [[nodiscard]] std::uint16_t udp_port() const { return udp_.port(); }
+
+    [[nodiscard]] const std::string& fingerprint() const { return tls_.fingerprint(); }
+
+    [[nodiscard]] std::size_t connections() const { return tls_.connections(); }
+
+    [[nodiscard]] const session::HostStats& sessions() const { return host_.stats(); }
+
+    [[nodiscard]] session::RttPercentiles rtt() const { return host_.rtt_percentiles(); }
+
+    [[nodiscard]] const net::UdpStats& udp() const { return udp_.stats(); }
+
+    [[nodiscard]] const net::TlsStats& tls() const { return tls_.stats(); }
+
+  private:
+    void arm_timer();
+    /// Sends what is spread over a tick, when it is due.
+    void arm_pacing();
+    session::SessionOutput output();
+    net::TlsCallbacks callbacks();
+
+    std::function<void(mailbox::InboxItem)> to_zones_;
+    net::UdpEndpoint udp_;
+    net::TlsListener tls_;
+    session::SessionHost host_;
+    asio::steady_timer timer_;
+    asio::steady_timer pacing_;
+    Tick tick_ = 0;
+    double clock_origin_s_ = 0.0;  ///< steady clock minus this = server time
+    double unix_time_set_s_ = 0.0;
+    bool closing_ = false;
+};
+
+}  // namespace zoned::app

@@ -1,0 +1,21 @@
+// StateFlapping: NPCs that go to and fro between two states, over all zones, by name.
+#pragma once
+
+#include "server/recording/report.h"
+#include "server/zone/zone.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::app {
+
+/// By brain and states; what several zones found is summed.
+std::vector<recording::FlappingFigures> flapping_of(
+    std::span<const std::unique_ptr<zone::Zone>> zones);
+
+/// Logs the pairs of `now` that are not in `told`, each once, and adds them there.
+void tell_flapping(const std::vector<recording::FlappingFigures>& now,
+                   std::vector<recording::FlappingFigures>& told);
+
+}  // namespace zoned::app

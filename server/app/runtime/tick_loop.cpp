@@ -1,0 +1,222 @@
+#include "server/app/runtime/tick_loop.h"
+
+#include "server/app/runtime/state_flapping_report.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+/// A sleeping thread wakes up to this late; where precision matters, the rest is spent waiting
+/// awake.
+constexpr double kSpinSeconds = 200e-6;
+
+/// Sums of traffic are for people: so many ticks old at most.
+constexpr Tick kTrafficEvery = 30;
+constexpr double kBandsEvery_s = 10.0;
+
+std::string overrun_cause(const LoopStats& stats, double wall_s, double cpu_s, double period_s) {
+    if (cpu_s > period_s) {
+        return stats.ticks == 0 ? "first tick" : "step took longer than a period of CPU time";
+    }
+    return wall_s - cpu_s > 0.5 * wall_s ? "threads were not scheduled"
+                                         : "threads were partly not scheduled";
+}
+
+}  // namespace
+
+double steady_seconds() {
+    using Clock = std::chrono::steady_clock;
+    return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+std::uint64_t thread_cpu_ns() {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<std::uint64_t>(t.tv_sec) * 1000000000ull +
+           static_cast<std::uint64_t>(t.tv_nsec);
+}
+
+TickLoop::TickLoop(World& world,
+                   const LoopSettings& settings,
+                   std::function<void(TickResult)> deliver,
+                   recording::RecordingWriter* recorder)
+    : world_(world),
+      settings_(settings),
+      deliver_(std::move(deliver)),
+      recorder_(recorder),
+      schedule_(settings.rate_hz, settings.max_catch_up, steady_seconds()),
+      inbox_(settings.mailbox_capacity) {
+}
+
+TickLoop::~TickLoop() {
+    stop();
+}
+
+void TickLoop::start() {
+    schedule_ = TickSchedule(settings_.rate_hz, settings_.max_catch_up, steady_seconds());
+    thread_ = std::thread([this] { loop(); });
+}
+
+void TickLoop::stop() {
+    stop_.store(true);
+    if (thread_.joinable()) {
+        thread_.join();
+        const std::lock_guard lock(stats_mutex_);
+        count_traffic();
+    }
+}
+
+LoopStats TickLoop::stats() const {
+    const std::lock_guard lock(stats_mutex_);
+    LoopStats copy = stats_;
+    copy.inbox_dropped = inbox_.dropped();
+    return copy;
+}
+
+void TickLoop::loop() {
+    while (!stop_.load(std::memory_order_relaxed)) {
+        const double due = schedule_.next_due();
+        wait_until(due);
+        while (schedule_.due(steady_seconds()) && !stop_.load(std::memory_order_relaxed)) {
+            run_tick(schedule_.next_due());
+            schedule_.ran();
+        }
+    }
+}
+
+void TickLoop::wait_until(double time_s) {
+    // An idle world needs no precision: it sleeps through, and wakes a little late.
+    const double spin = world_.idle() ? 0.0 : kSpinSeconds;
+    const double sleep = time_s - steady_seconds() - spin;
+    if (sleep > 0.0) {
+        std::this_thread::sleep_for(std::chrono::duration<double>(sleep));
+    }
+    while (spin > 0.0 && steady_seconds() < time_s) {
+        std::this_thread::yield();
+    }
+}
+
+void TickLoop::run_tick(double due_s) {
+    const double begin = steady_seconds();
+    const std::uint64_t cpu_begin = thread_cpu_ns() + world_.pool().cpu_ns();
+    inbox_.take_all(items_);
+    TickResult result;
+    world_.tick(items_, result.items);
+    result.tick = world_.now();
+    result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
+    result.clock_origin_s = begin - schedule_.server_time(begin);
+    record_tick();
+    deliver_(std::move(result));
+    const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
+    count_tick(begin - due_s, steady_seconds() - begin, cpu_end - cpu_begin);
+}
+
+void TickLoop::record_tick() {
+    if (recorder_ == nullptr) {
+        return;
+    }
+    std::vector<recording::ZoneTick> ticks;
+    const auto inboxes = world_.inboxes();
+    for (std::size_t i = 0; i < inboxes.size(); ++i) {
+        ticks.push_back({ZoneId(static_cast<std::uint16_t>(i + 1)),
+                         inboxes[i],
+                         world_.zones()[i]->state_hash()});
+    }
+    recorder_->add_tick(world_.now(), ticks);
+}
+
+void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
+    const std::lock_guard lock(stats_mutex_);
+    LoopStats& s = stats_;
+    s.wall_ms.add(1e3 * wall_s);
+    s.cpu_ms.add(1e-6 * static_cast<double>(cpu_ns));
+    s.late_ms.add(1e3 * late_s);
+    s.cpu_ns += cpu_ns;
+    if (wall_s > schedule_.dt_s()) {
+        ++s.overruns;
+        ++s.overrun_causes[overrun_cause(
+            s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s())];
+    }
+    ++s.ticks;
+    s.dropped_ticks = schedule_.dropped();
+    s.handoffs = world_.handoffs();
+    s.client_handoffs = world_.client_handoffs();
+    s.undeliverable = world_.undeliverable();
+    s.bursts_sent = world_.bursts_sent();
+    s.entities = 0;
+    s.awake_bodies = 0;
+    s.particles = 0;
+    s.zone_hashes.clear();
+    s.zone_entities.clear();
+    zone_ran_.resize(world_.zones().size());
+    for (std::size_t i = 0; i < world_.zones().size(); ++i) {
+        count_zone(i);
+    }
+    s.state_hash = world_.state_hash();
+    if (s.ticks % kTrafficEvery == 0) {
+        count_traffic();
+    }
+}
+
+void TickLoop::count_traffic() {
+    stats_.traffic = wire::TrafficTable{};
+    world_.sum_traffic(stats_.traffic);
+    stats_.state_flapping = flapping_of(world_.zones());
+    tell_flapping(stats_.state_flapping, flapping_told_);
+    log_bands(bands_of(world_.zones()),
+              world_.now(),
+              static_cast<Tick>(kBandsEvery_s / schedule_.dt_s()),
+              logged_bands_);
+}
+
+void TickLoop::count_zone(std::size_t index) {
+    LoopStats& s = stats_;
+    const zone::Zone& zone = *world_.zones()[index];
+    const zone::StepReport& r = zone.report();
+    log_difficulty(zone);
+    for (std::size_t p = 0; p < zone::kPasses; ++p) {
+        PassTotals& total = s.passes[p];
+        const bool ran = r.passes[p].ran;
+        total.zones += ran && !zone_ran_[index][p] ? 1 : 0;
+        zone_ran_[index][p] = zone_ran_[index][p] || ran;
+        total.ran += ran ? 1 : 0;
+        total.skipped += ran ? 0 : 1;
+        total.ns += r.passes[p].ns;
+        total.count += r.passes[p].count;
+        if (!ran) {
+            total.skip_reason = r.stalled ? "stalled on purpose" : r.plan.reason[p];
+        }
+    }
+    s.entities += r.census.entities;
+    s.awake_bodies += r.census.awake_bodies;
+    s.limit_exceeded += r.replication.limit_exceeded;
+    s.over_budget += r.replication.over_budget;
+    s.inputs += r.replication.inputs;
+    s.inputs_missing += r.replication.inputs_missing;
+    s.records_sent += r.replication.records_sent;
+    s.records_resent += r.replication.records_resent;
+    s.publications += r.replication.publications;
+    s.out_of_world += r.out_of_world;
+    s.quarantined += r.physics.quarantined + r.soft.quarantined;
+    s.substep_limited += r.physics.substep_limited;
+    s.far_bodies += r.physics.far_bodies;
+    s.held_back += r.physics.held_back;
+    s.slowed += r.physics.slowed;
+    s.broadcast_ticks += r.interest.broadcast ? 1 : 0;
+    s.particles += r.particles.particles;
+    s.device_particles += r.particles.on_device;
+    if (!r.particles.fault.empty() && s.device_faults++ == 0) {
+        spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
+                     r.particles.fault);
+    }
+    s.zone_hashes.push_back(zone.state_hash());
+    s.zone_entities.push_back(r.census.entities);
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,141 @@
+// TickLoop: the thread that steps the world at a fixed rate; together with the network thread the
+// only reader of the clock.
+#pragma once
+
+#include "server/app/runtime/difficulty_log.h"
+#include "server/app/runtime/tick_schedule.h"
+#include "server/app/world/world.h"
+#include "server/mailbox/bounded_queue.h"
+#include "server/recording/recorder.h"
+#include "server/recording/report.h"
+#include "shared/core/histogram.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace zoned::app {
+
+/// Seconds of the steady clock.
+double steady_seconds();
+/// CPU time of the calling thread, ns.
+std::uint64_t thread_cpu_ns();
+
+/// What a tick brought, on its way to the network.
+struct TickResult {
+    Tick tick = 0;
+    double server_time_s = 0.0;   ///< nominal time of the tick
+    double clock_origin_s = 0.0;  ///< steady clock minus this = server time
+    std::vector<mailbox::OutboxItem> items;
+};
+
+/// Sums over the run, per pass and over all zones.
+struct PassTotals {
+    std::uint64_t ran = 0;  ///< (tick, zone) pairs in which it ran
+    std::uint64_t skipped = 0;
+    std::uint64_t ns = 0;
+    std::uint64_t count = 0;
+    std::uint64_t zones = 0;  ///< that ran it at least once
+    std::string skip_reason;  ///< of the last skip; empty when it always ran
+};
+
+struct LoopStats {
+    Tick ticks = 0;
+    core::Histogram wall_ms;     ///< from a tick's start to its end
+    core::Histogram cpu_ms;      ///< the same in thread CPU time, all threads of the world
+    core::Histogram late_ms;     ///< from when a tick was due to its start
+    std::uint64_t overruns = 0;  ///< ticks that took longer than their period by the wall
+    std::map<std::string, std::uint64_t> overrun_causes;
+    std::uint64_t dropped_ticks = 0;  ///< left out because the loop was too far behind
+    std::uint64_t cpu_ns =
+        0;  ///< of the loop and the world's workers, sleeping and waiting excluded
+    std::uint64_t inbox_dropped = 0;
+    std::array<PassTotals, zone::kPasses> passes;
+    std::uint64_t handoffs = 0;
+    std::uint64_t client_handoffs = 0;
+    std::uint64_t undeliverable = 0;
+    std::uint64_t limit_exceeded = 0;
+    std::uint64_t out_of_world = 0;
+    std::uint64_t quarantined = 0;
+    std::uint64_t substep_limited = 0;  ///< islands and steps beyond the most substeps
+    std::uint64_t far_bodies = 0;       ///< bodies and steps where floats are too coarse
+    std::uint64_t held_back = 0;        ///< bodies that would have passed through static geometry
+    std::uint64_t slowed = 0;           ///< bodies whose speed or spin was cut to the most there is
+    std::uint64_t over_budget = 0;
+    std::uint64_t inputs = 0;          ///< commands that were due
+    std::uint64_t inputs_missing = 0;  ///< of these: not there in time
+    std::uint64_t records_sent = 0;
+    std::uint64_t records_resent = 0;
+    std::uint64_t publications = 0;
+    std::uint64_t broadcast_ticks = 0;
+    std::uint64_t particles = 0;         ///< simulated, in the last tick
+    std::uint64_t bursts_sent = 0;       ///< cosmetic ones that somebody heard
+    std::uint64_t device_particles = 0;  ///< systems and ticks that a device moved
+    std::uint64_t device_faults = 0;     ///< systems that lost their device
+    std::uint32_t entities = 0;
+    std::uint32_t awake_bodies = 0;
+    std::uint64_t state_hash = 0;
+    std::vector<std::uint64_t> zone_hashes;
+    std::vector<std::uint64_t> zone_entities;
+    std::vector<recording::FlappingFigures> state_flapping;  ///< as old as `traffic`
+    wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
+};
+
+struct LoopSettings {
+    double rate_hz = 30.0;
+    unsigned max_catch_up = 3;
+    std::size_t mailbox_capacity = 65536;
+};
+
+class TickLoop {
+  public:
+    /// `deliver` is called on the loop's thread once per tick. `recorder` may be null.
+    TickLoop(World& world,
+             const LoopSettings& settings,
+             std::function<void(TickResult)> deliver,
+             recording::RecordingWriter* recorder);
+    ~TickLoop();
+
+    void start();
+    /// Returns when the tick under way is done. Called by the destructor too.
+    void stop();
+
+    /// From any thread; false when the mailbox is full (counted).
+    bool post(mailbox::InboxItem item) { return inbox_.push(std::move(item)); }
+
+    /// A copy of the sums so far; from any thread.
+    [[nodiscard]] LoopStats stats() const;
+
+  private:
+    void loop();
+    void run_tick(double due_s);
+    void record_tick();
+    void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
+    void count_zone(std::size_t index);
+    void count_traffic();
+    void wait_until(double time_s);
+
+    World& world_;
+    LoopSettings settings_;
+    std::function<void(TickResult)> deliver_;
+    recording::RecordingWriter* recorder_;
+    TickSchedule schedule_;
+    mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
+    std::vector<mailbox::InboxItem> items_;
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+    std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
+    std::vector<recording::FlappingFigures> flapping_told_;
+    LoggedBands logged_bands_;
+    mutable std::mutex stats_mutex_;
+    LoopStats stats_;
+};
+
+}  // namespace zoned::app

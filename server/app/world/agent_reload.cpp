@@ -1,0 +1,53 @@
+#include "server/app/world/agent_reload.h"
+
+#include "server/config/expand/reload_diff.h"
+
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+using Fresh = core::Result<mailbox::NewBrains>;
+
+Fresh brains_of(const config::Settings& fresh, const config::Settings& running) {
+    auto brains = config::new_brains(running, fresh);
+    if (!brains.ok()) {
+        return Fresh::failure(brains.error());
+    }
+    return mailbox::NewBrains{std::make_shared<const std::string>(fresh.text), *brains};
+}
+
+}  // namespace
+
+Fresh load_brains(const std::string& file,
+                  const std::vector<std::string>& sets,
+                  const config::Settings& running) {
+    config::Settings fresh;
+    std::vector<config::ConfigError> errors;
+    if (!config::load_settings(file, sets, fresh, errors)) {
+        return Fresh::failure(config::format_errors(file, errors));
+    }
+    return brains_of(fresh, running);
+}
+
+core::Result<bool> restore_brains(const config::Settings& running, mailbox::InboxItem& item) {
+    auto* brains = std::get_if<mailbox::NewBrains>(&item);
+    if (brains == nullptr || brains->settings != nullptr) {
+        return true;
+    }
+    config::Settings fresh;
+    std::vector<config::ConfigError> errors;
+    if (!config::parse_settings(*brains->config, {}, fresh, errors)) {
+        return core::Result<bool>::failure(
+            config::format_errors("the config that was read anew", errors));
+    }
+    Fresh read = brains_of(fresh, running);
+    if (!read.ok()) {
+        return core::Result<bool>::failure(read.error());
+    }
+    *brains = std::move(*read);
+    return true;
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,22 @@
+// Reload: agents of a config that was read anew, on their way into a world that runs.
+#pragma once
+
+#include "server/mailbox/messages.h"
+#include "server/config/settings.h"
+#include "shared/core/result.h"
+
+#include <string>
+#include <vector>
+
+namespace zoned::app {
+
+/// Reads `file` with `sets` as for a start. Fails with all that is wrong with it, or with what
+/// differs that takes a restart; `running` is what the world was made of.
+core::Result<mailbox::NewBrains> load_brains(const std::string& file,
+                                             const std::vector<std::string>& sets,
+                                             const config::Settings& running);
+
+/// Gives an item that comes from a recording the agents that its text says; other items stay.
+core::Result<bool> restore_brains(const config::Settings& running, mailbox::InboxItem& item);
+
+}  // namespace zoned::app

@@ -1,0 +1,405 @@
+#include "server/app/world/world.h"
+
+#include "server/app/world/world_settings.h"
+#include "server/zone/border/zone_portal_exchange.h"
+#include "proto/session.pb.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+std::string zone_topic(ZoneId zone) {
+    return "zone/" + std::to_string(zone.value);
+}
+
+mailbox::Bytes bytes_of(const google::protobuf::MessageLite& message) {
+    mailbox::Bytes bytes(message.ByteSizeLong());
+    message.SerializeToArray(bytes.data(), static_cast<int>(bytes.size()));
+    return bytes;
+}
+
+proto::ParticleBurst describe_burst(const zone::BurstOut& from) {
+    proto::ParticleBurst out;
+    out.set_system(from.system);
+    out.set_seed(from.burst.seed);
+    out.set_count(from.burst.count);
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_position(from.burst.position[axis]);
+        out.add_velocity(from.burst.velocity[axis]);
+    }
+    return out;
+}
+
+}  // namespace
+
+World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
+    : spawn_points_(settings.spawn_points),
+      regions_(regions_of(settings)),
+      teams_(regions_.size()),
+      pool_(threads) {
+    const auto types = std::make_shared<const world::TypeTable>(settings.types);
+    for (const zone::Region& region : regions_) {
+        zones_.push_back(std::make_unique<zone::Zone>(zone_settings(settings, region.id, types),
+                                                      zone::make_rules(settings.rules, *types),
+                                                      stopwatch));
+        states_.push_back(&zones_.back()->state());
+        compute::Team& team = teams_[zones_.size() - 1];
+        team.join_pool(pool_);
+        zones_.back()->state().scene.work_with(&team);
+        zones_.back()->state().team = &team;
+    }
+    zone::join_paths(states_);
+    if (!settings.environment.empty()) {
+        environment_ = std::make_shared<clock::SharedEnvironment>(settings.environment,
+                                                                  1.0 / settings.tick_rate_hz);
+        environment_->begin(settings.environment);
+        environment_sync_ticks_ = settings.environment.sync_ticks;
+        wrong_clock_ = settings.config.testing().wrong_clock();
+        for (zone::ZoneState* state : states_) {
+            state->settings.environment = environment_;
+        }
+    }
+    inboxes_.resize(zones_.size());
+    populate(settings, regions_, zones_);
+    std::vector<interest::HistoryRule> histories;
+    for (const proto::Config::Topic& topic : settings.config.topic()) {
+        histories.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
+    }
+    topics_.keep(std::move(histories));
+}
+
+void World::use_device(compute::Device* device, const compute::Crossover& crossover) {
+    for (const auto& zone : zones_) {
+        zone->state().particles.simulated.use_device(device, crossover);
+    }
+}
+
+std::uint64_t World::state_hash() const {
+    core::StateHash hash;
+    for (const auto& zone : zones_) {
+        hash.add(zone->state_hash());
+    }
+    return hash.value();
+}
+
+void World::sum_traffic(wire::TrafficTable& out) const {
+    for (const auto& zone : zones_) {
+        if (const wire::TrafficTable* traffic = zone->state().replicator.traffic()) {
+            out.add(*traffic);
+        }
+    }
+}
+
+bool World::idle() const {
+    return std::all_of(zones_.begin(), zones_.end(), [](const auto& zone) {
+        const zone::StepPlan& plan = zone->report().plan;
+        return !plan.has(zone::Pass::kRules) && !plan.has(zone::Pass::kAgents) &&
+               !plan.has(zone::Pass::kMovement) && !plan.has(zone::Pass::kPhysics) &&
+               !plan.has(zone::Pass::kParticles) && !plan.has(zone::Pass::kInterest);
+    });
+}
+
+std::size_t World::spawn_zone(mailbox::Join& join) const {
+    // Clients come with consecutive numbers: a stride that is coprime to most list lengths spreads
+    // them over the map.
+    const Vec3d& point = spawn_points_[(join.client.value * 7919ULL) % spawn_points_.size()];
+    join.spawn[0] = point.x();
+    join.spawn[1] = point.y();
+    join.spawn[2] = point.z();
+    for (std::size_t i = 0; i < regions_.size(); ++i) {
+        if (regions_[i].outside(point.x(), point.z()) == 0.0) {
+            return i;
+        }
+    }
+    ZONED_ASSERT(false, "spawn points were checked to lie in a zone");
+    return 0;
+}
+
+void World::route(const mailbox::InboxItem& item) {
+    if (const auto* join = std::get_if<mailbox::Join>(&item)) {
+        mailbox::Join placed = *join;
+        const std::size_t zone = spawn_zone(placed);
+        zone_of_[placed.client] = zone;
+        inboxes_[zone].emplace_back(std::move(placed));
+        return;
+    }
+    if (std::holds_alternative<mailbox::Freeze>(item) ||
+        std::holds_alternative<mailbox::CodecPrice>(item) ||
+        std::holds_alternative<mailbox::NewBrains>(item)) {
+        for (ZoneInbox& inbox : inboxes_) {
+            inbox.push_back(item);
+        }
+        return;
+    }
+    const ClientId client = std::visit(
+        [](const auto& message) {
+            if constexpr (requires { message.client; }) {
+                return message.client;
+            } else {
+                return ClientId();
+            }
+        },
+        item);
+    const auto it = zone_of_.find(client);
+    if (it == zone_of_.end()) {
+        ++undeliverable_;
+        return;
+    }
+    inboxes_[it->second].push_back(item);
+}
+
+void World::tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out) {
+    for (ZoneInbox& inbox : inboxes_) {
+        inbox.clear();
+    }
+    for (const mailbox::InboxItem& item : items) {
+        route(item);
+    }
+    step(out);
+}
+
+void World::replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out) {
+    ZONED_ASSERT(inboxes.size() == inboxes_.size(), "a recording has one inbox for each zone");
+    for (std::size_t i = 0; i < inboxes.size(); ++i) {
+        inboxes_[i] = inboxes[i];
+        for (const mailbox::InboxItem& item : inboxes_[i]) {
+            if (const auto* join = std::get_if<mailbox::Join>(&item)) {
+                zone_of_[join->client] = i;
+            }
+        }
+    }
+    step(out);
+}
+
+void World::for_each_zone(void (World::*work)(std::size_t)) {
+    if (idle()) {
+        // Waking the workers would cost more than there is to do.
+        for (std::size_t i = 0; i < zones_.size(); ++i) {
+            (this->*work)(i);
+        }
+        return;
+    }
+    pool_.run(zones_.size(), [this, work](std::size_t i) { (this->*work)(i); });
+}
+
+void World::step(std::vector<mailbox::OutboxItem>& out) {
+    ++now_;
+    if (environment_) {
+        environment_->advance(now_);
+    }
+    for_each_zone(&World::simulate_zone);
+    carry_handoffs(out);
+    apply_topics(out);
+    deliver_messages();
+    for (const auto& zone : zones_) {
+        zone->publish_ghosts();
+    }
+    for_each_zone(&World::import_ghosts);
+    for_each_zone(&World::publish_zone);
+    resolve_events(out);
+    resolve_bursts(out);
+    if (environment_) {
+        change_clocks(out);
+        sync_environment(out);
+    }
+    for (const auto& zone : zones_) {
+        zone::StepOutput& from = zone->output();
+        for (mailbox::OutboxItem& message : from.messages) {
+            if (const auto* joined = std::get_if<mailbox::Joined>(&message)) {
+                const ClientId client = joined->client;
+                const ZoneId in = joined->zone;
+                out.push_back(std::move(message));
+                enter_zone(client, in, out);
+                if (environment_) {
+                    send_environment({client}, out);
+                }
+                continue;
+            }
+            if (auto* record = std::get_if<mailbox::AuditRecord>(&message);
+                record && environment_) {
+                add_environment_truth(*record);
+            }
+            out.push_back(std::move(message));
+        }
+        for (mailbox::StatePacket& packet : from.packets) {
+            out.emplace_back(std::move(packet));
+        }
+        for (const ClientId client : from.departed) {
+            zone_of_.erase(client);
+            topics_.remove(client);
+        }
+    }
+}
+
+void World::simulate_zone(std::size_t index) {
+    zones_[index]->simulate(now_, inboxes_[index]);
+}
+
+void World::import_ghosts(std::size_t index) {
+    zones_[index]->follow_ghosts(states_);
+}
+
+void World::publish_zone(std::size_t index) {
+    zones_[index]->publish();
+}
+
+void World::carry_handoffs(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (zone::Handoff& handoff : zone->output().handoffs) {
+            const std::size_t to = handoff.to.value - 1U;
+            zones_[to]->accept_handoff(handoff);
+            ++handoffs_;
+            if (handoff.client) {
+                const ClientId client = handoff.client->client;
+                zone_of_[client] = to;
+                ++client_handoffs_;
+                topics_.unsubscribe(client, zone_topic(handoff.from));
+                enter_zone(client, handoff.to, out);
+            }
+        }
+    }
+}
+
+EventId World::own_event_id() {
+    return EventId(++next_event_ << 16U);  // zone 0: the world itself
+}
+
+void World::enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out) {
+    subscribe(client, zone_topic(zone), out);
+    proto::ZoneEntered entered;
+    entered.set_zone(zone.value);
+    mailbox::EventOut event;
+    event.event = own_event_id();
+    event.tick = now_;
+    event.kind = proto::CORE_EVENT_ZONE_ENTERED;
+    event.payload = bytes_of(entered);
+    event.recipients.push_back(client);
+    out.emplace_back(std::move(event));
+}
+
+/// Who subscribes hears first what it missed, then what comes.
+void World::subscribe(ClientId client,
+                      const std::string& topic,
+                      std::vector<mailbox::OutboxItem>& out) {
+    topics_.subscribe(client, topic);
+    missed_.clear();
+    topics_.take_missed(client, topic, missed_);
+    for (interest::PastEvent& past : missed_) {
+        mailbox::EventOut event;
+        event.event = past.event;
+        event.tick = past.tick;
+        event.kind = past.kind;
+        event.history = true;
+        event.topic = topic;
+        event.payload = std::move(past.payload);
+        event.recipients.push_back(client);
+        out.emplace_back(std::move(event));
+    }
+}
+
+void World::apply_topics(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (const zone::TopicChange& change : zone->output().topics) {
+            if (change.subscribe) {
+                subscribe(change.client, change.topic, out);
+            } else {
+                topics_.unsubscribe(change.client, change.topic);
+            }
+        }
+    }
+    // Whoever left in this tick hears of nothing any more: where many leave at once, telling each
+    // of all the others would be a square of messages that nobody gets.
+    for (const auto& zone : zones_) {
+        for (const ClientId client : zone->output().departed) {
+            topics_.remove(client);
+        }
+    }
+}
+
+void World::deliver_messages() {
+    for (const auto& zone : zones_) {
+        for (zone::RulesMessage& message : zone->output().rules_messages) {
+            const auto owner = std::find_if(zones_.begin(), zones_.end(), [&](const auto& z) {
+                return z->owns(message.target);
+            });
+            if (owner == zones_.end()) {
+                ++undeliverable_;
+                continue;
+            }
+            (*owner)->deliver(std::move(message));
+        }
+    }
+}
+
+/// A fault on purpose: clients that have not subscribed hear of it all the same.
+void World::leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const {
+    if (faults.leak_topic.share == 0.0) {
+        return;
+    }
+    for (const auto& [client, zone] : zone_of_) {
+        if (faults.leak_topic.hits(client.value, now_)) {
+            recipients.push_back(client);
+        }
+    }
+    std::sort(recipients.begin(), recipients.end());
+    recipients.erase(std::unique(recipients.begin(), recipients.end()), recipients.end());
+}
+
+void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (zone::PendingEvent& pending : zone->output().events) {
+            std::vector<ClientId>& recipients = pending.event.recipients;
+            if (pending.audience == zone::Audience::kTopic) {
+                recipients = topics_.subscribers(pending.event.topic);
+                topics_.remember(pending.event.topic,
+                                 {0,
+                                  pending.event.event,
+                                  pending.event.tick,
+                                  pending.event.kind,
+                                  pending.event.payload});
+                leak_topic(zone->state().settings.faults, recipients);
+            } else if (pending.audience == zone::Audience::kViewers) {
+                for (const auto& other : zones_) {
+                    other->recipients_of(pending.source, recipients);
+                }
+                std::sort(recipients.begin(), recipients.end());
+                recipients.erase(std::unique(recipients.begin(), recipients.end()),
+                                 recipients.end());
+            }
+            if (!recipients.empty()) {
+                out.emplace_back(std::move(pending.event));
+            }
+        }
+    }
+}
+
+void World::resolve_bursts(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (const zone::BurstOut& burst : zone->output().bursts) {
+            mailbox::EventOut event;
+            for (const auto& other : zones_) {
+                other->recipients_near(burst.burst.position.cast<double>(),
+                                       burst.aura_m,
+                                       burst.line_of_sight,
+                                       event.recipients);
+            }
+            if (event.recipients.empty()) {
+                continue;
+            }
+            std::sort(event.recipients.begin(), event.recipients.end());
+            event.event = own_event_id();
+            event.tick = burst.burst.start;
+            event.kind = proto::CORE_EVENT_PARTICLE_BURST;
+            event.payload = bytes_of(describe_burst(burst));
+            out.emplace_back(std::move(event));
+            ++bursts_sent_;
+        }
+    }
+}
+
+}  // namespace zoned::app

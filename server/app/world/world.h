@@ -1,0 +1,120 @@
+// World: all zones of a process stepped tick by tick; messages in, messages out, no sockets and no
+// clock.
+#pragma once
+
+#include "server/compute/worker_pool.h"
+#include "server/interest/topics.h"
+#include "server/mailbox/messages.h"
+#include "server/config/settings.h"
+#include "server/zone/zone.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::app {
+
+/// One tick of one zone as a recording holds it.
+using ZoneInbox = std::vector<mailbox::InboxItem>;
+
+/// Where clients are and what they listen to; decides the order of everything that crosses zones,
+/// so that a run does not depend on the number of threads.
+class World {
+  public:
+    /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
+    World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
+
+    /// From now on large particle systems may be moved on a device, which must outlive the world.
+    /// The results stay the same bits.
+    void use_device(compute::Device* device, const compute::Crossover& crossover);
+
+    /// One tick: routes `items` to the zones in their order, steps, collects what goes out.
+    void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
+    /// One tick from a recording: the inbox of each zone as inboxes() was.
+    void replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out);
+
+    [[nodiscard]] Tick now() const { return now_; }
+
+    [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
+
+    /// What each zone was given in the last tick, for the recorder.
+    [[nodiscard]] std::span<const ZoneInbox> inboxes() const { return inboxes_; }
+
+    /// Hash over all zones' hashes.
+    [[nodiscard]] std::uint64_t state_hash() const;
+
+    [[nodiscard]] std::uint64_t handoffs() const { return handoffs_; }
+
+    [[nodiscard]] std::uint64_t client_handoffs() const { return client_handoffs_; }
+
+    /// Messages for clients or entities that nobody owns (they left meanwhile).
+    [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
+
+    /// Cosmetic bursts that somebody heard.
+    [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
+
+    /// What the state packets of all zones so far were spent on; empty where
+    /// replication::ReplicationSettings::meter is off.
+    void sum_traffic(wire::TrafficTable& out) const;
+
+    /// True when no zone has anything awake, moving or watched: the next tick will change nothing
+    /// by itself.
+    [[nodiscard]] bool idle() const;
+
+    /// nullptr: the world has neither shared clocks nor shared variables.
+    [[nodiscard]] const clock::SharedEnvironment* shared_environment() const {
+        return environment_.get();
+    }
+
+    [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
+
+  private:
+    void route(const mailbox::InboxItem& item);
+    void step(std::vector<mailbox::OutboxItem>& out);
+    void for_each_zone(void (World::*work)(std::size_t));
+    void simulate_zone(std::size_t index);
+    void import_ghosts(std::size_t index);
+    void publish_zone(std::size_t index);
+    void carry_handoffs(std::vector<mailbox::OutboxItem>& out);
+    void apply_topics(std::vector<mailbox::OutboxItem>& out);
+    void subscribe(ClientId client,
+                   const std::string& topic,
+                   std::vector<mailbox::OutboxItem>& out);
+    void deliver_messages();
+    void resolve_events(std::vector<mailbox::OutboxItem>& out);
+    void leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const;
+    void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
+    // world_environment.cpp
+    void change_clocks(std::vector<mailbox::OutboxItem>& out);
+    void sync_environment(std::vector<mailbox::OutboxItem>& out);
+    void send_environment(std::vector<ClientId> recipients, std::vector<mailbox::OutboxItem>& out);
+    void add_environment_truth(mailbox::AuditRecord& record) const;
+    [[nodiscard]] EventId own_event_id();
+    void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
+    [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
+
+    std::vector<Vec3d> spawn_points_;
+    std::vector<zone::Region> regions_;
+    std::vector<compute::Team> teams_;  // of the zones: who has no zone to step helps another
+    std::vector<std::unique_ptr<zone::Zone>> zones_;
+    std::vector<zone::ZoneState*> states_;
+    std::vector<ZoneInbox> inboxes_;
+    std::map<ClientId, std::size_t> zone_of_;  // index of the zone that a client's avatar lives in
+    interest::Topics topics_;
+    std::vector<interest::PastEvent> missed_;  // scratch
+    compute::WorkerPool pool_;
+    Tick now_ = 0;
+    std::shared_ptr<clock::SharedEnvironment>
+        environment_;  // null: the world has neither clocks nor variables
+    Tick environment_sync_ticks_ = 0;
+    double wrong_clock_ = 0.0;  // a fault on purpose
+    std::uint64_t next_event_ = 0;
+    std::uint64_t bursts_sent_ = 0;
+    std::uint64_t handoffs_ = 0;
+    std::uint64_t client_handoffs_ = 0;
+    std::uint64_t undeliverable_ = 0;
+};
+
+}  // namespace zoned::app

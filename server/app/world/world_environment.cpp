@@ -1,0 +1,86 @@
+#include "server/app/world/world.h"
+#include "proto/session.pb.h"
+
+#include <algorithm>
+
+namespace zoned::app {
+
+/// Changes that rules asked for, in the order of the zones: what comes later holds.
+void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
+    bool changed = false;
+    for (const auto& zone : zones_) {
+        for (const zone::ClockChange& change : zone->output().clocks) {
+            const auto value =
+                environment_->clock(change.clock).at(static_cast<double>(change.from));
+            environment_->announce(change.clock,
+                                   {change.from, value.value_or(0.0), change.rate_per_s});
+            changed = true;
+        }
+    }
+    if (changed) {
+        std::vector<ClientId> everybody;
+        for (const auto& [client, zone] : zone_of_) {
+            everybody.push_back(client);
+        }
+        send_environment(std::move(everybody), out);
+    }
+}
+
+/// What both sides compute alike needs no news; it is told now and then all the same, so that
+/// nothing that went wrong stays wrong.
+void World::sync_environment(std::vector<mailbox::OutboxItem>& out) {
+    if (now_ % environment_sync_ticks_ != 0) {
+        return;
+    }
+    std::vector<ClientId> everybody;
+    for (const auto& [client, zone] : zone_of_) {
+        everybody.push_back(client);
+    }
+    send_environment(std::move(everybody), out);
+}
+
+void World::send_environment(std::vector<ClientId> recipients,
+                             std::vector<mailbox::OutboxItem>& out) {
+    if (recipients.empty()) {
+        return;
+    }
+    proto::SharedEnvironment update;
+    for (std::size_t c = 0; c < environment_->clocks(); ++c) {
+        for (const clock::ClockCourse& course : environment_->clock(c).from(now_)) {
+            proto::SharedEnvironment::Course& one = *update.add_courses();
+            one.set_clock(static_cast<std::uint32_t>(c));
+            one.set_from(course.from);
+            one.set_value(course.value);
+            one.set_rate_per_s(course.rate_per_s * (1.0 + wrong_clock_));
+        }
+    }
+    for (std::size_t v = 0; v < environment_->variables(); ++v) {
+        if (const auto cursor = environment_->cursor_at(v, now_)) {
+            proto::SharedEnvironment::Cursor& one = *update.add_cursors();
+            one.set_variable(static_cast<std::uint32_t>(v));
+            one.set_number(cursor->number);
+            one.set_since(cursor->since);
+            one.set_phase(cursor->phase);
+            one.set_before(cursor->before);
+        }
+    }
+    mailbox::EventOut event;
+    event.event = own_event_id();
+    event.tick = now_;
+    event.kind = proto::CORE_EVENT_SHARED_ENVIRONMENT;
+    event.payload.resize(update.ByteSizeLong());
+    update.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
+    event.recipients = std::move(recipients);
+    out.emplace_back(std::move(event));
+}
+
+void World::add_environment_truth(mailbox::AuditRecord& record) const {
+    for (std::size_t c = 0; c < environment_->clocks(); ++c) {
+        record.shared_clocks.push_back(environment_->clock_at(c, record.tick).value_or(0.0));
+    }
+    for (std::size_t v = 0; v < environment_->variables(); ++v) {
+        record.shared_variables.push_back(environment_->value_at(v, record.tick).value_or(0.0));
+    }
+}
+
+}  // namespace zoned::app

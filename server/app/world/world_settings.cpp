@@ -1,0 +1,184 @@
+#include "server/app/world/world_settings.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::app {
+
+namespace {
+
+/// Whether a surface overlaps the region, grown by a margin for ghosts and reach.
+bool reaches(const config::SurfaceSettings& surface, const zone::Region& region, double margin) {
+    const Vec3d origin = region.origin();
+    const motion::PlacedSurface placed(surface.around(origin));
+    const Vec3d lower = origin + placed.bounds().lower.cast<double>();
+    const Vec3d upper = origin + placed.bounds().upper.cast<double>();
+    return upper.x() >= region.min_x - margin && lower.x() <= region.max_x + margin &&
+           upper.z() >= region.min_z - margin && lower.z() <= region.max_z + margin;
+}
+
+bool reaches(const motion::StaticBox& box, const zone::Region& region, double margin) {
+    return region.outside(box.centre.x(), box.centre.z()) <=
+           margin + static_cast<double>(box.half_extents.norm());
+}
+
+motion::StaticBox around(const motion::StaticBox& box, const Vec3d& origin) {
+    motion::StaticBox moved = box;
+    moved.centre = (box.centre.cast<double>() - origin).cast<float>();
+    return moved;
+}
+
+/// Static boxes, doors and surfaces that can be touched from within the region: those that overlap
+/// it, grown by a margin for ghosts and reach.
+std::shared_ptr<const motion::StaticGeometry> local_statics(const config::Settings& settings,
+                                                            const zone::Region& region) {
+    const Vec3d origin = region.origin();
+    const auto margin = static_cast<double>(settings.ghost_margin_m);
+    std::vector<motion::StaticBox> local;
+    for (const motion::StaticBox& box : settings.boxes) {
+        if (reaches(box, region, margin)) {
+            local.push_back(around(box, origin));
+        }
+    }
+    std::vector<motion::Door> doors;
+    for (const config::NamedDoor& named : settings.doors) {
+        if (reaches(named.door.box, region, margin)) {
+            doors.push_back({around(named.door.box, origin), named.door.times});
+        }
+    }
+    std::vector<motion::StaticSurface> surfaces;
+    for (const config::SurfaceSettings& surface : settings.surfaces) {
+        if (reaches(surface, region, margin)) {
+            surfaces.push_back(surface.around(origin));
+        }
+    }
+    return std::make_shared<const motion::StaticGeometry>(std::move(local),
+                                                          settings.ground_height_m,
+                                                          motion::kStaticCell_m,
+                                                          surfaces,
+                                                          std::move(doors));
+}
+
+/// The same surfaces as bodies.
+std::vector<zone::SurfaceBody> local_surfaces(const config::Settings& settings,
+                                              const zone::Region& region) {
+    std::vector<zone::SurfaceBody> bodies;
+    for (const config::SurfaceSettings& surface : settings.surfaces) {
+        if (reaches(surface, region, static_cast<double>(settings.ghost_margin_m))) {
+            const motion::StaticSurface placed = surface.around(region.origin());
+            physics::Material material;
+            material.friction = surface.friction;
+            material.restitution = surface.restitution;
+            bodies.push_back({surface.shape, placed.position, placed.orientation, material});
+        }
+    }
+    return bodies;
+}
+
+zone::FaultSettings faults_of(const config::Settings& settings, ZoneId id) {
+    zone::FaultSettings faults;
+    if (!settings.config.has_testing()) {
+        return faults;
+    }
+    const proto::Config::Testing& testing = settings.config.testing();
+    if (testing.has_corrupt_position()) {
+        const auto& corrupt = testing.corrupt_position();
+        faults.corrupt = {corrupt.probability(), static_cast<Tick>(corrupt.from_tick())};
+        faults.corrupt_offset_m = static_cast<float>(corrupt.offset_m());
+    }
+    if (testing.has_hide_entity()) {
+        faults.hide = {testing.hide_entity().probability(),
+                       static_cast<Tick>(testing.hide_entity().from_tick())};
+    }
+    if (testing.has_leak_entity()) {
+        faults.leak = {testing.leak_entity().probability(),
+                       static_cast<Tick>(testing.leak_entity().from_tick())};
+    }
+    if (testing.has_leak_filtered()) {
+        faults.leak_filtered = {testing.leak_filtered().probability(),
+                                static_cast<Tick>(testing.leak_filtered().from_tick())};
+    }
+    if (testing.has_drop_decision()) {
+        faults.drop_decision = {testing.drop_decision().probability(),
+                                static_cast<Tick>(testing.drop_decision().from_tick())};
+    }
+    if (testing.has_leak_topic()) {
+        faults.leak_topic = {testing.leak_topic().probability(),
+                             static_cast<Tick>(testing.leak_topic().from_tick())};
+    }
+    if (testing.has_stall_zone()) {
+        const auto& stall = testing.stall_zone();
+        const std::string& name = settings.zones[id.value - 1U].name;
+        if (stall.has_zone() ? stall.zone() == name : id.value == 1) {
+            faults.stall_from = static_cast<Tick>(stall.at_tick());
+            faults.stall_ticks = static_cast<Tick>(stall.ticks());
+        }
+    }
+    return faults;
+}
+
+}  // namespace
+
+std::vector<zone::Region> regions_of(const config::Settings& settings) {
+    std::vector<zone::Region> regions;
+    for (const config::ZoneRegion& z : settings.zones) {
+        regions.push_back({z.id, z.min_x, z.min_z, z.max_x, z.max_z});
+    }
+    return regions;
+}
+
+zone::ZoneSettings zone_settings(const config::Settings& settings,
+                                 ZoneId id,
+                                 const std::shared_ptr<const world::TypeTable>& types) {
+    zone::ZoneSettings z;
+    z.id = id;
+    z.regions = regions_of(settings);
+    z.ghost_margin_m = settings.ghost_margin_m;
+    z.handoff_hysteresis_m = settings.handoff_hysteresis_m;
+    z.dt = static_cast<float>(1.0 / settings.tick_rate_hz);
+    z.seed = settings.seed;
+    z.types = types;
+    z.solids = settings.solids;
+    z.outers = settings.outers;
+    z.softs = settings.softs;
+    z.statics = local_statics(settings, z.region());
+    z.surfaces = local_surfaces(settings, z.region());
+    z.particles = settings.particles;
+    z.cosmetic_bursts = settings.cosmetic_bursts;
+    z.physics = settings.physics;
+    z.ai = settings.ai;
+    z.interest = settings.interest;
+    z.visibility_filter = {settings.config.interest().filter_checks_per_tick(),
+                           settings.config.interest().filter_stale_ticks(),
+                           settings.config.interest().filter_grace_ticks()};
+    z.rewind = {std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
+                static_cast<float>(settings.config.rewind().slack_m())};
+    z.stances = settings.stances;
+    z.replication = settings.replication;
+    z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};
+    z.faults = faults_of(settings, id);
+    return z;
+}
+
+void populate(const config::Settings& settings,
+              const std::vector<zone::Region>& regions,
+              std::span<const std::unique_ptr<zone::Zone>> zones) {
+    for (const config::InitialEntity& initial : settings.initial) {
+        const auto region =
+            std::find_if(regions.begin(), regions.end(), [&](const zone::Region& r) {
+                return r.outside(initial.position.x(), initial.position.z()) == 0.0;
+            });
+        ZONED_ASSERT(region != regions.end(), "initial entities were checked to lie in the world");
+        zone::SpawnDef def;
+        def.type = initial.type;
+        def.position = (initial.position - region->origin()).cast<float>();
+        def.orientation = initial.orientation;
+        def.yaw = initial.yaw;
+        def.asleep = initial.asleep;
+        zones[region->id.value - 1U]->spawn(def);
+    }
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,26 @@
+// World settings: from the checked config to what each zone is made of.
+#pragma once
+
+#include "server/config/settings.h"
+#include "server/zone/zone.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::app {
+
+std::vector<zone::Region> regions_of(const config::Settings& settings);
+
+/// Statics are cut to what lies within the zone's region and margin, in zone-local coordinates; the
+/// geometry of surfaces is shared among zones.
+zone::ZoneSettings zone_settings(const config::Settings& settings,
+                                 ZoneId id,
+                                 const std::shared_ptr<const world::TypeTable>& types);
+
+/// Spawns the config's initial entities in the zones where they lie.
+void populate(const config::Settings& settings,
+              const std::vector<zone::Region>& regions,
+              std::span<const std::unique_ptr<zone::Zone>> zones);
+
+}  // namespace zoned::app

@@ -1,0 +1,67 @@
+// Geometry files: heightfields from PNG images and meshes from Wavefront OBJ.
+#pragma once
+
+#include "server/assets/obj_scan.h"
+#include "server/physics/shapes/heightfield.h"
+#include "server/physics/shapes/mesh.h"
+#include "shared/core/result.h"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace zoned::assets {
+
+/// Files larger than this are refused, bytes.
+inline constexpr std::size_t kMaxGeometryFile = 256U << 20;
+
+/// All bytes of a file, at most kMaxGeometryFile. The reason names the file.
+core::Result<std::string> read_geometry_file(const std::string& path);
+
+/// What a file holds, by its first bytes and not by its name.
+enum class GeometryContent {
+    kPng,
+    kBaked,
+    kText,     ///< presumably an OBJ
+    kUnknown,  ///< bytes that are no text
+};
+
+GeometryContent content_of(std::string_view bytes);
+
+/// A greyscale PNG of 8 or 16 bits (colour is refused rather than mixed to grey, and so are
+/// palettes and transparency): column x of row z is the sample there, black is 0 and white is
+/// `height` metres above it, plus `options.offset`. Columns, rows and scale of the options are set
+/// from the image. Samples are values, not light: no gamma is applied. Fails with the reason, which
+/// names the file.
+core::Result<std::shared_ptr<const physics::Heightfield>>
+load_heightfield(const std::string& path, float height, physics::FieldOptions options);
+
+/// The same from the bytes of a file; the reason begins with "heightfield" and names the row where
+/// the image is broken.
+core::Result<std::shared_ptr<const physics::Heightfield>>
+heightfield_from_png(std::span<const std::byte> bytes, float height, physics::FieldOptions options);
+
+/// Bits of a sample of a PNG that was read, 8 for fewer: heights come in 2^bits - 1 steps.
+unsigned png_bits(std::string_view bytes);
+
+/// A Wavefront OBJ: all faces of all groups, polygons cut into triangles, materials ignored (no
+/// other file is opened). Coordinates are taken times `scale`, in metres. Fails with the reason,
+/// which names the file.
+core::Result<physics::BuiltMesh> load_mesh(const std::string& path,
+                                           float scale,
+                                           const physics::MeshOptions& options);
+
+/// The same from the text of a file; the reason begins with "mesh" and names the line where there
+/// is one; of several mistakes it tells the first (scan_obj finds them all).
+core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
+                                               float scale,
+                                               const physics::MeshOptions& options);
+
+/// The same where the text has been scanned, and found good, already.
+core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
+                                                   float scale,
+                                                   const physics::MeshOptions& options);
+
+}  // namespace zoned::assets

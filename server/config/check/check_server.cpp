@@ -1,0 +1,273 @@
+#include "server/config/check/config_checks.h"
+#include "server/config/types/stances.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <set>
+
+namespace zoned::config {
+
+namespace {
+
+/// What is heard across a border must be a ghost there: a viewer may stand handoff_hysteresis_m
+/// behind the border and keeps what it hears up to (1 + hysteresis) x the radius.
+void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
+    // A nanometre of tolerance: 1.1 x 50 m is a little more than 55 m in binary.
+    const double margin = config.zones().ghost_margin_m() + 1e-9;
+    const double grow = 1.0 + config.interest().hysteresis();
+    const double behind = config.zones().handoff_hysteresis_m();
+    double nimbus = 0.0;
+    for (int t = 0; t < config.type_size(); ++t) {
+        nimbus = std::max(nimbus, largest_radius(config.type(t).nimbus_m()));
+    }
+    const auto report = [&](const std::string& path, const char* what, double radius) {
+        char text[300];
+        std::snprintf(text,
+                      sizeof(text),
+                      "%s of %g m, with hysteresis %g and handoff_hysteresis_m %g, reaches %g m "
+                      "and is larger than zones.ghost_margin_m, %g",
+                      what,
+                      radius,
+                      config.interest().hysteresis(),
+                      behind,
+                      radius * grow + behind,
+                      margin);
+        diagnostics.add(path, text);
+    };
+    const bool nimbus_reaches = nimbus * grow + behind > margin;
+    for (int t = 0; t < config.type_size(); ++t) {
+        const auto& type = config.type(t);
+        const std::string path = join_path("", "type", t);
+        if (largest_radius(type.nimbus_m()) > 0.0 &&
+            largest_radius(type.nimbus_m()) * grow + behind > margin) {
+            report(path + ".nimbus_m", "nimbus", largest_radius(type.nimbus_m()));
+        }
+        // An aura reaches no farther than somebody listens.
+        if (nimbus_reaches && largest_radius(type.aura_m()) * grow + behind > margin) {
+            report(path + ".aura_m", "aura", largest_radius(type.aura_m()));
+        }
+    }
+}
+
+void check_lods(const proto::Config& config, Diagnostics& diagnostics) {
+    const double quantum =
+        0.5 * std::sqrt(3.0) * config.replication().quantization().position_step_m();
+    double before = 0.0;
+    for (int l = 0; l < config.lod_size(); ++l) {
+        const auto& lod = config.lod(l);
+        const std::string path = join_path("", "lod", l);
+        const bool last = l + 1 == config.lod_size();
+        if (last && lod.has_radius_m()) {
+            diagnostics.add(path + ".radius_m",
+                            "the last level of detail holds beyond all radii: leave it out");
+        } else if (!last && !lod.has_radius_m()) {
+            diagnostics.add(path, "radius_m is missing: only the last level of detail has none");
+        } else if (!last && lod.radius_m() <= before) {
+            diagnostics.add(
+                path + ".radius_m",
+                text_of("radii must ascend: %g is not more than %g", lod.radius_m(), before));
+        }
+        before = std::max(before, lod.radius_m());
+        if (quantum > lod.position_bound_m()) {
+            diagnostics.add(path + ".position_bound_m",
+                            text_of("%g m is finer than the quantisation itself, %.4g m; make "
+                                    "quantization.position_step_m smaller",
+                                    lod.position_bound_m(),
+                                    quantum));
+        }
+    }
+}
+
+void check_extent(const proto::Config& config,
+                  const std::vector<ZoneRegion>& zones,
+                  Diagnostics& diagnostics) {
+    const auto& q = config.replication().quantization();
+    const std::string path = "replication.quantization";
+    double half = 0.0;
+    for (const ZoneRegion& zone : zones) {
+        half = std::max({half, 0.5 * (zone.max_x - zone.min_x), 0.5 * (zone.max_z - zone.min_z)});
+    }
+    const double margin = config.zones().ghost_margin_m();
+    if (half + margin > q.horizontal_extent_m()) {
+        diagnostics.add(path + ".horizontal_extent_m",
+                        text_of("%g is less than half of the largest zone, %g, and the ghost "
+                                "margin, %g, together",
+                                q.horizontal_extent_m(),
+                                half,
+                                margin));
+    }
+    if (std::abs(config.world().ground_height_m()) + 100.0 > q.vertical_extent_m()) {
+        diagnostics.add(path + ".vertical_extent_m",
+                        text_of("%g leaves less than 100 m around the ground at %g",
+                                q.vertical_extent_m(),
+                                config.world().ground_height_m()));
+    }
+}
+
+void check_file(const std::string& file,
+                const std::string& path,
+                const std::string& advice,
+                Diagnostics& diagnostics) {
+    const std::ifstream in(file);
+    if (!in.good()) {
+        diagnostics.add(path, "cannot read '" + file + "'; " + advice);
+    }
+}
+
+bool is_address(const std::string& address) {
+    unsigned char bytes[sizeof(in6_addr)];
+    return inet_pton(AF_INET, address.c_str(), bytes) == 1 ||
+           inet_pton(AF_INET6, address.c_str(), bytes) == 1;
+}
+
+void check_address(const std::string& address, const std::string& path, Diagnostics& diagnostics) {
+    if (!is_address(address)) {
+        diagnostics.add(path, "'" + address + "' is no IPv4 or IPv6 address");
+    }
+}
+
+/// True for the addresses that clients on this machine reach as loopback: loopback itself and all.
+bool serves_loopback(const std::string& address) {
+    in6_addr six{};
+    if (inet_pton(AF_INET6, address.c_str(), &six) == 1) {
+        return IN6_IS_ADDR_UNSPECIFIED(&six) || IN6_IS_ADDR_LOOPBACK(&six);
+    }
+    in_addr four{};
+    return inet_pton(AF_INET, address.c_str(), &four) == 1 &&
+           (four.s_addr == htonl(INADDR_ANY) || ntohl(four.s_addr) >> 24U == 127U);
+}
+
+/// Somebody must be able to log in: by a ticket, or in development mode by loopback with the right
+/// to play.
+void check_entrance(const proto::Config& config, Diagnostics& diagnostics) {
+    const auto& session = config.session();
+    if (session.ticket_public_key_file_size() > 0) {
+        return;
+    }
+    if (!session.dev_mode_loopback()) {
+        diagnostics.add("session",
+                        "nobody can log in: name a ticket_public_key_file (`zoned keygen` makes a "
+                        "pair of keys), or set dev_mode_loopback for development");
+        return;
+    }
+    const bool plays =
+        session.dev_rights_size() == 0 ||
+        std::find(session.dev_rights().begin(), session.dev_rights().end(), proto::Config::PLAY) !=
+            session.dev_rights().end();
+    if (!plays) {
+        diagnostics.add("session.dev_rights[0]",
+                        "nobody can log in: without PLAY the development mode lets nobody play, "
+                        "and there is no ticket_public_key_file");
+    }
+    const std::string& address = config.network().bind_address();
+    if (is_address(address) && !serves_loopback(address)) {
+        diagnostics.add("network.bind_address",
+                        "nobody can log in: the development mode lets in loopback addresses only, "
+                        "which do not reach " +
+                            address + ", and there is no ticket_public_key_file");
+    }
+}
+
+void check_session(const proto::Config::Session& session, Diagnostics& diagnostics) {
+    if (session.has_tls_certificate_file() != session.has_tls_key_file()) {
+        const bool key = session.has_tls_key_file();
+        diagnostics.add(key ? "session.tls_key_file" : "session.tls_certificate_file",
+                        std::string("needs session.") +
+                            (key ? "tls_certificate_file" : "tls_key_file") + " as well");
+    }
+    if (session.has_tls_certificate_file()) {
+        check_file(session.tls_certificate_file(),
+                   "session.tls_certificate_file",
+                   "leave both files out to have a certificate made for development",
+                   diagnostics);
+    }
+    if (session.has_tls_key_file()) {
+        check_file(session.tls_key_file(),
+                   "session.tls_key_file",
+                   "leave both files out to have a certificate made for development",
+                   diagnostics);
+    }
+    for (int k = 0; k < session.ticket_public_key_file_size(); ++k) {
+        check_file(session.ticket_public_key_file(k),
+                   join_path("session", "ticket_public_key_file", k),
+                   "`zoned keygen` makes a pair of keys",
+                   diagnostics);
+    }
+}
+
+void check_testing(const proto::Config& config,
+                   const std::vector<ZoneRegion>& zones,
+                   Diagnostics& diagnostics) {
+    const auto& testing = config.testing();
+    if (testing.stall_zone().has_zone()) {
+        const bool known = std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
+            return zone.name == testing.stall_zone().zone();
+        });
+        if (!known) {
+            diagnostics.add("testing.stall_zone.zone",
+                            "there is no zone named '" + testing.stall_zone().zone() + "'");
+        }
+    }
+    if (testing.wrong_limit().has_type()) {
+        const bool known = std::any_of(
+            config.type().begin(), config.type().end(), [&](const proto::Config::Type& type) {
+                return type.name() == testing.wrong_limit().type();
+            });
+        if (!known) {
+            diagnostics.add("testing.wrong_limit.type",
+                            "there is no type named '" + testing.wrong_limit().type() + "'");
+        }
+    }
+}
+
+}  // namespace
+
+void check_replication(const proto::Config& config,
+                       const std::vector<ZoneRegion>& zones,
+                       Diagnostics& diagnostics) {
+    if (zones.size() > 1) {
+        check_margin(config, diagnostics);
+    }
+    check_lods(config, diagnostics);
+    check_extent(config, zones, diagnostics);
+    const double silence = config.replication().silence_ticks() / config.world().tick_rate_hz();
+    if (silence > 0.5) {
+        diagnostics.add(
+            config.replication().has_silence_ticks() ? "replication.silence_ticks"
+                                                     : "world.tick_rate_hz",
+            text_of(
+                "silence_ticks: %g ticks are %.3g s at world.tick_rate_hz %g; clients need a sign "
+                "of life every 0.5 s",
+                config.replication().silence_ticks(),
+                silence,
+                config.world().tick_rate_hz()));
+    }
+}
+
+void check_server(const proto::Config& config,
+                  const std::vector<ZoneRegion>& zones,
+                  Diagnostics& diagnostics) {
+    const auto& network = config.network();
+    check_address(network.bind_address(), "network.bind_address", diagnostics);
+    check_address(network.admin_address(), "network.admin_address", diagnostics);
+    if (network.tcp_port() != 0 && network.tcp_port() == network.admin_port()) {
+        diagnostics.add("network.admin_port", "is the same as tcp_port");
+    }
+    check_session(config.session(), diagnostics);
+    check_entrance(config, diagnostics);
+    check_testing(config, zones, diagnostics);
+    std::set<std::string> names;
+    for (int r = 0; r < config.rules_size(); ++r) {
+        const std::string path = join_path("", "rules", r);
+        if (check_name(config.rules(r).name(), "rules setting", path, diagnostics) &&
+            !names.insert(config.rules(r).name()).second) {
+            diagnostics.add(path + ".name", "'" + config.rules(r).name() + "' is given twice");
+        }
+    }
+}
+
+}  // namespace zoned::config

@@ -1,0 +1,97 @@
+#include "server/config/expand/reload_diff.h"
+
+#include "server/config/text/diagnostics.h"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/util/message_differencer.h>
+
+#include <utility>
+
+namespace zoned::config {
+
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::util::MessageDifferencer;
+using proto::Config;
+
+/// What is left when agents are taken out.
+Config without_brains(const Config& config) {
+    Config rest = config;
+    rest.clear_brain();
+    rest.clear_tree();
+    rest.clear_domain();
+    rest.clear_fuzzy();
+    rest.clear_blend();
+    rest.clear_behaviour();
+    rest.clear_difficulty();
+    rest.clear_ai();
+    for (Config::Type& type : *rest.mutable_type()) {
+        type.clear_brain();
+        type.clear_perception();
+    }
+    return rest;
+}
+
+/// The first setting that differs, by path; empty: none.
+std::string difference(const Message& a, const Message& b, const std::string& path) {
+    const google::protobuf::Reflection& r = *a.GetReflection();
+    for (int f = 0; f < a.GetDescriptor()->field_count(); ++f) {
+        const FieldDescriptor& field = *a.GetDescriptor()->field(f);
+        MessageDifferencer differencer;
+        if (differencer.CompareWithFields(a, b, {&field}, {&field})) {
+            continue;
+        }
+        const std::string here = join_path(path, field.name());
+        if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) {
+            return here;
+        }
+        if (!field.is_repeated()) {
+            const bool both = r.HasField(a, &field) && r.HasField(b, &field);
+            return both ? difference(r.GetMessage(a, &field), r.GetMessage(b, &field), here) : here;
+        }
+        if (r.FieldSize(a, &field) != r.FieldSize(b, &field)) {
+            return here;
+        }
+        for (int i = 0; i < r.FieldSize(a, &field); ++i) {
+            const std::string inner = difference(r.GetRepeatedMessage(a, &field, i),
+                                                 r.GetRepeatedMessage(b, &field, i),
+                                                 join_path(path, field.name(), i));
+            if (!inner.empty()) {
+                return inner;
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& running,
+                                                               const Settings& fresh) {
+    using Reloaded = core::Result<std::shared_ptr<const ai::AiSettings>>;
+    const std::string other =
+        difference(without_brains(running.config), without_brains(fresh.config), "");
+    if (!other.empty()) {
+        return Reloaded::failure(other +
+                                 " differs: only brains can be read anew, the rest takes a "
+                                 "restart");
+    }
+    for (std::size_t t = 0; t < fresh.types.size(); ++t) {
+        if ((fresh.types[t].brain == 0) != (running.types[t].brain == 0)) {
+            return Reloaded::failure(
+                "type '" + fresh.types[t].name + "' " +
+                (fresh.types[t].brain == 0 ? "loses its brain" : "gets a brain") +
+                ": that takes a restart");
+        }
+    }
+    auto brains = std::make_shared<ai::AiSettings>(fresh.ai);
+    brains->brain_of_type.clear();
+    for (const world::EntityType& type : fresh.types) {
+        brains->brain_of_type.push_back(type.brain);
+    }
+    return Reloaded(std::shared_ptr<const ai::AiSettings>(std::move(brains)));
+}
+
+}  // namespace zoned::config

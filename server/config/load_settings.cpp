@@ -1,0 +1,180 @@
+#include "server/config/settings.h"
+
+#include "server/config/npc/adaptation_config.h"
+#include "server/config/npc/behaviours.h"
+#include "server/config/npc/blends.h"
+#include "server/config/npc/choices.h"
+#include "server/config/check/config_checks.h"
+#include "server/config/expand/config_expand.h"
+#include "server/config/text/config_set.h"
+#include "server/config/text/config_text.h"
+#include "server/config/world/door_config.h"
+#include "server/config/world/pathfinding_config.h"
+#include "server/config/expand/method_plan.h"
+#include "server/config/npc/brain_config.h"
+#include "server/config/world/particle_config.h"
+#include "server/config/npc/poi_config.h"
+#include "server/config/npc/policies.h"
+#include "server/config/text/read_text.h"
+#include "server/config/world/scatter.h"
+#include "server/config/world/environment_config.h"
+#include "server/config/world/statics.h"
+#include "server/config/world/surfaces.h"
+#include "server/config/world/terrain.h"
+#include "server/config/world/world_description.h"
+
+#include <google/protobuf/text_format.h>
+
+#include <cstring>
+#include <filesystem>
+
+namespace zoned::config {
+
+namespace {
+
+/// Files that a config names are relative to the config's own folder.
+void resolve(std::string& file, const std::filesystem::path& folder) {
+    const std::filesystem::path path(file);
+    if (!file.empty() && path.is_relative() && !folder.empty()) {
+        file = (folder / path).lexically_normal().string();
+    }
+}
+
+void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
+    if (config.session().has_tls_certificate_file()) {
+        resolve(*config.mutable_session()->mutable_tls_certificate_file(), folder);
+    }
+    if (config.session().has_tls_key_file()) {
+        resolve(*config.mutable_session()->mutable_tls_key_file(), folder);
+    }
+    for (int k = 0; k < config.session().ticket_public_key_file_size(); ++k) {
+        resolve(*config.mutable_session()->mutable_ticket_public_key_file(k), folder);
+    }
+    if (config.compute().has_cache_folder()) {
+        resolve(*config.mutable_compute()->mutable_cache_folder(), folder);
+    }
+    for (int k = 0; k < config.statics().surface_size(); ++k) {
+        if (config.statics().surface(k).has_file()) {
+            resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
+        }
+    }
+    if (config.ai().pathfinding().has_waypoints_file()) {
+        resolve(*config.mutable_ai()->mutable_pathfinding()->mutable_waypoints_file(), folder);
+    }
+    for (int k = 0; k < config.policy_size(); ++k) {
+        if (config.policy(k).has_file()) {
+            resolve(*config.mutable_policy(k)->mutable_file(), folder);
+        }
+    }
+}
+
+/// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
+/// `written`: the config with the contents of its files, before brains are made of behaviours.
+void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& diagnostics) {
+    const proto::Config& config = settings.config;
+    settings.surfaces = load_surfaces(settings.config, diagnostics);
+    const Policies policies = load_policies(settings.config, diagnostics);
+    load_waypoints(settings.config, diagnostics);
+    written = config;
+    settings.zones = expand_zones(config, diagnostics);
+    settings.parameters = build_behaviours(settings.config, diagnostics);
+    check_fuzzy(config, diagnostics);
+    check_choices(config, diagnostics);
+    check_points_of_interest(config, settings.zones, diagnostics);
+    check_blends(config, diagnostics);
+    check_brains(config, diagnostics);
+    check_types(config, diagnostics);
+    check_replication(config, settings.zones, diagnostics);
+    check_physics(config, diagnostics);
+    check_server(config, settings.zones, diagnostics);
+    check_particles(config, diagnostics);
+    check_shared_environment(config, diagnostics);
+    check_ground_maps(config, settings.zones, diagnostics);
+    expand_stages(config, settings);
+    settings.ai.points_of_interest.tracks = build_tracks(config, diagnostics);
+    give_policies(config, policies, settings.ai.brains, diagnostics);
+    expand_particles(config, settings);
+    settings.environment = expand_shared_environment(config);
+    settings.boxes = expand_statics(config, diagnostics);
+    settings.doors = expand_doors(config, diagnostics);
+    const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
+    settings.spawn_points.clear();
+    settings.initial.clear();
+    place_spawn_points(config, terrain, settings, diagnostics);
+    place_entities(config, terrain, settings, diagnostics);
+    settings.methods.clear();
+    if (diagnostics.empty()) {
+        expand_adaptation(written, policies, settings, diagnostics);
+    }
+    if (diagnostics.empty()) {
+        ai::compile(settings.ai, static_cast<float>(1.0 / settings.tick_rate_hz));
+        plan_methods(settings, diagnostics);
+    }
+}
+
+bool parse_in_folder(const std::string& text,
+                     const std::vector<std::string>& sets,
+                     const std::filesystem::path& folder,
+                     Settings& settings,
+                     std::vector<ConfigError>& errors) {
+    Diagnostics diagnostics;
+    settings = Settings();
+    const bool complete = parse_config_text(text, settings.config, diagnostics);
+    for (const std::string& set : sets) {
+        apply_set(set, settings.config, diagnostics);
+    }
+    resolve_files(folder, settings.config);
+    check_ranges(settings.config, complete, diagnostics);
+    proto::Config written;
+    if (complete) {
+        diagnostics.silence_reported_lines();
+        check_and_expand(settings, written, diagnostics);
+    }
+    errors = diagnostics.sorted();
+    if (!errors.empty()) {
+        return false;
+    }
+    google::protobuf::TextFormat::PrintToString(written, &settings.text);
+    settings.digest = world_digest(settings);
+    return true;
+}
+
+}  // namespace
+
+bool load_settings(const std::string& file,
+                   const std::vector<std::string>& sets,
+                   Settings& settings,
+                   std::vector<ConfigError>& errors) {
+    std::string text;
+    const std::string wrong = read_text(file, text);
+    if (!wrong.empty()) {
+        errors = {{0, 0, "", wrong}};
+        return false;
+    }
+    return parse_in_folder(text, sets, std::filesystem::path(file).parent_path(), settings, errors);
+}
+
+bool parse_settings(const std::string& text,
+                    const std::vector<std::string>& sets,
+                    Settings& settings,
+                    std::vector<ConfigError>& errors) {
+    return parse_in_folder(text, sets, {}, settings, errors);
+}
+
+std::string format_errors(const std::string& file, const std::vector<ConfigError>& errors) {
+    std::string out;
+    for (const ConfigError& error : errors) {
+        out += file + ":";
+        if (error.line > 0) {
+            out += std::to_string(error.line) + ":" + std::to_string(error.column) + ":";
+        }
+        out += " ";
+        if (!error.path.empty()) {
+            out += error.path + ": ";
+        }
+        out += error.text + "\n";
+    }
+    return out;
+}
+
+}  // namespace zoned::config

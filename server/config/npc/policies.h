@@ -1,0 +1,28 @@
+// policies: loads what agents have learned, and gives it to the brains that use it.
+#pragma once
+
+#include "server/ai/agent/brain.h"
+#include "server/config/text/diagnostics.h"
+#include "proto/config.pb.h"
+
+#include <memory>
+#include <vector>
+
+namespace zoned::config {
+
+/// By policy of the config; null where it has a mistake.
+using Policies = std::vector<std::shared_ptr<const ai::GuardedPolicy>>;
+
+/// Mistakes (names, a file that is missing, damaged, changed, without meaning, or of another
+/// SHA-256 than the config asks for) go to `diagnostics`. Notes the SHA-256 of each file in
+/// `config`, so that a recording is not replayed with another.
+Policies load_policies(proto::Config& config, Diagnostics& diagnostics);
+
+/// Fills in the policies of the states of all brains that run by themselves; a variable that a
+/// policy reads and a brain lacks is a mistake.
+void give_policies(const proto::Config& config,
+                   const Policies& policies,
+                   std::vector<ai::Brain>& brains,
+                   Diagnostics& diagnostics);
+
+}  // namespace zoned::config

@@ -1,0 +1,170 @@
+// Settings: the checked config as plain structs, in the form in which each stage wants them.
+#pragma once
+
+#include "server/ai/ai_update.h"
+#include "server/interest/interest_rule.h"
+#include "server/physics/method_selection/method_choice.h"
+#include "server/physics/scene/scene.h"
+#include "server/physics/soft/soft_def.h"
+#include "server/replication/replicator.h"
+#include "server/world/entity_type.h"
+#include "server/zone/rules.h"
+#include "server/zone/zone_settings.h"
+#include "proto/config.pb.h"
+#include "shared/clock/shared_environment.h"
+#include "shared/motion/burst.h"
+#include "shared/motion/static_geometry.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::config {
+
+/// One mistake in a config. Line and column count from 1; 0 where the parser does not know them.
+struct ConfigError {
+    int line = 0;
+    int column = 0;
+    std::string path;  ///< e.g. "zones.zone[2].max_x_m"
+    std::string text;  ///< what is wrong and what would be right
+};
+
+/// The rectangle of a zone, world coordinates, m. Local (0, 0, 0) is its centre at y = 0.
+struct ZoneRegion {
+    ZoneId id;
+    std::string name;
+    double min_x = 0.0;
+    double min_z = 0.0;
+    double max_x = 0.0;
+    double max_z = 0.0;
+
+    [[nodiscard]] Vec3d origin() const {
+        return {0.5 * (min_x + max_x), 0.0, 0.5 * (min_z + max_z)};
+    }
+};
+
+/// A surface that the config places. Where the same file is used again with the same options, shape
+/// and surface are shared.
+struct SurfaceSettings {
+    std::string path;     ///< of the setting, e.g. "statics.surface[2]"
+    std::string file;     ///< as opened
+    std::string content;  ///< hex SHA-256 of its baked form: the geometry itself
+    physics::Shape shape;
+    std::shared_ptr<const motion::Surface> surface;  ///< looks at the tables of `shape`
+    float level_m = 0.0F;            ///< height of one step of the image; 0: not from an image
+    Vec3d position = Vec3d::Zero();  ///< world coordinates, m
+    Quat orientation = Quat::Identity();
+    float friction = 0.6F;
+    float restitution = 0.0F;
+    bool replicated = true;
+
+    /// In zone-local coordinates around `origin`, or in the world's.
+    [[nodiscard]] motion::StaticSurface around(const Vec3d& origin) const {
+        return {surface, (position - origin).cast<float>(), orientation};
+    }
+};
+
+/// An entity to be there when the world begins (scatter entries of the config are expanded to these
+/// by seed).
+struct InitialEntity {
+    TypeIndex type = 0;
+    Vec3d position = Vec3d::Zero();  ///< world coordinates, m
+    Quat orientation = Quat::Identity();
+    std::uint16_t yaw = 0;
+    bool asleep = false;  ///< props: sleeps until it is touched
+};
+
+/// A door of the config, world coordinates (float: worlds are some km).
+struct NamedDoor {
+    std::string name;
+    motion::Door door;
+};
+
+/// Particles that only look nice: told to clients, and to nobody else.
+struct CosmeticSystem {
+    std::string name;
+    Vec3 gravity = Vec3::Zero();             ///< m/s2
+    float drag = 0.0F;                       ///< 1/s
+    Vec3 wind = Vec3::Zero();                ///< m/s
+    std::vector<motion::Emitter> emitters;   ///< world coordinates (float: worlds are some km)
+    std::optional<motion::BurstKind> burst;  ///< none: no event lets any out
+};
+
+/// Which method moves a part of the world, and why.
+struct MethodPlan {
+    std::string subject;  ///< "bodies", "particles", "soft type curtain"
+    std::string used;     ///< "default x 1"; empty: there is nothing to move
+    std::string reason;
+    std::optional<physics::method_selection::MethodChoice>
+        choice;  ///< where a budget asked for one
+};
+
+/// What a parameter of a behaviour is for a type, and why; of a behaviour without parameters one
+/// without a name.
+struct ParameterChoice {
+    std::string type;
+    std::string behaviour;
+    std::string parameter;
+    double value = 0.0;
+    std::string reason;
+};
+
+/// Everything that a server needs to know, checked.
+struct Settings {
+    /// As read, after --set, with the SHA-256 of each surface's file; types are complete, and
+    /// brains stand for their behaviours. What is not below is read from here.
+    proto::Config config;
+    std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
+    std::string text;    ///< canonical text form of the whole config as read, for recordings
+    double tick_rate_hz = 30.0;
+    std::uint64_t seed = 1;
+    world::TypeTable types;
+    std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
+    std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
+    /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all
+    /// zones.
+    std::vector<std::shared_ptr<const physics::soft::SoftDef>> softs;
+    std::vector<ZoneRegion> zones;  ///< index = ZoneId - 1
+    float ghost_margin_m = 120.0F;
+    float handoff_hysteresis_m = 2.0F;
+    std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
+    std::vector<NamedDoor> doors;
+    std::vector<SurfaceSettings> surfaces;
+    float ground_height_m = 0.0F;
+    std::vector<InitialEntity> initial;
+    std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
+                                      ///< the centre of the tallest mindless character stands
+    std::vector<zone::ParticleSource> particles;  ///< simulated ones
+    std::vector<CosmeticSystem> cosmetics;
+    std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
+    physics::PhysicsSettings physics;
+    std::vector<MethodPlan> methods;          ///< how `physics` and `softs` came by their methods
+    std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
+    std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on
+    ai::AiSettings ai;
+    interest::InterestSettings interest;
+    replication::ReplicationSettings replication;
+    clock::EnvironmentDefs environment;
+    zone::RulesSettings rules;
+};
+
+/// Reads a config file, applies `sets` ("path.to.field=value"), checks everything. On mistakes
+/// `errors` holds all that were found, in order of line, and the result must not be used.
+bool load_settings(const std::string& file,
+                   const std::vector<std::string>& sets,
+                   Settings& settings,
+                   std::vector<ConfigError>& errors);
+
+/// The same from text (tests, harness, recordings); `name` stands in messages instead of a file
+/// name.
+bool parse_settings(const std::string& text,
+                    const std::vector<std::string>& sets,
+                    Settings& settings,
+                    std::vector<ConfigError>& errors);
+
+/// "FILE:LINE:COLUMN: path: text", one line each.
+std::string format_errors(const std::string& file, const std::vector<ConfigError>& errors);
+
+}  // namespace zoned::config

@@ -1,0 +1,23 @@
+// config_text: from protobuf text format to a Config or another message, with every mistake that
+// the text itself holds.
+#pragma once
+
+#include "server/config/text/diagnostics.h"
+#include "proto/config.pb.h"
+
+#include <string>
+
+namespace zoned::config {
+
+/// Parses `text` into `config` and records the place of each setting. Unknown fields are skipped,
+/// values of the wrong type or given twice are blanked and reported, so that one run finds them
+/// all. False when the parser could not get to the end of the text (what follows is then unknown,
+/// and relations between settings cannot be judged).
+bool parse_config_text(const std::string& text,
+                       google::protobuf::Message& config,
+                       Diagnostics& diagnostics);
+
+/// Nearest of the message's field names, or empty when none is similar: for "did you mean".
+std::string similar_field(const google::protobuf::Descriptor& message, const std::string& name);
+
+}  // namespace zoned::config

@@ -1,0 +1,267 @@
+#include "server/config/world/particle_config.h"
+
+#include "server/config/check/config_checks.h"
+#include "server/config/text/config_numbers.h"
+#include "shared/core/rng.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <string>
+
+namespace zoned::config {
+
+namespace {
+
+using System = proto::Config::ParticleSystem;
+
+/// Particles of a cosmetic system alive at a time: a client computes each of them for each picture.
+constexpr double kMostCosmetic = 1e6;
+
+double highest_speed(const proto::Config::Emitter& e) {
+    return e.has_speed_max_mps() ? e.speed_max_mps() : e.speed_min_mps();
+}
+
+/// Of an emitter or a burst.
+template <class Message>
+double longest_life(const Message& m) {
+    return m.has_lifetime_max_s() ? m.lifetime_max_s() : m.lifetime_min_s();
+}
+
+double alive(const proto::Config::Emitter& e) {
+    const double most = e.most() > 0 ? static_cast<double>(e.most()) : kMostCosmetic * 1e6;
+    return std::min(most, e.rate_hz() * longest_life(e));
+}
+
+void check_emitter(const proto::Config::World& world,
+                   const proto::Config::Emitter& e,
+                   bool cosmetic,
+                   const std::string& path,
+                   Diagnostics& diagnostics) {
+    if (highest_speed(e) < e.speed_min_mps()) {
+        diagnostics.add(
+            path + ".speed_max_mps",
+            text_of("%g is less than speed_min_mps, %g", e.speed_max_mps(), e.speed_min_mps()));
+    }
+    if (longest_life(e) < e.lifetime_min_s()) {
+        diagnostics.add(
+            path + ".lifetime_max_s",
+            text_of("%g is less than lifetime_min_s, %g", e.lifetime_max_s(), e.lifetime_min_s()));
+    }
+    const bool inside = e.x_m() >= world.min_x_m() && e.x_m() <= world.max_x_m() &&
+                        e.z_m() >= world.min_z_m() && e.z_m() <= world.max_z_m();
+    if (!cosmetic && !inside) {
+        diagnostics.add(
+            path,
+            text_of(
+                "x %g, z %g lies outside the world, where no zone simulates it", e.x_m(), e.z_m()));
+    }
+}
+
+/// What is closed form for clients has no use for, named as in the config.
+void check_cosmetic(const System& system, const std::string& path, Diagnostics& diagnostics) {
+    const std::array<std::pair<bool, const char*>, 7> given = {{
+        {system.has_quadratic_drag_per_m(), "quadratic_drag_per_m"},
+        {system.has_radius_m(), "radius_m"},
+        {system.has_restitution(), "restitution"},
+        {system.has_friction(), "friction"},
+        {system.has_most(), "most"},
+        {system.has_characters_met(), "characters_met"},
+        {system.wind().gust_mps() > 0.0, "wind.gust_mps"},
+    }};
+    for (const auto& [is, name] : given) {
+        if (is) {
+            diagnostics.add(path + "." + name,
+                            "has no meaning for a cosmetic system, which clients replay in closed "
+                            "form: leave it out, or set cosmetic: false");
+        }
+    }
+    double particles = 0.0;
+    for (const auto& emitter : system.emitter()) {
+        particles += alive(emitter);
+    }
+    if (particles > kMostCosmetic) {
+        diagnostics.add(path,
+                        text_of("%g particles alive at a time (rate_hz x lifetime) are more than "
+                                "the %g that a client replays",
+                                particles,
+                                kMostCosmetic));
+    }
+}
+
+void check_burst(const proto::Config::Burst& burst,
+                 bool cosmetic,
+                 const std::string& path,
+                 Diagnostics& diagnostics) {
+    const std::array<std::pair<bool, const char*>, 3> given = {{
+        {burst.has_visibility_filter(), "visibility_filter"},
+        {burst.has_aura_m(), "aura_m"},
+        {burst.has_events_per_s(), "events_per_s"},
+    }};
+    for (const auto& [is, name] : given) {
+        if (is && !cosmetic) {
+            diagnostics.add(path + "." + name,
+                            "has no meaning for a simulated system, of which no client is told: "
+                            "leave it out, or set cosmetic: true");
+        }
+    }
+    if (burst.visibility_filter() == proto::Config::RULES) {
+        diagnostics.add(path + ".conceal", "rules are asked about entities, not about places");
+    }
+    if (longest_life(burst) < burst.lifetime_min_s()) {
+        diagnostics.add(path + ".lifetime_max_s",
+                        text_of("%g is less than lifetime_min_s, %g",
+                                burst.lifetime_max_s(),
+                                burst.lifetime_min_s()));
+    }
+}
+
+float cosine_of(double degrees) {
+    return narrow(std::cos(degrees * std::numbers::pi / 180.0));
+}
+
+Vec3 axis_of(const proto::Config::Emitter& e) {
+    const double yaw = e.yaw_deg() * std::numbers::pi / 180.0;
+    const double pitch = e.pitch_deg() * std::numbers::pi / 180.0;
+    return Vec3d(std::cos(pitch) * std::sin(yaw), std::sin(pitch), std::cos(pitch) * std::cos(yaw))
+        .cast<float>();
+}
+
+motion::Emitter emitter_of(const proto::Config::Emitter& e, std::uint64_t seed) {
+    motion::Emitter out;
+    out.seed = core::mix(seed ^ core::mix(e.seed()));
+    out.start = static_cast<Tick>(e.start_tick());
+    out.rate_hz = e.rate_hz();
+    out.most = e.most() > 0 ? e.most() : UINT64_MAX;
+    out.position = Vec3d(e.x_m(), e.y_m(), e.z_m()).cast<float>();
+    out.spread = narrow(e.spread_m());
+    out.direction = axis_of(e);
+    out.cone_cosine = cosine_of(e.cone_deg());
+    out.speed_min = narrow(e.speed_min_mps());
+    out.speed_max = narrow(highest_speed(e));
+    out.lifetime_min_s = narrow(e.lifetime_min_s());
+    out.lifetime_max_s = narrow(longest_life(e));
+    return out;
+}
+
+Vec3 wind_of(const System& system) {
+    return Vec3d(system.wind().x_mps(), system.wind().y_mps(), system.wind().z_mps()).cast<float>();
+}
+
+std::optional<motion::BurstKind> burst_of(const System& system) {
+    if (!system.has_burst()) {
+        return std::nullopt;
+    }
+    const proto::Config::Burst& burst = system.burst();
+    return motion::BurstKind{cosine_of(burst.cone_deg()),
+                             narrow(burst.slowest()),
+                             narrow(burst.spread_m()),
+                             narrow(burst.lifetime_min_s()),
+                             narrow(longest_life(burst))};
+}
+
+zone::ParticleSource source_of(const System& system) {
+    zone::ParticleSource out;
+    out.def.name = system.name();
+    out.def.linear_drag = narrow(system.drag_per_s());
+    out.def.quadratic_drag = narrow(system.quadratic_drag_per_m());
+    out.def.wind.uniform = wind_of(system);
+    out.def.wind.gust_speed = narrow(system.wind().gust_mps());
+    out.def.wind.gust_size = narrow(system.wind().gust_size_m());
+    out.def.wind.seed = system.wind().gust_seed();
+    out.def.radius = narrow(system.radius_m());
+    out.def.restitution = narrow(system.restitution());
+    out.def.friction = narrow(system.friction());
+    out.def.most = system.most();
+    out.characters_met = system.characters_met();
+    out.burst = burst_of(system);
+    return out;
+}
+
+}  // namespace
+
+void check_particles(const proto::Config& config, Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    for (int s = 0; s < config.particles_size(); ++s) {
+        const System& system = config.particles(s);
+        const std::string path = join_path("", "particles", s);
+        if (check_name(system.name(), "particle system", path, diagnostics) &&
+            !names.insert(system.name()).second) {
+            diagnostics.add(path + ".name", "'" + system.name() + "' is given twice");
+        }
+        if (system.emitter_size() == 0 && !system.has_burst()) {
+            diagnostics.add(path, "has neither an emitter nor a burst: nothing is ever born");
+        }
+        const bool drag = system.drag_per_s() > 0.0 || system.quadratic_drag_per_m() > 0.0;
+        if (system.has_wind() && !drag) {
+            diagnostics.add(path + ".wind", "has no effect without drag_per_s");
+        }
+        for (int e = 0; e < system.emitter_size(); ++e) {
+            check_emitter(config.world(),
+                          system.emitter(e),
+                          system.cosmetic(),
+                          join_path(path, "emitter", e),
+                          diagnostics);
+        }
+        check_burst(system.burst(), system.cosmetic(), path + ".burst", diagnostics);
+        if (system.cosmetic()) {
+            check_cosmetic(system, path, diagnostics);
+        }
+    }
+}
+
+void expand_particles(const proto::Config& config, Settings& settings) {
+    settings.particles.clear();
+    settings.cosmetics.clear();
+    settings.cosmetic_bursts.clear();
+    for (int s = 0; s < config.particles_size(); ++s) {
+        const System& system = config.particles(s);
+        const Vec3 gravity(
+            0.0F, narrow(-system.gravity_factor() * config.physics().gravity_mps2()), 0.0F);
+        std::vector<motion::Emitter> emitters;
+        std::vector<Vec3d> positions;
+        for (int e = 0; e < system.emitter_size(); ++e) {
+            const auto& emitter = system.emitter(e);
+            const std::uint64_t place =
+                (static_cast<std::uint64_t>(s) << 32U) | static_cast<std::uint64_t>(e);
+            emitters.push_back(emitter_of(emitter, config.world().seed() ^ core::mix(place)));
+            positions.emplace_back(emitter.x_m(), emitter.y_m(), emitter.z_m());
+        }
+        if (system.cosmetic()) {
+            if (system.has_burst()) {
+                settings.cosmetic_bursts.push_back(
+                    {system.name(),
+                     static_cast<std::uint32_t>(settings.cosmetics.size()),
+                     *burst_of(system),
+                     narrow(system.burst().aura_m()),
+                     narrow(system.burst().events_per_s()),
+                     system.burst().visibility_filter() == proto::Config::LINE_OF_SIGHT});
+            }
+            settings.cosmetics.push_back({system.name(),
+                                          gravity,
+                                          narrow(system.drag_per_s()),
+                                          wind_of(system),
+                                          std::move(emitters),
+                                          burst_of(system)});
+            continue;
+        }
+        zone::ParticleSource source = source_of(system);
+        source.def.gravity = gravity;
+        source.emitters = std::move(emitters);
+        source.positions = std::move(positions);
+        settings.particles.push_back(std::move(source));
+    }
+}
+
+std::size_t most_particles(const Settings& settings) {
+    std::size_t most = 0;
+    for (const zone::ParticleSource& source : settings.particles) {
+        most += source.def.most;
+    }
+    return most;
+}
+
+}  // namespace zoned::config

@@ -1,0 +1,229 @@
+#include "server/config/world/pathfinding_config.h"
+
+#include "server/ai/pathfinding/grid/ground_grid.h"
+#include "server/config/text/config_numbers.h"
+#include "server/config/text/read_text.h"
+#include "server/zone/zone_settings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace zoned::config {
+
+namespace {
+
+using ai::pathfinding::WaypointGraph;
+using proto::Config;
+
+/// Waypoints that a warning names.
+constexpr std::size_t kNamedWaypoints = 5;
+
+float map_cell_m(const Config::Pathfinding& paths) {
+    return narrow(paths.map() == Config::Pathfinding::WAYPOINT_GRAPH ? paths.spacing_m()
+                                                                     : paths.cell_m());
+}
+
+void check_waypoints(const Config::Pathfinding& paths, Diagnostics& diagnostics) {
+    if (!paths.has_waypoints()) {
+        return;
+    }
+    if (paths.map() != Config::Pathfinding::WAYPOINT_GRAPH) {
+        diagnostics.add("ai.pathfinding.waypoints",
+                        "waypoints are used with map: WAYPOINT_GRAPH alone");
+    } else if (const auto graph = ai::pathfinding::parse_waypoints(paths.waypoints()); !graph) {
+        diagnostics.add("ai.pathfinding.waypoints", graph.error());
+    } else if (graph->size() == 0) {
+        diagnostics.add("ai.pathfinding.waypoints", "there is no waypoint among them");
+    }
+}
+
+/// "waypoints 3, 5 and 8 more TEXT"; nothing of none.
+void warn_of(const WaypointGraph& graph,
+             const std::vector<std::uint32_t>& numbers,
+             const std::string& text,
+             std::vector<std::string>& warnings) {
+    if (numbers.empty()) {
+        return;
+    }
+    std::string names =
+        numbers.size() == 1 ? "ai.pathfinding: waypoint " : "ai.pathfinding: waypoints ";
+    const std::size_t named = std::min(numbers.size(), kNamedWaypoints);
+    for (std::size_t i = 0; i < named; ++i) {
+        names += (i == 0 ? "" : ", ") + std::to_string(graph.id(numbers[i]));
+    }
+    if (named < numbers.size()) {
+        names += " and " + std::to_string(numbers.size() - named) + " more";
+    }
+    warnings.push_back(names + " " + text);
+}
+
+/// By waypoint, the number of one that it is joined with, whichever way edges lead: the same for
+/// all that are.
+std::vector<std::uint32_t> joined_waypoints(const WaypointGraph& graph) {
+    std::vector<std::uint32_t> above(graph.size());
+    std::iota(above.begin(), above.end(), 0U);
+    const auto top = [&above](std::uint32_t n) {
+        for (; above[n] != n; n = above[n]) {
+            above[n] = above[above[n]];
+        }
+        return n;
+    };
+    for (std::uint32_t n = 0; n < graph.size(); ++n) {
+        for (const WaypointGraph::Edge& e : graph.edges(n)) {
+            above[top(n)] = top(e.to);
+        }
+    }
+    for (std::uint32_t n = 0; n < graph.size(); ++n) {
+        above[n] = top(n);
+    }
+    return above;
+}
+
+}  // namespace
+
+void load_waypoints(Config& config, Diagnostics& diagnostics) {
+    if (!config.ai().pathfinding().has_waypoints_file()) {
+        return;
+    }
+    Config::Pathfinding& paths = *config.mutable_ai()->mutable_pathfinding();
+    if (paths.has_waypoints()) {
+        diagnostics.add("ai.pathfinding.waypoints_file", "waypoints are given inline already");
+        return;
+    }
+    std::string text;
+    const std::string wrong = read_text(paths.waypoints_file(), text);
+    if (!wrong.empty()) {
+        diagnostics.add("ai.pathfinding.waypoints_file", wrong);
+        return;
+    }
+    paths.set_waypoints(std::move(text));
+    paths.clear_waypoints_file();
+}
+
+void check_ground_maps(const Config& config,
+                       const std::vector<ZoneRegion>& zones,
+                       Diagnostics& diagnostics) {
+    if (!config.ai().has_pathfinding()) {
+        return;
+    }
+    const Config::Pathfinding& paths = config.ai().pathfinding();
+    check_waypoints(paths, diagnostics);
+    if (paths.has_crowding() && paths.map() != Config::Pathfinding::GRID) {
+        diagnostics.add("ai.pathfinding.crowding", "is of map: GRID alone");
+    }
+    if (paths.map() == Config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints()) {
+        return;  // nothing is baked
+    }
+    const float cell_m = map_cell_m(paths);
+    for (const ZoneRegion& zone : zones) {
+        const std::string defect = ai::pathfinding::GroundGrid::defect_of(
+            zone::paths_area(zone.max_x - zone.min_x,
+                             zone.max_z - zone.min_z,
+                             narrow(config.zones().handoff_hysteresis_m()),
+                             cell_m),
+            cell_m);
+        if (!defect.empty()) {
+            diagnostics.add(paths.map() == Config::Pathfinding::WAYPOINT_GRAPH
+                                ? "ai.pathfinding.spacing_m"
+                                : "ai.pathfinding.cell_m",
+                            "zone '" + zone.name + "': " + defect);
+            return;
+        }
+    }
+}
+
+namespace {
+
+ai::pathfinding::CrowdPathSettings expand_crowding(const Config& config) {
+    const Config::Crowding& from = config.ai().pathfinding().crowding();
+    ai::pathfinding::CrowdPathSettings out;
+    const double ticks = from.look_s() * config.world().tick_rate_hz();
+    out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
+    // After remember_s a count is worth 1 / e of what it was.
+    out.remember = narrow(std::exp(-from.look_s() / from.remember_s()));
+    out.jam_per_m2 = narrow(from.jam_per_m2());
+    out.least_speed = narrow(from.least_speed());
+    out.gain = narrow(from.gain());
+    out.work_per_tick = from.work_per_tick();
+    return out;
+}
+
+}  // namespace
+
+ai::PathfindingSettings expand_pathfinding(const Config& config) {
+    const Config::Pathfinding& from = config.ai().pathfinding();
+    ai::PathfindingSettings paths;
+    paths.cell_m = map_cell_m(from);
+    paths.work_per_tick = from.work_per_tick();
+    paths.cell_height_m = narrow(from.cell_height_m());
+    if (from.has_crowding()) {
+        paths.crowding = expand_crowding(config);
+    }
+    switch (from.map()) {
+        case Config::Pathfinding::GRID:
+            paths.map = ai::PathMapKind::kGrid;
+            break;
+        case Config::Pathfinding::NAVMESH:
+            paths.map = ai::PathMapKind::kNavmesh;
+            break;
+        case Config::Pathfinding::WAYPOINT_GRAPH:
+            paths.map = ai::PathMapKind::kWaypointGraph;
+            break;
+    }
+    if (from.has_waypoints()) {
+        // What is wrong with them check_ground_maps() says.
+        if (auto graph = ai::pathfinding::parse_waypoints(from.waypoints())) {
+            paths.waypoints = std::make_shared<const WaypointGraph>(std::move(graph).value());
+        }
+    }
+    return paths;
+}
+
+std::vector<std::string> waypoint_warnings(const Settings& settings) {
+    std::vector<std::string> warnings;
+    if (!settings.ai.pathfinding.waypoints) {
+        return warnings;
+    }
+    const WaypointGraph& graph = *settings.ai.pathfinding.waypoints;
+    const std::vector<std::uint32_t> joined = joined_waypoints(graph);
+    std::vector<std::uint32_t> count(graph.size(), 0);
+    std::vector<std::uint8_t> entered(graph.size(), 0);
+    for (std::uint32_t n = 0; n < graph.size(); ++n) {
+        ++count[joined[n]];
+        for (const WaypointGraph::Edge& e : graph.edges(n)) {
+            entered[e.to] = 1;
+        }
+    }
+    const auto most =
+        static_cast<std::uint32_t>(std::max_element(count.begin(), count.end()) - count.begin());
+    std::vector<std::uint32_t> outside;
+    std::vector<std::uint32_t> apart;
+    std::vector<std::uint32_t> one_way;
+    for (std::uint32_t n = 0; n < graph.size(); ++n) {
+        const Vec3d at = graph.position(n).cast<double>();
+        const bool inside =
+            std::any_of(settings.zones.begin(), settings.zones.end(), [&at](const ZoneRegion& z) {
+                return at.x() >= z.min_x && at.x() <= z.max_x && at.z() >= z.min_z &&
+                       at.z() <= z.max_z;
+            });
+        if (!inside) {
+            outside.push_back(n);
+        }
+        if (joined[n] != most) {
+            apart.push_back(n);
+        } else if (graph.size() > 1 && (entered[n] == 0 || graph.edges(n).empty())) {
+            one_way.push_back(n);
+        }
+    }
+    warn_of(graph, outside, "in no zone", warnings);
+    warn_of(graph, apart, "not joined by edges with most of the others", warnings);
+    warn_of(graph, one_way, "without an edge that leads there, or without one away", warnings);
+    if (graph.size() == 1) {
+        warnings.push_back("ai.pathfinding: a single waypoint leads nowhere");
+    }
+    return warnings;
+}
+
+}  // namespace zoned::config

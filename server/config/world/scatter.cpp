@@ -1,0 +1,411 @@
+#include "server/config/world/scatter.h"
+
+#include "shared/core/rng.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+
+namespace zoned::config {
+
+namespace {
+
+/// Entities begin this far above what they stand on, so that nothing begins in contact, m.
+constexpr float kClearance_m = 0.002F;
+constexpr float kApart_m = 0.05F;       // between two entities
+constexpr float kSpawnRadius_m = 1.0F;  // kept free around spawn points
+constexpr float kSpawnDisc_m = 0.5F;    // has to be level
+constexpr float kSpawnRise_m = 0.25F;   // over that disc on surfaces: 27 degrees
+constexpr float kInner = 0.7F;          // half a square's edge within a disc, of its radius
+constexpr int kAttempts = 400;          // per entity, before it is a mistake
+constexpr std::size_t kMaxEntities = 1000000;
+
+/// How an entity of a type lies on level ground: a capsule prop lies on its side.
+struct Pose {
+    float radius = 0.0F;  ///< of the disc that it covers, m
+    float height = 0.0F;  ///< m
+    float centre = 0.0F;  ///< of its centre above its lowest point, m
+    bool lying = false;
+};
+
+Pose pose_of(const world::EntityType& type) {
+    if (type.kind == world::EntityKind::kCharacter) {
+        const float height = 2.0F * (type.radius + type.half_segment);
+        return {type.radius, height, 0.5F * height, false};
+    }
+    switch (type.shape) {
+        case world::TypeShape::kSphere:
+            return {type.radius, 2.0F * type.radius, type.radius, false};
+        case world::TypeShape::kCapsule:
+            return {type.radius + type.half_segment, 2.0F * type.radius, type.radius, true};
+        case world::TypeShape::kSolid:
+        case world::TypeShape::kSoft: {
+            const Vec3 reach = type.standing.lower.cwiseAbs().cwiseMax(type.standing.upper);
+            return {std::hypot(reach.x(), reach.z()),
+                    type.standing.upper.y() - type.standing.lower.y(),
+                    -type.standing.lower.y(),
+                    false};
+        }
+        case world::TypeShape::kBox:
+            break;
+    }
+    return {std::hypot(type.half_extents.x(), type.half_extents.z()),
+            2.0F * type.half_extents.y(),
+            type.half_extents.y(),
+            false};
+}
+
+InitialEntity make_entity(TypeIndex index,
+                          const world::EntityType& type,
+                          const Pose& pose,
+                          const Vec3d& position,
+                          std::uint16_t yaw) {
+    InitialEntity entity;
+    entity.type = index;
+    entity.position = position;
+    const double angle = yaw * (2.0 * std::numbers::pi / 65536.0);
+    Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+    if (type.shape == world::TypeShape::kSolid) {
+        turned = turned * type.stands.cast<double>();
+    }
+    if (pose.lying) {
+        turned = turned * Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3d::UnitZ());
+    }
+    entity.orientation = Quat(turned.cast<float>()).normalized();
+    entity.yaw = type.upright() ? yaw : std::uint16_t{0};
+    return entity;
+}
+
+/// Discs that are taken, in buckets of a grid. Buckets are looked up, never walked in order.
+class Occupied {
+  public:
+    void add(float x, float z, float radius) {
+        largest_ = std::max(largest_, radius);
+        buckets_[key(cell(x), cell(z))].push_back({x, z, radius});
+    }
+
+    /// True when a disc keeps `apart` metres from all others.
+    [[nodiscard]] bool fits(float x, float z, float radius, float apart) const {
+        const float reach = radius + largest_ + apart;
+        for (int cz = cell(z - reach); cz <= cell(z + reach); ++cz) {
+            for (int cx = cell(x - reach); cx <= cell(x + reach); ++cx) {
+                const auto it = buckets_.find(key(cx, cz));
+                if (it == buckets_.end()) {
+                    continue;
+                }
+                for (const Disc& disc : it->second) {
+                    const float wish = radius + disc.radius + apart;
+                    const float dx = disc.x - x;
+                    const float dz = disc.z - z;
+                    if (dx * dx + dz * dz < wish * wish) {
+                        return false;
+                    }
+                }
+            }
+        }
+        return true;
+    }
+
+  private:
+    struct Disc {
+        float x = 0.0F;
+        float z = 0.0F;
+        float radius = 0.0F;
+    };
+
+    static constexpr float kCell_m = 8.0F;
+
+    static int cell(float at) { return static_cast<int>(std::floor(at / kCell_m)); }
+
+    static std::uint64_t key(int x, int z) {
+        return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32) |
+               static_cast<std::uint32_t>(z);
+    }
+
+    std::unordered_map<std::uint64_t, std::vector<Disc>> buckets_;
+    float largest_ = 0.0F;
+};
+
+struct Rectangle {
+    float min_x = 0.0F;
+    float min_z = 0.0F;
+    float max_x = 0.0F;
+    float max_z = 0.0F;
+};
+
+std::uint16_t yaw_from(double degrees) {
+    const double turns = degrees / 360.0;
+    return static_cast<std::uint16_t>(
+        static_cast<std::int64_t>(std::llround((turns - std::floor(turns)) * 65536.0)) & 0xFFFF);
+}
+
+class Placer {
+  public:
+    Placer(const proto::Config& config,
+           const Terrain& terrain,
+           Settings& settings,
+           Diagnostics& diagnostics)
+        : config_(config),
+          terrain_(terrain),
+          settings_(settings),
+          diagnostics_(diagnostics) {
+        for (const Vec3d& point : settings.spawn_points) {
+            occupied_.add(
+                static_cast<float>(point.x()), static_cast<float>(point.z()), kSpawnRadius_m);
+        }
+    }
+
+    void place_one(const proto::Config::Placement& placement, const std::string& path) {
+        if (!placement.has_x_m() || !placement.has_z_m()) {
+            diagnostics_.add(path, "an entity needs x_m and z_m");
+            return;
+        }
+        const int type = type_named(placement.type(), path + ".type");
+        const auto& world = config_.world();
+        if (placement.x_m() < world.min_x_m() || placement.x_m() > world.max_x_m() ||
+            placement.z_m() < world.min_z_m() || placement.z_m() > world.max_z_m()) {
+            diagnostics_.add(path, "stands outside the world");
+            return;
+        }
+        if (type < 0) {
+            return;
+        }
+        const world::EntityType& kind = settings_.types[static_cast<std::size_t>(type)];
+        const Pose pose = pose_of(kind);
+        const auto x = static_cast<float>(placement.x_m());
+        const auto z = static_cast<float>(placement.z_m());
+        const float bottom = placement.has_y_m() ? static_cast<float>(placement.y_m()) - pose.centre
+                                                 : stand_on(x, z, pose.radius) + kClearance_m;
+        // Half of the covered disc: a box in a corner must not be refused for its rounded bounds.
+        const float inner = kInner * pose.radius;
+        const Aabb area{Vec3(x - inner, bottom, z - inner),
+                        Vec3(x + inner, bottom + pose.height, z + inner)};
+        if (!terrain_.clear(area)) {
+            diagnostics_.add(path, "stands inside a static box or below the ground");
+            return;
+        }
+        occupied_.add(x, z, pose.radius);
+        add(type,
+            kind,
+            pose,
+            Vec3d(placement.x_m(), bottom + pose.centre, placement.z_m()),
+            yaw_from(placement.yaw_deg()),
+            placement.asleep() && (placement.has_y_m() || !slopes(x, z, pose.radius)));
+    }
+
+    void scatter(const proto::Config::Scatter& entry, int number, const std::string& path) {
+        const int type = type_named(entry.type(), path + ".type");
+        Rectangle region;
+        if (!region_of(entry, path, region) || type < 0) {
+            return;
+        }
+        if (settings_.initial.size() + entry.count() > kMaxEntities) {
+            diagnostics_.add(path + ".count", "more than 1000000 entities in all");
+            return;
+        }
+        const world::EntityType& kind = settings_.types[static_cast<std::size_t>(type)];
+        const Pose pose = pose_of(kind);
+        const auto apart =
+            std::max(kApart_m, static_cast<float>(entry.min_distance_m()) - 2.0F * pose.radius);
+        core::Rng rng(settings_.seed ^ core::mix(entry.seed()), static_cast<std::uint64_t>(number));
+        Occupied own;
+        for (std::uint32_t i = 0; i < entry.count(); ++i) {
+            if (!scatter_one(entry, type, pose, region, apart, rng, own)) {
+                diagnostics_.add(path,
+                                 "only " + std::to_string(i) + " of " +
+                                     std::to_string(entry.count()) + " '" + entry.type() +
+                                     "' find a free and level place; lower count or "
+                                     "min_distance_m, or widen the region");
+                return;
+            }
+        }
+    }
+
+  private:
+    [[nodiscard]] int type_named(const std::string& name, const std::string& path) {
+        const int type = find_type(settings_, name);
+        if (type < 0) {
+            diagnostics_.add(
+                path, name.empty() ? "type is missing" : "there is no type named '" + name + "'");
+        }
+        return type;
+    }
+
+    bool region_of(const proto::Config::Scatter& entry, const std::string& path, Rectangle& out) {
+        const auto& world = config_.world();
+        if (!entry.has_region()) {
+            out = {static_cast<float>(world.min_x_m()),
+                   static_cast<float>(world.min_z_m()),
+                   static_cast<float>(world.max_x_m()),
+                   static_cast<float>(world.max_z_m())};
+            return true;
+        }
+        const auto& region = entry.region();
+        if (!region.has_min_x_m() || !region.has_min_z_m() || !region.has_max_x_m() ||
+            !region.has_max_z_m() || region.min_x_m() >= region.max_x_m() ||
+            region.min_z_m() >= region.max_z_m()) {
+            diagnostics_.add(path + ".region",
+                             "a region needs min_x_m < max_x_m and min_z_m < max_z_m");
+            return false;
+        }
+        if (region.min_x_m() < world.min_x_m() || region.max_x_m() > world.max_x_m() ||
+            region.min_z_m() < world.min_z_m() || region.max_z_m() > world.max_z_m()) {
+            diagnostics_.add(path + ".region", "reaches outside the world");
+            return false;
+        }
+        out = {static_cast<float>(region.min_x_m()),
+               static_cast<float>(region.min_z_m()),
+               static_cast<float>(region.max_x_m()),
+               static_cast<float>(region.max_z_m())};
+        return true;
+    }
+
+    bool scatter_one(const proto::Config::Scatter& entry,
+                     int type,
+                     const Pose& pose,
+                     const Rectangle& region,
+                     float apart,
+                     core::Rng& rng,
+                     Occupied& own) {
+        const world::EntityType& kind = settings_.types[static_cast<std::size_t>(type)];
+        const float r = pose.radius;
+        const double slope = entry.max_slope_deg() * std::numbers::pi / 180.0;
+        const float rise = slope > 0.0 ? r * static_cast<float>(std::tan(slope)) : 0.0F;
+        if (region.max_x - region.min_x < 2.0F * r || region.max_z - region.min_z < 2.0F * r) {
+            return false;
+        }
+        for (int attempt = 0; attempt < kAttempts; ++attempt) {
+            const float x = rng.range(region.min_x + r, region.max_x - r);
+            const float z = rng.range(region.min_z + r, region.max_z - r);
+            const auto yaw = static_cast<std::uint16_t>(rng.next() >> 16);
+            if (!occupied_.fits(x, z, r, kApart_m) || !own.fits(x, z, r, apart) ||
+                !terrain_.level(x, z, r, rise)) {
+                continue;
+            }
+            // On a slope the uphill corners of the square around the disc lie in the hill: the
+            // square within the disc has to do.
+            const bool level = rise == 0.0F || terrain_.level(x, z, r);
+            const float surface = level ? terrain_.height(x, z) : terrain_.highest(x, z, r);
+            const float inner = level ? r : kInner * r;
+            const float bottom = surface + kClearance_m;
+            const bool raised = surface > static_cast<float>(config_.world().ground_height_m());
+            const Aabb area{Vec3(x - inner, bottom, z - inner),
+                            Vec3(x + inner, bottom + pose.height, z + inner)};
+            if ((raised && !entry.statics_allowed()) || !terrain_.clear(area)) {
+                continue;
+            }
+            occupied_.add(x, z, r);
+            own.add(x, z, r);
+            add(type, kind, pose, Vec3d(x, bottom + pose.centre, z), yaw, entry.asleep() && level);
+            return true;
+        }
+        return false;
+    }
+
+    void add(int type,
+             const world::EntityType& kind,
+             const Pose& pose,
+             const Vec3d& position,
+             std::uint16_t yaw,
+             bool asleep) {
+        InitialEntity entity = make_entity(static_cast<TypeIndex>(type), kind, pose, position, yaw);
+        entity.asleep = asleep && kind.kind == world::EntityKind::kProp;
+        settings_.initial.push_back(entity);
+    }
+
+    /// On a surface that is not level there: what stands there has to come to rest first.
+    [[nodiscard]] bool slopes(float x, float z, float radius) const {
+        return terrain_.on_surface(x, z) && !terrain_.level(x, z, radius);
+    }
+
+    /// What a placed entity stands on: the highest place under its disc on slopes from a file, else
+    /// under the middle of it, so that it may stand at the foot of a wall.
+    [[nodiscard]] float stand_on(float x, float z, float radius) const {
+        if (slopes(x, z, radius)) {
+            return terrain_.highest(x, z, radius);
+        }
+        const float d = 0.5F * radius;
+        return std::max({terrain_.height(x, z),
+                         terrain_.height(x + d, z),
+                         terrain_.height(x - d, z),
+                         terrain_.height(x, z + d),
+                         terrain_.height(x, z - d)});
+    }
+
+    const proto::Config& config_;
+    const Terrain& terrain_;
+    Settings& settings_;
+    Diagnostics& diagnostics_;
+    Occupied occupied_;
+};
+
+/// Half the height of the tallest character without an agent: what players may be.
+float avatar_half_height(const world::TypeTable& types) {
+    float half = 0.0F;
+    for (const world::EntityType& type : types) {
+        if (type.kind == world::EntityKind::kCharacter && type.brain == 0) {
+            half = std::max(half, type.radius + type.half_segment);
+        }
+    }
+    return half;
+}
+
+}  // namespace
+
+int find_type(const Settings& settings, const std::string& name) {
+    for (std::size_t i = 0; i < settings.types.size(); ++i) {
+        if (settings.types[i].name == name && !name.empty()) {
+            return static_cast<int>(i);
+        }
+    }
+    return -1;
+}
+
+void place_entities(const proto::Config& config,
+                    const Terrain& terrain,
+                    Settings& settings,
+                    Diagnostics& diagnostics) {
+    Placer placer(config, terrain, settings, diagnostics);
+    for (int i = 0; i < config.entity_size(); ++i) {
+        placer.place_one(config.entity(i), join_path("", "entity", i));
+    }
+    for (int i = 0; i < config.scatter_size(); ++i) {
+        placer.scatter(config.scatter(i), i, join_path("", "scatter", i));
+    }
+}
+
+void place_spawn_points(const proto::Config& config,
+                        const Terrain& terrain,
+                        Settings& settings,
+                        Diagnostics& diagnostics) {
+    const auto& world = config.world();
+    const float stand = avatar_half_height(settings.types) + kClearance_m;
+    for (int i = 0; i < config.spawn_size(); ++i) {
+        const auto& point = config.spawn(i);
+        const std::string path = join_path("", "spawn", i);
+        if (!point.has_x_m() || !point.has_z_m()) {
+            diagnostics.add(path, "a spawn point needs x_m and z_m");
+            continue;
+        }
+        if (point.x_m() <= world.min_x_m() || point.x_m() >= world.max_x_m() ||
+            point.z_m() <= world.min_z_m() || point.z_m() >= world.max_z_m()) {
+            diagnostics.add(path, "spawn point outside the world");
+            continue;
+        }
+        const auto x = static_cast<float>(point.x_m());
+        const auto z = static_cast<float>(point.z_m());
+        // Surfaces from files are hardly ever level: a slope to stand on is enough there.
+        const bool sloped = terrain.on_surface(x, z);
+        if (!terrain.level(x, z, kSpawnDisc_m, sloped ? kSpawnRise_m : 0.0F)) {
+            diagnostics.add(path,
+                            "the ground is not level here: a wall, an edge or a ramp is "
+                            "within 0.5 m");
+            continue;
+        }
+        const float floor = sloped ? terrain.highest(x, z, kSpawnDisc_m) : terrain.height(x, z);
+        settings.spawn_points.emplace_back(point.x_m(), floor + stand, point.z_m());
+    }
+}
+
+}  // namespace zoned::config

@@ -1,0 +1,29 @@
+// scatter: stands the entities and spawn points of a config on its terrain, by seed.
+#pragma once
+
+#include "server/config/text/diagnostics.h"
+#include "server/config/world/terrain.h"
+
+#include <vector>
+
+namespace zoned::config {
+
+/// Expands single placements, then scatter entries, in their order. Needs settings.types and
+/// settings.seed. The same config and seed give the same entities. What cannot be placed is a
+/// mistake.
+void place_entities(const proto::Config& config,
+                    const Terrain& terrain,
+                    Settings& settings,
+                    Diagnostics& diagnostics);
+
+/// Fills settings.spawn_points: y is where the centre of the tallest mindless character stands.
+/// Needs settings.types.
+void place_spawn_points(const proto::Config& config,
+                        const Terrain& terrain,
+                        Settings& settings,
+                        Diagnostics& diagnostics);
+
+/// Index of the type with this name, or -1.
+int find_type(const Settings& settings, const std::string& name);
+
+}  // namespace zoned::config

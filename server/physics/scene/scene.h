@@ -1,0 +1,245 @@
+// Scene: the rigid bodies of one zone; add bodies, step, read states, contacts and queries.
+#pragma once
+
+#include "server/physics/integrator/integrator_kind.h"
+#include "server/physics/joints/joint.h"
+#include "server/physics/solver_variants/variant_settings.h"
+#include "server/physics/query/query.h"
+#include "server/physics/shapes/shape.h"
+#include "server/spatial/broadphase_kind.h"
+#include "shared/core/result.h"
+#include "shared/core/state_hash.h"
+#include "shared/math/aabb.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::compute {
+class Team;
+}
+
+namespace zoned::physics {
+
+using spatial::BroadphaseKind;
+class RowSystem;
+
+struct PhysicsSettings {
+    Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
+    /// 0: each island gets as many as its loads ask for within the error budget; 1..64: this many.
+    int substeps = 0;
+    /// How far a contact may give way under its load, m: what `substeps` 0 goes by. A contact that
+    /// carries the same load for seconds gives way by far less.
+    float error_budget_m = 0.005F;
+    int velocity_iterations = 1;    ///< per substep, 1..64
+    float sleep_speed_mps = 0.05F;  ///< a body slower than this ...
+    float sleep_spin_rps = 0.05F;   ///< ... in both senses ...
+    float sleep_after_s =
+        0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
+    /// Which structure finds the pairs of bodies; the results are the same for all.
+    BroadphaseKind broadphase = BroadphaseKind::kAutomatic;
+    float cell_m = 4.0F;      ///< grid: cell size of one level; the others are doublings of it
+    int cell_depth = 16;      ///< octree, quadtree: levels below the root, 1..30
+    int boxes_per_cell = 16;  ///< octree, quadtree: a cell with more of them splits, 1..1000
+    /// While there are so many pairs (about 0.5 kB each), no new ones of dynamic bodies are looked
+    /// for, and from twice as many on no others either: those with the highest ids wait.
+    std::uint32_t max_pairs = 1U << 18;
+    int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
+    float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
+    float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
+    SolverVariant method = SolverVariant::kSoftStep;  ///< what answers contacts and joints
+    VariantSettings methods;                          ///< of all methods but kSoftStep
+    /// What moves the centre of mass of dynamic bodies while neither contact nor joint holds them;
+    /// the solver's substeps move the others, and rotation keeps its own method (rotate_freely),
+    /// whatever is chosen. All but kVerlet, see why_unfit_integrator.
+    IntegratorKind body_integrator = IntegratorKind::kDefault;
+    /// The same for particles until they meet a surface: the rest of that step, and what lies still
+    /// on something, is left to the default.
+    IntegratorKind particle_integrator = IntegratorKind::kDefault;
+    /// Free flight is cut into so many equal pieces a step, 1..kMostFlightPieces.
+    int body_flight_pieces = 1;
+    int particle_flight_pieces = 1;
+};
+
+/// Times are measured by the caller (no clock in here); counts of one step.
+struct StepStats {
+    std::uint32_t bodies = 0;
+    std::uint32_t awake = 0;     ///< dynamic bodies awake after the step
+    std::uint32_t pairs = 0;     ///< broadphase pairs
+    std::uint32_t contacts = 0;  ///< contact points
+    std::uint32_t islands = 0;
+    std::uint32_t substeps = 0;     ///< of the island that got most
+    std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
+    std::uint32_t unpaired = 0;   ///< bodies whose pairs wait because of PhysicsSettings::max_pairs
+    std::uint32_t particles = 0;  ///< awake after the step
+    /// Islands in which a contact or joint asked for more substeps than there are: it keeps the
+    /// error budget no longer (masses too different, springs too stiff, steps too long).
+    std::uint32_t substep_limited = 0;
+    std::uint32_t far_bodies = 0;  ///< moving ones, so far out that floats are too coarse there
+    std::uint32_t held_back = 0;   ///< bodies that would have passed through static geometry
+    std::uint32_t slowed = 0;      ///< bodies whose speed or spin was cut to the most there is
+    bool skipped = false;          ///< nothing was awake: no pass ran
+    VariantStats method;           ///< of the alternatives to kSoftStep
+};
+
+/// A contact that began in this step between bodies with user tags, or that carried a large
+/// impulse, or what one of the bodies asked for with BodyDef::events.
+struct ContactEvent {
+    BodyId a;
+    BodyId b;
+    std::uint32_t user_a = 0;
+    std::uint32_t user_b = 0;
+    Vec3 point = Vec3::Zero();
+    Vec3 normal = Vec3::UnitY();  ///< from a to b
+    float impulse = 0.0F;         ///< sum of normal impulses in this step, N s
+    float approach_speed = 0.0F;  ///< closing speed along the normal before the solve, m/s
+    bool began = false;
+    bool ended = false;  ///< impulse and depth say nothing; neither began nor ended: it lasts
+    float depth = 0.0F;  ///< overlap at the point, m
+};
+
+/// A body came into a sensor or left it: they overlap at the start of the step, or no longer do.
+/// One of the two is a sensor or has a part
+/// that is. Sensors sense what a contact would push:
+/// at least one of the two is dynamic. One that flies through within a step is not seen.
+struct SensorEvent {
+    BodyId a;  ///< may have been removed since
+    BodyId b;
+    std::uint32_t user_a = 0;
+    std::uint32_t user_b = 0;
+    bool entered = false;
+};
+
+using RayHit = QueryHit;
+
+struct BodyState {
+    Vec3 position = Vec3::Zero();
+    Quat orientation = Quat::Identity();
+    Vec3 velocity = Vec3::Zero();
+    Vec3 angular_velocity = Vec3::Zero();
+    bool asleep = false;
+};
+
+/// As what a body that forces move is simulated.
+enum class BodyRepresentation : std::uint8_t {
+    kFull,
+    kParticle,
+};
+
+/// Deterministic: the same calls in the same order give the same bits. No allocation in step()
+/// after warm-up.
+class Scene {
+  public:
+    explicit Scene(const PhysicsSettings& settings);
+    Scene(Scene&&) noexcept;
+    Scene& operator=(Scene&&) noexcept;
+    ~Scene();
+
+    /// Refuses what is not finite, sizes or masses that are not positive, quaternions far from unit
+    /// length.
+    core::Result<BodyId> add(const BodyDef& def);
+    void remove(BodyId body);  ///< wakes what touched it; its joints go with it
+    [[nodiscard]] bool contains(BodyId body) const;
+    /// The tag that the body was added with.
+    [[nodiscard]] std::uint32_t user(BodyId body) const;
+
+    [[nodiscard]] BodyState state(BodyId body) const;
+    /// Teleports; wakes the body and what touched it.
+    void set_state(BodyId body, const BodyState& state);
+    /// Kinematic and dynamic bodies; wakes a sleeping body unless the change is exactly zero.
+    void set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity);
+    /// Impulse in N s at a world point; wakes the body. Ignored for static and kinematic bodies.
+    void apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point);
+    /// Force in N at a world point, or at the centre of mass, and torque in N m: they act through
+    /// the next step and are gone after it; several add up. Wakes the body. Ignored for static and
+    /// kinematic bodies; one that is not finite stops the body (see StepStats::quarantined).
+    void apply_force(BodyId body, const Vec3& force, const Vec3& point);
+    void apply_force(BodyId body, const Vec3& force);
+    void apply_torque(BodyId body, const Vec3& torque);
+    /// How much velocity along the unit vector `direction` the body gets at a world point per
+    /// impulse in that direction there, 1/kg; 0 for static and kinematic bodies.
+    [[nodiscard]] float response(BodyId body, const Vec3& point, const Vec3& direction) const;
+    /// Impulse of rotation in N m s; wakes the body.
+    void apply_angular_impulse(BodyId body, const Vec3& impulse);
+    void wake(BodyId body);
+    /// Whom the body meets from the next step on: contacts that the filters allow no more end, and
+    /// what it overlaps and now meets is pushed out as other overlaps are. Wakes the body, what it
+    /// touched and has to let go, and what a static or kinematic body now meets.
+    void set_filter(BodyId body, const Filter& filter);
+    /// Turns a dynamic body into a particle or back; wakes it. Position, velocity, id and tag stay;
+    /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
+    /// again is lifted out of static and kinematic bodies that it would overlap. Fails with the
+    /// reason for other kinds, sensors, and bodies with joints.
+    core::Result<BodyState> set_representation(BodyId body, BodyRepresentation representation);
+
+    /// Another shape about the same centre and axes, for a body that forces move and that is no
+    /// particle; mass, moments, material, pose, motion and id stay. Wakes it and what it touched.
+    /// What would overlap static and kinematic bodies is lifted out of them. Fails with the reason
+    /// where there is no such body or the shape is none that it can have.
+    core::Result<BodyState> set_shape(BodyId body, const Shape& shape);
+    /// Whether it touched another body that can move in the last step.
+    [[nodiscard]] bool touches_bodies(BodyId body) const;
+
+    /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
+    /// and what is not finite or out of range; says what. Wakes both bodies.
+    core::Result<JointId> add_joint(const JointDef& def);
+    void remove_joint(JointId joint);  ///< wakes both bodies
+    [[nodiscard]] bool contains(JointId joint) const;
+    /// Angle of a hinge from where it was made, rad in (-pi, pi]; shift of a slider, m; length of a
+    /// distance or spring, m; gap of a ball or fixed joint, m.
+    [[nodiscard]] float joint_position(JointId joint) const;
+    [[nodiscard]] float joint_force(JointId joint) const;  ///< of the last step, N
+    /// Takes speed and greatest force of a motor; wakes both bodies. Does nothing and says false
+    /// where they are not finite or out of range.
+    bool set_motor(JointId joint, float speed, float most);
+    /// Joints that broke in the last step.
+    [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
+
+    /// Steps are led by whoever calls step(), and those of the team help where there is much to do.
+    /// The result is the same for any number of threads. The team must outlive the scene, or be
+    /// taken back by nullptr.
+    void work_with(compute::Team* team);
+
+    StepStats step(float dt);
+
+    /// Bodies whose state changed in the last step (awake dynamic and moving kinematic ones, and
+    /// those that fell asleep in it), ascending.
+    [[nodiscard]] std::span<const BodyId> moved() const;
+    [[nodiscard]] std::span<const ContactEvent> contact_events() const;
+    /// Of the last step, and of what was done to the bodies before it.
+    [[nodiscard]] std::span<const SensorEvent> sensor_events() const;
+
+    /// Rays, moving shapes, overlaps and nearest bodies: see query.h.
+    [[nodiscard]] Query query() const;
+    /// Nearest hit of a ray within `max_distance`; `ignore_user` is passed through (0 = nobody).
+    /// Static, kinematic and dynamic bodies, no sensors.
+    [[nodiscard]] bool ray_cast(const Vec3& origin,
+                                const Vec3& direction,
+                                float max_distance,
+                                std::uint32_t ignore_user,
+                                RayHit& hit) const;
+    /// Appends bodies whose bounding box overlaps `area`, ascending.
+    void overlap(const Aabb& area, std::vector<BodyId>& out) const;
+
+    /// The rows of the last step's first solve as they were before it, where
+    /// VariantSettings::keep_problem asks for them; null otherwise. Valid until the next step.
+    [[nodiscard]] const RowSystem* problem() const;
+
+    [[nodiscard]] std::uint32_t body_count() const;
+    [[nodiscard]] std::uint32_t awake_count() const;  ///< that forces move, particles too
+    /// The bodies connected to `body` by contacts of the last step through dynamic bodies, itself
+    /// included, ascending.
+    void island_of(BodyId body, std::vector<BodyId>& out) const;
+
+    void hash(core::StateHash& hash) const;
+
+  private:
+    friend class Query;
+
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace zoned::physics

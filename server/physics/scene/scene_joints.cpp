@@ -1,0 +1,160 @@
+// Joints of a scene: how they come, are solved, break and go.
+#include "server/physics/scene/scene_impl.h"
+#include "server/physics/validate.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::physics {
+
+JointPose Scene::Impl::pose_of(std::uint32_t row) const {
+    return row == kNoIndex ? JointPose() : JointPose{bodies.position[row], bodies.rotation[row]};
+}
+
+void Scene::Impl::wake_joint(std::uint32_t index) {
+    for (const std::uint32_t row : {joints[index].a, joints[index].b}) {
+        if (row != kNoIndex) {
+            wake(row);
+        }
+    }
+}
+
+void Scene::Impl::wake_joined(std::uint32_t row) {
+    joints.for_each_of(bodies, row, [&](std::uint32_t, std::uint32_t other) {
+        if (other != kNoIndex) {
+            wake(other);
+        }
+    });
+}
+
+/// What hangs on a kinematic body that moves goes with it.
+void Scene::Impl::wake_joined_to_movers() {
+    for (const std::uint32_t row : bodies.mover_list) {
+        if (bodies.awake[row] != 0 && bodies.kind[row] == BodyKind::kKinematic) {
+            wake_joined(row);
+        }
+    }
+}
+
+/// Takes a joint out; who it held apart may collide from now on.
+void Scene::Impl::drop_joint(std::uint32_t index) {
+    wake_joint(index);
+    for (const std::uint32_t row : {joints[index].a, joints[index].b}) {
+        if (row != kNoIndex && !bodies.is_plane(row)) {
+            mark_pending(row);
+        }
+    }
+    joints.remove(bodies, index);
+}
+
+void Scene::Impl::list_joints() {
+    active_joints.clear();
+    for (std::uint32_t i = 0; i < joints.rows(); ++i) {
+        const JointEntry& entry = joints[i];
+        if (entry.alive &&
+            (bodies.simulated(entry.b) || (entry.a != kNoIndex && bodies.simulated(entry.a)))) {
+            active_joints.push_back(i);
+        }
+    }
+}
+
+void Scene::Impl::break_joints() {
+    for (const std::uint32_t index : active_joints) {
+        const JointEntry& entry = joints[index];
+        if (!(entry.force_n > entry.joint.def.break_force_n)) {  // no number breaks nothing
+            continue;
+        }
+        breaks.push_back({joints.id_of(index),
+                          entry.a == kNoIndex ? BodyId() : bodies.id_of(entry.a),
+                          bodies.id_of(entry.b),
+                          entry.joint.def.user,
+                          entry.force_n});
+        drop_joint(index);
+    }
+}
+
+core::Result<JointId> Scene::add_joint(const JointDef& def) {
+    using Refused = core::Result<JointId>;
+    Bodies& bodies = impl_->bodies;
+    std::string reason = why_unfit(def);
+    if (!reason.empty()) {
+        return Refused::failure(std::move(reason));
+    }
+    const std::uint32_t a = def.a == BodyId() ? kNoIndex : bodies.row_of(def.a);
+    const std::uint32_t b = bodies.row_of(def.b);
+    if (b == kNoIndex || (a == kNoIndex && def.a != BodyId())) {
+        return Refused::failure("joint: no such body");
+    }
+    if (a == b) {
+        return Refused::failure("joint: a body cannot be joined to itself");
+    }
+    if (!bodies.is_dynamic(b) && (a == kNoIndex || !bodies.is_dynamic(a))) {
+        return Refused::failure("joint: neither body is dynamic");
+    }
+    const Joint joint = make_joint(def, impl_->pose_of(a), impl_->pose_of(b));
+    const JointId id = impl_->joints.add(bodies, joint, a, b);
+    if (!def.collide && a != kNoIndex && impl_->graph.contains(a, b)) {
+        impl_->graph.for_each_of(bodies, b, [&](std::uint32_t contact, std::uint32_t other) {
+            if (other == a) {
+                impl_->end_touch(contact, impl_->left_contacts);
+                impl_->graph.destroy(bodies, contact);
+            }
+        });
+    }
+    impl_->solver.reserve_joints(impl_->joints.rows());
+    impl_->active_joints.reserve(impl_->joints.rows());
+    impl_->wake_joint(impl_->joints.index_of(id));
+    return id;
+}
+
+void Scene::remove_joint(JointId joint) {
+    const std::uint32_t index = impl_->joints.index_of(joint);
+    if (index != kNoIndex) {
+        impl_->drop_joint(index);
+    }
+}
+
+bool Scene::contains(JointId joint) const {
+    return impl_->joints.index_of(joint) != kNoIndex;
+}
+
+float Scene::joint_position(JointId joint) const {
+    const std::uint32_t index = impl_->joints.index_of(joint);
+    ZONED_ASSERT(index != kNoIndex, "joint_position() of a joint that is not in the scene");
+    const JointEntry& entry = impl_->joints[index];
+    return physics::joint_position(entry.joint, impl_->pose_of(entry.a), impl_->pose_of(entry.b));
+}
+
+float Scene::joint_force(JointId joint) const {
+    const std::uint32_t index = impl_->joints.index_of(joint);
+    ZONED_ASSERT(index != kNoIndex, "joint_force() of a joint that is not in the scene");
+    return impl_->joints[index].force_n;
+}
+
+bool Scene::set_motor(JointId joint, float speed, float most) {
+    const std::uint32_t index = impl_->joints.index_of(joint);
+    ZONED_ASSERT(index != kNoIndex, "set_motor() of a joint that is not in the scene");
+    if (!fit_motor(speed, most)) {
+        return false;
+    }
+    JointEntry& entry = impl_->joints[index];
+    JointDef& def = entry.joint.def;
+    if (!def.motor) {
+        // Rows know their impulses by their places, and the motor's comes before the limits'.
+        std::fill(entry.impulse.begin() + static_cast<std::ptrdiff_t>(hard_rows(def.kind)),
+                  entry.impulse.end(),
+                  0.0F);
+    }
+    def.motor = true;
+    def.motor_speed = speed;
+    def.motor_max = most;
+    impl_->wake_joint(index);
+    return true;
+}
+
+std::span<const JointBreak> Scene::joint_breaks() const {
+    return impl_->breaks;
+}
+
+}  // namespace zoned::physics

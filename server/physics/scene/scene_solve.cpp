@@ -1,0 +1,117 @@
+// The solve of a step: who answers which contacts and joints.
+#include "server/physics/solver_variants/variant_stepper.h"
+#include "server/physics/scene/scene_impl.h"
+
+namespace zoned::physics {
+
+namespace {
+
+/// Substeps are no longer than this, s: friction and rolling are first order in it.
+constexpr float kLongestSubstep = 1.0F / 240.0F;
+
+}  // namespace
+
+Scene::Impl::~Impl() = default;
+
+void Scene::Impl::solve(float dt) {
+    bodies.compact_lists();  // bodies that were touched have joined
+    broken.clear();
+    note_starts();
+    mark_held();
+    if (settings.method != SolverVariant::kSoftStep) {
+        solve_by_variant(dt);
+    } else if (settings.substeps > 0) {
+        solve_batch({settings.substeps, false, solve_list, active_joints}, dt);
+    } else {
+        solve_by_substep_policy(dt);
+    }
+    for (const std::uint32_t row : bodies.awake_list) {
+        if (in_contact[row] == 0) {
+            fly_free(bodies,
+                     row,
+                     settings.gravity,
+                     dt,
+                     settings.body_integrator,
+                     settings.body_flight_pieces,
+                     broken);
+        }
+    }
+    for (const std::uint32_t row : bodies.mover_list) {
+        fly_free(bodies, row, settings.gravity, dt, IntegratorKind::kDefault, 1, broken);
+    }
+    for (const std::uint32_t row : broken) {
+        quarantine(row);
+    }
+    if (!broken.empty()) {
+        bodies.compact_lists();
+    }
+}
+
+/// Notes which bodies contacts and joints hold; the others fly freely.
+void Scene::Impl::mark_held() {
+    in_contact.assign(bodies.rows(), 0);
+    for (const std::uint32_t index : solve_list) {
+        in_contact[graph.pair(index).a] = 1;
+        in_contact[graph.pair(index).b] = 1;
+    }
+    for (const std::uint32_t index : active_joints) {
+        if (joints[index].a != kNoIndex) {
+            in_contact[joints[index].a] = 1;
+        }
+        in_contact[joints[index].b] = 1;
+    }
+}
+
+/// Each island as its loads ask for.
+void Scene::Impl::solve_by_substep_policy(float dt) {
+    substep_policy.plan(bodies,
+                        graph,
+                        solve_list,
+                        joints,
+                        active_joints,
+                        {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
+                        *team);
+    substep_limited = substep_policy.substep_limited();
+    for (std::size_t i = 0; i < SubstepPolicy::kBatches; ++i) {
+        const SubstepPolicy::SubstepBatch batch = substep_policy.batch(i);
+        if (!batch.contacts.empty() || !batch.joints.empty()) {
+            solve_batch(batch, dt);
+        }
+    }
+    for (std::size_t i = 0; i < substep_policy.exact_count(); ++i) {
+        const SubstepPolicy::SubstepBatch island = substep_policy.exact(i);
+        if (!solve_exactly(island.contacts, dt)) {
+            ++substep_limited;
+            solve_batch(island, dt);
+        }
+    }
+}
+
+void Scene::Impl::solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt) {
+    ContactSolver::Parameters parameters;
+    parameters.gravity = settings.gravity;
+    parameters.dt = dt;
+    parameters.substeps = batch.substeps;
+    parameters.iterations =
+        batch.young ? SubstepPolicy::kYoungIterations : settings.velocity_iterations;
+    parameters.relax_iterations = settings.relax_iterations;
+    parameters.restitution_speed = settings.restitution_speed_mps;
+    substeps = static_cast<std::uint32_t>(batch.substeps);
+    solver.solve(bodies, graph, batch.contacts, joints, batch.joints, parameters, *team, broken);
+}
+
+bool Scene::Impl::solve_exactly(std::span<const std::uint32_t> contacts, float dt) {
+    return exact->solve_exactly({bodies, graph, contacts, joints, {}, exact_settings, dt}, broken);
+}
+
+void Scene::Impl::solve_by_variant(float dt) {
+    stepper->solve({bodies, graph, solve_list, joints, active_joints, settings, dt}, broken);
+    substeps = static_cast<std::uint32_t>(stepper->substeps());
+}
+
+const RowSystem* Scene::problem() const {
+    return impl_->stepper && impl_->settings.methods.keep_problem ? &impl_->stepper->problem()
+                                                                  : nullptr;
+}
+
+}  // namespace zoned::physics

@@ -1,0 +1,86 @@
+#include "server/session/host/host_impl.h"
+
+namespace zoned::session {
+
+// Before a datagram authenticates, nothing is answered and nothing but a counter changes: else the
+// server could be used against others, or a session taken over by guessing.
+void SessionHost::Impl::on_datagram(const PeerAddress* from,
+                                    std::span<const std::uint8_t> datagram,
+                                    double now_s) {
+    if (datagram.size() > wire::kMaxDatagramBytes) {
+        reject(Reject::kDatagramLong);
+        return;
+    }
+    const auto header = wire::read_datagram_header(datagram);
+    if (!header) {
+        reject(Reject::kDatagramShort);
+        return;
+    }
+    Session* session = table.by_connection(header->connection);
+    if (session == nullptr) {
+        reject(Reject::kConnectionUnknown);
+        return;
+    }
+    const auto opened = session->path.open(*header, datagram, now_s, plain);
+    if (!opened) {
+        reject(opened.error());
+        return;
+    }
+    session->last_heard_s = now_s;
+    session->last_datagram_s = now_s;
+    if (opened->newest) {
+        follow_address(*session, from);
+    }
+    if (!session->datagrams.take(now_s)) {
+        reject(Reject::kDatagramFlood);
+        return;
+    }
+    if (opened->newest) {
+        // An older datagram says less of our packets than the newest has said already.
+        const auto acks = session->path.take_acks(opened->transport, now_s);
+        if (!acks) {
+            reject(acks.error());
+        } else if (*acks) {
+            send_acks(*session, **acks);
+        }
+    }
+    on_body(*session, opened->body);
+}
+
+void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::AckUpdate& acks) {
+    output.to_zones(mailbox::Acks{session.client,
+                                  acks.newest,
+                                  acks.bits,
+                                  session.path.rtt_us(),
+                                  static_cast<std::uint32_t>(session.path.rate().bytes_per_s())});
+}
+
+void SessionHost::Impl::follow_address(Session& session, const PeerAddress* from) {
+    if (from == nullptr) {
+        session.route = Route::kStream;
+        return;
+    }
+    session.route = Route::kAddress;
+    if (session.has_address && session.address != *from) {
+        ++stats.address_changes;
+    }
+    session.address = *from;
+    session.has_address = true;
+}
+
+void SessionHost::Impl::on_body(Session& session, std::span<const std::uint8_t> body) {
+    const auto parsed = wire::read_commands(body, commands);
+    if (!parsed) {
+        reject(Reject::kBodyMalformed);
+        return;
+    }
+    mailbox::Input input;
+    session.gate.filter(
+        commands, current_tick, settings.input_window_ticks, rejects, input.commands);
+    if (!input.commands.empty()) {
+        input.client = session.client;
+        output.to_zones(std::move(input));
+    }
+}
+
+}  // namespace zoned::session

@@ -1,0 +1,118 @@
+// SessionHost's inside: one object, its functions grouped by file: login, frames, datagrams,
+// outbox.
+#pragma once
+
+#include "server/session/login/login.h"
+#include "server/session/login/nonce_set.h"
+#include "server/session/reject.h"
+#include "server/session/host/session_host.h"
+#include "server/session/host/session_table.h"
+#include "shared/core/rng.h"
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace zoned::session {
+
+/// A stream that finished its handshake and that the host has not closed.
+struct ClientStream {
+    bool loopback = false;
+    wire::SealKey down;
+    wire::SealKey up;
+    bool logged_in = false;
+};
+
+struct SessionHost::Impl {
+    Impl(HostSettings settings_in, SessionOutput output_in);
+
+    // ---- host_login.cpp
+    void on_hello(StreamId stream, const proto::Hello& hello, double now_s);
+    void log_in(StreamId stream, const proto::Hello& hello, double now_s);
+    void resume(StreamId stream, const proto::Hello& hello, double now_s);
+    void send_welcome(const Session& session, bool resumed);
+    void refuse(StreamId stream, const Refusal& refusal);
+
+    // ---- host_frames.cpp
+    void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
+    void on_message(Session& session, const proto::ClientMessage& message, double now_s);
+    void on_command(Session& session, const proto::Command& command, double now_s);
+    void on_confirm(Session& session, std::uint64_t event);
+    void on_view_reset(Session& session, double now_s);
+    void on_freeze(Session& session, bool on);
+    void on_audit_request(Session& session, double now_s);
+    void on_quit(Session& session);
+
+    // ---- host_datagrams.cpp
+    void on_datagram(const PeerAddress* from, std::span<const std::uint8_t> datagram, double now_s);
+    void send_acks(const Session& session, const DatagramPath::AckUpdate& acks);
+    void follow_address(Session& session, const PeerAddress* from);
+    void on_body(Session& session, std::span<const std::uint8_t> body);
+
+    // ---- host_outbox.cpp
+    void on_state(const mailbox::StatePacket& packet, double now_s, double server_time_s);
+    void send_state(Session& session,
+                    std::uint64_t sequence,
+                    std::span<const std::uint8_t> body,
+                    double now_s,
+                    double server_time_s);
+    void release(double now_s, double server_time_s);
+    void release_of(Session& session, double until_s, double now_s, double server_time_s);
+    void on_event(const mailbox::EventOut& event);
+    void on_joined(const mailbox::Joined& joined);
+    void on_kick(const mailbox::Kick& kick);
+    void on_audit(const mailbox::AuditRecord& record);
+    bool queue_event(Session& session, const mailbox::EventOut& event, const EventBody& body);
+
+    // ---- session_host.cpp: streams and sessions come and go
+    void send(StreamId stream, Bytes frame);
+    /// Closes a stream with a reason; a session on it is left without a stream.
+    void close_stream(StreamId stream, proto::ClosingReason reason, const std::string& text);
+    /// Closes the stream of a session because of what the client did, and begins the grace time.
+    void suspend(Session& session,
+                 proto::ClosingReason reason,
+                 const std::string& text,
+                 double now_s);
+    /// Ends a session: closing message, Leave, gone.
+    void end(Session& session,
+             proto::ClosingReason reason,
+             const std::string& text,
+             mailbox::LeaveReason leave);
+    void tick(double now_s, Tick tick_now);
+    void shutdown(const std::string& text);
+
+    [[nodiscard]] std::int64_t unix_time(double now_s) const;
+    [[nodiscard]] Bytes take_buffer();
+    void recycle(Bytes buffer);
+
+    void reject(Reject reason) { rejects.count(reason); }
+
+    HostSettings settings;
+    SessionOutput output;
+    HostStats stats;
+    RejectCounters rejects;
+    SessionTable table;
+    NonceSet nonces;
+    std::unordered_map<StreamId, ClientStream> streams;
+    /// In the order in which the streams opened, which is the order of their deadlines.
+    std::deque<std::pair<double, StreamId>> login_deadlines;
+    /// When a packet of Session::paced is due: a heap, the earliest in front.
+    std::vector<std::pair<double, ClientId>> releases;
+    core::Rng fault_rng;
+    Tick current_tick = 0;
+    double unix_offset_s = 0.0;
+    std::uint16_t udp_port = 0;
+    bool shutting_down = false;
+
+    // Buffers that are used again and again.
+    std::vector<std::uint8_t> plain;
+    std::vector<motion::InputCommand> commands;
+    std::vector<Bytes> spare_buffers;
+    proto::ClientMessage message_in;
+};
+
+}  // namespace zoned::session

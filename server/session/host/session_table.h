@@ -1,0 +1,106 @@
+// SessionTable: all sessions and how to find one: by client, connection id, stream or resume token.
+#pragma once
+
+#include "server/session/datagrams/datagram_path.h"
+#include "server/session/event_queue.h"
+#include "server/session/input_gate.h"
+#include "server/session/login/login.h"
+#include "server/session/datagrams/pacer.h"
+#include "server/session/host/session_host.h"
+#include "server/session/token_bucket.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <unordered_map>
+#include <vector>
+
+namespace zoned::session {
+
+using ResumeToken = std::array<std::uint8_t, 16>;
+
+/// Which way state packets take to a client.
+enum class Route : std::uint8_t {
+    kStream,   ///< inside frames: no datagram has come by UDP yet, or the newest came by the stream
+    kAddress,  ///< UDP to the address of the newest datagram
+};
+
+/// A state packet that waits for its turn within the tick.
+struct PacedState {
+    double due_s = 0.0;
+    std::uint64_t sequence = 0;
+    Bytes body;
+};
+
+/// A logged-in client, with or without a live stream.
+struct Session {
+    Session(const HostSettings& settings, const wire::SealKey& down, const wire::SealKey& up)
+        : path(down, up, settings.rate),
+          commands(settings.max_commands_per_s, 2.0 * settings.max_commands_per_s),
+          datagrams(settings.max_datagrams_per_s, settings.max_datagrams_per_s),
+          frames(settings.max_frames_per_s, 2.0 * settings.max_frames_per_s),
+          view_resets(2.0, 6.0),
+          audits(10.0, 20.0) {}
+
+    ClientId client;
+    std::uint32_t connection = 0;
+    ResumeToken token{};
+    Identity identity;
+    StreamId stream;  ///< none during the grace time
+    double grace_ends_s = 0.0;
+    double last_heard_s = 0.0;     ///< datagram or frame
+    double last_datagram_s = 0.0;  ///< datagram, either way
+    DatagramPath path;
+    Pacer pacer;
+    std::vector<PacedState> paced;  ///< ascending by due_s and sequence
+    Route route = Route::kStream;
+    PeerAddress address;
+    bool has_address = false;  ///< a datagram came by UDP once
+    EventQueue events;
+    std::set<std::uint64_t> unconfirmed;  ///< events that asked for a confirmation
+    std::uint64_t last_command = 0;
+    bool command_ack_due = false;
+    std::optional<mailbox::Joined> joined;  ///< sent again when the client comes back
+    InputGate gate;
+    TokenBucket commands;
+    TokenBucket datagrams;
+    TokenBucket frames;
+    TokenBucket view_resets;
+    TokenBucket audits;
+
+    [[nodiscard]] bool may(mailbox::Right right) const { return (identity.rights & right) != 0; }
+};
+
+/// Owns the sessions. Client ids count 1, 2, 3, ...; connection ids and tokens are random.
+class SessionTable {
+  public:
+    /// A new session with its ids. `stream` must be new to the table.
+    Session& create(const HostSettings& settings,
+                    const wire::SealKey& down,
+                    const wire::SealKey& up,
+                    StreamId stream);
+    void remove(Session& session);
+
+    /// Moves a session to another stream; none: it has lost its stream.
+    void attach(Session& session, StreamId stream);
+
+    [[nodiscard]] Session* by_client(ClientId client) const;
+    [[nodiscard]] Session* by_connection(std::uint32_t connection) const;
+    [[nodiscard]] Session* by_stream(StreamId stream) const;
+    [[nodiscard]] Session* by_token(std::span<const std::uint8_t> token) const;
+
+    /// Ascending by client id.
+    [[nodiscard]] const std::vector<std::unique_ptr<Session>>& all() const { return sessions_; }
+
+  private:
+    std::vector<std::unique_ptr<Session>> sessions_;
+    std::unordered_map<ClientId, Session*> by_client_;
+    std::unordered_map<std::uint32_t, Session*> by_connection_;
+    std::unordered_map<StreamId, Session*> by_stream_;
+    std::unordered_map<std::uint64_t, Session*> by_token_;  ///< key: hash_prefix(token)
+    std::uint32_t last_client_ = 0;
+};
+
+}  // namespace zoned::session

@@ -1,0 +1,89 @@
+#include "server/zone/simulation/zone_agents.h"
+
+#include "server/ai/offscreen/suspend_resume.h"
+
+#include <limits>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Beyond it an entity belongs to another zone.
+Vec2 half_size(const ZoneState& state) {
+    if (state.settings.regions.size() < 2) {
+        return Vec2::Constant(std::numeric_limits<float>::infinity());
+    }
+    const Region& region = state.settings.region();
+    const auto slack = static_cast<double>(state.settings.handoff_hysteresis_m);
+    return {static_cast<float>(0.5 * (region.max_x - region.min_x) + slack),
+            static_cast<float>(0.5 * (region.max_z - region.min_z) + slack)};
+}
+
+}  // namespace
+
+std::uint32_t update_agents(ZoneState& state) {
+    compute::Team alone;
+    const physics::Query statics = state.scene.query();
+    const ai::AiContext world{
+        state.entities,
+        *state.settings.types,
+        [&state]() -> const spatial::PointGrid& { return current_grid(state); },
+        state.points_of_interest,
+        *state.settings.statics,
+        state.team != nullptr ? *state.team : alone,
+        half_size(state),
+        state.now,
+        state.settings.dt,
+        &statics,
+        state.paths.empty() ? nullptr : &state.paths,
+        state.settings.handoff_hysteresis_m};
+    state.report.ai = state.ai_update.run(state.agents, world, state.settings.ai);
+    for (const EntityId entity : state.ai_update.suspended()) {
+        remove_body(state, state.entities.find(entity));
+    }
+    for (const EntityId entity : state.ai_update.resumed()) {
+        add_body(state, state.entities.find(entity), false);
+    }
+    state.grid_valid = state.grid_valid && !state.report.ai.moved;
+    return state.report.ai.decisions;
+}
+
+void follow_players(ZoneState& state) {
+    ai::AiSettings& settings = state.settings.ai;
+    ai::DifficultyState& difficulty = state.ai_update.difficulty();
+    const std::uint16_t level = ai::level_due(difficulty, settings.difficulty, state.now);
+    if (level == difficulty.level) {
+        return;
+    }
+    for (std::size_t n = 0; n < state.agents.size(); ++n) {
+        const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+        const world::Row row = state.entities.find(agent.entity);
+        if (row != world::kNoRow && settings.difficulty.varies[agent.brain]) {
+            wake_agent(state, row);
+        }
+    }
+    state.report.level_change =
+        ai::change_level(state.agents, settings, difficulty, level, state.now, state.settings.dt);
+}
+
+void wake_agent(ZoneState& state, world::Row row) {
+    ai::Agent* const agent = state.agents.find(state.entities.id[row]);
+    if (agent == nullptr || agent->tier != ai::Tier::kSuspended) {
+        return;
+    }
+    ai::resume(*agent,
+               state.settings.ai.compiled[agent->brain],
+               {state.entities,
+                *state.settings.types,
+                state.grid,
+                state.points_of_interest,
+                *state.settings.statics,
+                state.now,
+                state.settings.dt},
+               row);
+    state.agents.resume(agent->entity);
+    add_body(state, row, false);
+    state.grid_valid = false;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,137 @@
+#include "server/zone/simulation/zone_doors.h"
+
+#include "server/physics/query/shape_ray.h"
+#include "server/zone/zone_state.h"
+#include "shared/core/assert.h"
+#include "shared/motion/apply_input.h"
+
+#include <algorithm>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Bodies this near to a door that shuts may have leant on nothing until now, m.
+constexpr float kTouch = 0.02F;
+
+const Aabb& bounds_of(const motion::StaticGeometry& statics, std::uint32_t door) {
+    return statics.box_bounds(static_cast<std::uint32_t>(statics.boxes().size()) + door);
+}
+
+void shut(ZoneState& state, std::uint32_t door) {
+    const motion::StaticBox& box = state.settings.statics->doors()[door].box;
+    physics::BodyDef def;
+    def.kind = physics::BodyKind::kStatic;
+    def.shape = physics::Shape::box(box.half_extents);
+    def.position = box.centre;
+    def.orientation = box.orientation;
+    def.material = {box.friction, box.restitution};
+    def.filter.category = kDoorCategory;
+    const auto body = state.scene.add(def);
+    ZONED_ASSERT(body.ok(), "doors were checked when the config was read");
+    state.doors.body[door] = *body;
+    state.bodies_near.clear();
+    state.scene.overlap(bounds_of(*state.settings.statics, door).grown(kTouch), state.bodies_near);
+    for (const BodyId near : state.bodies_near) {
+        state.scene.wake(near);
+    }
+}
+
+void open(ZoneState& state, std::uint32_t door) {
+    state.scene.remove(state.doors.body[door]);
+    state.doors.body[door] = BodyId();
+}
+
+/// Characters that rest where a door has turned move again, if only out of it. AgentStore that
+/// nobody sees are placed by their own means.
+void wake_resting(ZoneState& state) {
+    world::Entities& e = state.entities;
+    world::for_each_row(e.stirring(), [&](world::Row row) {
+        const world::EntityType& type = (*state.settings.types)[e.type[row]];
+        if (type.kind == world::EntityKind::kCharacter && e.has(row, world::kAtRest) &&
+            !e.has(row, world::kGhost) && !e.has(row, world::kHidden) &&
+            motion::moved_by_door(
+                e.position[row], type.character, *state.settings.statics, state.now)) {
+            e.set(row, world::kAtRest, false);
+        }
+    });
+}
+
+bool stands_other(const ZoneState& state, std::uint32_t door) {
+    const bool is_shut = static_cast<bool>(state.doors.body[door]);
+    return state.settings.statics->doors()[door].shut_at(state.now) != is_shut;
+}
+
+}  // namespace
+
+void add_doors(ZoneState& state) {
+    state.doors.body.resize(state.settings.statics->doors().size());
+    turn_doors(state);
+}
+
+std::uint32_t doors_to_turn(const ZoneState& state) {
+    if (state.doors.body.empty() || state.now < state.doors.next_turn) {
+        return 0;
+    }
+    std::uint32_t count = 0;
+    for (std::uint32_t door = 0; door < state.doors.body.size(); ++door) {
+        count += stands_other(state, door) ? 1U : 0U;
+    }
+    return count;
+}
+
+std::uint32_t turn_doors(ZoneState& state) {
+    std::uint32_t turned = 0;
+    state.doors.next_turn = motion::Timetable::kNever;
+    for (std::uint32_t door = 0; door < state.doors.body.size(); ++door) {
+        const motion::Door& of_world = state.settings.statics->doors()[door];
+        state.doors.next_turn =
+            std::min(state.doors.next_turn, of_world.times.next_change(state.now));
+        if (stands_other(state, door)) {
+            of_world.shut_at(state.now) ? shut(state, door) : open(state, door);
+            ++turned;
+        }
+    }
+    if (turned > 0) {
+        wake_resting(state);
+    }
+    return turned;
+}
+
+bool ray_to_door(const ZoneState& state,
+                 Tick tick,
+                 const Vec3& origin,
+                 const Vec3& direction,
+                 RayResult& hit) {
+    const motion::StaticGeometry& statics = *state.settings.statics;
+    if (statics.doors().empty()) {
+        return false;
+    }
+    const Vec3 end = origin + direction * hit.distance;
+    bool found = false;
+    statics.for_each_door_near({origin.cwiseMin(end), origin.cwiseMax(end)}, [&](std::uint32_t d) {
+        const motion::Door& door = statics.doors()[d];
+        float distance = 0.0F;
+        Vec3 normal;
+        if (door.shut_at(tick) &&
+            physics::cast_ray({physics::Shape::box(door.box.half_extents),
+                               door.box.centre,
+                               door.box.orientation.toRotationMatrix()},
+                              origin,
+                              direction,
+                              hit.distance,
+                              distance,
+                              normal) &&
+            (distance < hit.distance || !hit.hit)) {
+            hit.hit = true;
+            hit.entity = EntityId();
+            hit.distance = distance;
+            hit.point = origin + direction * distance;
+            hit.normal = normal;
+            found = true;
+        }
+    });
+    return found;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,175 @@
+#include "server/zone/simulation/zone_soft_bodies.h"
+
+#include "server/zone/zone_state.h"
+#include "shared/core/assert.h"
+#include "shared/math/turn_rate.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::zone {
+
+namespace {
+
+namespace soft = physics::soft;
+
+template <class Links>
+auto link_at(Links& links, EntityId entity) {
+    return std::lower_bound(
+        links.begin(), links.end(), entity, [](const SoftLink& link, EntityId wanted) {
+            return link.entity < wanted;
+        });
+}
+
+SoftMatter& matter_of(ZoneState& state) {
+    if (state.soft == nullptr) {
+        soft::SoftSettings settings;
+        settings.gravity = state.settings.physics.gravity;
+        settings.sleep_speed_mps = state.settings.physics.sleep_speed_mps;
+        settings.sleep_after_s = state.settings.physics.sleep_after_s;
+        settings.step_s = state.settings.dt;
+        state.soft = std::make_unique<SoftMatter>();
+        state.soft->bodies = soft::SoftBodies(settings);
+        state.soft->bodies.work_with(state.team);
+    }
+    return *state.soft;
+}
+
+const soft::SoftDef& state_machine_of(const ZoneState& state, world::Row row) {
+    return *state.settings.softs[(*state.settings.types)[state.entities.type[row]].solid];
+}
+
+void link(ZoneState& state, world::Row row, soft::SoftId body) {
+    std::vector<SoftLink>& links = state.soft->links;
+    const EntityId entity = state.entities.id[row];
+    links.insert(link_at(links, entity), {entity, body});
+}
+
+/// The columns of one entity after a step.
+void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
+    world::Entities& e = state.entities;
+    const soft::SoftBodies& bodies = state.soft->bodies;
+    const float dt = state.settings.dt;
+    const soft::RigidHull hull = bodies.rigid_hull(body);
+    const Quat turn =
+        bodies.best_fit_turn(body, state_machine_of(state, row), e.orientation[row]).normalized();
+    const bool asleep = bodies.asleep(body);
+    e.acceleration[row] =
+        asleep ? Vec3(Vec3::Zero()) : Vec3((hull.velocity - e.velocity[row]) / dt);
+    e.velocity[row] = asleep ? Vec3(Vec3::Zero()) : hull.velocity;
+    e.angular_velocity[row] = asleep ? Vec3(Vec3::Zero()) : turn_rate(e.orientation[row], turn, dt);
+    e.position[row] = hull.position;
+    e.orientation[row] = turn;
+    e.set(row, world::kAtRest, asleep);
+}
+
+}  // namespace
+
+bool is_soft(const ZoneState& state, world::Row row) {
+    return (*state.settings.types)[state.entities.type[row]].shape == world::TypeShape::kSoft;
+}
+
+SoftLink* soft_link(const ZoneState& state, EntityId entity) {
+    if (state.soft == nullptr) {
+        return nullptr;
+    }
+    const auto at = link_at(state.soft->links, entity);
+    return at != state.soft->links.end() && at->entity == entity ? &*at : nullptr;
+}
+
+soft::SoftId soft_of(const ZoneState& state, EntityId entity) {
+    const SoftLink* link = soft_link(state, entity);
+    return link != nullptr ? link->body : soft::SoftId();
+}
+
+void add_soft(ZoneState& state, world::Row row, bool asleep) {
+    SoftMatter& matter = matter_of(state);
+    const world::Entities& e = state.entities;
+    soft::SoftDef def = state_machine_of(state, row);
+    def.user = e.id[row].value;
+    for (soft::SoftNode& node : def.nodes) {
+        const Vec3 arm = e.orientation[row] * node.position;
+        node.position = e.position[row] + arm;
+        node.velocity = node.pinned ? Vec3(Vec3::Zero())
+                                    : Vec3(e.velocity[row] + e.angular_velocity[row].cross(arm));
+    }
+    const auto body = matter.bodies.add(def);
+    ZONED_ASSERT(body.ok(), "soft types were checked when the config was read");
+    if (asleep) {
+        matter.bodies.sleep(*body);
+    }
+    link(state, row, *body);
+}
+
+void remove_soft(ZoneState& state, EntityId entity) {
+    if (const soft::SoftId body = soft_of(state, entity)) {
+        state.soft->bodies.remove(body);
+        state.soft->links.erase(link_at(state.soft->links, entity));
+    }
+}
+
+void push_soft(ZoneState& state, world::Row row, const Vec3& change) {
+    if (const soft::SoftId body = soft_of(state, state.entities.id[row])) {
+        state.soft->bodies.push(body, change);
+        state.entities.velocity[row] = state.soft->bodies.rigid_hull(body).velocity;
+    }
+}
+
+void place_soft(ZoneState& state, world::Row row) {
+    if (const soft::SoftId body = soft_of(state, state.entities.id[row])) {
+        state.soft->bodies.place(body, state.entities.position[row], Quat::Identity());
+    }
+}
+
+soft::SoftParcel take_soft(ZoneState& state, EntityId entity) {
+    const soft::SoftId body = soft_of(state, entity);
+    if (!body) {
+        return {};
+    }
+    state.soft->links.erase(link_at(state.soft->links, entity));
+    return state.soft->bodies.take(body);
+}
+
+void give_soft(ZoneState& state, world::Row row, soft::SoftParcel parcel, const Vec3& shift) {
+    link(state, row, matter_of(state).bodies.give(std::move(parcel), shift));
+}
+
+std::uint32_t step_soft(ZoneState& state) {
+    SoftMatter& matter = *state.soft;
+    state.report.soft = matter.bodies.step(state.settings.dt, &state.scene);
+    std::uint32_t moved = 0;
+    for (const SoftLink& link : matter.links) {
+        if (matter.bodies.rigid(link.body)) {
+            continue;
+        }
+        const world::Row row = state.entities.find(link.entity);
+        ZONED_ASSERT(row != world::kNoRow, "a soft body belongs to an entity of this zone");
+        if (!matter.bodies.asleep(link.body) || !state.entities.has(row, world::kAtRest)) {
+            copy_state(state, row, link.body);
+            ++moved;
+        }
+    }
+    state.grid_valid = state.grid_valid && moved == 0;
+    return moved;
+}
+
+SoftCount count_soft(const ZoneState& state) {
+    SoftCount count;
+    if (state.soft != nullptr) {
+        for (const SoftLink& link : state.soft->links) {
+            const bool rigid = state.soft->bodies.rigid(link.body);
+            ++count.bodies;
+            count.rigid += rigid ? 1U : 0U;
+            count.awake += rigid || state.soft->bodies.asleep(link.body) ? 0U : 1U;
+        }
+    }
+    return count;
+}
+
+void hash_soft(const ZoneState& state, core::StateHash& hash) {
+    if (state.soft != nullptr) {
+        state.soft->bodies.hash(hash);
+    }
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,247 @@
+#include "server/zone/viewers/lag_compensation.h"
+
+#include "server/physics/query/shape_ray.h"
+#include "server/zone/type_body.h"
+#include "server/zone/zone_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Who was aimed at is told of a miss that came this near.
+constexpr float kNearMissM = 2.0F;
+
+/// The displayed moment, within the bound.
+struct Moment {
+    Tick tick = 0;
+    float fraction = 0.0F;
+    Tick oldest = 0;
+    bool cut = false;
+};
+
+Moment moment_of(const ZoneState& state, const Seen& seen) {
+    // Within a step the world is as the tick before left it.
+    const Tick present = state.now - 1;
+    Moment m;
+    m.oldest = std::max<Tick>(0, present - state.settings.rewind.most_ticks);
+    m.tick = std::clamp(seen.tick, m.oldest, present);
+    m.cut = m.tick != seen.tick;
+    const bool inside = !m.cut && m.tick < present;
+    m.fraction =
+        inside && std::isfinite(seen.fraction) ? std::clamp(seen.fraction, 0.0F, 1.0F) : 0.0F;
+    return m;
+}
+
+const SeenEntity* claim_of(const Seen& seen, EntityId entity) {
+    const auto it = std::find_if(seen.entities.begin(),
+                                 seen.entities.end(),
+                                 [&](const SeenEntity& s) { return s.entity == entity; });
+    return it == seen.entities.end() ? nullptr : &*it;
+}
+
+/// Where an entity stands as seen; none: it cannot have been seen.
+std::optional<Pose> pose_as_seen(const ZoneState& state,
+                                 ClientId client,
+                                 const Seen& seen,
+                                 const Moment& moment,
+                                 world::Row row,
+                                 bool& doubted) {
+    const world::Entities& e = state.entities;
+    if (e.has(row, world::kHidden) || e.discontinuity_tick[row] > moment.tick) {
+        return std::nullopt;
+    }
+    const EntityId entity = e.id[row];
+    Pose pose = state.history.at(entity, moment.tick, moment.fraction)
+                    .value_or(Pose{e.position[row], e.orientation[row]});
+    const SeenEntity* claim = claim_of(seen, entity);
+    const bool present = seen.view == Seen::DisplayedTime::kPresent;
+    if (claim == nullptr) {
+        // Of what has just appeared a view of the present shows nothing before the news comes.
+        const Tick update_ticks = present ? state.replicator.path_ticks(client) : 0;
+        return e.discontinuity_tick[row] + update_ticks > moment.tick ? std::nullopt
+                                                                      : std::optional<Pose>(pose);
+    }
+    if (present && claim->publication < e.discontinuity_tick[row]) {
+        return std::nullopt;  // displayed where it was before it jumped
+    }
+    float allowed = state.settings.rewind.slack_m;
+    if (present) {
+        const auto sent = state.replicator.sent_state(
+            client, entity, claim->publication, moment.tick, moment.oldest);
+        if (sent) {
+            pose.position = sent->position;
+            allowed += sent->blend_m;
+        }
+    } else {
+        allowed += state.replicator.bound_m(client, entity);
+    }
+    const Vec3 off = claim->position - pose.position;
+    const float distance = off.norm();
+    if (!std::isfinite(distance)) {
+        doubted = true;
+        return pose;
+    }
+    doubted = doubted || distance > allowed;
+    pose.position += distance > allowed ? Vec3(off * (allowed / distance)) : off;
+    return pose;
+}
+
+bool reaches(const Vec3& centre, float radius, const Vec3& origin, const Vec3& direction) {
+    const Vec3 to = centre - origin;
+    const float along = std::max(0.0F, to.dot(direction));
+    return (to - direction * along).squaredNorm() <= radius * radius;
+}
+
+/// The nearest thing that is not rewound.
+RayResult cast_at_rest(const ZoneState& state,
+                       const Vec3& origin,
+                       const Vec3& direction,
+                       float max_distance,
+                       EntityId ignore) {
+    physics::QueryFilter filter;
+    filter.ignore_user = ignore.value;
+    filter.categories = ~(kRewindableCategory | kDoorCategory);
+    physics::QueryHit hit;
+    RayResult result;
+    result.hit = state.scene.query().ray({origin, direction, max_distance}, filter, hit);
+    result.entity = EntityId(result.hit ? hit.user : 0U);
+    result.distance = result.hit ? hit.distance : max_distance;
+    result.point = hit.point;
+    result.normal = hit.normal;
+    return result;
+}
+
+}  // namespace
+
+void PoseHistory::begin(Tick tick) {
+    PosesOfTick& slot = slots_[static_cast<std::size_t>(tick) % slots_.size()];
+    slot.tick = tick;
+    slot.entity.clear();
+    slot.position.clear();
+    slot.orientation.clear();
+    newest_ = tick;
+}
+
+void PoseHistory::add(EntityId entity, const Pose& pose) {
+    PosesOfTick& slot = slots_[static_cast<std::size_t>(newest_) % slots_.size()];
+    slot.entity.push_back(entity);
+    slot.position.push_back(pose.position);
+    slot.orientation.push_back(pose.orientation);
+}
+
+const PoseHistory::PosesOfTick* PoseHistory::find(Tick tick) const {
+    if (slots_.empty() || tick < 0) {
+        return nullptr;
+    }
+    const PosesOfTick& slot = slots_[static_cast<std::size_t>(tick) % slots_.size()];
+    return slot.tick == tick ? &slot : nullptr;
+}
+
+std::optional<Pose> PoseHistory::in(const PosesOfTick& slot, EntityId entity) {
+    const auto it = std::lower_bound(slot.entity.begin(), slot.entity.end(), entity);
+    if (it == slot.entity.end() || *it != entity) {
+        return std::nullopt;
+    }
+    const auto i = static_cast<std::size_t>(it - slot.entity.begin());
+    return Pose{slot.position[i], slot.orientation[i]};
+}
+
+std::optional<Pose> PoseHistory::at(EntityId entity, Tick tick, float fraction) const {
+    const PosesOfTick* slot = find(tick);
+    std::optional<Pose> pose = slot != nullptr ? in(*slot, entity) : std::nullopt;
+    const PosesOfTick* next = fraction > 0.0F ? find(tick + 1) : nullptr;
+    if (!pose || next == nullptr) {
+        return pose;
+    }
+    if (const std::optional<Pose> after = in(*next, entity)) {
+        pose->position += fraction * (after->position - pose->position);
+        const float side =
+            pose->orientation.coeffs().dot(after->orientation.coeffs()) < 0.0F ? -1.0F : 1.0F;
+        pose->orientation.coeffs() +=
+            fraction * (side * after->orientation.coeffs() - pose->orientation.coeffs());
+        pose->orientation.normalize();
+    }
+    return pose;
+}
+
+std::size_t PoseHistory::recorded(Tick tick) const {
+    const PosesOfTick* slot = find(tick);
+    return slot != nullptr ? slot->entity.size() : 0;
+}
+
+std::uint32_t record_history(ZoneState& state) {
+    const world::Entities& e = state.entities;
+    std::vector<std::pair<EntityId, world::Row>>& rows = state.history_rows;
+    rows.clear();
+    for (world::Row row = 0; row < e.size(); ++row) {
+        if ((*state.settings.types)[e.type[row]].rewindable && !e.has(row, world::kHidden) &&
+            (e.client[row] || state.replicator.heard(e.id[row]))) {
+            rows.emplace_back(e.id[row], row);
+        }
+    }
+    std::sort(rows.begin(), rows.end());
+    state.history.begin(state.now);
+    for (const auto& [entity, row] : rows) {
+        state.history.add(entity, {e.position[row], e.orientation[row]});
+    }
+    return static_cast<std::uint32_t>(rows.size());
+}
+
+SeenHit ray_cast_as_seen(const ZoneState& state,
+                         ClientId client,
+                         const Seen& seen,
+                         const Vec3& origin,
+                         const Vec3& direction,
+                         float max_distance,
+                         EntityId ignore) {
+    const Moment moment = moment_of(state, seen);
+    SeenHit best;
+    static_cast<RayResult&>(best) = cast_at_rest(state, origin, direction, max_distance, ignore);
+    ray_to_door(state, moment.tick, origin, direction, best);
+    best.cut = moment.cut;
+    best.rewound_s =
+        (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) * state.settings.dt;
+    const world::Entities& e = state.entities;
+    for (world::Row row = 0; row < e.size(); ++row) {
+        const world::EntityType& type = (*state.settings.types)[e.type[row]];
+        if (!type.rewindable || e.id[row] == ignore) {
+            continue;
+        }
+        bool doubted = false;
+        const auto pose = pose_as_seen(state, client, seen, moment, row, doubted);
+        const bool aimed = e.id[row] == seen.aimed;
+        if (!pose ||
+            !reaches(
+                pose->position, type.extent() + (aimed ? kNearMissM : 0.0F), origin, direction)) {
+            continue;
+        }
+        best.aimed_near = best.aimed_near || aimed;
+        best.doubted = best.doubted || doubted;
+        const physics::BodyDef body = body_of(type, state.settings.solids);
+        const Mat3 rotation = pose->orientation.toRotationMatrix();
+        float distance = 0.0F;
+        Vec3 normal;
+        if (!physics::cast_ray({body.shape, pose->position, rotation},
+                               origin,
+                               direction,
+                               best.distance,
+                               distance,
+                               normal)) {
+            continue;
+        }
+        const bool tied = best.hit && best.entity && distance == best.distance;
+        if (!tied || e.id[row] < best.entity) {
+            best.hit = true;
+            best.entity = e.id[row];
+            best.distance = distance;
+            best.point = origin + direction * distance;
+            best.normal = normal;
+        }
+    }
+    return best;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,284 @@
+#include "server/zone/zone_context.h"
+
+#include "server/zone/viewers/lag_compensation.h"
+#include "server/zone/simulation/zone_agents.h"
+#include "server/zone/simulation/zone_particles.h"
+#include "server/zone/simulation/soft_hull.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::zone {
+
+world::Row ZoneContext::owned(EntityId entity) const {
+    const world::Row row = state_->entities.find(entity);
+    return row != world::kNoRow && !state_->entities.has(row, world::kGhost) ? row : world::kNoRow;
+}
+
+TypeIndex ZoneContext::type_named(std::string_view name) const {
+    const world::TypeTable& table = types();
+    const auto it = std::find_if(
+        table.begin(), table.end(), [&](const world::EntityType& t) { return t.name == name; });
+    ZONED_ASSERT(it != table.end(), "rules check the names of their types when they are made");
+    return static_cast<TypeIndex>(it - table.begin());
+}
+
+EntityId ZoneContext::spawn(const SpawnDef& def) {
+    return spawn_entity(*state_, def);
+}
+
+void ZoneContext::despawn(EntityId entity) {
+    const world::Row row = owned(entity);
+    if (row != world::kNoRow) {
+        despawn_entity(*state_, row);
+    }
+}
+
+void ZoneContext::place(world::Row row, const Vec3& position, const Vec3& velocity) {
+    world::Entities& e = state_->entities;
+    e.position[row] = position;
+    e.velocity[row] = velocity;
+    e.angular_velocity[row].setZero();
+    e.acceleration[row].setZero();
+    e.discontinuity_tick[row] = state_->now;
+    e.set(row, world::kAtRest, false);
+    e.set(row, world::kGrounded, false);
+    state_->grid_valid = false;
+}
+
+void ZoneContext::teleport(EntityId entity, const Vec3& position) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    wake_agent(*state_, row);
+    step_up_soft(*state_, row);
+    place(row, position, Vec3::Zero());
+    const world::Entities& e = state_->entities;
+    if (e.body[row]) {
+        state_->scene.set_state(e.body[row],
+                                {position, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
+    }
+    place_soft(*state_, row);
+}
+
+void ZoneContext::add_velocity(EntityId entity, const Vec3& change) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    wake_agent(*state_, row);
+    step_up_soft(*state_, row);
+    world::Entities& e = state_->entities;
+    e.set(row, world::kAtRest, false);
+    const world::EntityType& type = types()[e.type[row]];
+    if (type.kind == world::EntityKind::kCharacter) {
+        e.velocity[row] += change;
+        // Feet leave the ground, else friction would eat the knock within a tick.
+        if (change.y() > 0.0F) {
+            e.set(row, world::kGrounded, false);
+        }
+    } else if (e.body[row]) {
+        const physics::BodyState body = state_->scene.state(e.body[row]);
+        state_->scene.set_velocity(e.body[row], body.velocity + change, body.angular_velocity);
+        state_->scene.wake(e.body[row]);
+        e.velocity[row] = body.velocity + change;
+    } else {
+        push_soft(*state_, row, change);
+    }
+}
+
+void ZoneContext::hide(EntityId entity) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    wake_agent(*state_, row);
+    world::Entities& e = state_->entities;
+    remove_body(*state_, row);
+    e.set(row, world::kHidden, true);
+    e.set(row, world::kAtRest, true);
+    e.velocity[row].setZero();
+    e.angular_velocity[row].setZero();
+    e.acceleration[row].setZero();
+}
+
+void ZoneContext::show(EntityId entity, const Vec3& position, const Vec3& velocity) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    wake_agent(*state_, row);
+    world::Entities& e = state_->entities;
+    e.set(row, world::kHidden, false);
+    remove_body(*state_, row);
+    place(row, position, velocity);
+    add_body(*state_, row, false);
+}
+
+void ZoneContext::set_appearance(EntityId entity, std::uint16_t appearance) {
+    const world::Row row = owned(entity);
+    if (row != world::kNoRow) {
+        state_->entities.appearance[row] = appearance;
+        state_->entities.touch(row);
+    }
+}
+
+void ZoneContext::set_stance(EntityId entity, world::Stance stance) {
+    ZONED_ASSERT(static_cast<int>(stance) < world::kStances, "a stance has radii");
+    const world::Row row = owned(entity);
+    if (row != world::kNoRow) {
+        state_->entities.stance[row] = static_cast<std::uint8_t>(stance);
+        state_->entities.touch(row);
+    }
+}
+
+std::optional<world::Stance> ZoneContext::stance_named(std::string_view name) const {
+    const std::vector<std::string>& own = state_->settings.stances;
+    const auto it = std::find(own.begin(), own.end(), name);
+    return it == own.end()
+               ? RulesContext::stance_named(name)
+               : static_cast<world::Stance>(world::kFirstNamedStance + (it - own.begin()));
+}
+
+std::optional<double> ZoneContext::shared_value(std::string_view name) const {
+    const auto& environment = state_->settings.environment;
+    return environment ? environment->at(name, state_->now) : std::nullopt;
+}
+
+bool ZoneContext::set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
+    const auto& environment = state_->settings.environment;
+    const auto clock = environment ? environment->find_clock(name) : std::nullopt;
+    if (!clock || !std::isfinite(rate_per_s) || !(ahead_s >= 0.0 && ahead_s < 1e6)) {
+        return false;
+    }
+    const double ticks =
+        std::ceil(std::max(0.5, ahead_s) / static_cast<double>(state_->settings.dt));
+    state_->out.clocks.push_back({*clock, state_->now + static_cast<Tick>(ticks), rate_per_s});
+    return true;
+}
+
+RayResult ZoneContext::ray_cast(const Vec3& origin,
+                                const Vec3& direction,
+                                float max_distance,
+                                EntityId ignore) const {
+    physics::RayHit hit;
+    RayResult result;
+    result.hit = state_->scene.ray_cast(origin, direction, max_distance, ignore.value, hit);
+    if (result.hit) {
+        result.entity = EntityId(hit.user);
+        result.distance = hit.distance;
+        result.point = hit.point;
+        result.normal = hit.normal;
+    }
+    return result;
+}
+
+SeenHit ZoneContext::ray_cast_as_seen(ClientId client,
+                                      const Seen& seen,
+                                      const Vec3& origin,
+                                      const Vec3& direction,
+                                      float max_distance,
+                                      EntityId ignore) const {
+    return zone::ray_cast_as_seen(*state_, client, seen, origin, direction, max_distance, ignore);
+}
+
+std::optional<Vec3> ZoneContext::position_after(EntityId entity, Tick tick) const {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow || state_->entities.discontinuity_tick[row] > tick) {
+        return std::nullopt;
+    }
+    if (tick == state_->now - 1) {
+        return state_->entities.position[row];
+    }
+    if (tick < state_->now - 1 - state_->settings.rewind.most_ticks) {
+        return std::nullopt;
+    }
+    const std::optional<Pose> pose = state_->history.at(entity, tick, 0.0F);
+    return pose ? std::optional<Vec3>(pose->position) : std::nullopt;
+}
+
+void ZoneContext::near(const Vec3& point, float radius, std::vector<EntityId>& out) const {
+    out.clear();
+    const world::Entities& e = state_->entities;
+    current_grid(*state_).for_each_within(
+        point.x(), point.z(), radius, [&](std::uint32_t row, float) {
+            if (!e.has(row, world::kHidden)) {
+                out.push_back(e.id[row]);
+            }
+        });
+    std::sort(out.begin(), out.end());
+}
+
+std::uint32_t ZoneContext::particles_near(std::string_view system,
+                                          const Vec3& point,
+                                          float radius) const {
+    return zone::particles_near(*state_, system, point, radius);
+}
+
+bool ZoneContext::emit(std::string_view system,
+                       const Vec3& position,
+                       const Vec3& velocity,
+                       std::uint32_t count) {
+    return emit_particles(*state_, system, position, velocity, count);
+}
+
+PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audience) {
+    ZONED_ASSERT(event.kind >= kFirstRulesEvent, "kinds below belong to the server");
+    PendingEvent& pending = state_->out.events.emplace_back();
+    pending.event.event = EventId((++state_->next_event << 16U) | state_->settings.id.value);
+    pending.event.tick = state_->now;
+    pending.event.kind = event.kind;
+    pending.event.confirm = event.confirm;
+    pending.event.payload = event.payload;
+    pending.audience = audience;
+    return pending;
+}
+
+EventId ZoneContext::send(ClientId client, const RulesEvent& event) {
+    PendingEvent& pending = queue_event(event, Audience::kClient);
+    if (!event.confirm || !state_->settings.faults.drop_decision.hits(client.value, state_->now)) {
+        pending.event.recipients.push_back(client);
+    }
+    return pending.event.event;
+}
+
+EventId ZoneContext::publish(std::string_view topic, const RulesEvent& event) {
+    PendingEvent& pending = queue_event(event, Audience::kTopic);
+    pending.event.topic = topic;
+    return pending.event.event;
+}
+
+EventId ZoneContext::announce(EntityId source, const RulesEvent& event) {
+    PendingEvent& pending = queue_event(event, Audience::kViewers);
+    pending.source = source;
+    return pending.event.event;
+}
+
+void ZoneContext::subscribe(ClientId client, std::string_view topic) {
+    state_->out.topics.push_back({client, std::string(topic), true});
+}
+
+void ZoneContext::unsubscribe(ClientId client, std::string_view topic) {
+    state_->out.topics.push_back({client, std::string(topic), false});
+}
+
+void ZoneContext::message(EntityId target, Bytes payload) {
+    state_->out.rules_messages.push_back({target, std::move(payload)});
+}
+
+void ZoneContext::reset_view(ClientId client) {
+    state_->replicator.reset_view(client);
+}
+
+void ZoneContext::note_outcome(bool player_succeeded) {
+    ai::note_outcome(
+        state_->ai_update.difficulty(), state_->settings.ai.difficulty, player_succeeded);
+}
+
+void ZoneContext::kick(ClientId client, std::string_view reason) {
+    state_->out.messages.emplace_back(mailbox::Kick{client, std::string(reason)});
+}
+
+}  // namespace zoned::zone

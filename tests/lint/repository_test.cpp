@@ -1,0 +1,97 @@
+#include "tests/lint/check.h"
+#include "tests/lint/layers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace zoned::lint {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// All text files below the checked folders, by path.
+std::vector<SourceFile> sources_below(const fs::path& root) {
+    std::vector<SourceFile> files;
+    for (const std::string_view folder : kCheckedFolders) {
+        const fs::path base = root / folder;
+        if (!fs::exists(base)) {
+            continue;
+        }
+        for (const fs::directory_entry& entry : fs::recursive_directory_iterator(base)) {
+            if (!entry.is_regular_file()) {
+                continue;
+            }
+            SourceFile file{fs::relative(entry.path(), root).generic_string(), read(entry.path())};
+            if (file.text.find('\0') == std::string::npos) {
+                files.push_back(std::move(file));
+            }
+        }
+    }
+    std::sort(files.begin(), files.end(), [](const SourceFile& a, const SourceFile& b) {
+        return a.path < b.path;
+    });
+    return files;
+}
+
+TEST(Repository, IsFoundWithItsSources) {
+    const std::vector<SourceFile> files = sources_below(ZONED_SOURCE_DIR);
+    // A wrong root would let every other check pass for want of files.
+    EXPECT_TRUE(std::any_of(files.begin(), files.end(), [](const SourceFile& file) {
+        return file.path == "shared/core/ids.h";
+    }));
+}
+
+TEST(Repository, HasTheFixedTopLevel) {
+    std::vector<std::string> names;
+    for (const fs::directory_entry& entry : fs::directory_iterator(ZONED_SOURCE_DIR)) {
+        names.push_back(entry.path().filename().string());
+    }
+    const std::vector<Finding> findings = check_top_level(names);
+    EXPECT_TRUE(findings.empty()) << to_text(findings);
+}
+
+using Check = std::vector<Finding> (*)(const SourceFile&);
+
+void expect_clean(Check check) {
+    std::vector<Finding> all;
+    for (const SourceFile& file : sources_below(ZONED_SOURCE_DIR)) {
+        std::vector<Finding> found = check(file);
+        std::move(found.begin(), found.end(), std::back_inserter(all));
+    }
+    EXPECT_TRUE(all.empty()) << to_text(all);
+}
+
+TEST(Repository, IncludesOnlyUpTheLayerOrder) {
+    expect_clean(check_includes);
+}
+
+TEST(Repository, BeginsEveryHeaderWithItsPurpose) {
+    expect_clean(check_header);
+}
+
+TEST(Repository, HasNoOverlongFile) {
+    expect_clean(check_length);
+}
+
+TEST(Repository, HasNoMarksOfUnfinishedWork) {
+    expect_clean(check_words);
+}
+
+TEST(Repository, KeepsTheSandboxGameToItsRulesAndBots) {
+    expect_clean(check_sandbox);
+}
+
+}  // namespace
+}  // namespace zoned::lint

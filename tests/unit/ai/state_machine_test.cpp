@@ -1,0 +1,339 @@
+#include "server/ai/decision/state_machine/flat_state_machine.h"
+#include "server/ai/decision/state_machine/state_flapping.h"
+#include "tests/scenario/sentry.h"
+#include "tests/unit/allocation_count.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <set>
+
+namespace zoned::ai::state_machine::test {
+namespace {
+
+using scenario::Sensed;
+using scenario::SentryState;
+using testing::ElementsAre;
+
+/// Runs a machine of one agent by hand.
+class Lone {
+  public:
+    explicit Lone(const StateMachineDef& def, std::size_t senses, float dt = 1.0F)
+        : machine(compile(def, senses, dt)),
+          states(begin(machine, 1, 0)),
+          sensed(senses, 1) {}
+
+    /// The name of the state after the decision of the next tick.
+    std::string tick(std::initializer_list<float> values) {
+        std::size_t k = 0;
+        for (const float value : values) {
+            sensed.at(k++, 0) = value;
+        }
+        changes.clear();
+        step(machine, states, sensed.view(), now++, changes);
+        return machine.state_name(states.leaf[0]);
+    }
+
+    FlatStateMachine machine;
+    ActiveStates states;
+    Sensed sensed;
+    Tick now = 0;
+    std::vector<StateChange> changes;
+};
+
+TransitionDef go(std::uint16_t to, std::vector<Condition> when, float hold_s = 0.0F) {
+    return {to, std::move(when), hold_s};
+}
+
+Condition below(SenseIndex sense, float threshold) {
+    return {sense, Compare::kBelow, threshold};
+}
+
+Condition above(SenseIndex sense, float threshold) {
+    return {sense, Compare::kAbove, threshold};
+}
+
+StateDef leaf(const char* name, std::vector<TransitionDef> transitions = {}) {
+    return {name, 0, std::move(transitions), {}, {}};
+}
+
+TEST(FsmStep, FollowsATraceComputedByHand) {
+    Lone agent(scenario::sentry_def(), scenario::kSentrySenses, scenario::kSentryDt);
+    // Foe, post, health, noise. Nine ticks of a foe within 20 m make a chase: it holds from tick 1
+    // on, so that it fires in tick 10.
+    EXPECT_EQ(agent.tick({50, 0, 1, 0}), "patrol");
+    for (int tick = 1; tick <= 9; ++tick) {
+        EXPECT_EQ(agent.tick({15, 0, 1, 0}), "patrol") << tick;
+    }
+    EXPECT_EQ(agent.tick({15, 0, 1, 0}), "chase");
+    EXPECT_EQ(agent.tick({2, 0, 1, 0}), "fight");
+    EXPECT_EQ(agent.tick({2, 0, 0.2F, 0}), "flee");
+    EXPECT_EQ(agent.tick({41, 0, 0.2F, 0}), "rest");
+    EXPECT_EQ(agent.tick({41, 0, 0.95F, 0}), "patrol");
+    EXPECT_EQ(agent.tick({41, 0, 0.95F, 0.9F}), "listen");
+    // Entered in tick 15; 150 ticks of 1/30 s are, in floats, a hair above 5 s.
+    for (int tick = 16; tick < 165; ++tick) {
+        EXPECT_EQ(agent.tick({41, 0, 0.95F, 0}), "listen") << tick;
+    }
+    EXPECT_EQ(agent.tick({41, 0, 0.95F, 0}), "patrol");
+    EXPECT_THAT(agent.changes.size(), 1U);
+    EXPECT_EQ(agent.changes[0].transition, 3);
+}
+
+TEST(FsmStep, ForgetsAHoldThatWasInterrupted) {
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)}, 3)}), leaf("b")}}, 1);
+    agent.tick({1});
+    agent.tick({1});
+    agent.tick({9});
+    agent.tick({1});
+    agent.tick({1});
+    EXPECT_EQ(agent.tick({1}), "a");
+    EXPECT_EQ(agent.tick({1}), "b");
+}
+
+TEST(FsmStep, TakesWhatFiresAtOnceWhileAnotherIsHeld) {
+    Lone agent(
+        {"m", {leaf("a", {go(1, {below(0, 5)}, 100), go(2, {above(1, 0)})}), leaf("b"), leaf("c")}},
+        2);
+    EXPECT_EQ(agent.tick({1, 0}), "a");
+    EXPECT_EQ(agent.tick({1, 1}), "c");
+}
+
+TEST(FsmStep, WantsAllConditionsOfATransition) {
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5), above(1, 2), below(2, 1)})}), leaf("b")}}, 3);
+    EXPECT_EQ(agent.tick({1, 3, 1}), "a");
+    EXPECT_EQ(agent.tick({1, 2, 0}), "a");
+    EXPECT_EQ(agent.tick({5, 3, 0}), "a");
+    EXPECT_EQ(agent.tick({1, 3, 0}), "b");
+}
+
+TEST(FsmStep, NeverHoldsForWhatIsNoNumber) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const float infinity = std::numeric_limits<float>::infinity();
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)}), go(1, {above(0, 5)})}), leaf("b")}}, 1);
+    EXPECT_EQ(agent.tick({nan}), "a");
+    EXPECT_EQ(agent.tick({infinity}), "b");
+}
+
+TEST(FsmStep, NeverTakesAPlaceThatIsNotUsedWhateverItSenses) {
+    // One transition in a table of two: what fills it up reads sense 0 and must not hold.
+    Lone agent({"m", {leaf("a", {go(1, {below(1, -5)})}), leaf("b")}}, 2);
+    for (const float value : {-std::numeric_limits<float>::infinity(),
+                              std::numeric_limits<float>::infinity(),
+                              std::numeric_limits<float>::lowest(),
+                              std::numeric_limits<float>::quiet_NaN()}) {
+        EXPECT_EQ(agent.tick({value, 0}), "a");
+    }
+}
+
+TEST(HoldTicks, AreTheFewestThatLastAsLongAsAsked) {
+    for (const float dt : {1.0F / 30.0F, 1.0F / 60.0F, 0.05F, 1.0F}) {
+        for (const float hold : {0.001F, 0.1F, 0.2F, 0.3F, 0.5F, 1.0F, 7.77F, 600.0F}) {
+            const Tick ticks = hold_ticks(hold, dt);
+            EXPECT_GE(static_cast<float>(ticks) * dt, hold);
+            EXPECT_TRUE(ticks == 1 || static_cast<float>(ticks - 1) * dt < hold);
+        }
+    }
+    EXPECT_EQ(hold_ticks(0.0F, 0.1F), 0);
+    EXPECT_EQ(hold_ticks(0.3F, scenario::kSentryDt), scenario::kHold03);
+    EXPECT_EQ(hold_ticks(1.0F, scenario::kSentryDt), scenario::kHold10);
+}
+
+/// The three forms side by side.
+class Forms {
+  public:
+    explicit Forms(std::size_t count)
+        : machine(compile(scenario::sentry_def(), scenario::kSentrySenses, scenario::kSentryDt)),
+          tables(begin(machine, count, 0)),
+          by_switch(begin(machine, count, 0)),
+          by_class(begin(machine, count, 0)),
+          sensed(scenario::kSentrySenses, count) {}
+
+    void tick(Tick now) {
+        for (std::vector<StateChange>* changes : {&of_tables, &of_switch, &of_class}) {
+            changes->clear();
+        }
+        const SenseColumns senses = sensed.view();
+        step(machine, tables, senses, now, of_tables);
+        step_coded(by_switch,
+                   now,
+                   of_switch,
+                   [columns = scenario::SentryColumns(senses)](CodedTurn& turn) {
+                       scenario::sentry_decide(turn, columns);
+                   });
+        step_coded(by_class, scenario::sentry_objects(), senses, now, of_class);
+    }
+
+    static std::uint64_t hash_of(const ActiveStates& states) {
+        core::StateHash hash;
+        states.hash(hash);
+        return hash.value();
+    }
+
+    FlatStateMachine machine;
+    ActiveStates tables;
+    ActiveStates by_switch;
+    ActiveStates by_class;
+    Sensed sensed;
+    std::vector<StateChange> of_tables;
+    std::vector<StateChange> of_switch;
+    std::vector<StateChange> of_class;
+};
+
+TEST(FsmForms, AgreeInEveryTickOfEveryAgent) {
+    constexpr std::size_t kCount = 1000;  // three blocks and a part of one
+    Forms forms(kCount);
+    core::Rng rng(11);
+    std::set<std::uint16_t> taken;
+    for (Tick now = 0; now < 1500; ++now) {
+        scenario::sentry_walk(forms.sensed, kCount, rng);
+        forms.tick(now);
+        ASSERT_EQ(forms.tables.leaf, forms.by_switch.leaf) << now;
+        ASSERT_EQ(forms.tables.leaf, forms.by_class.leaf) << now;
+        const std::uint64_t hash = Forms::hash_of(forms.tables);
+        ASSERT_EQ(hash, Forms::hash_of(forms.by_switch)) << now;
+        ASSERT_EQ(hash, Forms::hash_of(forms.by_class)) << now;
+        for (const StateChange& change : forms.of_tables) {
+            taken.insert(change.transition);
+        }
+        ASSERT_EQ(forms.of_tables.size(), forms.of_switch.size());
+        ASSERT_EQ(forms.of_tables.size(), forms.of_class.size());
+    }
+    EXPECT_EQ(taken.size(), 12U) << "the walk leads through all transitions";
+}
+
+TEST(FsmForms, WouldDifferIfOneThresholdDid) {
+    constexpr std::size_t kCount = 200;
+    Forms forms(kCount);
+    StateMachineDef def = scenario::sentry_def();
+    def.states[scenario::kChase].transitions[0].when[0].threshold += 0.01F;
+    forms.machine = compile(def, scenario::kSentrySenses, scenario::kSentryDt);
+    core::Rng rng(11);
+    bool differ = false;
+    for (Tick now = 0; now < 1500 && !differ; ++now) {
+        scenario::sentry_walk(forms.sensed, kCount, rng);
+        forms.tick(now);
+        differ = forms.tables.leaf != forms.by_switch.leaf;
+    }
+    EXPECT_TRUE(differ);
+}
+
+TEST(FsmStep, AllocatesNothingOnceItsChangesHaveRoom) {
+    constexpr std::size_t kCount = 1000;
+    Forms forms(kCount);
+    core::Rng rng(5);
+    forms.of_tables.reserve(kCount);
+    forms.of_switch.reserve(kCount);
+    forms.of_class.reserve(kCount);
+    const std::uint64_t before = allocation_count();
+    for (Tick now = 0; now < 200; ++now) {
+        scenario::sentry_walk(forms.sensed, kCount, rng);
+        forms.tick(now);
+    }
+    EXPECT_EQ(allocation_count(), before);
+}
+
+// ---------------------------------------------------------------- oscillation
+
+TEST(FlappingDetector, NameThePairOfTransitions) {
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
+    FlappingDetector oscillations({4, 6});
+    oscillations.reset(1);
+    for (int tick = 0; tick < 12; ++tick) {
+        agent.tick({tick % 2 == 0 ? 1.0F : 9.0F});
+        oscillations.watch(agent.changes, tick);
+    }
+    ASSERT_EQ(oscillations.found().size(), 1U);
+    const FlappingPair& found = oscillations.found()[0];
+    EXPECT_EQ(found.a, 0);
+    EXPECT_EQ(found.b, 1);
+    EXPECT_EQ(found.a_to_b, 0);
+    EXPECT_EQ(found.b_to_a, 1);
+    EXPECT_EQ(found.count, 2U);  // twelve changes, six each
+}
+
+TEST(FlappingDetector, AreNotSeenInSlowChanges) {
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
+    FlappingDetector oscillations({4, 3});
+    oscillations.reset(1);
+    for (int tick = 0; tick < 100; ++tick) {
+        agent.tick({tick / 5 % 2 == 0 ? 1.0F : 9.0F});
+        oscillations.watch(agent.changes, tick);
+    }
+    EXPECT_TRUE(oscillations.found().empty());
+}
+
+TEST(FlappingDetector, AreNotSeenInARound) {
+    Lone agent({"m",
+                {leaf("a", {go(1, {above(0, -1)})}),
+                 leaf("b", {go(2, {above(0, -1)})}),
+                 leaf("c", {go(0, {above(0, -1)})})}},
+               1);
+    FlappingDetector oscillations({4, 3});
+    oscillations.reset(1);
+    for (int tick = 0; tick < 100; ++tick) {
+        agent.tick({0});
+        oscillations.watch(agent.changes, tick);
+    }
+    EXPECT_TRUE(oscillations.found().empty());
+}
+
+// ---------------------------------------------------------------- definitions
+
+std::vector<StateMachineDefectKind> kinds(const StateMachineDef& def, std::size_t senses) {
+    std::vector<StateMachineDefectKind> kinds;
+    for (const StateMachineDefect& defect : defects_of(def, senses)) {
+        kinds.push_back(defect.kind);
+    }
+    return kinds;
+}
+
+TEST(FsmDefects, AreNoneInAStateMachineThatRuns) {
+    EXPECT_TRUE(defects_of(scenario::sentry_def(), scenario::kSentrySenses).empty());
+}
+
+TEST(FsmDefects, NameTheStateThatNobodyEnters) {
+    const auto defects =
+        defects_of({"m", {leaf("a"), leaf("b", {go(2, {below(0, 1)})}), leaf("c")}}, 1);
+    ASSERT_EQ(defects.size(), 2U);  // c is entered from b alone
+    EXPECT_EQ(defects[0].kind, StateMachineDefectKind::kUnreachable);
+    EXPECT_THAT(defects[0].state, ElementsAre(1));
+    EXPECT_THAT(defects[1].state, ElementsAre(2));
+}
+
+TEST(FsmDefects, AreEachFound) {
+    EXPECT_THAT(kinds({"m", {}}, 1), ElementsAre(StateMachineDefectKind::kNoStates));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(7, {below(0, 1)})})}}, 1),
+                ElementsAre(StateMachineDefectKind::kUnknownState));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(3, 1)})})}}, 1),
+                ElementsAre(StateMachineDefectKind::kUnknownSense));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {})})}}, 1),
+                ElementsAre(StateMachineDefectKind::kNoCondition));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(0, 1), above(0, 2)})})}}, 1),
+                ElementsAre(StateMachineDefectKind::kNeverHolds));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(0, 2)}), go(0, {below(0, 1)})})}}, 1),
+                ElementsAre(StateMachineDefectKind::kNeverTried));
+    EXPECT_THAT(kinds({"m", {leaf("a", {go(0, {below(0, 1)}), go(0, {below(0, 2)})})}}, 1),
+                testing::IsEmpty());
+    StateDef remembers = leaf("a");
+    remembers.history = StateHistory::kDeep;
+    EXPECT_THAT(kinds({"m", {remembers}}, 1), ElementsAre(StateMachineDefectKind::kIdleMemory));
+}
+
+TEST(FsmDefects, BoundDepthAndNumber) {
+    StateDef nest = leaf("inmost");
+    for (std::size_t level = 0; level < kMaxLevels; ++level) {
+        StateDef outer = leaf("outer");
+        outer.inside = {nest};
+        nest = outer;
+    }
+    EXPECT_THAT(kinds({"m", {nest}}, 1), ElementsAre(StateMachineDefectKind::kTooDeep));
+    StateDef busy = leaf("busy");
+    for (std::size_t t = 0; t <= kMaxTransitions; ++t) {
+        busy.transitions.push_back(go(0, {below(0, static_cast<float>(t))}));
+    }
+    EXPECT_THAT(kinds({"m", {busy}}, 1), ElementsAre(StateMachineDefectKind::kTooMany));
+}
+
+}  // namespace
+}  // namespace zoned::ai::state_machine::test

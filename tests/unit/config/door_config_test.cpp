@@ -1,0 +1,89 @@
+// Doors and paths: what a config may say of them, and what is wrong with it.
+#include "tests/unit/config/config_helpers.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::config::test {
+namespace {
+
+const std::string kDoors = R"(door {
+  name: "gate"
+  box { x_m: 10 y_m: 1 size { x_m: 0.2 y_m: 3 z_m: 4 } yaw_deg: 90 }
+  period_s: 10
+  open { from_s: 8 to_s: 2 }
+  open { from_s: 3 to_s: 4.5 }
+}
+door {
+  name: "shop"
+  box { y_m: 1 }
+  open { from_s: 60 to_s: 120 }
+}
+ai { day_s: 600 dawn_s: 50 pathfinding { cell_m: 0.4 work_per_tick: 5000 } }
+)";
+
+TEST(DoorsInConfigs, AreExpandedToTicksAndToldAtLogin) {
+    const Outcome out = parse(kDoors + kValid);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    ASSERT_EQ(out.settings.doors.size(), 2U);
+    const NamedDoor& gate = out.settings.doors[0];
+    EXPECT_EQ(gate.name, "gate");
+    EXPECT_EQ(gate.door.box.half_extents, Vec3(0.1F, 1.5F, 2.0F));
+    // At 30 ticks a second; over the end of the period it is two spans.
+    using Span = motion::Timetable::OpenSpan;
+    EXPECT_EQ(gate.door.times.period, 300);
+    EXPECT_EQ(gate.door.times.shift, 0);
+    EXPECT_EQ(gate.door.times.open, (std::vector<Span>{{0, 60}, {90, 135}, {240, 300}}));
+    const motion::Timetable& shop = out.settings.doors[1].door.times;
+    EXPECT_EQ(shop.period, 18000) << "a day";
+    EXPECT_EQ(shop.shift, 1500) << "at dawn";
+    EXPECT_FALSE(shop.open_at(0));
+    EXPECT_EQ(shop.next_change(0), 300) << "dawn is at 50 s, and it opens at 60 s";
+    EXPECT_NE(parse(with("to_s: 120", "to_s: 121", kDoors + kValid)).settings.digest,
+              out.settings.digest);
+    EXPECT_EQ(out.settings.ai.pathfinding.cell_m, 0.4F);
+    EXPECT_EQ(out.settings.ai.pathfinding.work_per_tick, 5000U);
+    EXPECT_EQ(parse(kValid).settings.ai.pathfinding.cell_m, 0.0F) << "no paths are planned";
+}
+
+TEST(DoorsInConfigs, AreRefusedWhereTheyMakeNoSense) {
+    const std::string text = kDoors + kValid;
+    expect_single(with("name: \"shop\"", "name: \"gate\"", text),
+                  "name: \"gate\"\n  box { y_m",
+                  "the name of another door");
+    expect_single(with("  period_s: 10\n",
+                       "  period_s: 0\n",
+                       with("open { from_s: 60 to_s: 120 }",
+                            "open { to_s: 1 }",
+                            with("  open { from_s: 8 to_s: 2 }\n  open { from_s: 3 to_s: 4.5 }\n",
+                                 "  open { to_s: 0.05 }\n",
+                                 text))),
+                  "period_s: 0",
+                  "out of range");
+    expect_single(with("from_s: 8", "from_s: 10", text), "from_s: 10", "not within the period");
+    expect_single(with("to_s: 4.5", "to_s: 11", text), "to_s: 11", "beyond the period");
+    expect_single(with("to_s: 4.5", "to_s: 3", text), "to_s: 3 ", "never, or always");
+    expect_single(with("to_s: 4.5", "to_s: 3.01", text), "open { from_s: 3", "shorter than a tick");
+    expect_single(with("to_s: 4.5", "", text), "open { from_s: 3", "an opening has an end");
+    expect_single(with("to_s: 4.5", "to_s: 9", text), "open { from_s: 8", "overlaps");
+    expect_single(with("from_s: 60 to_s: 120", "from_s: 0 to_s: 600", text),
+                  "door {\n  name: \"shop\"",
+                  "never shuts");
+    expect_single(with("  open { from_s: 60 to_s: 120 }\n", "", text),
+                  "door {\n  name: \"shop\"",
+                  "never opens");
+    expect_single(
+        with("box { y_m: 1 }", "box { x_m: 5000 }", text), "box { x_m: 5000", "outside the world");
+    expect_single(with("  box { y_m: 1 }\n", "", text), "door {\n  name: \"shop\"", "has a box");
+    expect_single(with("name: \"shop\"", "", text), "door {\n  \n", "name");
+}
+
+TEST(PathfindingConfigs, NeedCellsThatFitTheZones) {
+    std::string text = with("cell_m: 0.4", "cell_m: 0.1", kDoors + kValid);
+    text = with("max_x_m: 100\n  max_z_m", "max_x_m: 1000\n  max_z_m", text);
+    text = with("max_x_m: 100 max_z_m: 50 }", "max_x_m: 1000 max_z_m: 50 }", text);
+    expect_single(text, "cell_m: 0.1", "zone 'east': 10044 x 1044 cells; a side has at most 8192");
+    expect_single(with("cell_m: 0.4", "cell_m: 0", kDoors + kValid), "cell_m: 0 ", "out of range");
+}
+
+}  // namespace
+}  // namespace zoned::config::test

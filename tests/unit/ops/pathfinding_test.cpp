@@ -1,0 +1,106 @@
+// What paths lead over: what a config may say of it, and what is wrong with it.
+#include "server/config/world/pathfinding_config.h"
+#include "tests/unit/config/config_helpers.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace zoned::config::test {
+namespace {
+
+std::string with_paths(const std::string& paths) {
+    return kValid + "ai { pathfinding { " + paths + " } }\n";
+}
+
+std::string graph_of(const std::string& waypoints) {
+    return with_paths("map: WAYPOINT_GRAPH waypoints: \"" + waypoints + "\"");
+}
+
+TEST(PathfindingInConfigs, AreExpanded) {
+    const Outcome grid = parse(with_paths(""));
+    ASSERT_TRUE(grid.ok);
+    EXPECT_EQ(grid.settings.ai.pathfinding.map, ai::PathMapKind::kGrid);
+    const Outcome mesh = parse(with_paths("map: NAVMESH cell_m: 0.25 cell_height_m: 0.1"));
+    ASSERT_TRUE(mesh.ok);
+    EXPECT_EQ(mesh.settings.ai.pathfinding.map, ai::PathMapKind::kNavmesh);
+    EXPECT_EQ(mesh.settings.ai.pathfinding.cell_height_m, 0.1F);
+    const Outcome lattice = parse(with_paths("map: WAYPOINT_GRAPH spacing_m: 3"));
+    ASSERT_TRUE(lattice.ok);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.map, ai::PathMapKind::kWaypointGraph);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.cell_m, 3.0F);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.waypoints, nullptr);
+    const Outcome placed =
+        parse(graph_of("node 1 0 0 0\\nnode 7 9 0 0 # east\\nedge 1 7 length both\\n"));
+    ASSERT_TRUE(placed.ok) << format_errors("test", placed.errors);
+    ASSERT_NE(placed.settings.ai.pathfinding.waypoints, nullptr);
+    EXPECT_EQ(placed.settings.ai.pathfinding.waypoints->size(), 2U);
+    EXPECT_TRUE(waypoint_warnings(placed.settings).empty());
+}
+
+TEST(PathfindingInConfigs, LeadAroundCrowdsWhereTheySaySo) {
+    EXPECT_FALSE(parse(with_paths("")).settings.ai.pathfinding.crowding);
+    const Outcome out =
+        parse(with_paths("crowding { look_s: 1 remember_s: 2 jam_per_m2: 1.6 gain: 0.3 }"));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::pathfinding::CrowdPathSettings& crowding = *out.settings.ai.pathfinding.crowding;
+    EXPECT_EQ(crowding.look_ticks, static_cast<std::uint32_t>(out.settings.tick_rate_hz));
+    EXPECT_NEAR(crowding.remember, 0.6065F, 1e-4F);
+    EXPECT_EQ(crowding.jam_per_m2, 1.6F);
+    EXPECT_EQ(crowding.gain, 0.3F);
+    expect_single(with_paths("map: NAVMESH crowding { }"), "crowding {", "GRID alone");
+}
+
+TEST(PathfindingInConfigs, NameTheLineOfAMistakeAmongWaypoints) {
+    expect_single(graph_of("node 1 0 0 0\\nnode 1 9 0 0\\n"), "waypoints:", "line 2: node 1");
+    expect_single(graph_of("node 1 0 0 0\\nedge 1 2 length\\n"), "waypoints:", "no node 2");
+    expect_single(graph_of("# nothing\\n"), "waypoints:", "no waypoint");
+    expect_single(with_paths("map: NAVMESH waypoints: \"node 1 0 0 0\""),
+                  "waypoints:",
+                  "map: WAYPOINT_GRAPH");
+    expect_single(with_paths("map: WAYPOINT_GRAPH waypoints_file: \"/none/such.txt\""),
+                  "waypoints_file",
+                  "/none/such.txt");
+    expect_single(
+        with_paths("map: WAYPOINT_GRAPH waypoints: \"node 1 0 0 0\" waypoints_file: \"x\""),
+        "waypoints_file",
+        "inline already");
+    expect_single(with_paths("map: WAYPOINT_GRAPH spacing_m: 0.1"), "spacing_m", "out of range");
+}
+
+TEST(PathfindingInConfigs, WarnOfWaypointsThatNobodyGetsTo) {
+    const Outcome out = parse(
+        graph_of("node 1 0 0 0\\nnode 2 9 0 0\\nnode 3 500 0 0\\nnode 4 50 0 9\\nnode 5 20 0 0\\n"
+                 "edge 1 2 length both\\nedge 2 3 length both\\nedge 2 5 length\\n"));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    EXPECT_EQ(
+        waypoint_warnings(out.settings),
+        (std::vector<std::string>{
+            "ai.pathfinding: waypoint 3 in no zone",
+            "ai.pathfinding: waypoint 4 not joined by edges with most of the others",
+            "ai.pathfinding: waypoint 5 without an edge that leads there, or without one away"}));
+}
+
+TEST(PathfindingInConfigs, ReadWaypointsFromAFileBesideTheConfig) {
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / "pathfinding_in_configs";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "town.txtpb")
+        << with_paths("map: WAYPOINT_GRAPH waypoints_file: \"town.paths\"");
+    std::ofstream(folder / "town.paths") << "node 1 0 0 0\nnode 2 5 0 0\nedge 1 2 length both\n";
+    Settings settings;
+    std::vector<ConfigError> errors;
+    ASSERT_TRUE(load_settings((folder / "town.txtpb").string(), {}, settings, errors))
+        << format_errors("town", errors);
+    ASSERT_NE(settings.ai.pathfinding.waypoints, nullptr);
+    EXPECT_EQ(settings.ai.pathfinding.waypoints->size(), 2U);
+    // A recording holds them: the config needs no file any more.
+    EXPECT_FALSE(settings.config.ai().pathfinding().has_waypoints_file());
+    EXPECT_NE(settings.config.ai().pathfinding().waypoints().find("node 2 5 0 0"),
+              std::string::npos);
+    std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace zoned::config::test

@@ -1,0 +1,187 @@
+#include "server/ai/pathfinding/pheromones/foraging.h"
+
+#include <gmock/gmock.h>
+
+#include <string_view>
+
+namespace zoned::ai::pathfinding {
+
+namespace {
+
+using pathfinding::Cell;
+using pathfinding::GridMap;
+
+/// Two paths from home (left) to food (right): a short one above, a long one below (the double
+/// bridge of Goss, Aron, Deneubourg and Pasteels, "Self-organized shortcuts in the Argentine ant",
+/// Naturwissenschaften 76, 1989).
+constexpr std::string_view kBridge[] = {"@@@@@@@@@@@@@@@@@@@@@",
+                                        "@...@@@@@@@@@@@@@...@",
+                                        "@...................@",
+                                        "@...@@@@@@@@@@@@@...@",
+                                        "@...@@@@@@@@@@@@@...@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.................@@",
+                                        "@@@@@@@@@@@@@@@@@@@@@"};
+constexpr Cell kNest{1, 2};
+constexpr Cell kMeal{19, 2};
+constexpr Cell kShortMiddle{10, 2};
+constexpr Cell kLongMiddle{10, 9};
+
+GridMap bridge() {
+    GridMap map(21, 11);
+    for (std::uint16_t y = 0; y < 11; ++y) {
+        for (std::uint16_t x = 0; x < 21; ++x) {
+            map.set_passable({x, y}, kBridge[y][x] == '.');
+        }
+    }
+    return map;
+}
+
+struct Passages {
+    double over_short = 0.0;
+    double over_long = 0.0;
+
+    [[nodiscard]] double short_share() const { return over_short / (over_short + over_long); }
+};
+
+Passages walk(Foraging& colony, const GridMap& map, int ticks) {
+    Passages seen;
+    for (int t = 0; t < ticks; ++t) {
+        colony.step();
+        for (std::size_t i = 0; i < colony.walkers(); ++i) {
+            seen.over_short += colony.walker_at(i) == map.place(kShortMiddle) ? 1.0 : 0.0;
+            seen.over_long += colony.walker_at(i) == map.place(kLongMiddle) ? 1.0 : 0.0;
+        }
+    }
+    return seen;
+}
+
+class ForagingOnABridge : public testing::TestWithParam<std::uint64_t> {
+  protected:
+    ForagingOnABridge() {
+        colony.set_food(kMeal, true);
+        colony.add_walkers(60);
+    }
+
+    ForagingSettings with_seed() const {
+        ForagingSettings s;
+        s.seed = GetParam();
+        return s;
+    }
+
+    GridMap map = bridge();
+    Foraging colony{map, kNest, with_seed()};
+};
+
+TEST_P(ForagingOnABridge, MostTakeTheShortWayAndSomeExplore) {
+    walk(colony, map, 4000);
+    const std::uint64_t before = colony.delivered();
+    const Passages seen = walk(colony, map, 4000);
+    EXPECT_GT(seen.short_share(), 0.8);
+    EXPECT_GT(seen.over_long, 0.0) << "nobody explores";
+    // A path of 18 steps there and 18 back at best.
+    const double best = 60.0 * 4000.0 / 36.0;
+    EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.4 * best);
+}
+
+TEST_P(ForagingOnABridge, AWayThatBecomesWorseIsAbandoned) {
+    walk(colony, map, 4000);
+    // Mud: 13 cells that take eight times as long make the short path the longer one (111 ticks
+    // against 32 or more).
+    for (std::uint16_t x = 4; x <= 16; ++x) {
+        colony.set_slowness({x, 2}, 8);
+    }
+    walk(colony, map, 6000);
+    const Passages seen = walk(colony, map, 4000);
+    // Who is in mud is seen there eight times as often.
+    const double crossings = seen.over_short / 8.0;
+    EXPECT_LT(crossings / (crossings + seen.over_long), 0.3);
+}
+
+TEST_P(ForagingOnABridge, AWayThatIsClosedIsReplaced) {
+    walk(colony, map, 4000);
+    map.set_passable(kShortMiddle, false);
+    walk(colony, map, 5000);
+    const std::uint64_t before = colony.delivered();
+    walk(colony, map, 4000);
+    // 32 steps each way at best.
+    EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.3 * 60.0 * 4000.0 / 64.0);
+}
+
+TEST_P(ForagingOnABridge, ScentIsForgottenWhereNobodyWalks) {
+    walk(colony, map, 3000);
+    ASSERT_GT(colony.scent(Foraging::kFood, map.place(kShortMiddle)), 0.0F);
+    colony.set_food(kMeal, false);
+    // Those who carry deliver; then 0.998^t falls below what is smelt, 1e-4, within 4,600 ticks.
+    walk(colony, map, 8000);
+    EXPECT_EQ(colony.scent(Foraging::kFood, map.place(kShortMiddle)), 0.0F);
+    const std::uint64_t before = colony.delivered();
+    walk(colony, map, 500);
+    EXPECT_EQ(colony.delivered(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, ForagingOnABridge, testing::Values(1, 2, 3, 4, 5));
+
+TEST(Foraging, IsTheSameForTheSameSeed) {
+    const GridMap map = bridge();
+    Foraging one(map, kNest, {});
+    Foraging two(map, kNest, {});
+    for (Foraging* colony : {&one, &two}) {
+        colony->set_food(kMeal, true);
+        colony->add_walkers(20);
+        walk(*colony, map, 1000);
+    }
+    for (std::size_t i = 0; i < one.walkers(); ++i) {
+        ASSERT_EQ(one.walker_at(i), two.walker_at(i));
+    }
+    EXPECT_EQ(one.delivered(), two.delivered());
+}
+
+}  // namespace
+
+std::uint64_t hash_of(const PheromoneTrails& trails) {
+    core::StateHash hash;
+    trails.hash(hash);
+    return hash.value();
+}
+
+/// It follows every change of a scent, is the same in any order of marks and after the scents were
+/// written down and read, and tells two cells from each other whose scents are exchanged.
+TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
+    const GridMap map = bridge();
+    PheromoneTrails one(map, TrailSettings{});
+    PheromoneTrails other(map, TrailSettings{});
+    const pathfinding::Place places[] = {map.place({2, 2}), map.place({10, 2}), map.place({10, 9})};
+    std::uint64_t before = hash_of(one);
+    for (std::uint32_t k = 0; k < 60; ++k) {
+        one.mark(k % 2 == 0 ? kHome : kFood, places[k % 3], 60 - k);
+        EXPECT_NE(hash_of(one), before) << k;
+        before = hash_of(one);
+        if (k % 10 == 9) {
+            one.evaporate();
+            EXPECT_NE(hash_of(one), before) << k;
+            before = hash_of(one);
+        }
+    }
+    one.for_each_scent([&](pathfinding::Place p, float home, float food) {
+        ASSERT_TRUE(other.put_scent(p, home, food));
+    });
+    EXPECT_EQ(hash_of(other), hash_of(one));
+    ASSERT_TRUE(
+        other.put_scent(places[0], one.scent(kFood, places[0]), one.scent(kHome, places[0])));
+    EXPECT_NE(hash_of(other), hash_of(one));
+    PheromoneTrails forwards(map, TrailSettings{});
+    PheromoneTrails backwards(map, TrailSettings{});
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        forwards.mark(kHome, places[k], k);
+        backwards.mark(kHome, places[2 - k], 2 - k);
+    }
+    EXPECT_EQ(hash_of(forwards), hash_of(backwards));
+    backwards.mark(kHome, places[1], 2);  // weaker than what is there
+    EXPECT_EQ(hash_of(forwards), hash_of(backwards));
+}
+
+}  // namespace zoned::ai::pathfinding
