@@ -1,9 +1,9 @@
 // Bot: one simulated player: session, view and script, driven by advance(now) on any clock.
 #pragma once
 
-#include "client-sim/bot/script.h"
 #include "client-sim/bot/command_log.h"
 #include "client-sim/bot/ledger.h"
+#include "client-sim/bot/script.h"
 #include "client-sim/link/arrival_log.h"
 #include "client-sim/link/client.h"
 #include "client-sim/view/view.h"

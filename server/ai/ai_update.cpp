@@ -1,9 +1,9 @@
 #include "server/ai/ai_update.h"
 
 #include "server/ai/agent/steering_rate.h"
+#include "server/ai/ai_update_lookup.h"
 #include "server/ai/perception/perception.h"
 #include "server/ai/steering/steering.h"
-#include "server/ai/ai_update_lookup.h"
 
 #include <algorithm>
 #include <cmath>

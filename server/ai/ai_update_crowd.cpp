@@ -1,7 +1,7 @@
 #include "server/ai/ai_update.h"
-#include "server/ai/steering/steering.h"
 #include "server/ai/ai_update_lookup.h"
 #include "server/ai/steering/desired_velocity.h"
+#include "server/ai/steering/steering.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,6 +1,6 @@
 #include "server/ai/ai_update.h"
-#include "server/ai/offscreen/next_change_forecast.h"
 #include "server/ai/ai_update_lookup.h"
+#include "server/ai/offscreen/next_change_forecast.h"
 
 #include <algorithm>
 

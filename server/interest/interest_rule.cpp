@@ -1,4 +1,5 @@
 #include "server/interest/interest_rule.h"
+
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 // Matcher: keeps what every viewer hears of, tick by tick, looking only at what moved or changed.
 #pragma once
 
-#include "server/interest/threshold_crossings.h"
-#include "server/interest/interest_rule.h"
 #include "server/interest/incremental_grid.h"
+#include "server/interest/interest_rule.h"
 #include "server/interest/moved_set.h"
+#include "server/interest/threshold_crossings.h"
 #include "server/world/visibility.h"
 
 #include <cstdint>

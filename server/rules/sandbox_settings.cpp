@@ -12,7 +12,7 @@ namespace {
 
 struct Number {
     std::string_view name;
-    float GameSettings::*field;
+    float GameSettings::* field;
     float least;
     float most;
 };

@@ -182,8 +182,9 @@ class RulesContext {
                                              float max_distance,
                                              EntityId ignore) const = 0;
 
-    /// The same through the world as a client saw it when it acted (server/zone/viewers/lag_compensation.h): what is
-    /// of a rewindable type stands where it was displayed, within the configured bounds.
+    /// The same through the world as a client saw it when it acted
+    /// (server/zone/viewers/lag_compensation.h): what is of a rewindable type stands where it was
+    /// displayed, within the configured bounds.
     [[nodiscard]] virtual SeenHit ray_cast_as_seen(ClientId client,
                                                    const Seen& seen,
                                                    const Vec3& origin,

@@ -1,9 +1,9 @@
 #include "server/zone/zone_context.h"
 
-#include "server/zone/viewers/lag_compensation.h"
+#include "server/zone/simulation/soft_hull.h"
 #include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/zone_particles.h"
-#include "server/zone/simulation/soft_hull.h"
+#include "server/zone/viewers/lag_compensation.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "tests/bench/method_costs.h"
 
+#include "server/physics/integrator/free_flight.h"
 #include "server/physics/method_selection/cost_table.h"
 #include "server/physics/method_selection/flight_choice.h"
-#include "server/physics/integrator/free_flight.h"
 #include "server/physics/soft/builders.h"
 #include "server/physics/soft/soft_bodies.h"
 #include "server/physics/soft/soft_body.h"

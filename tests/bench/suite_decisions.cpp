@@ -1,8 +1,8 @@
 // Suite `decisions`: what a decision of an agent costs by each method: state machines in three
 // forms and of three levels, plans, fuzzy rules.
-#include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "server/ai/decision/fuzzy/fuzzy_system.h"
 #include "server/ai/decision/goap/goap_planner.h"
+#include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/fuzzylite_peer.h"
 #include "tests/bench/plain_sentry.h"

@@ -2,8 +2,8 @@
 // and what that saves; zones step, nobody is near.
 #include "server/app/world/world.h"
 #include "server/physics/method_selection/cost_table.h"
-#include "server/zone/zone_context.h"
 #include "server/zone/simulation/representation.h"
+#include "server/zone/zone_context.h"
 #include "tests/bench/comparison.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "server/ai/agent/agent_serialize.h"
 
+#include "server/ai/agent/agent_fields.h"
 #include "server/ai/agent/field_archive.h"
 #include "server/ai/steering/splines/spline_following.h"
-#include "server/ai/agent/agent_fields.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // AgentStore: all agents of one zone, and which of them have something to do.
 #pragma once
 
-#include "server/ai/offscreen/offscreen_grid.h"
-#include "server/ai/offscreen/agent_event_queue.h"
-#include "server/ai/decision/state_machine/state_flapping.h"
 #include "server/ai/agent/agent.h"
+#include "server/ai/decision/state_machine/state_flapping.h"
+#include "server/ai/offscreen/agent_event_queue.h"
+#include "server/ai/offscreen/offscreen_grid.h"
 #include "server/ai/offscreen/stock_wait_list.h"
 
 #include <cstddef>

@@ -1,18 +1,18 @@
 // Brain: what the agent of a character is made of, as written and compiled.
 #pragma once
 
-#include "server/ai/steering/splines/spline_follow_def.h"
 #include "server/ai/agent/forage_def.h"
-#include "server/ai/steering/formation/formation_def.h"
-#include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "server/ai/decision/fuzzy/fuzzy_state_machine.h"
 #include "server/ai/decision/fuzzy/fuzzy_system.h"
 #include "server/ai/decision/goap/goap_planner.h"
+#include "server/ai/decision/state_machine/flat_state_machine.h"
+#include "server/ai/decision/tree/decision_tree.h"
 #include "server/ai/learning/adaptation.h"
 #include "server/ai/learning/guard.h"
 #include "server/ai/offscreen/points_of_interest.h"
 #include "server/ai/perception/senses.h"
-#include "server/ai/decision/tree/decision_tree.h"
+#include "server/ai/steering/formation/formation_def.h"
+#include "server/ai/steering/splines/spline_follow_def.h"
 #include "shared/core/ids.h"
 
 #include <cstdint>

@@ -2,8 +2,8 @@
 // stands, as its players do.
 #pragma once
 
-#include "server/ai/learning/adaptation.h"
 #include "server/ai/agent/brain.h"
+#include "server/ai/learning/adaptation.h"
 #include "shared/core/ids.h"
 
 #include <concepts>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/pathfinding/grid/door_cells.h"
 #include "server/ai/offscreen/points_of_interest.h"
+#include "server/ai/pathfinding/grid/door_cells.h"
 #include "server/world/entities.h"
 #include "shared/motion/static_geometry.h"
 

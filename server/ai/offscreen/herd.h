@@ -1,8 +1,8 @@
 // Herd: animals of a herd that nobody sees go on by the rule of the flock, a second at a time.
 #pragma once
 
-#include "server/ai/offscreen/suspend_resume.h"
 #include "server/ai/agent/agent_store.h"
+#include "server/ai/offscreen/suspend_resume.h"
 #include "shared/motion/apply_input.h"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "server/ai/decision/decision.h"
 #include "server/ai/offscreen/herd.h"
-#include "server/ai/steering/steering.h"
 #include "server/ai/steering/desired_velocity.h"
+#include "server/ai/steering/steering.h"
 #include "server/spatial/box_lanes.h"
 
 #include <algorithm>

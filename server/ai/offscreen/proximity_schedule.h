@@ -1,9 +1,9 @@
 // ProximitySchedule: when agents that nobody sees may come to perceive somebody, or somebody them.
 #pragma once
 
-#include "server/ai/offscreen/offscreen_grid.h"
-#include "server/ai/offscreen/agent_event_queue.h"
 #include "server/ai/agent/agent_store.h"
+#include "server/ai/offscreen/agent_event_queue.h"
+#include "server/ai/offscreen/offscreen_grid.h"
 #include "server/world/entities.h"
 
 #include <cstdint>

@@ -3,8 +3,8 @@
 #include "server/ai/decision/decision.h"
 #include "server/ai/offscreen/herd.h"
 #include "server/ai/offscreen/next_change_forecast.h"
-#include "server/ai/steering/steering.h"
 #include "server/ai/steering/path_following.h"
+#include "server/ai/steering/steering.h"
 #include "shared/motion/apply_input.h"
 #include "shared/motion/capsule_sweep.h"
 

@@ -1,9 +1,9 @@
 #include "server/ai/pathfinding/path_service.h"
 
-#include "server/ai/pathfinding/waypoints/waypoint_paths.h"
-#include "server/ai/pathfinding/requests/grid_paths.h"
 #include "server/ai/pathfinding/navmesh/navmesh_paths.h"
+#include "server/ai/pathfinding/requests/grid_paths.h"
 #include "server/ai/pathfinding/waypoints/waypoint_lattice.h"
+#include "server/ai/pathfinding/waypoints/waypoint_paths.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

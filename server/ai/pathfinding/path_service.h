@@ -2,8 +2,8 @@
 // walk.
 #pragma once
 
-#include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
 #include "server/ai/agent/agent_store.h"
+#include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
 #include "server/ai/pathfinding/waypoints/waypoint_graph.h"
 #include "server/world/entity_type.h"

@@ -2,10 +2,10 @@
 // segment.
 #pragma once
 
-#include "server/ai/steering/flocking.h"
 #include "server/ai/agent/agent.h"
 #include "server/ai/offscreen/points_of_interest.h"
 #include "server/ai/pathfinding/path_service.h"
+#include "server/ai/steering/flocking.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 

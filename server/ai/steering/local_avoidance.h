@@ -2,10 +2,10 @@
 // keep theirs, bit for bit.
 #pragma once
 
-#include "server/ai/steering/avoidance/orca_avoidance.h"
-#include "server/ai/steering/avoidance/static_walls.h"
 #include "server/ai/agent/agent.h"
 #include "server/ai/offscreen/points_of_interest.h"
+#include "server/ai/steering/avoidance/orca_avoidance.h"
+#include "server/ai/steering/avoidance/static_walls.h"
 #include "server/world/entities.h"
 #include "shared/motion/static_geometry.h"
 

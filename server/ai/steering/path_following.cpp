@@ -1,7 +1,7 @@
 #include "server/ai/steering/path_following.h"
 
-#include "server/ai/steering/splines/spline_following.h"
 #include "server/ai/offscreen/forage.h"
+#include "server/ai/steering/splines/spline_following.h"
 
 #include <algorithm>
 #include <cmath>

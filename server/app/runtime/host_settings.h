@@ -1,9 +1,9 @@
 // From the checked config to the settings of sessions and sockets.
 #pragma once
 
+#include "server/config/settings.h"
 #include "server/net/tls_listener.h"
 #include "server/net/udp_endpoint.h"
-#include "server/config/settings.h"
 #include "server/session/host/session_host.h"
 
 namespace zoned::app {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "server/app/runtime/tick_loop.h"
+#include "server/config/settings.h"
 #include "server/net/tls_listener.h"
 #include "server/net/udp_endpoint.h"
-#include "server/config/settings.h"
 #include "server/session/host/session_host.h"
 
 #include <asio/io_context.hpp>

@@ -1,8 +1,8 @@
 // Reload: agents of a config that was read anew, on their way into a world that runs.
 #pragma once
 
-#include "server/mailbox/messages.h"
 #include "server/config/settings.h"
+#include "server/mailbox/messages.h"
 #include "shared/core/result.h"
 
 #include <string>

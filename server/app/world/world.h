@@ -3,9 +3,9 @@
 #pragma once
 
 #include "server/compute/worker_pool.h"
+#include "server/config/settings.h"
 #include "server/interest/topics.h"
 #include "server/mailbox/messages.h"
-#include "server/config/settings.h"
 #include "server/zone/zone.h"
 
 #include <cstdint>

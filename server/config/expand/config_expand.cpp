@@ -1,13 +1,13 @@
 #include "server/config/expand/config_expand.h"
 
-#include "server/config/text/config_numbers.h"
-#include "server/config/world/pathfinding_config.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/config_numbers.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"
+#include "server/config/world/pathfinding_config.h"
 
 #include <algorithm>
 #include <cmath>

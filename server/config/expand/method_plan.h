@@ -2,8 +2,8 @@
 // config.
 #pragma once
 
-#include "server/config/text/diagnostics.h"
 #include "server/config/settings.h"
+#include "server/config/text/diagnostics.h"
 
 #include <string>
 

@@ -1,11 +1,11 @@
 #include "server/config/npc/adaptation_config.h"
 
+#include "server/config/check/config_checks.h"
 #include "server/config/npc/behaviours.h"
 #include "server/config/npc/blends.h"
-#include "server/config/npc/choices.h"
-#include "server/config/check/config_checks.h"
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/npc/choices.h"
+#include "server/config/text/config_numbers.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // Adaptation: the difficulties among which a world goes by itself, and what is wrong with them.
 #pragma once
 
-#include "server/config/text/diagnostics.h"
 #include "server/config/npc/policies.h"
 #include "server/config/settings.h"
+#include "server/config/text/diagnostics.h"
 #include "proto/config.pb.h"
 
 #include <string>

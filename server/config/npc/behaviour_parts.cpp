@@ -1,8 +1,8 @@
 #include "server/config/npc/behaviour_parts.h"
 
 #include "server/config/npc/blends.h"
-#include "server/config/npc/choices.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/npc/choices.h"
 
 #include <algorithm>
 #include <map>

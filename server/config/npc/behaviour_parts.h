@@ -2,8 +2,8 @@
 // the behaviours of a type.
 #pragma once
 
-#include "server/config/text/diagnostics.h"
 #include "server/config/npc/parameters.h"
+#include "server/config/text/diagnostics.h"
 #include "proto/config.pb.h"
 
 #include <set>

@@ -2,8 +2,8 @@
 // made of them.
 #pragma once
 
-#include "server/config/text/diagnostics.h"
 #include "server/config/settings.h"
+#include "server/config/text/diagnostics.h"
 #include "proto/config.pb.h"
 
 #include <string>

@@ -1,8 +1,8 @@
 #include "server/config/npc/blends.h"
 
 #include "server/config/check/config_checks.h"
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/text/config_numbers.h"
 
 #include <algorithm>
 #include <set>

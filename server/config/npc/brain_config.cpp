@@ -2,9 +2,9 @@
 
 #include "server/config/npc/blends.h"
 #include "server/config/npc/choices.h"
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/config_numbers.h"
 #include "server/config/types/stances.h"
 
 #include <algorithm>

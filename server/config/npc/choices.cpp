@@ -1,8 +1,8 @@
 #include "server/config/npc/choices.h"
 
 #include "server/config/check/config_checks.h"
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/config_numbers.h"
 #include "server/config/types/stances.h"
 
 #include <algorithm>

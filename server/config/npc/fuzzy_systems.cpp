@@ -1,6 +1,6 @@
 #include "server/config/check/config_checks.h"
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/text/config_numbers.h"
 
 #include <limits>
 #include <set>

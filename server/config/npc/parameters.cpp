@@ -1,7 +1,7 @@
 #include "server/config/npc/parameters.h"
 
-#include "server/config/npc/adaptation_config.h"
 #include "server/config/check/config_checks.h"
+#include "server/config/npc/adaptation_config.h"
 
 #include <google/protobuf/descriptor.h>
 

@@ -1,7 +1,7 @@
 #include "server/config/npc/poi_config.h"
 
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/text/config_numbers.h"
 
 #include <algorithm>
 #include <cmath>

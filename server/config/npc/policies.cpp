@@ -1,8 +1,8 @@
 #include "server/config/npc/policies.h"
 
 #include "server/config/check/config_checks.h"
-#include "server/config/text/config_numbers.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/text/config_numbers.h"
 #include "server/config/training/policy_file.h"
 #include "server/config/world/world_description.h"
 

@@ -1,8 +1,8 @@
 // Particle systems of a config: checks, and what zones and clients need to know of them.
 #pragma once
 
-#include "server/config/text/diagnostics.h"
 #include "server/config/settings.h"
+#include "server/config/text/diagnostics.h"
 
 namespace zoned::config {
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "server/ai/agent/brain.h"
-#include "server/config/text/diagnostics.h"
 #include "server/config/settings.h"
+#include "server/config/text/diagnostics.h"
 #include "proto/config.pb.h"
 
 #include <memory>

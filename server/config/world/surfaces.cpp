@@ -1,8 +1,8 @@
 #include "server/config/world/surfaces.h"
 
 #include "server/assets/baked_geometry.h"
-#include "server/config/text/config_numbers.h"
 #include "server/assets/geometry_files.h"
+#include "server/config/text/config_numbers.h"
 #include "server/config/world/world_description.h"
 #include "server/physics/validate.h"
 

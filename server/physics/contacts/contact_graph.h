@@ -1,9 +1,9 @@
 // ContactGraph: the pairs whose bounding boxes overlap, with what they remember between steps.
 #pragma once
 
-#include "server/physics/scene/bodies.h"
 #include "server/physics/narrowphase/contact_set.h"
 #include "server/physics/narrowphase/manifold.h"
+#include "server/physics/scene/bodies.h"
 
 #include <array>
 #include <cstdint>

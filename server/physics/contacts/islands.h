@@ -1,9 +1,9 @@
 // Islands: which dynamic bodies hang together through contacts, and which of them may sleep.
 #pragma once
 
-#include "server/physics/scene/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/joints/joint_table.h"
+#include "server/physics/scene/bodies.h"
 
 #include <cstdint>
 #include <span>

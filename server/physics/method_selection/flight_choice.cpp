@@ -1,9 +1,9 @@
 #include "server/physics/method_selection/flight_choice.h"
 
-#include "server/physics/method_selection/cost_table.h"
 #include "server/physics/integrator/free_flight.h"
 #include "server/physics/integrator/integrator.h"
 #include "server/physics/integrator/stability.h"
+#include "server/physics/method_selection/cost_table.h"
 #include "server/physics/validate.h"
 
 #include <algorithm>

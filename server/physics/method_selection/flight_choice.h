@@ -1,8 +1,8 @@
 // Flight choice: which integrator, in how many pieces a tick, carries free flight within a budget.
 #pragma once
 
-#include "server/physics/method_selection/method_choice.h"
 #include "server/physics/integrator/integrator_kind.h"
+#include "server/physics/method_selection/method_choice.h"
 #include "shared/math/types.h"
 
 #include <span>

@@ -3,9 +3,9 @@
 
 #include "server/physics/integrator/integrator_kind.h"
 #include "server/physics/joints/joint.h"
-#include "server/physics/solver_variants/variant_settings.h"
 #include "server/physics/query/query.h"
 #include "server/physics/shapes/shape.h"
+#include "server/physics/solver_variants/variant_settings.h"
 #include "server/spatial/broadphase_kind.h"
 #include "shared/core/result.h"
 #include "shared/core/state_hash.h"

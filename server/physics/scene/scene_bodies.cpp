@@ -1,6 +1,6 @@
 // How bodies enter, leave, wake and are stopped.
-#include "server/physics/solver_variants/variant_stepper.h"
 #include "server/physics/scene/scene_impl.h"
+#include "server/physics/solver_variants/variant_stepper.h"
 #include "server/physics/validate.h"
 #include "shared/core/assert.h"
 

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "server/compute/team.h"
-#include "server/physics/scene/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/contacts/islands.h"
 #include "server/physics/joints/joint_table.h"
 #include "server/physics/narrowphase/narrowphase.h"
+#include "server/physics/scene/bodies.h"
 #include "server/physics/scene/scene.h"
 #include "server/physics/shapes/bounds.h"
 #include "server/physics/solver/contact_solver.h"

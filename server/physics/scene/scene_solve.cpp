@@ -1,6 +1,6 @@
 // The solve of a step: who answers which contacts and joints.
-#include "server/physics/solver_variants/variant_stepper.h"
 #include "server/physics/scene/scene_impl.h"
+#include "server/physics/solver_variants/variant_stepper.h"
 
 namespace zoned::physics {
 

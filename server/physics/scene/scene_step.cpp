@@ -1,7 +1,7 @@
 // The step of a scene, as a table of contents.
-#include "server/physics/solver_variants/variant_stepper.h"
 #include "server/physics/scene/scene_impl.h"
 #include "server/physics/scene/stability_warnings.h"
+#include "server/physics/solver_variants/variant_stepper.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

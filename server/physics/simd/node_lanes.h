@@ -1,8 +1,8 @@
 // Eight nodes as lanes: from rows of four numbers and back.
 #pragma once
 
-#include "server/physics/soft/soft_body.h"
 #include "server/physics/simd/lanes.h"
+#include "server/physics/soft/soft_body.h"
 
 #include <cstring>
 

@@ -2,8 +2,8 @@
 // take them in any order with the same result.
 #pragma once
 
-#include "server/physics/soft/soft_def.h"
 #include "server/physics/simd/lanes.h"
+#include "server/physics/soft/soft_def.h"
 
 #include <span>
 

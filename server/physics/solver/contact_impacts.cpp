@@ -1,6 +1,6 @@
 // Impacts: the part of the contact solver that knows how fast bodies met, and makes them bounce.
-#include "server/physics/solver/contact_solver.h"
 #include "server/physics/simd/lane_body.h"
+#include "server/physics/solver/contact_solver.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // The part of the contact solver that runs once per step: batches from contacts.
 #include "server/physics/contacts/contact_persistence.h"
 #include "server/physics/narrowphase/narrowphase.h"
-#include "server/physics/solver/contact_solver.h"
 #include "server/physics/simd/lane_body.h"
+#include "server/physics/solver/contact_solver.h"
 #include "shared/math/perpendicular.h"
 
 #include <algorithm>

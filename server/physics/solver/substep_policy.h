@@ -3,10 +3,10 @@
 #pragma once
 
 #include "server/compute/team.h"
-#include "server/physics/scene/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/contacts/islands.h"
 #include "server/physics/joints/joint_table.h"
+#include "server/physics/scene/bodies.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // Responses other than a solve: collisions one by one, and springs.
 #pragma once
 
-#include "server/physics/solver_variants/variant_settings.h"
 #include "server/physics/solver_variants/row_system.h"
+#include "server/physics/solver_variants/variant_settings.h"
 
 namespace zoned::physics {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "server/physics/contacts/contact_graph.h"
+#include "server/physics/solver_variants/row_system.h"
 #include "server/physics/solver_variants/variant_bodies.h"
 #include "server/physics/solver_variants/variant_settings.h"
-#include "server/physics/solver_variants/row_system.h"
 
 #include <array>
 #include <cstdint>

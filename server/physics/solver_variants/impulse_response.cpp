@@ -1,6 +1,6 @@
 // Sequential collision impulses.
-#include "server/physics/solver_variants/restitution.h"
 #include "server/physics/solver_variants/collision_response.h"
+#include "server/physics/solver_variants/restitution.h"
 #include "server/physics/solver_variants/solvers.h"
 
 namespace zoned::physics {

@@ -1,8 +1,8 @@
 // The solvers of a RowSystem: one signature, one file each.
 #pragma once
 
-#include "server/physics/solver_variants/variant_settings.h"
 #include "server/physics/solver_variants/row_system.h"
+#include "server/physics/solver_variants/variant_settings.h"
 
 #include <cstdint>
 #include <span>

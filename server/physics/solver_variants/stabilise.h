@@ -1,8 +1,8 @@
 // Stabilisation: the bias and softness by which rows undo overlaps and the gaps of joints.
 #pragma once
 
-#include "server/physics/solver_variants/variant_settings.h"
 #include "server/physics/solver_variants/row_system.h"
+#include "server/physics/solver_variants/variant_settings.h"
 
 namespace zoned::physics {
 

@@ -1,7 +1,7 @@
 #include "server/physics/solver_variants/variant_stepper.h"
 
-#include "server/physics/solver_variants/residual.h"
 #include "server/physics/solver_variants/collision_response.h"
+#include "server/physics/solver_variants/residual.h"
 #include "server/physics/solver_variants/stabilise.h"
 
 #include <algorithm>

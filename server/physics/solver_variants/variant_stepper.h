@@ -2,12 +2,12 @@
 #pragma once
 
 #include "server/physics/contacts/islands.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/solver_variants/contact_rows.h"
 #include "server/physics/solver_variants/joint_row_writer.h"
-#include "server/physics/solver_variants/variant_bodies.h"
 #include "server/physics/solver_variants/projection.h"
 #include "server/physics/solver_variants/solvers.h"
-#include "server/physics/scene/scene.h"
+#include "server/physics/solver_variants/variant_bodies.h"
 
 #include <cstdint>
 #include <span>

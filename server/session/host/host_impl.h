@@ -2,11 +2,11 @@
 // outbox.
 #pragma once
 
+#include "server/session/host/session_host.h"
+#include "server/session/host/session_table.h"
 #include "server/session/login/login.h"
 #include "server/session/login/nonce_set.h"
 #include "server/session/reject.h"
-#include "server/session/host/session_host.h"
-#include "server/session/host/session_table.h"
 #include "shared/core/rng.h"
 
 #include <cstdint>

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "server/session/datagrams/datagram_path.h"
+#include "server/session/datagrams/pacer.h"
 #include "server/session/event_queue.h"
+#include "server/session/host/session_host.h"
 #include "server/session/input_gate.h"
 #include "server/session/login/login.h"
-#include "server/session/datagrams/pacer.h"
-#include "server/session/host/session_host.h"
 #include "server/session/token_bucket.h"
 
 #include <array>

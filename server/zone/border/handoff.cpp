@@ -1,8 +1,8 @@
 #include "server/zone/border/handoff.h"
 
 #include "server/zone/simulation/approaching_props.h"
-#include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/soft_hull.h"
+#include "server/zone/simulation/zone_agents.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "server/zone/simulation/copy_from_physics.h"
 
 #include "server/zone/simulation/approaching_props.h"
-#include "server/zone/zone_context.h"
 #include "server/zone/simulation/soft_hull.h"
+#include "server/zone/zone_context.h"
 
 #include <algorithm>
 

@@ -1,6 +1,7 @@
 // AgentStore that walk along paths: around walls, through doors, and alike whether somebody looks
 // or not.
 #include "server/ai/steering/path_following.h"
+
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // --set: every setting can be given on the command line, and what is wrong with one is said.
 #include "server/config/text/config_set.h"
+
 #include "tests/unit/config/config_helpers.h"
 
 #include <google/protobuf/descriptor.h>

@@ -1,8 +1,8 @@
 // Soft types in configs: what the physics is given of each form, and where entities are put.
 #include "server/config/types/soft_types.h"
 
-#include "server/config/world/scatter.h"
 #include "server/config/expand/stability_report.h"
+#include "server/config/world/scatter.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <algorithm>

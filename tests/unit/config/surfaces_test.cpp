@@ -6,8 +6,8 @@
 #include "server/assets/geometry_files.h"
 #include "server/config/expand/stability_report.h"
 #include "server/config/world/world_description.h"
-#include "tests/unit/config/config_helpers.h"
 #include "tests/unit/assets/geometry_samples.h"
+#include "tests/unit/config/config_helpers.h"
 
 #include <gmock/gmock.h>
 #include <unistd.h>

@@ -1,8 +1,8 @@
 // Hulls and compounds in configs: their shapes, how they stand, and where they are put.
 #include "server/config/types/type_shapes.h"
 
-#include "server/config/world/scatter.h"
 #include "server/config/settings.h"
+#include "server/config/world/scatter.h"
 #include "server/physics/scene/scene.h"
 #include "server/zone/type_body.h"
 #include "tests/unit/config/config_helpers.h"

@@ -1,10 +1,9 @@
 // Surfaces: what is near, how high they are, and how characters walk on them and are stopped.
-#include "shared/motion/ground_surface.h"
-
 #include "shared/core/rng.h"
 #include "shared/math/segment_triangle.h"
 #include "shared/motion/apply_input.h"
 #include "shared/motion/capsule_sweep.h"
+#include "shared/motion/ground_surface.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Paths maps: what holds for paths over cells, polygons and waypoints alike.
-#include "server/ai/pathfinding/waypoints/waypoint_paths.h"
-#include "server/ai/pathfinding/requests/grid_paths.h"
 #include "server/ai/pathfinding/navmesh/navmesh_paths.h"
+#include "server/ai/pathfinding/requests/grid_paths.h"
 #include "server/ai/pathfinding/waypoints/waypoint_lattice.h"
+#include "server/ai/pathfinding/waypoints/waypoint_paths.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/pathfinding/walkers.h"
 

@@ -1,8 +1,8 @@
 // What tests of the methods share: names, and scenes of a few boxes on a level ground.
 #pragma once
 
-#include "server/physics/solver_variants/row_system.h"
 #include "server/physics/scene/scene.h"
+#include "server/physics/solver_variants/row_system.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // CrowdPaths: paths on a grid that lead around crowds, to goals that many or few have.
 #pragma once
 
-#include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
 #include "server/ai/pathfinding/flow_fields/crowd_flow_field.h"
+#include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
 #include "server/ai/pathfinding/flow_fields/density.h"
 #include "server/ai/pathfinding/grid/ground_grid.h"
 

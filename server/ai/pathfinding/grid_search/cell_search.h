@@ -1,9 +1,9 @@
 // Searches over the cells of a map: A* and weighted A*, jump points.
 #pragma once
 
-#include "server/ai/pathfinding/grid_search/landmarks.h"
-#include "server/ai/pathfinding/grid/open_list.h"
 #include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/open_list.h"
+#include "server/ai/pathfinding/grid_search/landmarks.h"
 
 namespace zoned::ai::pathfinding {
 

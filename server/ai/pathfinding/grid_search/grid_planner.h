@@ -1,13 +1,13 @@
 // GridPlanner: paths on one grid map, by whichever method suits the map and the query.
 #pragma once
 
-#include "server/ai/pathfinding/hierarchy/hpa_graph.h"
 #include "server/ai/pathfinding/grid/components.h"
-#include "server/ai/pathfinding/grid_search/landmarks.h"
-#include "server/ai/pathfinding/grid/open_list.h"
-#include "server/ai/pathfinding/grid/grid_query.h"
-#include "server/ai/pathfinding/grid_search/subgoal_search.h"
 #include "server/ai/pathfinding/grid/grid_path.h"
+#include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/open_list.h"
+#include "server/ai/pathfinding/grid_search/landmarks.h"
+#include "server/ai/pathfinding/grid_search/subgoal_search.h"
+#include "server/ai/pathfinding/hierarchy/hpa_graph.h"
 
 #include <cstddef>
 #include <optional>

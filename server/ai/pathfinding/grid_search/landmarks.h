@@ -1,8 +1,8 @@
 // Landmarks: how far cells are from a few others, which tells how far they are apart at least.
 #pragma once
 
-#include "server/ai/pathfinding/grid/components.h"
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
+#include "server/ai/pathfinding/grid/components.h"
 #include "server/ai/pathfinding/grid_search/resumable_task.h"
 
 #include <algorithm>

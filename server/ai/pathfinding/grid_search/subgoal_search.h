@@ -1,9 +1,9 @@
 // Paths among subgoals: by A*, or by labels.
 #pragma once
 
+#include "server/ai/pathfinding/grid/grid_query.h"
 #include "server/ai/pathfinding/grid_search/hub_labels.h"
 #include "server/ai/pathfinding/grid_search/landmarks.h"
-#include "server/ai/pathfinding/grid/grid_query.h"
 
 #include <vector>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
-#include "server/ai/pathfinding/grid/open_list.h"
 #include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/open_list.h"
 #include "server/ai/pathfinding/hierarchy/hpa_cluster_costs.h"
 
 #include <array>

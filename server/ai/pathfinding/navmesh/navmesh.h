@@ -1,8 +1,8 @@
 // Navmesh: where characters of one size can walk, as convex polygons over any number of floors.
 #pragma once
 
-#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "shared/core/result.h"
 #include "shared/motion/apply_input.h"
 

@@ -1,7 +1,7 @@
 #include "server/ai/pathfinding/grid/door_cells.h"
-#include "server/ai/pathfinding/navmesh/recast_owned.h"
-#include "server/ai/pathfinding/navmesh/navmesh_layers.h"
 #include "server/ai/pathfinding/navmesh/navmesh.h"
+#include "server/ai/pathfinding/navmesh/navmesh_layers.h"
+#include "server/ai/pathfinding/navmesh/recast_owned.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/pathfinding/hierarchy/graph_hierarchy.h"
-#include "server/ai/pathfinding/requests/path_request_queue.h"
 #include "server/ai/pathfinding/navmesh/navmesh.h"
+#include "server/ai/pathfinding/requests/path_request_queue.h"
 
 #include <vector>
 

@@ -1,8 +1,8 @@
 // Foraging: creatures that look for food and find the shortest path home by the scents they leave.
 #pragma once
 
-#include "server/ai/pathfinding/pheromones/pheromone_trails.h"
 #include "server/ai/pathfinding/grid/grid_map.h"
+#include "server/ai/pathfinding/pheromones/pheromone_trails.h"
 #include "shared/core/rng.h"
 
 #include <cstddef>

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_paths.h"
-#include "server/ai/pathfinding/hierarchy/region_next_hop.h"
-#include "server/ai/pathfinding/requests/corner_pool.h"
 #include "server/ai/pathfinding/grid/ground_map.h"
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
+#include "server/ai/pathfinding/hierarchy/region_next_hop.h"
+#include "server/ai/pathfinding/requests/corner_pool.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
 #include "server/ai/pathfinding/requests/request_turns.h"
 

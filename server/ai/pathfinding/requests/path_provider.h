@@ -1,8 +1,8 @@
 // PathProvider: the one interface by which way are asked for, whatever map they lead over.
 #pragma once
 
-#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "server/ai/pathfinding/requests/saved_paths.h"
 
 #include <cmath>

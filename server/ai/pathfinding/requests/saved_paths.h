@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
-#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "shared/math/types.h"
 
 #include <cstdint>

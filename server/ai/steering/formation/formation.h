@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/steering/avoidance/crowd_agents.h"
-#include "server/ai/steering/formation/assignment.h"
 #include "server/ai/steering/avoidance/walls.h"
+#include "server/ai/steering/formation/assignment.h"
 #include "shared/math/types.h"
 
 #include <cstddef>

@@ -1,9 +1,9 @@
 // FormationFollowing: agents that keep their points_of_interest around a captain.
 #pragma once
 
-#include "server/ai/steering/formation/assignment.h"
 #include "server/ai/agent/agent_store.h"
 #include "server/ai/steering/desired_velocity.h"
+#include "server/ai/steering/formation/assignment.h"
 #include "shared/motion/static_geometry.h"
 
 #include <span>

@@ -1,8 +1,8 @@
 #include "server/ai/steering/splines/spline_following.h"
 
 #include "server/ai/offscreen/offscreen_grid.h"
-#include "server/ai/steering/splines/lane_change.h"
 #include "server/ai/steering/path_following.h"
+#include "server/ai/steering/splines/lane_change.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
