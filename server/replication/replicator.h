@@ -56,9 +56,8 @@ struct ReplicationSettings {
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
         1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
-    bool meter = false;         ///< count what bytes are spent on: Replicator::traffic()
-    bool silent_bound = false;  ///< a fault on purpose: clients are not told of wider bounds
-    bool never_again = false;   ///< a fault on purpose: news is sent once, whatever becomes of it
+    bool meter = false;  ///< count what bytes are spent on: Replicator::traffic()
+    bool resend = true;  ///< off: what was lost is not sent again
 };
 
 struct ReplicationReport {
