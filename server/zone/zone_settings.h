@@ -6,7 +6,7 @@
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_def.h"
-#include "server/replication/replicator.h"
+#include "server/replication/replication_settings.h"
 #include "server/world/entity_type.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/motion/burst.h"
