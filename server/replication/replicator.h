@@ -92,7 +92,7 @@ class Replicator {
 
     /// How long news takes to this client, ticks, rounded up: half of its round trip; 0: not
     /// measured yet.
-    [[nodiscard]] Tick path_ticks(ClientId client) const;
+    [[nodiscard]] Tick one_way_ticks(ClientId client) const;
 
     /// What was done to tell this client of entities and has not been acknowledged: for each, the
     /// packets that carried news or its removal since the newest one of them that was. Ascending by

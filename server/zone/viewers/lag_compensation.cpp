@@ -60,7 +60,7 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     const bool present = seen.view == Seen::DisplayedTime::kPresent;
     if (claim == nullptr) {
         // Of what has just appeared a view of the present shows nothing before the news comes.
-        const Tick update_ticks = present ? state.replicator.path_ticks(client) : 0;
+        const Tick update_ticks = present ? state.replicator.one_way_ticks(client) : 0;
         return e.discontinuity_tick[row] + update_ticks > moment.tick ? std::nullopt
                                                                       : std::optional<Pose>(pose);
     }
