@@ -4,7 +4,7 @@
 
 #include "server/replication/limit_check.h"
 #include "server/replication/motion_estimate.h"
-#include "server/replication/replicator.h"
+#include "server/replication/replication_settings.h"
 #include "server/replication/volatility.h"
 #include "shared/wire/publication.h"
 

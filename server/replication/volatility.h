@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/replication/motion_estimate.h"
-#include "server/replication/replicator.h"
+#include "server/replication/replication_settings.h"
 #include "shared/motion/dead_reckoning.h"
 #include "shared/motion/kinematic_state.h"
 

@@ -1,5 +1,6 @@
 #include "server/zone/zone_hash.h"
 
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/block_hash.h"
 
 #include <utility>

@@ -3,17 +3,9 @@
 #include "server/app/runtime/key_files.h"
 #include "server/config/world/world_description.h"
 
-#include <filesystem>
-
 namespace zoned::app {
 
-std::string resolve_path(const std::string& config_file, const std::string& path) {
-    const std::filesystem::path p(path);
-    return p.is_absolute() ? path : (std::filesystem::path(config_file).parent_path() / p).string();
-}
-
-session::HostSettings host_settings(const config::Settings& settings,
-                                    const std::string& config_file) {
+session::HostSettings host_settings(const config::Settings& settings) {
     const proto::Config::Session& from = settings.config.session();
     const proto::Config::Network& network = settings.config.network();
     session::HostSettings host;
@@ -33,7 +25,7 @@ session::HostSettings host_settings(const config::Settings& settings,
         }
     }
     for (const std::string& file : from.ticket_public_key_file()) {
-        host.ticket_keys.push_back(read_key_file(resolve_path(config_file, file)));
+        host.ticket_keys.push_back(read_key_file(file));
     }
     host.config_digest = settings.digest;
     host.world = config::describe_world(settings);
@@ -64,16 +56,15 @@ net::UdpSettings udp_settings(const config::Settings& settings) {
     return udp;
 }
 
-net::TlsSettings tls_settings(const config::Settings& settings, const std::string& config_file) {
+net::TlsSettings tls_settings(const config::Settings& settings) {
     const proto::Config::Network& network = settings.config.network();
     const proto::Config::Session& session = settings.config.session();
     net::TlsSettings tls;
     tls.bind_address = network.bind_address();
     tls.port = static_cast<std::uint16_t>(network.tcp_port());
     if (session.has_tls_certificate_file()) {
-        tls.certificate.certificate_file =
-            resolve_path(config_file, session.tls_certificate_file());
-        tls.certificate.key_file = resolve_path(config_file, session.tls_key_file());
+        tls.certificate.certificate_file = session.tls_certificate_file();
+        tls.certificate.key_file = session.tls_key_file();
     }
     tls.certificate.state_dir = session.state_folder();
     tls.limits.handshake_timeout_s = session.login_timeout_s();

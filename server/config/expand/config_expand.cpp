@@ -220,8 +220,7 @@ void expand_replication(const proto::Config& config, replication::ReplicationSet
     out.codec = static_cast<replication::Codec>(from.codec());
     out.codec_budget_us = from.codec_budget_us_per_tick();
     out.meter = from.bandwidth_meter();
-    out.silent_bound = config.testing().silent_bound();
-    out.never_again = config.testing().never_again();
+    out.resend = !config.testing().never_again();
 }
 
 /// The enumerations of the schema list their values in the engine's order: see the checks below.

@@ -1,6 +1,7 @@
 #include "server/zone/simulation/zone_agents.h"
 
 #include "server/ai/offscreen/suspend_resume.h"
+#include "server/zone/simulation/spawning.h"
 
 #include <limits>
 
