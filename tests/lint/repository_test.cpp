@@ -1,5 +1,9 @@
 #include "tests/lint/check.h"
 #include "tests/lint/layers.h"
+#include "tests/lint/names.h"
+#include "tests/lint/pages.h"
+#include "tests/lint/reach.h"
+#include "tests/lint/rooms.h"
 
 #include <gtest/gtest.h>
 
@@ -24,6 +28,7 @@ std::string read(const fs::path& path) {
 /// All text files below the checked folders, by path.
 std::vector<SourceFile> sources_below(const fs::path& root) {
     std::vector<SourceFile> files;
+    files.push_back({"README.md", read(root / "README.md")});
     for (const std::string_view folder : kCheckedFolders) {
         const fs::path base = root / folder;
         if (!fs::exists(base)) {
