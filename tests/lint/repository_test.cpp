@@ -98,5 +98,48 @@ TEST(Repository, KeepsTheSandboxGameToItsRulesAndBots) {
     expect_clean(check_sandbox);
 }
 
+TEST(Repository, KeepsTheSentenceRulesInItsPages) {
+    expect_clean(check_page);
+}
+
+TEST(Repository, UsesNoWordThatWasRenamed) {
+    expect_clean([](const SourceFile& file) { return check_renamed_words(file); });
+}
+
+/// Checks that look at all files together.
+template <class TreeCheck>
+void expect_clean_tree(TreeCheck check) {
+    const std::vector<Finding> findings = check(sources_below(ZONED_SOURCE_DIR));
+    EXPECT_TRUE(findings.empty()) << to_text(findings);
+}
+
+TEST(Repository, HasTheFoldersOfTheLayerTable) {
+    expect_clean_tree(check_layer_table);
+}
+
+TEST(Repository, ReachesAllItsSourcesFromAProgram) {
+    expect_clean_tree(check_reached);
+}
+
+TEST(Repository, HasNoCrowdedFolder) {
+    expect_clean_tree([](const auto& files) { return check_folder_sizes(files); });
+}
+
+TEST(Repository, HasNoRoomsThatIncludeEachOther) {
+    expect_clean_tree(check_room_cycles);
+}
+
+TEST(Repository, IncludesOnlyUpTheOrderOfItsRooms) {
+    expect_clean_tree([](const auto& files) { return check_room_order(files); });
+}
+
+TEST(Repository, NamesEachHeaderOnce) {
+    expect_clean_tree([](const auto& files) { return check_header_names(files); });
+}
+
+TEST(Repository, NamesEachTypeOnce) {
+    expect_clean_tree([](const auto& files) { return check_type_names(files); });
+}
+
 }  // namespace
 }  // namespace zoned::lint
