@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string_view>
 
 namespace zoned::lint {
@@ -46,11 +47,9 @@ inline constexpr std::array kLayers{
     Layer{"server/assets", 11, Side::kServer},
     Layer{"server/recording", 11, Side::kServer},
     Layer{"server/config", 12, Side::kServer},
-    Layer{"server/store", 11, Side::kServer},
     Layer{"server/rules", 11, Side::kServer},
     Layer{"server/net", 12, Side::kServer},
     Layer{"server/session", 13, Side::kServer},
-    Layer{"server/cluster", 13, Side::kServer},
     Layer{"server/app", 14, Side::kServer},
     Layer{"server", 15, Side::kServer},  // server/main.cpp
     Layer{"client-sim/link", 11, Side::kClient},
@@ -102,6 +101,26 @@ inline constexpr std::array kRestrictedIncludes{
     RestrictedInclude{"sys/", kLastPureRow, {}},
     RestrictedInclude{"random", kLastPureRow, {}},
 };
+
+/// Headers and sources that a folder of the product may hold.
+inline constexpr int kMostInFolder = 25;
+
+/// A folder that may hold more, and how many.
+struct LargeFolder {
+    std::string_view folder;
+    int most;
+};
+
+inline constexpr std::array<LargeFolder, 0> kLargeFolders{};
+
+/// The rooms of a folder, first those that the others may include. A room is a path from the
+/// folder: of a folder in it, or of a file without its ending.
+struct RoomOrder {
+    std::string_view folder;
+    std::span<const std::string_view> rooms;
+};
+
+inline constexpr std::array<RoomOrder, 0> kRoomOrders{};
 
 /// The top level of the repository, besides names that begin with a dot and build folders.
 inline constexpr std::array<std::string_view, 10> kTopLevel{

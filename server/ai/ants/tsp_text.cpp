@@ -1,8 +1,8 @@
 #include "server/ai/ants/tsp_text.h"
 
-#include <charconv>
+#include "shared/core/line_reader.h"
+
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -10,32 +10,11 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r";
+using core::parse_number;
+using core::quoted;
+using core::trimmed;
+
 constexpr double kFarthestPlace = 1e7;  ///< so that no distance is longer than kLongest
-
-std::string_view trimmed(std::string_view s) {
-    const std::size_t begin = s.find_first_not_of(kBlanks);
-    if (begin == std::string_view::npos) {
-        return {};
-    }
-    return s.substr(begin, s.find_last_not_of(kBlanks) - begin + 1);
-}
-
-std::string quoted(std::string_view s) {
-    std::string q("'");
-    q.append(s.substr(0, 40));
-    q.push_back('\'');
-    return q;
-}
-
-template <class Number>
-std::optional<Number> number_of(std::string_view s) {
-    Number value{};
-    const auto [end, fault] = std::from_chars(s.data(), s.data() + s.size(), value);
-    return fault == std::errc() && end == s.data() + s.size() && !s.empty()
-               ? std::optional<Number>(value)
-               : std::nullopt;
-}
 
 struct Point {
     double x = 0.0;
@@ -45,43 +24,27 @@ struct Point {
 
 class TspReader {
   public:
-    explicit TspReader(std::string_view text) : rest_(text) {}
+    explicit TspReader(std::string_view text) : in_(text) {}
 
     core::Result<TspInstance> read() {
         using Read = core::Result<TspInstance>;
         if (!header() || !coordinates()) {
-            return Read::failure("line " + std::to_string(line_ > 0 ? line_ : 1) + ": " + fault_);
+            return Read::failure(in_.error());
         }
         auto distances = Distances::make(points_.size(), lengths());
         if (!distances) {
-            return Read::failure("line " + std::to_string(line_) + ": " + distances.error());
+            fail(distances.error());
+            return Read::failure(in_.error());
         }
         return TspInstance{std::move(name_), std::move(*distances)};
     }
 
   private:
-    bool fail(std::string what) {
-        fault_ = std::move(what);
-        return false;
-    }
-
-    /// The next line that is not empty; false at the end.
-    bool next(std::string_view& line) {
-        while (!rest_.empty()) {
-            const std::size_t end = rest_.find('\n');
-            line = trimmed(rest_.substr(0, end));
-            rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
-            ++line_;
-            if (!line.empty()) {
-                return true;
-            }
-        }
-        return false;
-    }
+    bool fail(std::string_view what) { return in_.fail(what); }
 
     bool header() {
-        std::string_view line;
-        while (next(line)) {
+        while (in_.next_written()) {
+            const std::string_view line = trimmed(in_.rest());
             if (line == "NODE_COORD_SECTION") {
                 return points_.empty() ? fail("no DIMENSION stands before the coordinates")
                        : !weighted_    ? fail("no EDGE_WEIGHT_TYPE stands before the coordinates")
@@ -109,7 +72,7 @@ class TspReader {
             return weighted_ ||
                    fail("the distances are " + quoted(value) + ", neither EUC_2D nor CEIL_2D");
         } else if (key == "DIMENSION") {
-            const auto count = number_of<std::size_t>(value);
+            const auto count = parse_number<std::size_t>(value);
             if (!count || *count < 3 || *count > Distances::kMostPlaces) {
                 return fail("the dimension is " + quoted(value) +
                             ", not a whole number from 3 to " +
@@ -123,10 +86,9 @@ class TspReader {
     }
 
     bool coordinates() {
-        std::string_view line;
         std::size_t given = 0;
-        while (next(line) && line != "EOF") {
-            if (!coordinate(line)) {
+        while (in_.next_written() && trimmed(in_.rest()) != "EOF") {
+            if (!coordinate()) {
                 return false;
             }
             ++given;
@@ -135,15 +97,9 @@ class TspReader {
                                                std::to_string(points_.size()));
     }
 
-    bool coordinate(std::string_view line) {
-        const auto word = [&line] {
-            const std::size_t end = std::min(line.find_first_of(kBlanks), line.size());
-            const std::string_view w = line.substr(0, end);
-            line = trimmed(line.substr(end));
-            return w;
-        };
-        const std::string_view node = word();
-        const auto number = number_of<std::size_t>(node);
+    bool coordinate() {
+        const std::string_view node = in_.word();
+        const auto number = parse_number<std::size_t>(node);
         if (!number || *number < 1 || *number > points_.size()) {
             return fail("the node is " + quoted(node) + ", not a whole number from 1 to " +
                         std::to_string(points_.size()));
@@ -152,15 +108,16 @@ class TspReader {
         if (p.given) {
             return fail("node " + std::to_string(*number) + " is given twice");
         }
-        const std::string_view words[] = {word(), word()};
-        const auto x = number_of<double>(words[0]);
-        const auto y = number_of<double>(words[1]);
+        const std::string_view words[] = {in_.word(), in_.word()};
+        const auto x = parse_number<double>(words[0]);
+        const auto y = parse_number<double>(words[1]);
         if (!x || !y || !(std::abs(*x) <= kFarthestPlace) || !(std::abs(*y) <= kFarthestPlace)) {
             return fail("the place is " + quoted(words[0]) + " " + quoted(words[1]) +
                         ", not two numbers from -1e7 to 1e7");
         }
         p = {*x, *y, true};
-        return line.empty() || fail(quoted(line) + " is too much");
+        const std::string_view more = in_.word();
+        return more.empty() || fail(quoted(more) + " is too much");
     }
 
     [[nodiscard]] std::vector<Length> lengths() const {
@@ -177,9 +134,7 @@ class TspReader {
         return all;
     }
 
-    std::string_view rest_;
-    int line_ = 0;
-    std::string fault_;
+    core::LineReader in_;
     std::string name_;
     bool weighted_ = false;
     bool rounded_up_ = false;

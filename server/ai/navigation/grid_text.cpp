@@ -1,9 +1,9 @@
 #include "server/ai/navigation/grid_text.h"
 
 #include "server/ai/pathfinding/grid/cost.h"
+#include "shared/core/line_reader.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <utility>
 
@@ -15,99 +15,42 @@ namespace {
 constexpr double kLongest = 1e9;
 constexpr int kMostPatches = 1'000'000;
 
-/// A text line by line, and the fields of a line one by one; the first thing wrong is kept.
-class LineReader {
+/// Reads the words of a line as the formats of grids have them.
+class GridReader : public core::LineReader {
   public:
-    explicit LineReader(std::string_view text) : rest_(text) {}
-
-    [[nodiscard]] int line() const { return line_; }
-
-    [[nodiscard]] bool failed() const { return !error_.empty(); }
-
-    [[nodiscard]] const std::string& error() const { return error_; }
-
-    /// False, for use in a return.
-    bool fail(const std::string& what) {
-        if (error_.empty()) {
-            error_ = "line " + std::to_string(std::max(line_, 1)) + ": " + what;
-        }
-        return false;
-    }
-
-    /// Goes to the next line; false at the end.
-    bool next() {
-        if (rest_.empty()) {
-            fields_ = {};
-            return false;
-        }
-        const std::size_t end = rest_.find('\n');
-        fields_ = rest_.substr(0, end);
-        rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
-        if (!fields_.empty() && fields_.back() == '\r') {
-            fields_.remove_suffix(1);
-        }
-        ++line_;
-        return true;
-    }
-
-    /// As next, past lines that are empty.
-    bool next_written() {
-        while (next()) {
-            if (fields_.find_first_not_of(" \t") != std::string_view::npos) {
-                return true;
-            }
-        }
-        return false;
-    }
-
-    /// What is left of the line.
-    [[nodiscard]] std::string_view remaining() const { return fields_; }
-
-    std::string_view word() {
-        const std::size_t begin = fields_.find_first_not_of(" \t");
-        if (begin == std::string_view::npos) {
-            fields_ = {};
-            return {};
-        }
-        fields_.remove_prefix(begin);
-        const std::size_t end = std::min(fields_.find_first_of(" \t"), fields_.size());
-        const std::string_view w = fields_.substr(0, end);
-        fields_.remove_prefix(end);
-        return w;
-    }
+    explicit GridReader(std::string_view text) : LineReader(text) {}
 
     bool expect(std::string_view wanted) {
         const std::string_view w = word();
-        return w == wanted || fail("'" + std::string(wanted) + "' was to stand here, not '" +
-                                   std::string(w.substr(0, 40)) + "'");
+        return w == wanted ||
+               fail("'" + std::string(wanted) + "' was to stand here, not " + core::quoted(w));
     }
 
-    bool number(const char* name, int least, int most, int& out) {
+    bool whole_number(const char* name, int least, int most, int& out) {
         const std::string_view w = word();
-        const auto [end, fault] = std::from_chars(w.data(), w.data() + w.size(), out);
-        if (w.empty() || fault != std::errc() || end != w.data() + w.size() || out < least ||
-            out > most) {
-            return fail(std::string(name) + " is '" + std::string(w.substr(0, 40)) +
-                        "', not a whole number from " + std::to_string(least) + " to " +
+        const std::optional<int> value = core::parse_number<int>(w);
+        if (!value || *value < least || *value > most) {
+            return fail(std::string(name) + " is " + core::quoted(w) +
+                        ", not a whole number from " + std::to_string(least) + " to " +
                         std::to_string(most));
         }
+        out = *value;
         return true;
     }
 
     bool length(double& out) {
         const std::string_view w = word();
-        const auto [end, fault] = std::from_chars(w.data(), w.data() + w.size(), out);
-        if (w.empty() || fault != std::errc() || end != w.data() + w.size() || !(out >= 0.0) ||
-            out > kLongest) {
-            return fail("the length is '" + std::string(w.substr(0, 40)) +
-                        "', not a number from 0 to 1e9");
+        const std::optional<double> value = core::parse_number<double>(w);
+        if (!value || !(*value >= 0.0) || *value > kLongest) {
+            return fail("the length is " + core::quoted(w) + ", not a number from 0 to 1e9");
         }
+        out = *value;
         return true;
     }
 
     bool nothing_more() {
         const std::string_view w = word();
-        return w.empty() || fail("'" + std::string(w.substr(0, 40)) + "' is too much");
+        return w.empty() || fail(core::quoted(w) + " is too much");
     }
 
     /// A line of one word and one number.
@@ -115,7 +58,7 @@ class LineReader {
         if (!next_written()) {
             return fail(std::string("the text ends where '") + name + "' was to stand");
         }
-        return expect(name) && number(name, least, most, out) && nothing_more();
+        return expect(name) && whole_number(name, least, most, out) && nothing_more();
     }
 
     bool heading(std::string_view first, std::string_view second) {
@@ -124,12 +67,6 @@ class LineReader {
         }
         return expect(first) && (second.empty() || expect(second)) && nothing_more();
     }
-
-  private:
-    std::string_view rest_;
-    std::string_view fields_;
-    int line_ = 0;
-    std::string error_;
 };
 
 /// Whether a character of a map can be walked; nothing where there is no such character.
@@ -151,7 +88,7 @@ std::optional<bool> terrain(char c) {
 
 /// The height and width and the rows below `map`; set(x, y, passable) is called for each cell.
 template <class Begin, class Set>
-bool read_rows(LineReader& in, const Begin& begin, const Set& set) {
+bool read_rows(GridReader& in, const Begin& begin, const Set& set) {
     int width = 0;
     int height = 0;
     if (!in.setting("height", 1, GridMap::kMaxSide, height) ||
@@ -164,7 +101,7 @@ bool read_rows(LineReader& in, const Begin& begin, const Set& set) {
             return in.fail("the text ends after " + std::to_string(y) + " of " +
                            std::to_string(height) + " rows");
         }
-        const std::string_view row = in.remaining();
+        const std::string_view row = in.rest();
         if (row.size() != static_cast<std::size_t>(width)) {
             return in.fail("a row of " + std::to_string(row.size()) + " characters, the width is " +
                            std::to_string(width));
@@ -181,7 +118,7 @@ bool read_rows(LineReader& in, const Begin& begin, const Set& set) {
     return true;
 }
 
-bool read_cell(LineReader& in,
+bool read_cell(GridReader& in,
                const char* x_name,
                const char* y_name,
                int width,
@@ -189,15 +126,15 @@ bool read_cell(LineReader& in,
                Cell& out) {
     int x = 0;
     int y = 0;
-    if (!in.number(x_name, 0, width - 1, x) || !in.number(y_name, 0, height - 1, y)) {
+    if (!in.whole_number(x_name, 0, width - 1, x) || !in.whole_number(y_name, 0, height - 1, y)) {
         return false;
     }
     out = {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
     return true;
 }
 
-bool read_instance(LineReader& in, int width, int height, GridInstance& out) {
-    out.line = in.line();
+bool read_instance(GridReader& in, int width, int height, GridInstance& out) {
+    out.line = static_cast<int>(in.line());
     return read_cell(in, "start x", "start y", width, height, out.start) &&
            read_cell(in, "goal x", "goal y", width, height, out.goal) && in.length(out.length) &&
            in.nothing_more();
@@ -207,7 +144,7 @@ bool read_instance(LineReader& in, int width, int height, GridInstance& out) {
 
 core::Result<GridMap> parse_grid_map(std::string_view text) {
     using R = core::Result<GridMap>;
-    LineReader in(text);
+    GridReader in(text);
     std::optional<GridMap> map;
     const bool good =
         in.heading("type", "octile") &&
@@ -230,7 +167,7 @@ core::Result<GridMap> parse_grid_map(std::string_view text) {
 
 core::Result<std::vector<GridInstance>> parse_grid_scenario(std::string_view text) {
     using R = core::Result<std::vector<GridInstance>>;
-    LineReader in(text);
+    GridReader in(text);
     std::vector<GridInstance> found;
     if (!in.next_written()) {
         return R::failure("line 1: the text is empty");
@@ -238,16 +175,16 @@ core::Result<std::vector<GridInstance>> parse_grid_scenario(std::string_view tex
     if (in.expect("version")) {
         const std::string_view version = in.word();
         if (version != "1" && version != "1.0") {
-            in.fail("version '" + std::string(version.substr(0, 40)) + "', only 1 is known");
+            in.fail("version " + core::quoted(version) + ", only 1 is known");
         }
     }
     while (!in.failed() && in.next_written()) {
         int bucket = 0;
         int width = 0;
         int height = 0;
-        if (in.number("bucket", 0, 1'000'000'000, bucket) && !in.word().empty() &&
-            in.number("width", 1, GridMap::kMaxSide, width) &&
-            in.number("height", 1, GridMap::kMaxSide, height)) {
+        if (in.whole_number("bucket", 0, 1'000'000'000, bucket) && !in.word().empty() &&
+            in.whole_number("width", 1, GridMap::kMaxSide, width) &&
+            in.whole_number("height", 1, GridMap::kMaxSide, height)) {
             read_instance(in, width, height, found.emplace_back());
         }
     }
@@ -256,7 +193,7 @@ core::Result<std::vector<GridInstance>> parse_grid_scenario(std::string_view tex
 
 core::Result<std::vector<GridPatch>> parse_grid_patches(std::string_view text) {
     using R = core::Result<std::vector<GridPatch>>;
-    LineReader in(text);
+    GridReader in(text);
     int count = 0;
     std::vector<GridPatch> patches;
     if (!in.heading("type", "patch") || !in.setting("patches", 0, kMostPatches, count)) {
@@ -287,7 +224,7 @@ core::Result<std::vector<GridPatch>> parse_grid_patches(std::string_view text) {
 
 core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text) {
     using R = core::Result<std::vector<GridEvent>>;
-    LineReader in(text);
+    GridReader in(text);
     int version = 0;
     int width = 0;
     int height = 0;
@@ -312,12 +249,12 @@ core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text) {
         event.query = what == "Q";
         if (what != "Q" && what != "P") {
             in.fail("a command is Q or P");
-        } else if (in.number("bucket", 0, 1'000'000'000, bucket)) {
+        } else if (in.whole_number("bucket", 0, 1'000'000'000, bucket)) {
             if (event.query) {
                 read_instance(in, width, height, event.instance);
-            } else if (in.number("patch", 0, kMostPatches, event.patch) &&
-                       in.number("x", 0, width - 1, event.x) &&
-                       in.number("y", 0, height - 1, event.y)) {
+            } else if (in.whole_number("patch", 0, kMostPatches, event.patch) &&
+                       in.whole_number("x", 0, width - 1, event.x) &&
+                       in.whole_number("y", 0, height - 1, event.y)) {
                 in.nothing_more();
             }
         }
