@@ -14,9 +14,9 @@ namespace {
 
 using ai::pathfinding::Cell;
 using ai::pathfinding::FlowField;
-using ai::pathfinding::GridInstance;
 using ai::pathfinding::Hop;
 using ai::pathfinding::NextHops;
+using scenario::GridInstance;
 
 constexpr std::size_t kNamedGoals = 16;
 constexpr std::size_t kLookups = 4096;

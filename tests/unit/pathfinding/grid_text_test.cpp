@@ -1,8 +1,10 @@
-#include "server/ai/navigation/grid_text.h"
+#include "tests/scenario/grid_text.h"
 
 #include <gmock/gmock.h>
 
 namespace zoned::ai::pathfinding {
+
+using namespace scenario;
 
 namespace {
 

@@ -1,5 +1,7 @@
 #include "server/ai/pathfinding/grid/components.h"
 
+#include "shared/core/disjoint_sets.h"
+
 #include <algorithm>
 #include <bit>
 #include <numeric>
@@ -10,28 +12,6 @@ namespace {
 
 constexpr std::uint32_t kSquareSide = 64;
 static_assert(kSquareSide == 64, "a row of a square is a word of the map's bits");
-
-/// `parent(i)` is a reference to what i hangs on, no later than itself; a root on itself.
-template <class Parent>
-std::uint32_t root_of(const Parent& parent, std::uint32_t at) {
-    while (parent(at) != at) {
-        parent(at) = parent(parent(at));
-        at = parent(at);
-    }
-    return at;
-}
-
-/// The earlier root becomes that of both.
-template <class Parent>
-void join_roots(const Parent& parent, std::uint32_t a, std::uint32_t b) {
-    a = root_of(parent, a);
-    b = root_of(parent, b);
-    if (a < b) {
-        parent(b) = parent(a);
-    } else {
-        parent(a) = parent(b);
-    }
-}
 
 }  // namespace
 
@@ -147,7 +127,7 @@ void Components::find_runs(const GridMap& map, std::uint32_t square) {
             // Runs of a row ascend: those above that end before this one are done with.
             for (std::size_t j = above; j < first; ++j) {
                 if ((runs_[j].cells & run) != 0) {
-                    join_roots(parent, static_cast<std::uint32_t>(j), number);
+                    core::join_sets(parent, static_cast<std::uint32_t>(j), number);
                 } else if (runs_[j].cells > run) {
                     break;
                 }
@@ -214,12 +194,10 @@ void Components::join_regions() {
     }
     root_.resize(first_region_.back());
     std::iota(root_.begin(), root_.end(), 0U);
-    const auto parent = [this](std::uint32_t i) -> std::uint32_t& {
-        return root_[i];
-    };
+    const auto parent = core::parents_in(root_);
     for (const auto& links : links_) {
         for (const auto& [a, b] : links) {
-            join_roots(parent, region(a), region(b));
+            core::join_sets(parent, region(a), region(b));
         }
     }
     for (std::uint32_t& root : root_) {

@@ -63,7 +63,7 @@ void GraphConnectivity::number_regions(NodeBlock& block) {
         }
     }
     for (const std::uint32_t c : block.clusters) {
-        region_[c] = region_[root_of(parent_, c)];
+        region_[c] = region_[core::root_of_set(core::parents_in(parent_), c)];
     }
 }
 
@@ -91,7 +91,8 @@ void GraphConnectivity::join_regions() {
     std::iota(root_.begin(), root_.end(), 0U);
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         for (const BlockLink& link : blocks_[b].links) {
-            join(root_, first_[b] + link.region, first_[link.block] + link.other);
+            core::join_sets(
+                core::parents_in(root_), first_[b] + link.region, first_[link.block] + link.other);
         }
     }
     // Roots come first: theirs is final.

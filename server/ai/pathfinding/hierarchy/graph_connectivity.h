@@ -1,6 +1,8 @@
 // GraphConnectivity: which clusters of nodes links join, kept up to date as some of them change.
 #pragma once
 
+#include "shared/core/disjoint_sets.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -65,21 +67,6 @@ class GraphConnectivity {
     void keep_links(NodeBlock& block);
     void join_regions();
 
-    /// `parent[i]` is what i hangs on; a root on itself.
-    static std::uint32_t root_of(std::span<std::uint32_t> parent, std::uint32_t at) {
-        while (parent[at] != at) {
-            parent[at] = parent[parent[at]];
-            at = parent[at];
-        }
-        return at;
-    }
-
-    static void join(std::span<std::uint32_t> parent, std::uint32_t a, std::uint32_t b) {
-        a = root_of(parent, a);
-        b = root_of(parent, b);
-        parent[a < b ? b : a] = a < b ? a : b;
-    }
-
     std::vector<NodeBlock> blocks_;
     std::vector<std::uint32_t> block_;   // by cluster
     std::vector<std::uint32_t> within_;  // its place in its block
@@ -100,7 +87,7 @@ void GraphConnectivity::renew(const Out& out, const In& in) {
         for (const std::uint32_t c : blocks_[b].clusters) {
             for (const std::uint32_t other : out(c)) {
                 if (block_[other] == b) {
-                    join(parent_, c, other);
+                    core::join_sets(core::parents_in(parent_), c, other);
                 }
             }
         }
