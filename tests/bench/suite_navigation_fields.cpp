@@ -1,4 +1,5 @@
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
+#include "server/ai/pathfinding/flow_fields/next_hops.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/suite_navigation.h"

@@ -4,6 +4,27 @@
 
 namespace zoned::physics {
 
+void DisjointSets::reset(std::size_t n) {
+    parent_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        parent_[i] = static_cast<std::uint32_t>(i);
+    }
+}
+
+std::uint32_t DisjointSets::root(std::uint32_t i) {
+    while (parent_[i] != i) {
+        parent_[i] = parent_[parent_[i]];
+        i = parent_[i];
+    }
+    return i;
+}
+
+void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
+    a = root(a);
+    b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+}
+
 void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row) {
     if (!bodies.is_dynamic(row)) {
         return;

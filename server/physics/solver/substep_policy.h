@@ -140,7 +140,7 @@ class SubstepPolicy {
                                                 const Contact& contact,
                                                 const SubstepTargets& budget);
 
-    core::DisjointSets sets_;
+    DisjointSets sets_;
 
     struct IslandNeeds {
         std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level

@@ -73,7 +73,7 @@ class VariantStepper {
     ContactRows contacts_;
     JointRowWriter joints_;
     Projection projection_;
-    core::DisjointSets sets_;
+    DisjointSets sets_;
     std::vector<std::uint32_t> contact_list_, joint_list_;
     std::vector<std::uint64_t> keys_;  // island and place of a contact or joint
     std::vector<RowBody> kept_;        // velocities while positions are corrected

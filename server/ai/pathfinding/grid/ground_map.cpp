@@ -1,7 +1,7 @@
 #include "server/ai/pathfinding/grid/ground_map.h"
 
 #include "server/ai/pathfinding/grid/box_column.h"
-#include "shared/core/disjoint_sets.h"
+#include "shared/core/union_find.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
@@ -369,7 +369,7 @@ class Bakery {
     std::vector<std::uint32_t> first_;   // floor, by place and one more
     std::vector<float> floors_;          // m, of each cell from the lowest
     std::vector<std::uint16_t> steps_;   // by floor: neighbours' floors a step ahead, as bits
-    core::DisjointSets joined_;          // floors that reach each other
+    core::UnionFind joined_;             // floors that reach each other
     std::vector<std::uint32_t> chosen_;  // floor, by place
     std::vector<float> tops_;
 };

@@ -1,7 +1,7 @@
 // GraphConnectivity: which clusters of nodes links join, kept up to date as some of them change.
 #pragma once
 
-#include "shared/core/disjoint_sets.h"
+#include "shared/core/union_find.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -71,7 +71,8 @@ class GraphConnectivity {
     std::vector<std::uint32_t> block_;   // by cluster
     std::vector<std::uint32_t> within_;  // its place in its block
     std::vector<std::uint32_t> region_;  // number in its block
-    std::vector<std::uint32_t> parent_;  // by cluster, while a block is looked at
+    core::UnionFind joined_;             // clusters, while a block is looked at
+    core::UnionFind joined_regions_;     // of all blocks
     std::vector<std::uint32_t> first_;   // by block: the number of its first region
     std::vector<std::uint32_t> root_;    // by region of all
     std::vector<std::uint32_t> stale_;   // blocks, during a change
@@ -82,12 +83,12 @@ template <class Out, class In>
 void GraphConnectivity::renew(const Out& out, const In& in) {
     for (const std::uint32_t b : stale_) {
         for (const std::uint32_t c : blocks_[b].clusters) {
-            parent_[c] = c;
+            joined_.part(c);
         }
         for (const std::uint32_t c : blocks_[b].clusters) {
             for (const std::uint32_t other : out(c)) {
                 if (block_[other] == b) {
-                    core::join_sets(core::parents_in(parent_), c, other);
+                    joined_.join(c, other);
                 }
             }
         }
