@@ -56,7 +56,8 @@ TEST(GridText, RefusesMalformedMapsWithLineAndReason) {
 
 TEST(GridText, RefusesMapsWhoseWaysMayBeTooLong) {
     std::string text = "type octile\nheight 2000\nwidth 1501\nmap\n";
-    const std::string row = std::string(1501, '.') + "\n";
+    std::string row(1501, '.');
+    row += '\n';
     for (int y = 0; y < 2000; ++y) {
         text += row;
     }

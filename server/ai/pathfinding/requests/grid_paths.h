@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/door_cells.h"
-#include "server/ai/pathfinding/hierarchy/zone_portals.h"
 #include "server/ai/pathfinding/requests/grid_path_requests.h"
+#include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include <memory>
 #include <optional>

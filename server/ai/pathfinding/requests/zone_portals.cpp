@@ -1,4 +1,4 @@
-#include "server/ai/pathfinding/hierarchy/zone_portals.h"
+#include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
 #include "server/ai/pathfinding/grid/search_heap.h"
