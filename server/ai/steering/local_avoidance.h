@@ -1,4 +1,4 @@
-// LocalAvoidance: active agents that would meet somebody get a command that avoids it; all others
+// LocalAvoidance: agents that would meet somebody get a command that avoids it (ORCA); all others
 // keep theirs, bit for bit.
 #pragma once
 

@@ -1,4 +1,4 @@
-// PathProvider: the one interface by which way are asked for, whatever map they lead over.
+// PathProvider: the one interface through which paths are requested, whatever map they lead over.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"
