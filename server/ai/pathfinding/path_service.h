@@ -100,7 +100,7 @@ class PathService {
         return sizes_[size].map->ground_map();
     }
 
-    /// From now on paths to points_of_interest that cannot be reached within the zone lead through
+    /// From now on paths to places that cannot be reached within the zone lead through
     /// the portals of the world; this zone is `zone` there.
     void know_zones(std::size_t size,
                     std::shared_ptr<const pathfinding::ZonePortals> portals,

@@ -1,5 +1,4 @@
-// DesiredVelocity: where what an agent does wants to go now, before it is made a command or a
-// segment.
+// DesiredVelocity: where an agent wants to go now, before that becomes a command or a path segment.
 #pragma once
 
 #include "server/ai/agent/agent.h"

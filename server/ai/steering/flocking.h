@@ -1,4 +1,4 @@
-// Flock: the heading of a herd animal from its neighbours.
+// Flocking: the heading of a herd animal from its neighbours.
 #pragma once
 
 #include "server/spatial/point_grid.h"

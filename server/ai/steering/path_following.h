@@ -1,6 +1,5 @@
-// Walk: what an agent does on its own account as segments, one after the other, by a timetable. It
-// is the same whether the agent's entity is simulated and keeps to it, or is put where it has come
-// to.
+// Path following: an agent's walk as path segments, one after the other, by a timetable. It is the
+// same whether the agent's entity is simulated or only put where the timetable has it.
 #pragma once
 
 #include "server/ai/steering/desired_velocity.h"

@@ -33,6 +33,8 @@ struct CrowdBatch {
     int row;
 };
 
+/// A grid of its own beside spatial::PointGrid: it copies the columns of all agents into the order
+/// of cells, so that eight lanes load neighbours as a run, and it is laid anew in each step.
 class CrowdOrder {
   public:
     /// Sorts (stable, by counting) into cells of `cell_m` (> 0) or, where these would be more than

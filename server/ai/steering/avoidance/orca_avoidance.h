@@ -1,4 +1,4 @@
-// OrcaAvoidance: agents that make way for each other and for walls, each its share.
+// OrcaAvoidance: optimal reciprocal collision avoidance: agents avoid each other and walls.
 #pragma once
 
 #include "server/ai/steering/avoidance/crowd_agents.h"

@@ -1,4 +1,4 @@
-// OrcaLines: what velocities eight agents may choose, and the best of them.
+// ORCA lines: the half-planes of velocities that eight agents may choose, and the best velocity.
 #pragma once
 
 #include "kernels/include/kernel_base.h"

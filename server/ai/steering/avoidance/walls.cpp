@@ -79,26 +79,17 @@ void Walls::lay_cells(float cell_m) {
 }
 
 void Walls::fill_cells() {
-    const auto for_cells = [this](const Wall& w, const auto& take) {
+    const auto cells_of = [this](std::uint32_t i, const auto& take) {
+        const Wall& w = pieces_[i];
         for (int z = row(std::min(w.az, w.bz)); z <= row(std::max(w.az, w.bz)); ++z) {
             for (int x = column(std::min(w.ax, w.bx)); x <= column(std::max(w.ax, w.bx)); ++x) {
                 take(static_cast<std::size_t>(z * columns_ + x));
             }
         }
     };
-    begin_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
-    for (const Wall& w : pieces_) {
-        for_cells(w, [this](std::size_t cell) { ++begin_[cell + 1]; });
-    }
-    for (std::size_t c = 1; c < begin_.size(); ++c) {
-        begin_[c] += begin_[c - 1];
-    }
-    inside_.resize(begin_.back());
-    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (std::size_t i = 0; i < pieces_.size(); ++i) {
-        for_cells(pieces_[i],
-                  [&](std::size_t cell) { inside_[next[cell]++] = static_cast<std::uint32_t>(i); });
-    }
+    inside_.build(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
+                  static_cast<std::uint32_t>(pieces_.size()),
+                  cells_of);
 }
 
 }  // namespace zoned::ai::steering

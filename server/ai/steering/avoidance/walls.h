@@ -1,6 +1,7 @@
 // Walls: static geometry of a crowd, as segments on the ground in a grid.
 #pragma once
 
+#include "server/spatial/cell_lists.h"
 #include "shared/core/result.h"
 
 #include <cstddef>
@@ -46,8 +47,8 @@ class Walls {
         for (int cz = z0; cz <= z1; ++cz) {
             for (int cx = x0; cx <= x1; ++cx) {
                 const auto cell = static_cast<std::size_t>(cz * columns_ + cx);
-                for (std::uint32_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-                    const Wall& w = pieces_[inside_[i]];
+                for (const std::uint32_t i : inside_.of(cell)) {
+                    const Wall& w = pieces_[i];
                     // In the first cell that the box and the piece's own box share, and no other.
                     const float left = w.ax < w.bx ? w.ax : w.bx;
                     const float top = w.az < w.bz ? w.az : w.bz;
@@ -78,8 +79,7 @@ class Walls {
     void fill_cells();
 
     std::vector<Wall> pieces_;
-    std::vector<std::uint32_t> begin_;   // by cell: first of inside_, and the end
-    std::vector<std::uint32_t> inside_;  // pieces whose own box touches the cell
+    spatial::CellLists inside_;  // pieces whose own box touches the cell
     float low_x_ = 0.0F;
     float low_z_ = 0.0F;
     float per_m_ = 1.0F;

@@ -1,4 +1,4 @@
-// Change: from one track to another, smoothly, and which track to take.
+// LaneChange: from one track or lane to another, smoothly, and which track to take.
 #pragma once
 
 #include "server/ai/steering/splines/spline.h"

@@ -1,4 +1,4 @@
-// FollowTrack: agents that go along tracks, by a timetable that is kept to the centimetre.
+// SplineFollowing: agents that go along tracks, by a timetable that is kept to the centimetre.
 #pragma once
 
 #include "server/ai/steering/desired_velocity.h"

@@ -1,4 +1,4 @@
-#include "server/ai/navigation/grid_text.h"
+#include "tests/scenario/grid_text.h"
 
 #include "server/ai/pathfinding/grid/cost.h"
 #include "shared/core/line_reader.h"
@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-namespace zoned::ai::pathfinding {
+namespace zoned::scenario {
 
 namespace {
 
@@ -158,9 +158,9 @@ core::Result<GridMap> parse_grid_map(std::string_view text) {
     if (good && in.next_written()) {
         in.fail("more text below the last row");
     }
-    if (!in.failed() && map->passable_cells() > kMostPassable) {
+    if (!in.failed() && map->passable_cells() > ai::pathfinding::kMostPassable) {
         in.fail(std::to_string(map->passable_cells()) + " passable cells, at most " +
-                std::to_string(kMostPassable) + " are allowed");
+                std::to_string(ai::pathfinding::kMostPassable) + " are allowed");
     }
     return in.failed() ? R::failure(in.error()) : R(std::move(*map));
 }
@@ -262,4 +262,4 @@ core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text) {
     return in.failed() ? R::failure(in.error()) : R(std::move(events));
 }
 
-}  // namespace zoned::ai::pathfinding
+}  // namespace zoned::scenario

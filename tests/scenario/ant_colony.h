@@ -1,4 +1,5 @@
-// Foraging: creatures that look for food and find the shortest path home by the scents they leave.
+// AntColony: creatures that find the shortest path to food by the scents that they leave, for tests
+// and pictures.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
@@ -9,9 +10,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::pathfinding {
+namespace zoned::scenario {
 
-struct ForagingSettings {
+struct AntColonySettings {
     float evaporation = 0.002F;  ///< share of all scent that is lost in a tick, 0 to 1
     float fade = 0.01F;          ///< by which a walker's mark gets weaker with each tick, 0 to 1
     float explore = 0.15F;       ///< share of those who leave home that no scent guides, 0 to 1
@@ -24,29 +25,29 @@ struct ForagingSettings {
 /// the scent of home, one that carries food with that of food (trails.h); all evaporate, so that a
 /// path that is no longer walked is forgotten, and one that has become longer is marked anew with
 /// what it is worth. Scouts go where no scent leads until they find food. Deterministic by seed.
-class Foraging {
+class AntColony {
   public:
-    static constexpr Scent kHome = pathfinding::kHome;
-    static constexpr Scent kFood = pathfinding::kFood;
+    static constexpr ai::pathfinding::Scent kHome = ai::pathfinding::kHome;
+    static constexpr ai::pathfinding::Scent kFood = ai::pathfinding::kFood;
 
     /// `map` must outlive this; it may change between steps. `home` is passable.
-    Foraging(const pathfinding::GridMap& map,
-             pathfinding::Cell home,
-             const ForagingSettings& settings);
+    AntColony(const ai::pathfinding::GridMap& map,
+              ai::pathfinding::Cell home,
+              const AntColonySettings& settings);
 
     /// Walkers start at home.
     void add_walkers(std::size_t count);
 
     /// Food that does not run out, or no more (`there` false).
-    void set_food(pathfinding::Cell cell, bool there);
+    void set_food(ai::pathfinding::Cell cell, bool there);
 
     /// Ticks that a step into this cell takes, >= 1 (mud, thicket). One at first.
-    void set_slowness(pathfinding::Cell cell, std::uint8_t ticks);
+    void set_slowness(ai::pathfinding::Cell cell, std::uint8_t ticks);
 
     void step();
 
     /// 0 to 1.
-    [[nodiscard]] float scent(Scent which, pathfinding::Place p) const {
+    [[nodiscard]] float scent(ai::pathfinding::Scent which, ai::pathfinding::Place p) const {
         return trails_.scent(which, p);
     }
 
@@ -54,7 +55,7 @@ class Foraging {
 
     [[nodiscard]] std::size_t walkers() const { return at_.size(); }
 
-    [[nodiscard]] pathfinding::Place walker_at(std::size_t i) const { return at_[i]; }
+    [[nodiscard]] ai::pathfinding::Place walker_at(std::size_t i) const { return at_[i]; }
 
     [[nodiscard]] bool carries(std::size_t i) const { return carries_[i] != 0; }
 
@@ -63,15 +64,15 @@ class Foraging {
     void set_out(std::size_t i);
     void turn_back(std::size_t i);
 
-    const pathfinding::GridMap& map_;
-    pathfinding::Place home_;
-    ForagingSettings settings_;
+    const ai::pathfinding::GridMap& map_;
+    ai::pathfinding::Place home_;
+    AntColonySettings settings_;
     core::Rng rng_;
-    PheromoneTrails trails_;
+    ai::pathfinding::PheromoneTrails trails_;
     std::vector<std::uint8_t> food_;
     std::vector<std::uint8_t> slowness_;
     // Walkers.
-    std::vector<pathfinding::Place> at_;
+    std::vector<ai::pathfinding::Place> at_;
     std::vector<std::uint8_t> direction_;  // 0 to 7, by eighths of a turn
     std::vector<std::uint8_t> carries_;
     std::vector<std::uint8_t> scouts_;
@@ -80,4 +81,4 @@ class Foraging {
     std::uint64_t delivered_ = 0;
 };
 
-}  // namespace zoned::ai::pathfinding
+}  // namespace zoned::scenario

@@ -1,12 +1,14 @@
-#include "server/ai/pathfinding/pheromones/foraging.h"
+#include "tests/scenario/ant_colony.h"
 
 #include "shared/core/assert.h"
 
-namespace zoned::ai::pathfinding {
+namespace zoned::scenario {
 
-using pathfinding::Cell;
+using ai::pathfinding::Cell;
 
-Foraging::Foraging(const pathfinding::GridMap& map, Cell home, const ForagingSettings& settings)
+AntColony::AntColony(const ai::pathfinding::GridMap& map,
+                     Cell home,
+                     const AntColonySettings& settings)
     : map_(map),
       home_(map.place(home)),
       settings_(settings),
@@ -17,10 +19,10 @@ Foraging::Foraging(const pathfinding::GridMap& map, Cell home, const ForagingSet
     slowness_.assign(map.places(), 1);
 }
 
-void Foraging::add_walkers(std::size_t count) {
+void AntColony::add_walkers(std::size_t count) {
     for (std::size_t i = at_.size(), end = i + count; i < end; ++i) {
         at_.push_back(home_);
-        direction_.push_back(static_cast<std::uint8_t>(rng_.below(kDirections)));
+        direction_.push_back(static_cast<std::uint8_t>(rng_.below(ai::pathfinding::kDirections)));
         carries_.push_back(0);
         busy_.push_back(0);
         on_path_.push_back(0);
@@ -29,16 +31,16 @@ void Foraging::add_walkers(std::size_t count) {
     }
 }
 
-void Foraging::set_food(Cell cell, bool there) {
+void AntColony::set_food(Cell cell, bool there) {
     food_[map_.place(cell)] = there ? 1 : 0;
 }
 
-void Foraging::set_slowness(Cell cell, std::uint8_t ticks) {
+void AntColony::set_slowness(Cell cell, std::uint8_t ticks) {
     ZONED_ASSERT(ticks >= 1, "a step takes a tick");
     slowness_[map_.place(cell)] = ticks;
 }
 
-void Foraging::step() {
+void AntColony::step() {
     trails_.evaporate();
     for (std::size_t i = 0; i < at_.size(); ++i) {
         ++on_path_[i];
@@ -50,7 +52,7 @@ void Foraging::step() {
     }
 }
 
-void Foraging::walk(std::size_t i) {
+void AntColony::walk(std::size_t i) {
     if (on_path_[i] > settings_.patience) {
         // It has lost its path: another one leaves home in its place.
         at_[i] = home_;
@@ -62,7 +64,7 @@ void Foraging::walk(std::size_t i) {
     const bool guided = carries_[i] != 0 || scouts_[i] == 0;
     const unsigned direction =
         trails_.choose(at_[i], direction_[i], carries_[i] != 0 ? kHome : kFood, guided, rng_);
-    if (direction < kDirections) {
+    if (direction < ai::pathfinding::kDirections) {
         direction_[i] = static_cast<std::uint8_t>(direction);
         at_[i] = trails_.beside(at_[i], direction);
         busy_[i] = static_cast<std::uint8_t>(slowness_[at_[i]] - 1);
@@ -78,13 +80,14 @@ void Foraging::walk(std::size_t i) {
     }
 }
 
-void Foraging::set_out(std::size_t i) {
+void AntColony::set_out(std::size_t i) {
     scouts_[i] = rng_.unit() < settings_.explore ? 1 : 0;
 }
 
-void Foraging::turn_back(std::size_t i) {
+void AntColony::turn_back(std::size_t i) {
     on_path_[i] = 0;
-    direction_[i] = static_cast<std::uint8_t>((direction_[i] + kDirections / 2) % kDirections);
+    direction_[i] = static_cast<std::uint8_t>((direction_[i] + ai::pathfinding::kDirections / 2) %
+                                              ai::pathfinding::kDirections);
 }
 
-}  // namespace zoned::ai::pathfinding
+}  // namespace zoned::scenario

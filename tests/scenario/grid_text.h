@@ -1,4 +1,4 @@
-// Text of the Moving AI benchmark: maps, scenarios, maps that change between queries.
+// Text of the Moving AI benchmark: maps, scenarios, and maps that change between queries.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
@@ -8,7 +8,10 @@
 #include <string_view>
 #include <vector>
 
-namespace zoned::ai::pathfinding {
+namespace zoned::scenario {
+
+using ai::pathfinding::Cell;
+using ai::pathfinding::GridMap;
 
 /// `.map` (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, section III): `type
 /// octile`, `height H`, `width W`, `map`, then H rows of W characters. `.`, `G` and `S` are
@@ -52,4 +55,4 @@ struct GridEvent {
 /// x y`.
 core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text);
 
-}  // namespace zoned::ai::pathfinding
+}  // namespace zoned::scenario

@@ -1,12 +1,12 @@
-#include "server/ai/pathfinding/hierarchy/zone_portals.h"
+#include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
+#include "server/ai/pathfinding/grid/search_heap.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
 #include <utility>
 
 namespace zoned::ai::pathfinding {
@@ -168,13 +168,17 @@ void ZonePortals::measure_zones() {
 /// Dijkstra's algorithm over portals: from beyond one, across its zone, to beyond the next.
 void ZonePortals::search_from(std::uint32_t portal) {
     float* const cost = through_m_.data() + portal * portals_.size();
-    using Entry = std::pair<float, std::uint32_t>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+
+    struct OpenPortal {
+        float key;
+        std::uint32_t node;
+    };
+
+    SearchHeap<OpenPortal> open;
     cost[portal] = 0.0F;
-    open.emplace(0.0F, portal);
+    open.push({0.0F, portal});
     while (!open.empty()) {
-        const auto [sum, at] = open.top();
-        open.pop();
+        const auto [sum, at] = open.pop();
         if (sum > cost[at]) {
             continue;
         }
@@ -186,7 +190,7 @@ void ZonePortals::search_from(std::uint32_t portal) {
                 sum + zone.cost_m[row * zone.out.size() + i] + crossing_m(zone.out[i]);
             if (next < cost[zone.out[i]]) {
                 cost[zone.out[i]] = next;
-                open.emplace(next, zone.out[i]);
+                open.push({next, zone.out[i]});
             }
         }
     }
