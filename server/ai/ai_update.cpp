@@ -1,6 +1,5 @@
 #include "server/ai/ai_update.h"
 
-#include "server/ai/agent/steering_rate.h"
 #include "server/ai/ai_update_lookup.h"
 #include "server/ai/perception/perception.h"
 #include "server/ai/steering/steering.h"
@@ -10,31 +9,6 @@
 #include <utility>
 
 namespace zoned::ai {
-
-namespace {
-
-std::vector<CompiledBrain> compiled_of(const std::vector<Brain>& brains, float dt) {
-    std::vector<CompiledBrain> out;
-    for (const Brain& brain : brains) {
-        out.push_back(brain.inner ? CompiledBrain{} : compile(brain, dt));
-    }
-    return out;
-}
-
-}  // namespace
-
-void compile(AiSettings& settings, float dt) {
-    settings.compiled = compiled_of(settings.brains, dt);
-    for (DifficultyLevel& level : settings.difficulty.levels) {
-        level.compiled = compiled_of(level.brains, dt);
-    }
-    if (settings.avoidance) {
-        steering::AvoidanceSettings& avoidance = *settings.avoidance;
-        avoidance.step_s = dt;
-        avoidance.horizon_s = std::max(avoidance.horizon_s, dt);
-        avoidance.wall_horizon_s = std::max(avoidance.wall_horizon_s, dt);
-    }
-}
 
 OffscreenContext AiUpdate::offscreen(const AiContext& world) const {
     return {world.entities,
@@ -357,7 +331,7 @@ void AiUpdate::steer_active(AgentStore& agents,
                             const AiContext& world,
                             const AiSettings& settings) {
     const std::span<const Slot> active = agents.active();
-    const Drift drift = drift_of(agents, world);
+    const HerdDrift drift = drift_of(agents, world);
     in_lanes(world.team, active.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];

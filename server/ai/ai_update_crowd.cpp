@@ -62,7 +62,7 @@ void AiUpdate::forage(AgentStore& agents, const AiContext& world, const AiSettin
 
 // ---------------------------------------------------------------- herds that nobody sees
 
-Drift AiUpdate::drift_of(const AgentStore& agents, const AiContext& world) const {
+HerdDrift AiUpdate::drift_of(const AgentStore& agents, const AiContext& world) const {
     // Twice: who has to wait for its turn walks on meanwhile.
     return {agents, slot_hints_, world.now, world.dt, kHerdStale_m + 2.0F * drift_m_};
 }
@@ -95,7 +95,7 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
         slot_hints_[stepper.row] = stepper.slot;
         herds_.add(stepper.slot, stepper.row, agents.at(stepper.slot).target);
     }
-    const Drift drift = drift_of(agents, world);
+    const HerdDrift drift = drift_of(agents, world);
     herds_.step(agents,
                 {world.entities,
                  world.types,

@@ -14,6 +14,12 @@ inline const CompiledBrain& brain_of(const Agent& agent, const AiSettings& setti
     return settings.compiled[agent.brain];
 }
 
+/// Whether an agent steers in this tick: where no player is near, it does so now and then only.
+/// A state that was just entered begins at once, so that no command is ever repeated into it.
+inline bool steers_now(const Agent& agent, const AiSettings& settings, Tick now) {
+    return !settings.reduce_far || !agent.far || agent.entered || now >= agent.next_steering;
+}
+
 inline bool has_herds(const AiSettings& settings) {
     return std::any_of(settings.compiled.begin(),
                        settings.compiled.end(),

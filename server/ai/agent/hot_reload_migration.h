@@ -1,7 +1,8 @@
 // HotReloadMigration: agents go on with brains that have become others.
 #pragma once
 
-#include "server/ai/ai_update.h"
+#include "server/ai/agent/agent_store.h"
+#include "server/ai/agent/ai_settings.h"
 
 namespace zoned::ai {
 

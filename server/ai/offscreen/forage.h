@@ -2,8 +2,9 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/offscreen/points_of_interest.h"
+#include "server/ai/agent/brain/points_of_interest.h"
 #include "server/ai/pathfinding/grid/door_cells.h"
+#include "server/ai/steering/forage_walk.h"
 #include "server/world/entities.h"
 #include "shared/motion/static_geometry.h"
 
@@ -20,21 +21,6 @@ struct Forager {
     world::Row row = world::kNoRow;
     Slot slot = 0;
 };
-
-/// What an agent keeps in `corner` while it forages: the direction in which it goes, by eighths of
-/// a turn, and these.
-inline constexpr std::uint8_t kCarries = 0x08;
-inline constexpr std::uint8_t kScouts = 0x10;
-inline constexpr std::uint8_t kLost = 0x20;  ///< off the map: it walks straight home
-inline constexpr std::uint8_t kBegins = 0x40;
-
-/// So near the middle of a cell counts as there, in cells.
-inline constexpr float kAtCell = 0.4F;
-
-/// Whether it goes from cell to cell, straight from one to the next.
-inline bool goes_by_cells(const Agent& agent, const BrainState& state) {
-    return state.action == ActionKind::kForage && (agent.corner & kLost) == 0;
-}
 
 /// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
 /// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to

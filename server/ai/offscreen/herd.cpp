@@ -1,6 +1,6 @@
 #include "server/ai/offscreen/herd.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/ai/steering/desired_velocity.h"
 #include "shared/core/block_hash.h"
 #include "shared/motion/apply_input.h"
@@ -116,18 +116,6 @@ Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimit
     const bool sprints = (command.buttons & motion::kButtonSprint) != 0;
     return move / std::max(1.0F, move.norm()) *
            (limits.speed * (sprints ? limits.sprint_factor : 1.0F));
-}
-
-const PathSegment* Drift::segment_of(const world::Entities& entities, world::Row row) const {
-    const EntityId entity = entities.id[row];
-    if (row < slots.size() && slots[row] < agents.slots()) {
-        const Agent& hinted = agents.at(slots[row]);
-        if (hinted.entity == entity) {
-            return &hinted.segment;
-        }
-    }
-    const Agent* const agent = agents.find(entity);
-    return agent != nullptr ? &agent->segment : nullptr;
 }
 
 bool at_step_end(const Agent& agent, const Vec2& at) {

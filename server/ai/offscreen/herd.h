@@ -3,6 +3,7 @@
 
 #include "server/ai/agent/agent_store.h"
 #include "server/ai/offscreen/suspend_resume.h"
+#include "server/ai/steering/herd_drift.h"
 #include "shared/motion/apply_input.h"
 
 #include <cstdint>
@@ -29,20 +30,6 @@ inline constexpr float kHinderedShare = 0.9F;
 inline float step_of(const Agent& agent) {
     return (agent.segment.goal - agent.segment.from).norm();
 }
-
-/// Where those neighbours are whom nobody sees: their rows say where they were put last, their
-/// agents where they are now.
-struct Drift {
-    const AgentStore& agents;
-    std::span<const Slot> slots;  ///< by row: of whoever dozes there; others may be in the way
-    Tick now;
-    float dt;       ///< s
-    float reach_m;  ///< nobody is farther than this from its row
-
-    /// Of a row that dozes; null: it has no agent here.
-    [[nodiscard]] const PathSegment* segment_of(const world::Entities& entities,
-                                                world::Row row) const;
-};
 
 /// Whether the agent is on a step with its herd: no other segment leads on without an end.
 inline bool on_step(const Agent& agent) {
@@ -149,7 +136,7 @@ class Herds {
         const PointsOfInterest& points_of_interest;
         const motion::StaticGeometry& statics;
         const std::vector<CompiledBrain>& brains;
-        const Drift& drift;
+        const HerdDrift& drift;
         bool reduce_far;  ///< those far from players steer every kFarPeriod ticks
         Tick now;
         float dt;  ///< s

@@ -1,4 +1,4 @@
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/ai/offscreen/herd.h"
 #include "server/ai/steering/desired_velocity.h"
 #include "server/ai/steering/steering.h"

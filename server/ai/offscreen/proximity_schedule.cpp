@@ -1,6 +1,6 @@
 #include "server/ai/offscreen/proximity_schedule.h"
 
-#include "server/ai/steering/path_following.h"
+#include "server/ai/agent/whereabouts.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/offscreen/agent_event_queue.h"
-#include "server/ai/offscreen/offscreen_grid.h"
+#include "server/ai/agent/agent_event_queue.h"
+#include "server/ai/agent/offscreen_grid.h"
 #include "server/world/entities.h"
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "server/ai/offscreen/suspend_resume.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/ai/offscreen/herd.h"
 #include "server/ai/offscreen/next_change_forecast.h"
 #include "server/ai/steering/path_following.h"

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/ai/agent/agent.h"
+#include "server/ai/agent/percept.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
@@ -20,25 +21,6 @@ class AgentStore;
 
 /// Rays that one look may cast: at its target of before and at the nearest others.
 inline constexpr std::uint32_t kRaysPerLook = 4;
-
-struct Percept {
-    EntityId prey;              ///< the target: noticed, or remembered; or none
-    float distance = 0.0F;      ///< to it, horizontally, m; infinity when there is none
-    bool player_far = true;     ///< no player within far_m
-    bool noticed = true;        ///< the target was, else it is remembered
-    Vec3 place = Vec3::Zero();  ///< of the target, where it is or was noticed last
-    float confidence = 0.0F;    ///< [0, 1]: 1 of one that is noticed, 0 of none
-    float allies = 0.0F;        ///< within perception
-    float foes = 0.0F;          ///< whom it looks for and could see or hear, were nothing between
-    EntityId ward;              ///< the one that it looks after, or none
-
-    /// Nobody is there.
-    static Percept none() {
-        Percept percept;
-        percept.distance = std::numeric_limits<float>::infinity();
-        return percept;
-    }
-};
 
 /// Players are the rows with a client that are not hidden, ghosts included; `self` is not a player
 /// to itself. Of players equally near the one with the smaller id counts, whatever the order of

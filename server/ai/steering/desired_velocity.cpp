@@ -1,9 +1,9 @@
 #include "server/ai/steering/desired_velocity.h"
 
-#include "server/ai/offscreen/forage.h"
+#include "server/ai/steering/forage_walk.h"
 #include "server/ai/steering/flocking.h"
-#include "server/ai/steering/formation/formation_following.h"
-#include "server/ai/steering/splines/spline_following.h"
+#include "server/ai/steering/formation_following.h"
+#include "server/ai/steering/spline_following.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/ai/agent/agent.h"
-#include "server/ai/offscreen/points_of_interest.h"
+#include "server/ai/agent/brain/points_of_interest.h"
 #include "server/ai/pathfinding/path_service.h"
 #include "server/ai/steering/flocking.h"
 #include "server/spatial/point_grid.h"
@@ -36,7 +36,7 @@ struct Surroundings {
     Vec2 at = Vec2::Zero();        ///< x, z where the agent takes itself to be, m: walk.h
     bool there = false;            ///< its path ends here: nearer to its goal it does not come
     bool all_out = false;  ///< it keeps no speed back, for no body has to follow its segment
-    const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
+    const HerdDrift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
                                    ///< their rows say
 
     /// x, z of the entity, m.

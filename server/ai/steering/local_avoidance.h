@@ -3,9 +3,9 @@
 #pragma once
 
 #include "server/ai/agent/agent.h"
-#include "server/ai/offscreen/points_of_interest.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
-#include "server/ai/steering/avoidance/static_walls.h"
+#include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/crowd/orca_avoidance.h"
+#include "server/ai/crowd/static_walls.h"
 #include "server/world/entities.h"
 #include "shared/motion/static_geometry.h"
 

@@ -1,7 +1,7 @@
 #include "server/ai/steering/path_following.h"
 
-#include "server/ai/offscreen/forage.h"
-#include "server/ai/steering/splines/spline_following.h"
+#include "server/ai/steering/forage_walk.h"
+#include "server/ai/steering/spline_following.h"
 
 #include <algorithm>
 #include <cmath>
@@ -136,15 +136,6 @@ bool path_is_over(const Agent& agent, const Surroundings& around) {
 }
 
 }  // namespace
-
-bool keeps_to_segment(const Agent& agent, const Vec2& body, Tick now, float dt) {
-    return agent.timed && (agent.tier != Tier::kActive ||
-                           !((position_at(agent.segment, now - 1, dt) - body).norm() > kDriftM));
-}
-
-Vec2 whereabouts(const Agent& agent, const Vec2& body, Tick now, float dt) {
-    return keeps_to_segment(agent, body, now, dt) ? position_at(agent.segment, now - 1, dt) : body;
-}
 
 bool goes_by_segments(const Agent& agent, const BrainState& state) {
     const bool banded = state.rubber_band && (agent.prey || agent.band != 1.0F);

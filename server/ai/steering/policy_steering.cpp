@@ -1,6 +1,6 @@
 #include "server/ai/steering/policy_steering.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

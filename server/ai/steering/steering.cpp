@@ -1,6 +1,6 @@
 #include "server/ai/steering/steering.h"
 
-#include "server/ai/steering/formation/formation_following.h"
+#include "server/ai/steering/formation_following.h"
 #include "server/ai/steering/path_following.h"
 #include "server/ai/steering/policy_steering.h"
 

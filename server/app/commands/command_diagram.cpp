@@ -1,4 +1,4 @@
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
 #include "server/ai/decision/state_machine/state_diagram.h"
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"

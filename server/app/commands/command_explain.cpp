@@ -1,4 +1,4 @@
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
 #include "server/ai/steering/path_following.h"
 #include "server/app/calibration/measure_codec.h"
 #include "server/app/calibration/particle_device.h"

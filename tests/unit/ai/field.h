@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/ai/ai_update.h"
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "shared/motion/apply_input.h"
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // AgentStore that nobody sees wait for stock instead of looking at it: what they do, have and leave
 // in stock is the same to the last bit as if they had looked at each of their decisions.
-#include "server/ai/agent/agent_serialize.h"
+#include "server/ai/serialization/serialize_agents.h"
 #include "server/compute/worker_pool.h"
 #include "tests/unit/ai/field.h"
 

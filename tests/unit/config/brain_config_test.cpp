@@ -2,7 +2,7 @@
 // mistake is found at its line and column.
 #include "server/config/npc/brain_config.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <algorithm>
