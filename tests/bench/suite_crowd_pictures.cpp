@@ -1,8 +1,8 @@
 // Pictures of crowds, of paths that avoid them and of scents, for reports.
+#include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/pathfinding/flow_fields/crowd_flow_field.h"
 #include "server/ai/pathfinding/flow_fields/density.h"
 #include "server/ai/pathfinding/pheromones/foraging.h"
-#include "server/ai/crowd/orca_avoidance.h"
 #include "tests/bench/picture.h"
 #include "tests/bench/suite_crowd.h"
 #include "shared/core/rng.h"

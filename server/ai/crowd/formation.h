@@ -1,9 +1,9 @@
 // Formation: a group that keeps its order while it moves.
 #pragma once
 
+#include "server/ai/crowd/assignment.h"
 #include "server/ai/crowd/crowd_agents.h"
 #include "server/ai/crowd/walls.h"
-#include "server/ai/crowd/assignment.h"
 #include "shared/math/types.h"
 
 #include <cstddef>

@@ -31,17 +31,6 @@ struct Forager {
 /// the zone's state.
 class Nests {
   public:
-    struct Scene {
-        const world::Entities& entities;
-        const world::TypeTable& types;
-        const PointsOfInterest& points_of_interest;
-        const motion::StaticGeometry& statics;
-        const std::vector<CompiledBrain>& brains;
-        Vec2 half_size;  ///< of the zone: nests beyond it are another's
-        Tick now;
-        float dt;  ///< s
-    };
-
     void clear() { foragers_.clear(); }
 
     /// In any order: all whose bodies are simulated, and of the others those who have come to the
@@ -50,7 +39,7 @@ class Nests {
 
     /// Lets those who have come to a cell mark it and choose the next: writes `target`, and ends
     /// the segment of whoever has another one.
-    void step(AgentStore& agents, const Scene& scene);
+    void step(const AiContext& ai);
 
     /// A door has changed the ground of a nest in the last step: all who forage have to look, in
     /// this one, whether it has shut before them.
@@ -119,12 +108,12 @@ class Nests {
               trails(ground.cells, from.trails) {}
     };
 
-    Nest* nest_of(const Scents& key, const Scene& scene);
-    void restore(const Scene& scene);
+    Nest* nest_of(const Scents& key, const AiContext& ai);
+    void restore(const AiContext& ai);
     void follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now);
-    void take_turn(Agent& agent, const Forager& forager, const Scene& scene);
-    void walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const Scene& scene);
-    void arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene);
+    void take_turn(Agent& agent, const Forager& forager, const AiContext& ai);
+    void walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const AiContext& ai);
+    void arrive(Agent& agent, Nest& nest, const Vec2& at, const AiContext& ai);
     void choose(Agent& agent, Nest& nest, const Vec2& at);
 
     std::vector<Forager> foragers_;

@@ -65,7 +65,7 @@ struct StepEnd {
 /// the ground stands where it is, and is to be woken up. Where it comes to stand is agent.target.
 void take_step(Agent& agent,
                const CompiledBrain& brain,
-               const OffscreenContext& in,
+               const AiContext& ai,
                const Vec3& from,
                const StepEnd& end);
 
@@ -100,7 +100,7 @@ StepEnd walk_along(const motion::CharacterState& from,
 /// woken up. Where it comes to stand is agent.target.
 bool roam(Agent& agent,
           const CompiledBrain& brain,
-          const OffscreenContext& in,
+          const AiContext& ai,
           world::Row row,
           const Vec3& from,
           const Vec2& way);
@@ -109,7 +109,7 @@ bool roam(Agent& agent,
 /// decides nothing.
 bool only_steps(const Agent& agent,
                 const CompiledBrain& brain,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 world::Row row);
 
 /// Chains what such a step changes.
@@ -118,7 +118,7 @@ void hash_step(core::StateHash& hash, const Agent& agent);
 /// The way that it goes until then where nothing changes its heading, x, z, m.
 Vec2 path_ahead(const Agent& agent,
                 const CompiledBrain& brain,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 world::Row row);
 
 /// Herds for a step: all animals that may come near each other until it is over stand in columns by
@@ -130,25 +130,13 @@ Vec2 path_ahead(const Agent& agent,
 /// over surfaces may be barred, and that others turn who are not of a herd.
 class Herds {
   public:
-    struct Scene {
-        const world::Entities& entities;
-        const world::TypeTable& types;
-        const PointsOfInterest& points_of_interest;
-        const motion::StaticGeometry& statics;
-        const std::vector<CompiledBrain>& brains;
-        const HerdDrift& drift;
-        bool reduce_far;  ///< those far from players steer every kFarPeriod ticks
-        Tick now;
-        float dt;  ///< s
-    };
-
     void clear() { roaming_.clear(); }
 
     /// In any order: one that is at `at`, x, z, m.
     void add(Slot slot, world::Row row, const Vec3& at) { roaming_.push_back({slot, row, at}); }
 
     /// Sets their aims as they are at the end of their steps.
-    void step(AgentStore& agents, const Scene& scene);
+    void step(const AiContext& ai, const HerdDrift& drift);
 
     /// Where the n-th that was added comes.
     [[nodiscard]] const StepEnd& end(std::size_t n) const { return ends_[n]; }
@@ -196,25 +184,26 @@ class Herds {
 
     static constexpr std::uint32_t kNoNumber = 0xFFFFFFFFU;
 
-    void gather(AgentStore& agents, const Scene& scene);
+    void gather(const AiContext& ai);
     void add_animal(const Agent* agent,
                     world::Row row,
                     std::uint32_t number,
                     const Vec2& at,
-                    const Scene& scene);
-    [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const Scene& scene) const;
-    void walk_on(std::size_t n, const Scene& scene, Tick now);
-    void add_others(const AgentStore& agents, const Scene& scene);
+                    const AiContext& ai);
+    [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const AiContext& ai) const;
+    void walk_on(std::size_t n, const AiContext& ai, Tick now);
+    void add_others(const AiContext& ai);
     [[nodiscard]] Extent extent_of_found() const;
     void lay_mesh();
     void sort_by_cells();
     [[nodiscard]] std::uint32_t rank_of(TypeIndex type) const;
     [[nodiscard]] Vec2 place(std::size_t n, float time_s) const;
-    void turn_all(AgentStore& agents, const Scene& scene, Tick now);
-    [[nodiscard]] Vec2 turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick now);
+    void turn_all(const AiContext& ai, Tick now);
+    [[nodiscard]] Vec2 turned(std::size_t n, const AiContext& ai, Tick now);
     void set_velocity(std::size_t n, const Vec2& velocity, float time_s);
-    void leave(AgentStore& agents, std::size_t n, const Scene& scene, float time_s);
+    void leave(std::size_t n, const AiContext& ai, float time_s);
 
+    const HerdDrift* drift_ = nullptr;  // of the step that is going on
     std::vector<Roaming> roaming_;
     std::vector<TypeIndex> types_;  // of those who step, each once
     std::vector<Animal> found_;

@@ -1,8 +1,8 @@
 // ProximitySchedule: when agents that nobody sees may come to perceive somebody, or somebody them.
 #pragma once
 
-#include "server/ai/agent/agent_store.h"
 #include "server/ai/agent/agent_event_queue.h"
+#include "server/ai/agent/agent_store.h"
 #include "server/ai/agent/offscreen_grid.h"
 #include "server/world/entities.h"
 
@@ -100,18 +100,14 @@ class ProximitySchedule {
         float speed = 0.0F;
     };
 
-    struct Scene {
-        const AgentStore& agents;
-        const PerceptionRanges& reaches;
-        /// x, z: what lies beyond is not known, m; and so far within it may belong to others.
-        Vec2 half_size;
-        float shared_m;
-        Tick now;
-        float dt;  ///< s
-    };
-
     /// Forgets all sleepers.
     void clear();
+
+    /// Who looks for whom.
+    [[nodiscard]] PerceptionRanges& ranges() { return ranges_; }
+
+    [[nodiscard]] const PerceptionRanges& ranges() const { return ranges_; }
+
     void grow(std::size_t slots);
     /// It sleeps no more.
     void forget(Slot slot);
@@ -123,30 +119,30 @@ class ProximitySchedule {
 
     /// An agent that sleeps, and meets somebody: it walks by its segment as that is now, and is
     /// checked at Agent::next_proximity_check. `late`: it goes on from the end of its segment.
-    void put(Slot slot, TypeIndex type, const Scene& scene, bool late);
+    void put(Slot slot, TypeIndex type, const AiContext& ai, bool late);
 
     /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.
     template <class Visit>
-    void take_due(const Scene& scene, Visit&& visit) {
+    void take_due(const AiContext& ai, Visit&& visit) {
         due_.clear();
-        looks_.take_due(scene.now, [&](Slot slot, Tick /*at*/) { due_.push_back(slot); });
+        looks_.take_due(ai.now, [&](Slot slot, Tick /*at*/) { due_.push_back(slot); });
         for (const Slot slot : due_) {
-            if (is_suspended(slot, scene)) {
+            if (is_suspended(slot, ai)) {
                 visit(slot);
             }
         }
     }
 
     /// One that sleeps here, at the end of the last tick.
-    [[nodiscard]] Body suspended_body(Slot slot, const Scene& scene) const;
+    [[nodiscard]] Body suspended_body(Slot slot, const AiContext& ai) const;
 
     /// Ticks within which `body` meets no suspended_body, nor what lies beyond the border; at most
     /// those that it takes to meet who is farther off than is looked. Appends the sleepers to
     /// `near` that may be met within kSoon.
-    Tick apart(const Body& body, const Scene& scene, std::vector<Slot>& near);
+    Tick apart(const Body& body, const AiContext& ai, std::vector<Slot>& near);
 
     /// Appends the sleepers to `near` whom one who is simulated may meet until its next turn.
-    void look_around(const Body& body, const Scene& scene, std::vector<Slot>& near);
+    void look_around(const Body& body, const AiContext& ai, std::vector<Slot>& near);
 
     /// Ticks within which two do not meet; may be negative.
     static Tick apart(const Body& a, const Body& b, float reach_m, float dt);
@@ -160,14 +156,15 @@ class ProximitySchedule {
         TypeIndex type = 0;
     };
 
-    [[nodiscard]] bool is_suspended(Slot slot, const Scene& scene) const {
-        const Agent& agent = scene.agents.at(slot);
+    [[nodiscard]] bool is_suspended(Slot slot, const AiContext& ai) const {
+        const Agent& agent = ai.agents.at(slot);
         return agent.entity && agent.tier == Tier::kSuspended && knows(slot, agent.entity);
     }
 
     template <class Visit>
-    void for_each_near(const Vec2& at, float radius_m, const Scene& scene, Visit&& visit);
+    void for_each_near(const Vec2& at, float radius_m, const AiContext& ai, Visit&& visit);
 
+    PerceptionRanges ranges_;
     OffscreenGrid cells_;
     AgentEventQueue looks_;
     std::vector<ScheduledAgent> members_;  // by slot

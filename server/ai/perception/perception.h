@@ -11,10 +11,6 @@
 #include <span>
 #include <vector>
 
-namespace zoned::physics {
-class Query;
-}
-
 namespace zoned::ai {
 
 class AgentStore;
@@ -48,19 +44,6 @@ struct Timetables {
     std::span<const std::uint32_t> slots;  ///< by row: of its agent; others may be in the way
 };
 
-/// What looking needs besides the one who looks.
-struct Onlooker {
-    const world::Entities& entities;
-    const world::TypeTable& types;
-    const spatial::PointGrid& grid;
-    const physics::Query* statics;  ///< null: nothing is in the way
-    Tick now;
-    float dt;  ///< s
-    float far_m;
-    const Players* players = nullptr;        ///< null: they are looked for in `grid`
-    const Timetables* timetables = nullptr;  ///< null: all are where their bodies are
-};
-
 /// look(), unless the brain says how its agents perceive. Then a target is noticed
 /// - by percept: within perception_m, and within the cone about the facing or within around_m, and
 ///   where line_of_sight asks for it nothing static between eyes and eyes;
@@ -71,10 +54,14 @@ struct Onlooker {
 /// few are looked at. Where none is noticed the target of before is remembered where it was, with a
 /// confidence that falls in a straight line to 0 over memory_s; then it is forgotten. A ward is
 /// known within perception_m, the one of before as long as it is there.
-Percept perceive(const Onlooker& around,
+/// `players`: null: they are looked for in ai.near. `timetables`: null: all are where their bodies
+/// are.
+Percept perceive(const AiContext& ai,
                  world::Row self,
                  const Agent& agent,
-                 const CompiledBrain& brain);
+                 const CompiledBrain& brain,
+                 const Players* players = nullptr,
+                 const Timetables* timetables = nullptr);
 
 /// What a decision keeps of it.
 void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);

@@ -161,23 +161,24 @@ void save_agents(const AgentStore& agents,
                  const AiUpdate& step,
                  const PointsOfInterest& points_of_interest,
                  std::vector<std::uint8_t>& out) {
+    const SavedAiState saved = step.save();
     FieldWriter write(out);
     write(kVersion);
-    visit_fields(step.saved_state().difficulty, write);
+    visit_fields(saved.difficulty, write);
     write(static_cast<std::uint32_t>(agents.size()));
     for (std::size_t n = 0; n < agents.size(); ++n) {
         visit_fields(agents.at(agents.nth(n)), write);
     }
-    write(static_cast<std::uint32_t>(step.saved_state().viewers.size()));
-    for (const EntityId viewer : step.saved_state().viewers) {
+    write(static_cast<std::uint32_t>(saved.viewers.viewers.size()));
+    for (const EntityId viewer : saved.viewers.viewers) {
         write(viewer.value);
     }
-    write(static_cast<std::uint32_t>(step.saved_state().covered_from.size()));
-    for (const Vec2& at : step.saved_state().covered_from) {
+    write(static_cast<std::uint32_t>(saved.viewers.covered_from.size()));
+    for (const Vec2& at : saved.viewers.covered_from) {
         write(at.x());
         write(at.y());
     }
-    write(step.saved_state().coverage_m);
+    write(saved.viewers.coverage_m);
     write(static_cast<std::uint32_t>(points_of_interest.stocks().size()));
     for (const PointsOfInterest::Stock& stock : points_of_interest.stocks()) {
         write(stock.amount);
@@ -194,7 +195,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     FieldReader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
-    AiUpdate::SavedAiState memory;
+    SavedAiState memory;
     read(version);
     if (read.cut_short() || version != kVersion) {
         return "version " + std::to_string(version) + " of agents, not " + std::to_string(kVersion);
@@ -228,21 +229,21 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     std::uint32_t viewers = 0;
     read(viewers);
     for (std::uint32_t v = 0; v < viewers && !read.cut_short(); ++v) {
-        read(memory.viewers.emplace_back().value);
+        read(memory.viewers.viewers.emplace_back().value);
     }
     bool near = true;
     std::uint32_t places_of_viewers = 0;
     read(places_of_viewers);
     for (std::uint32_t v = 0; v < places_of_viewers && !read.cut_short(); ++v) {
-        Vec2& at = memory.covered_from.emplace_back(Vec2::Zero());
+        Vec2& at = memory.viewers.covered_from.emplace_back(Vec2::Zero());
         read(at.x());
         read(at.y());
         near = near && at.cwiseAbs().maxCoeff() <= kFarthest_m;
     }
-    read(memory.coverage_m);
-    near = near && memory.coverage_m > 0.0F && memory.coverage_m <= kFarthest_m;
+    read(memory.viewers.coverage_m);
+    near = near && memory.viewers.coverage_m > 0.0F && memory.viewers.coverage_m <= kFarthest_m;
     if (read.cut_short() || !read.finite() || !near ||
-        !std::is_sorted(memory.viewers.begin(), memory.viewers.end())) {
+        !std::is_sorted(memory.viewers.viewers.begin(), memory.viewers.viewers.end())) {
         return "viewers are cut short, in no order, or nowhere";
     }
     std::uint32_t stocks = 0;

@@ -210,9 +210,9 @@ void steer_in_formation(Agent& agent,
                         const BrainState& state,
                         bool entered,
                         const Surroundings& around) {
-    const world::Entities& e = around.entities;
+    const world::Entities& e = around.ai.entities;
     const world::Row captain = agent.ward ? e.find(agent.ward) : world::kNoRow;
-    const motion::CharacterLimits& limits = around.types[e.type[around.self]].character;
+    const motion::CharacterLimits& limits = around.ai.types[e.type[around.self]].character;
     const float full = std::max(0.01F, full_speed(state, around));
     Vec2 want = Vec2::Zero();
     if (captain != world::kNoRow && !e.has(captain, world::kHidden)) {
@@ -221,8 +221,8 @@ void steer_in_formation(Agent& agent,
                                       ground_of(agent.target) - around.body());
     }
     const float speed = std::min(want.norm(), full);
-    agent.next_steering = around.now + 1;
-    restart_progress(agent, e.position[around.self], around.now);
+    agent.next_steering = around.ai.now + 1;
+    restart_progress(agent, e.position[around.self], around.ai.now);
     const bool stood = !moving(agent);
     if (!(speed >= (stood ? 2.0F : 1.0F) * kRankStands * full)) {
         agent.aim = motion::InputCommand{};

@@ -1,8 +1,8 @@
 #include "server/ai/steering/spline_following.h"
 
 #include "server/ai/agent/offscreen_grid.h"
-#include "server/ai/steering/path_following.h"
 #include "server/ai/splines/lane_change.h"
+#include "server/ai/steering/path_following.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -46,8 +46,8 @@ class SplineView {
   public:
     SplineView(const FollowDef& def, const Surroundings& around)
         : def_(def),
-          net_(*around.points_of_interest.tracks()),
-          origin_(around.points_of_interest.origin()) {}
+          net_(*around.ai.points_of_interest.tracks()),
+          origin_(around.ai.points_of_interest.origin()) {}
 
     [[nodiscard]] Vec2d world(const Vec2& at) const { return at.cast<double>() + origin_; }
 
@@ -91,7 +91,7 @@ class SplineView {
 };
 
 const motion::CharacterLimits& body_of(const Surroundings& around) {
-    return around.types[around.entities.type[around.self]].character;
+    return around.ai.types[around.ai.entities.type[around.self]].character;
 }
 
 /// Of a body that does not hold back, m/s.
@@ -109,15 +109,15 @@ double timetable_speed(const BrainState& state, const Surroundings& around) {
 
 /// From the end of the last tick to where the timetable has the end of the segment, s.
 double time_to_due(const Agent& agent, const Surroundings& around) {
-    const Tick ticks = agent.track.due - (around.now - 1);
-    return static_cast<double>(ticks) * static_cast<double>(around.dt) +
+    const Tick ticks = agent.track.due - (around.ai.now - 1);
+    return static_cast<double>(ticks) * static_cast<double>(around.ai.dt) +
            static_cast<double>(agent.track.due_s);
 }
 
 void set_due(Agent& agent, double from_now_s, const Surroundings& around) {
-    const double dt = static_cast<double>(around.dt);
+    const double dt = static_cast<double>(around.ai.dt);
     const double ticks = std::floor(from_now_s / dt);
-    agent.track.due = around.now - 1 + static_cast<Tick>(ticks);
+    agent.track.due = around.ai.now - 1 + static_cast<Tick>(ticks);
     agent.track.due_s = static_cast<float>(from_now_s - ticks * dt);
 }
 
@@ -215,7 +215,7 @@ bool go_on_to_next(Agent& agent, const Vec2d& end, const SplineView& view) {
 splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
     const double error = lane.error_m();
     const double acceleration = static_cast<double>(body_of(around).acceleration);
-    const double step_m = speed * static_cast<double>(around.dt);
+    const double step_m = speed * static_cast<double>(around.ai.dt);
     splines::SegmentLimits limits;
     limits.off_m = kChordShare * error;
     // From segment to segment the heading turns by what two segments do at most. A velocity that
@@ -237,7 +237,7 @@ double next_segment_m(const Agent& agent,
     const SplineWalk& walk = agent.track;
     const Lane& lane = view.lane(walk.lane);
     const double at_least =
-        std::max(Lane::kLeast_m, kLeastTicks * speed * static_cast<double>(around.dt));
+        std::max(Lane::kLeast_m, kLeastTicks * speed * static_cast<double>(around.ai.dt));
     const double s = static_cast<double>(walk.s);
     if (!changes_lanes(agent)) {
         const double left = lane.closed() ? lane.length() : lane.length() - s;
@@ -281,7 +281,7 @@ PathSegment segment_in_time(const Vec2& goal,
                             float most,
                             const Agent& agent,
                             const Surroundings& around) {
-    const Vec2 velocity = velocity_at(agent.segment, around.now - 1, around.dt);
+    const Vec2 velocity = velocity_at(agent.segment, around.ai.now - 1, around.ai.dt);
     const auto time = static_cast<float>(time_s);
     Vec2 from = around.at;
     PathSegment segment;
@@ -296,7 +296,7 @@ PathSegment segment_in_time(const Vec2& goal,
                                path / length,
                                std::min(length / time, most),
                                body_of(around).acceleration,
-                               around.now - 1);
+                               around.ai.now - 1);
         from = segment.from;
     }
     segment.length = std::max((goal - segment.from).norm(), 1e-3F);
@@ -340,7 +340,7 @@ void set_next_segment(Agent& agent,
     double time = time_to_due(agent, around) + path / speed;
     // By another timetable: who was held up, or has just come from beside the track.
     if (!(straight > kLeastShare * speed * time) || !(straight < top * time + 0.5 * kBoardM)) {
-        time = std::max(straight / speed, static_cast<double>(around.dt));
+        time = std::max(straight / speed, static_cast<double>(around.ai.dt));
     }
     advance(agent, view, path);
     set_due(agent, time, around);
@@ -355,7 +355,7 @@ void set_next_segment(Agent& agent,
 }  // namespace
 
 void begin_spline(Agent& agent, const BrainState& state, const Surroundings& around) {
-    ZONED_ASSERT(state.follow && around.points_of_interest.tracks() != nullptr,
+    ZONED_ASSERT(state.follow && around.ai.points_of_interest.tracks() != nullptr,
                  "who follows tracks has some to follow");
     const SplineView view(*state.follow, around);
     agent.track = SplineWalk{};

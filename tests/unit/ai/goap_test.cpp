@@ -1,5 +1,4 @@
 #include "server/ai/decision/goap/goap_planner.h"
-#include "server/ai/decision/goap/goap_planner.h"
 #include "tests/scenario/gunman.h"
 #include "tests/unit/allocation_count.h"
 

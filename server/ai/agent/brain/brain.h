@@ -2,17 +2,17 @@
 #pragma once
 
 #include "server/ai/agent/brain/forage_def.h"
+#include "server/ai/agent/brain/formation_def.h"
+#include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/agent/brain/spline_follow_def.h"
 #include "server/ai/decision/fuzzy/fuzzy_state_machine.h"
 #include "server/ai/decision/fuzzy/fuzzy_system.h"
 #include "server/ai/decision/goap/goap_planner.h"
+#include "server/ai/decision/senses.h"
 #include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "server/ai/decision/tree/decision_tree.h"
 #include "server/ai/learning/adaptation.h"
 #include "server/ai/learning/guard.h"
-#include "server/ai/agent/brain/points_of_interest.h"
-#include "server/ai/decision/senses.h"
-#include "server/ai/agent/brain/formation_def.h"
-#include "server/ai/agent/brain/spline_follow_def.h"
 #include "shared/core/ids.h"
 
 #include <cstdint>
