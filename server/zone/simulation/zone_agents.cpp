@@ -19,6 +19,8 @@ Vec2 half_size(const ZoneState& state) {
             static_cast<float>(0.5 * (region.max_z - region.min_z) + slack)};
 }
 
+}  // namespace
+
 ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Query* query) {
     return {state.agents,
             state.settings.ai,
@@ -35,8 +37,6 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
             state.paths.empty() ? nullptr : &state.paths,
             state.settings.handoff_hysteresis_m};
 }
-
-}  // namespace
 
 std::uint32_t update_agents(ZoneState& state) {
     compute::Team alone;
