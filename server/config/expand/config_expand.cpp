@@ -159,7 +159,7 @@ world::EntityType expand_type(const proto::Config& config,
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
-    out.agent = brain_of(config, type.brain());
+    out.brain = brain_of(config, type.brain());
     return out;
 }
 

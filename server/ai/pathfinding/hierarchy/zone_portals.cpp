@@ -315,7 +315,7 @@ PathOutcome ZonePortals::route(GridPlanner& planner,
     }
     const auto length_to = [&](Cell c) -> std::optional<float> {
         query.goal = c;
-        const Answer a = planner.plan(query);
+        const GridAnswer a = planner.plan(query);
         return a.outcome == PathOutcome::kFound
                    ? std::optional<float>(static_cast<float>(a.length) * first.grid.cell_m())
                    : std::nullopt;
