@@ -25,7 +25,7 @@ struct AiSettings {
     float far_m = 150.0F;
     std::uint32_t max_plan_nodes = 1024;           ///< that one search for a plan may create
     std::uint32_t max_sight_rays_per_tick = 8192;  ///< kRaysPerLook for each that looks along lines
-    /// AgentStore farther than this from every player go from event to event; infinity: none does.
+    /// Agents farther than this from every player go from event to event; infinity: none does.
     /// Beyond it nobody may hear of an entity.
     float viewer_range_m = std::numeric_limits<float>::infinity();
     float suspend_after_s = 2.0F;  ///< only after so long out of sight

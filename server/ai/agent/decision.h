@@ -37,7 +37,7 @@ float drawn_at(const Agent& agent, Tick now);
 
 /// Fills in what `brain` reads at `now`: its own senses, the variables, the outputs of its fuzzy
 /// systems, then what it knows of points_of_interest. `here`: x, z where it takes itself to be,
-/// zone-local, m. Of fuzzy outputs and points_of_interest only those `wanted`, by bit; others stay
+/// zone-local, m. Of fuzzy outputs and points of interest only those `wanted`, by bit; others stay
 /// as they are.
 void sense(const Agent& agent,
            const CompiledBrain& brain,

@@ -13,7 +13,7 @@ namespace zoned::ai {
 /// places that histories remember, and variables, within their new bounds. An agent whose state is
 /// no more begins anew, as do variables that are new. A hold that was under way begins again, and a
 /// plan is made anew at the next decision, which comes when the new brain's period has it. Who
-/// walks at another pace now does so at once. AgentStore are active.
+/// walks at another pace now does so at once. Agents are active.
 template <class BrainOf>
 void migrate(AgentStore& agents,
              const AiSettings& before,

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNoTime = std::numeric_limits<double>::infinity();
 
-/// How far points_of_interest of a walk and their distances are off by floats, of the numbers that
+/// How far places of a walk and their distances are off by floats, of the numbers that
 /// they are made of: a product, two sums and a norm round six times, each by half of 2^-23.
 constexpr double kRounded = 0x1.0p-20;
 

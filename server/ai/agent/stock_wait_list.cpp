@@ -8,7 +8,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// Ticks of a long period share points_of_interest, so that a group takes little memory.
+/// Ticks of a long period share places, so that a group takes little memory.
 constexpr Tick kMostPhases = 64;
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 namespace zoned::ai {
 
-/// AgentStore that wait for the same are a group, which one look at the stock answers for in a
+/// Agents that wait for the same are a group, which one look at the stock answers for in a
 /// tick; within it they lie by the ticks at which they decide. As long as nothing is new, a tick
 /// costs a look at each group of which somebody decides in it, and those alone come up for whom
 /// stock has become other than they wait for at a tick at which they decide: as if all of them had

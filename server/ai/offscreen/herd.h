@@ -62,7 +62,7 @@ struct StepEnd {
 };
 
 /// The step of an animal that is at `from` to where it leads until roams_until(). Who would leave
-/// the ground stands where it is, and is to be woken up. Where it comes to stand is agent.target.
+/// the ground stands where it is, and is to be resumed. Where it comes to stand is agent.target.
 void take_step(Agent& agent,
                const CompiledBrain& brain,
                const AiContext& ai,
@@ -97,7 +97,7 @@ StepEnd walk_along(const motion::CharacterState& from,
 /// The step of an animal that is at `from`, along `way` (x, z, m) until roams_until(): as a
 /// character moves that is simulated, so along walls, over ledges, up and down the ground
 /// (motion::apply_input). False: it would leave the ground; it stands where it is, and is to be
-/// woken up. Where it comes to stand is agent.target.
+/// resumed. Where it comes to stand is agent.target.
 bool roam(Agent& agent,
           const CompiledBrain& brain,
           const AiContext& ai,

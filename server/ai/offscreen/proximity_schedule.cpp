@@ -16,7 +16,7 @@ constexpr float kAhead_m = 96.0F;
 constexpr float kBodies_m = 2.0F * kDriftM + 0.1F;
 /// Who walks may be a rounding beside its squares, or what one walks in some ticks, m.
 constexpr float kBeside_m = 2.0F;
-/// Ticks that a bound is early: points_of_interest are those of the end of the last tick.
+/// Ticks that a bound is early: places are those of the end of the last tick.
 constexpr Tick kEarly = 2;
 constexpr float kMostTicks = 1e6F;
 

@@ -190,7 +190,7 @@ Tick at_place_from(const Agent& agent,
 }
 
 /// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
-/// it adds: at other points_of_interest not before it can have walked there.
+/// it adds: at other points of interest not before it can have walked there.
 Tick trades_from(const Agent& agent,
                  const CompiledBrain& brain,
                  const Course& course,

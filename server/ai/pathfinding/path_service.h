@@ -103,7 +103,7 @@ class PathService {
         return sizes_[size].map->ground_map();
     }
 
-    /// From now on paths to points_of_interest that cannot be reached within the zone lead through
+    /// From now on paths to places that cannot be reached within the zone lead through
     /// the portals of the world; this zone is `zone` there.
     void know_zones(std::size_t size,
                     std::shared_ptr<const pathfinding::ZonePortals> portals,
@@ -145,11 +145,11 @@ class PathService {
     /// is there too. Different agents may ask at the same time.
     pathfinding::Spot heading(Slot agent, pathfinding::Spot at, float near_m);
 
-    /// AgentStore whose answers the last serve() has made, ascending; those whose path a door has
+    /// Agents whose answers the last serve() has made, ascending; those whose path a door has
     /// cut or shortened are among them again once they have another.
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
-    /// AgentStore whose paths the last follow_doors() has cut, or may have made longer than need
+    /// Agents whose paths the last follow_doors() has cut, or may have made longer than need
     /// be, ascending: they wait again.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 

@@ -1,4 +1,5 @@
-// Field bytes: numbers written one after the other and read again.
+// FieldWriter, FieldReader: numbers written one after the other and read again.
+// Reached by no program yet: snapshots of zones will use it.
 #pragma once
 
 #include <bit>

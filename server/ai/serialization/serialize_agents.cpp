@@ -41,7 +41,7 @@ bool is_difficulty(const DifficultyState& difficulty, const DifficultyLevels& se
                      difficulty.position <= cap.most;
 }
 
-/// Whether it is on lanes of the world that there are, at points_of_interest of them.
+/// Whether it is on lanes of the world that there are, at places on them.
 bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
     const auto known = [net](splines::LaneId id, float s) {
         return net != nullptr && id < net->lanes() && s >= 0.0F &&

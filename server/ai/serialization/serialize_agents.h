@@ -1,4 +1,5 @@
-// Agent bytes: agents written down and read again, for snapshots of a zone.
+// serialize_agents: agents as bytes, for snapshots of a zone.
+// Reached by no program yet: snapshots of zones will use it.
 #pragma once
 
 #include "server/ai/ai_update.h"

@@ -1,4 +1,5 @@
-// Paths bytes: the paths of all agents of a zone written down and read again, beside agent bytes.
+// serialize_paths: the paths of all agents of a zone as bytes, beside the agents.
+// Reached by no program yet: snapshots of zones will use it.
 #pragma once
 
 #include "server/ai/ai_update.h"

@@ -24,7 +24,7 @@ inline constexpr float kChaseFollowM = 1.4F;
 /// The most of a command's move along one axis.
 inline constexpr float kFullMove = 127.0F;
 
-/// What wishes and steering read besides the agent.
+/// What desired velocities and steering read besides the agent.
 struct Surroundings {
     const AiContext& ai;
     world::Row self;

@@ -1,4 +1,4 @@
-// FormationFollowing: agents that keep their points_of_interest around a captain.
+// FormationFollowing: agents that keep their places around a captain.
 #pragma once
 
 #include "server/ai/agent/agent_store.h"

@@ -21,7 +21,7 @@ constexpr std::uint8_t kHeld = 2;
 constexpr float kMarginShare = 0.01F;
 /// Whoever would come nearer than this to another gives way, m.
 constexpr float kBerth = 0.05F;
-/// What points_of_interest may be beyond their side by, m: rounding far from the zone's centre.
+/// What places may be beyond their side by, m: rounding far from the zone's centre.
 constexpr float kRounding = 1e-4F;
 /// Who comes to stand within this is not turned aside by walls on the way, m.
 constexpr float kShortStop = 0.1F;
@@ -184,7 +184,7 @@ void LocalAvoidance::add_other(world::Row row, const AiContext& ai) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = velocity.x();
     seen_.want_z.back() = velocity.y();
-    // Its own zone lets it make way likewise, by the same points_of_interest and velocities.
+    // Its own zone lets it make way likewise, by the same places and velocities.
     const bool yields = e.has(row, world::kGhost) && e.has(row, world::kGrounded) &&
                         type.kind == world::EntityKind::kCharacter && type.brain != 0 &&
                         !e.client[row];

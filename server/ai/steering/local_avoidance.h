@@ -34,7 +34,7 @@ struct LocalAvoidanceReport {
 };
 
 /// Commands are what characters make of them (motion::apply_input), so a promise about
-/// points_of_interest has to know about acceleration and quantised commands. Between two that both
+/// places has to know about acceleration and quantised commands. Between two that both
 /// yield lies a line half path between where they are and where they would come to stand if they
 /// braked now. A command is given only if its character, after this tick and after braking from
 /// then on, keeps to its side, as apply_input itself says, and nobody who keeps to the ground is
@@ -61,7 +61,7 @@ class LocalAvoidance {
         float half_height = 0.0F;
     };
 
-    /// n . x >= c for all points_of_interest x of a walker.
+    /// n . x >= c for all places x of a walker.
     struct DividingLine {
         Vec2 n = Vec2::Zero();
         float c = 0.0F;

@@ -27,7 +27,7 @@ constexpr double kPushedOffM = 8.0;
 constexpr double kAsNearM = 8.0;
 /// So far before and behind where one was the track is looked for, m.
 constexpr double kReachM = 30.0;
-/// Legs last so many ticks at least.
+/// Segments last so many ticks at least.
 constexpr double kLeastTicks = 4.0;
 /// A change of lanes is cut into so many segments at least.
 constexpr double kChangeSegments = 8.0;

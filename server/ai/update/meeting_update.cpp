@@ -36,7 +36,6 @@ const Agent* agent_at(const AiContext& ai, const AiTurn& turn, world::Row row) {
 
 }  // namespace
 
-/// Who looks for whom; where that is new, who sleeps and meets others is found anew.
 void MeetingUpdate::index_suspended(const AiContext& ai, AiTurn& turn) {
     const bool changed =
         schedule_.ranges().set(ai.settings.compiled, ai.settings.brain_of_type, ai.types);
@@ -65,9 +64,8 @@ void MeetingUpdate::index_suspended(const AiContext& ai, AiTurn& turn) {
     }
 }
 
-/// Wakes those who may come to perceive somebody, or be perceived. All that is simulated looks for
-/// them in turn, what was put somewhere or pushed at once; those who sleep among themselves when it
-/// is time.
+/// Simulated bodies look for suspended agents in turn, those that were put somewhere or pushed at
+/// once. Suspended agents look for each other when it is time.
 void MeetingUpdate::meet(const AiContext& ai, AiTurn& turn) {
     if (!schedule_.ranges().any()) {
         return;
@@ -126,8 +124,7 @@ void MeetingUpdate::check_suspended(const AiContext& ai, AiTurn& turn, Slot slot
     schedule_.put(slot, body.kind.type, ai, agent.next_event < ai.now);
 }
 
-/// AgentStore::settle(), for proximity_schedule as well. Who is new here, from another zone, is
-/// checked soon.
+/// An agent that is new here, from another zone, is checked soon.
 void MeetingUpdate::settle(const AiContext& ai, AiTurn& turn, Slot slot, Tick left, bool late) {
     ai.agents.settle(slot, left, ai.dt, late);
     if (!schedule_.ranges().any()) {
@@ -145,8 +142,6 @@ void MeetingUpdate::settle(const AiContext& ai, AiTurn& turn, Slot slot, Tick le
     schedule_.put(slot, ai.entities.type[row], ai, late);
 }
 
-/// Whether an active agent can fall asleep, though it meets others: for so long nobody comes. Says
-/// when it is to be checked then.
 bool MeetingUpdate::meets_nobody(const AiContext& ai,
                                  const AiTurn& turn,
                                  const DueAgent& due,

@@ -12,8 +12,9 @@ constexpr Tick kLookPeriod = 16;
 /// Who may be seen soon is put where it is when it has walked so far, m.
 constexpr float kStale_m = 8.0F;
 
-/// From how far off an agent is woken, m: so that it is active when its entity can be seen, though
-/// that is put where it is now and then only, and both run towards each other between two looks.
+/// From how far off an agent is resumed, m: so that it is active when its entity can be seen,
+/// though that is put where it is now and then only, and both run towards each other between two
+/// looks.
 float waking_radius(const AiContext& ai) {
     float fastest = 0.0F;
     for (const world::EntityType& type : ai.types) {
@@ -102,8 +103,8 @@ void ViewerUpdate::follow_suspended(const AiContext& ai, AiTurn& turn, MeetingUp
     }
 }
 
-/// Wakes who may be seen: a share of the squares that can be seen in each tick, at once where
-/// `all`.
+/// Finds agents that may be seen: a share of the squares that can be seen in each tick, at once
+/// where `all`.
 void ViewerUpdate::check_suspended(const AiContext& ai, AiTurn& turn, bool all) {
     const auto share = static_cast<std::size_t>(ai.now % kLookPeriod);
     if (all || share == 0) {
@@ -118,17 +119,17 @@ void ViewerUpdate::check_suspended(const AiContext& ai, AiTurn& turn, bool all) 
 void ViewerUpdate::check(const AiContext& ai, AiTurn& turn, Slot slot) {
     Agent& agent = ai.agents.at(slot);
     const Vec2 at = position_at(agent.segment, ai.now - 1, ai.dt);
-    const bool wakes = coverage_.covers(at) || outside(at, ai.half_size);
+    const bool seen = coverage_.covers(at) || outside(at, ai.half_size);
     const bool stale =
         (agent.segment.length > 0.0F || on_step(agent)) && (at - agent.placed).norm() >= kStale_m;
-    if (!wakes && !stale) {
+    if (!seen && !stale) {
         return;
     }
     const world::Row row = row_of(ai.entities, agent.entity, turn.row_hints[slot]);
     if (row == world::kNoRow) {
         return;
     }
-    if (wakes) {
+    if (seen) {
         turn.waking.push_back(slot);
     } else {
         place(agent, ai, turn, row);

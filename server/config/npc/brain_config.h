@@ -1,4 +1,4 @@
-// AgentStore: state brains and fuzzy systems of a config, in the form in which agents have them,
+// Agents: state brains and fuzzy systems of a config, in the form in which agents have them,
 // and what is wrong with them.
 #pragma once
 

@@ -1,4 +1,4 @@
-// AgentStore of a zone: the step, and bodies for those alone whose entities are simulated.
+// Agents of a zone: the step, and bodies for those alone whose entities are simulated.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -12,7 +12,7 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
 /// many decided.
 std::uint32_t update_agents(ZoneState& state);
 
-/// AgentStore become those of another difficulty where what players did asks for it
+/// Agents become those of another difficulty where what players did asks for it
 /// (ai/difficulty.h), at most one change a tick, told in the report.
 void follow_players(ZoneState& state);
 

@@ -42,7 +42,7 @@ void open(ZoneState& state, std::uint32_t door) {
     state.doors.body[door] = BodyId();
 }
 
-/// Characters that rest where a door has turned move again, if only out of it. AgentStore that
+/// Characters that rest where a door has turned move again, if only out of it. Agents that
 /// nobody sees are placed by their own means.
 void wake_resting(ZoneState& state) {
     world::Entities& e = state.entities;

@@ -1,4 +1,4 @@
-// AgentStore that look for others and that nobody sees: they sleep until they may meet somebody,
+// Agents that look for others and that nobody sees: they sleep until they may meet somebody,
 // and live as if they had never slept.
 #include "server/ai/offscreen/proximity_schedule.h"
 
@@ -262,7 +262,7 @@ motion::StaticGeometry gated() {
     return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-/// Somebody of whom a zone knows points_of_interest alone: of another zone, or without an agent.
+/// Somebody of whom a zone knows points of interest alone: of another zone, or without an agent.
 void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
     world::Entities& e = town.field.entities;
     world::Row row = e.find(EntityId(id));

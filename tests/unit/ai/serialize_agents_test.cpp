@@ -1,4 +1,4 @@
-// AgentStore written down and read again go on bit for bit; bytes that are no agents are refused.
+// Agents written down and read again go on bit for bit; bytes that are no agents are refused.
 #include "server/ai/serialization/serialize_agents.h"
 
 #include "tests/unit/ai/field.h"

@@ -1,4 +1,4 @@
-// AgentStore that follow tracks: seen or not, they are where their timetables say.
+// Agents that follow tracks: seen or not, they are where their timetables say.
 #include "server/ai/steering/spline_following.h"
 
 #include "server/ai/explain.h"

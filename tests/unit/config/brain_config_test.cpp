@@ -1,4 +1,4 @@
-// AgentStore in a config: brains within brains and fuzzy senses run as written, and each
+// Agents in a config: brains within brains and fuzzy senses run as written, and each
 // mistake is found at its line and column.
 #include "server/config/npc/brain_config.h"
 

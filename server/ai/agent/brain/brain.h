@@ -181,7 +181,7 @@ struct BrainState {
     std::optional<ForageDef> forage{};        ///< of kForage, which has one
     std::optional<FollowDef> follow{};        ///< of kFollowTrack, which has one
     std::vector<std::uint16_t>
-        along{};  ///< of kFlock: points_of_interest that the herd goes to in turn
+        along{};  ///< of kFlock: points of interest that the herd goes to in turn
     std::vector<Trade>
         trades{};  ///< once, as soon as they can be done; of an innermost state or action
     /// Of an innermost state.

@@ -10,7 +10,7 @@ namespace zoned::ai {
 
 struct ForageDef {
     std::uint16_t nest = 0;               ///< a place
-    std::vector<std::uint16_t> food{};    ///< points_of_interest
+    std::vector<std::uint16_t> food{};    ///< points of interest
     float radius_m = 25.0F;               ///< half the side of the square around the nest, m
     float cell_m = 0.5F;                  ///< of the map of scents
     float explore = 0.15F;                ///< share of those who leave home that no scent guides

@@ -31,7 +31,7 @@ struct PointOfInterestDef {
     double y_m = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// The points_of_interest of a world, for all its zones, and how long a day takes.
+/// The points of interest of a world, for all its zones, and how long a day takes.
 struct PoiSettings {
     std::vector<PointOfInterestDef> points_of_interest;
     double day_s = 86400.0;
@@ -52,7 +52,7 @@ struct Trade {
     std::vector<TradeItem> items;
 };
 
-/// A sense of points_of_interest: how far the agent's spot is, or what is in stock.
+/// A sense of points of interest: how far the agent's spot is, or what is in stock.
 struct PointOfInterestSense {
     std::uint16_t place = 0;
     std::int16_t stock = -1;  ///< below 0: distance, m
@@ -112,7 +112,7 @@ class PointsOfInterest {
         float high = 0.0F;
     };
 
-    /// All stock of all points_of_interest, for snapshots.
+    /// All stock of all points of interest, for snapshots.
     [[nodiscard]] std::span<const Stock> stocks() const { return stocks_; }
 
     /// As many as there are.
