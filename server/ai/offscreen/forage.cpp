@@ -1,5 +1,6 @@
 #include "server/ai/offscreen/forage.h"
 
+#include "server/ai/agent/ai_settings.h"
 #include "server/ai/steering/path_following.h"
 
 #include <algorithm>

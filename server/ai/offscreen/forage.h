@@ -3,6 +3,7 @@
 
 #include "server/ai/agent/agent_store.h"
 #include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/ai_context.h"
 #include "server/ai/pathfinding/grid/door_cells.h"
 #include "server/ai/steering/forage_walk.h"
 #include "server/world/entities.h"

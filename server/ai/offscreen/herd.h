@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
+#include "server/ai/ai_context.h"
 #include "server/ai/offscreen/suspend_resume.h"
 #include "server/ai/steering/herd_drift.h"
 #include "shared/motion/apply_input.h"

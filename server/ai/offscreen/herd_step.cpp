@@ -1,3 +1,4 @@
+#include "server/ai/agent/ai_settings.h"
 #include "server/ai/agent/decision.h"
 #include "server/ai/offscreen/herd.h"
 #include "server/ai/steering/desired_velocity.h"

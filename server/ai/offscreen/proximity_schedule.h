@@ -4,6 +4,7 @@
 #include "server/ai/agent/agent_event_queue.h"
 #include "server/ai/agent/agent_store.h"
 #include "server/ai/agent/offscreen_grid.h"
+#include "server/ai/ai_context.h"
 #include "server/world/entities.h"
 
 #include <cstdint>

@@ -2,6 +2,7 @@
 // simulated.
 #pragma once
 
+#include "server/ai/ai_context.h"
 #include "server/ai/steering/path_following.h"
 #include "shared/motion/static_geometry.h"
 

@@ -1,6 +1,7 @@
 #include "server/ai/perception/perception.h"
 
 #include "server/ai/agent/agent_store.h"
+#include "server/ai/agent/ai_settings.h"
 #include "server/ai/agent/whereabouts.h"
 #include "server/physics/query/query.h"
 

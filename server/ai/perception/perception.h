@@ -4,6 +4,7 @@
 
 #include "server/ai/agent/agent.h"
 #include "server/ai/agent/percept.h"
+#include "server/ai/ai_context.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 

@@ -3,6 +3,7 @@
 #include "server/ai/steering/desired_velocity.h"
 #include "shared/motion/apply_input.h"
 #include "shared/motion/capsule_sweep.h"
+#include "shared/motion/static_geometry.h"
 
 #include <algorithm>
 #include <array>

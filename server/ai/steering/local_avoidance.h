@@ -4,6 +4,7 @@
 
 #include "server/ai/agent/agent.h"
 #include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/ai_context.h"
 #include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/crowd/static_walls.h"
 #include "server/world/entities.h"
