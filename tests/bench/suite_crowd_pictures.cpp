@@ -1,7 +1,7 @@
 // Pictures of crowds, of paths that avoid them and of scents, for reports.
+#include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/pathfinding/flow_fields/crowd_flow_field.h"
 #include "server/ai/pathfinding/flow_fields/density.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
 #include "tests/bench/picture.h"
 #include "tests/bench/suite_crowd.h"
 #include "tests/scenario/ant_colony.h"

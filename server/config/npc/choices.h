@@ -2,7 +2,7 @@
 // and what is wrong with them.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/text/diagnostics.h"
 #include "proto/config.pb.h"
 
@@ -34,7 +34,7 @@ void for_each_choice_action(
 ai::VariableChange expand_change(const proto::Config::Change& change,
                                  const VariableOf& variable_of);
 
-/// ActionKind, speed and all else that a action says.
+/// ActionKind, speed and all else that an action says.
 ai::BrainState expand_action(const proto::Config& config,
                              const std::string& name,
                              const proto::Config::Action& action,

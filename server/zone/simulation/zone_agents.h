@@ -5,6 +5,9 @@
 
 namespace zoned::zone {
 
+/// What an update of the zone's agents reads and moves; `team` and `query` outlive it.
+ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Query* query);
+
 /// Decisions and steering; who falls asleep loses the body, who wakes up gets it back. Returns how
 /// many decided.
 std::uint32_t update_agents(ZoneState& state);

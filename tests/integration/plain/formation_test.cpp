@@ -1,4 +1,4 @@
-// AgentStore that form up around a captain, and herds that go along a way, in a zone.
+// Agents that form up around a captain, and herds that go along a path, in a zone.
 #include "server/zone/simulation/spawning.h"
 #include "tests/integration/plain/crowd_world.h"
 

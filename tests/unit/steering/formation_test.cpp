@@ -1,7 +1,7 @@
-#include "server/ai/steering/formation/formation.h"
+#include "server/ai/crowd/formation.h"
 
+#include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
 #include "shared/core/rng.h"
 
 #include <gmock/gmock.h>
