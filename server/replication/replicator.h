@@ -5,6 +5,7 @@
 #include "server/mailbox/messages.h"
 #include "server/replication/replication_settings.h"
 #include "server/world/entities.h"
+#include "server/world/entity_type.h"
 #include "server/world/visibility.h"
 #include "shared/core/ids.h"
 #include "shared/core/state_hash.h"

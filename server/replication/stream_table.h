@@ -6,6 +6,9 @@
 #include "server/replication/motion_estimate.h"
 #include "server/replication/replication_settings.h"
 #include "server/replication/volatility.h"
+#include "server/world/entities.h"
+#include "server/world/entity_type.h"
+#include "shared/core/state_hash.h"
 #include "shared/wire/publication.h"
 
 #include <array>

@@ -3,6 +3,7 @@
 
 #include "server/replication/motion_estimate.h"
 #include "server/replication/replication_settings.h"
+#include "server/world/entity_type.h"
 #include "shared/motion/dead_reckoning.h"
 #include "shared/motion/kinematic_state.h"
 
