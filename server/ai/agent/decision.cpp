@@ -135,6 +135,19 @@ void choose(Agent& agent,
 
 }  // namespace
 
+void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now) {
+    agent.prey = percept.prey;
+    if (!brain.perception.given) {
+        return;
+    }
+    agent.ward = percept.ward;
+    agent.noticed = percept.noticed;
+    if (percept.prey && percept.noticed) {
+        agent.known = percept.place;
+        agent.known_at = now;
+    }
+}
+
 void begin(Agent& agent, const CompiledBrain& brain, Tick now) {
     agent.state_machine = state_machine::ActiveState(now);
     agent.current_action = 0;

@@ -57,6 +57,9 @@ void sense_more(const Agent& agent,
                 Senses& senses,
                 std::uint64_t wanted);
 
+/// Keeps what a decision needs of a percept.
+void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
+
 /// Senses, and takes the transition that fires, if any (state_machine::step_one); what
 /// the states that it enters give is added. Then finds what to do: as the state says, its tree or
 /// its plan, which is made anew when a fact has changed since; where no plan is found, the state's

@@ -363,17 +363,4 @@ Percept perceive(const AiContext& ai,
     return nearest_player(ai.entities, brain.perception_m, ai.settings.far_m, near);
 }
 
-void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now) {
-    agent.prey = percept.prey;
-    if (!brain.perception.given) {
-        return;
-    }
-    agent.ward = percept.ward;
-    agent.noticed = percept.noticed;
-    if (percept.prey && percept.noticed) {
-        agent.known = percept.place;
-        agent.known_at = now;
-    }
-}
-
 }  // namespace zoned::ai

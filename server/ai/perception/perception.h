@@ -64,7 +64,4 @@ Percept perceive(const AiContext& ai,
                  const Players* players = nullptr,
                  const Timetables* timetables = nullptr);
 
-/// What a decision keeps of it.
-void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
-
 }  // namespace zoned::ai

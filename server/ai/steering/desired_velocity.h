@@ -46,9 +46,6 @@ Surroundings surroundings_of(const AiContext& ai,
                              const Agent& agent,
                              world::Row row,
                              Slot slot = 0);
-}
-}
-;
 
 struct DesiredVelocity {
     Vec2 direction = Vec2::Zero();  ///< need not have unit length; zero = stand still

@@ -23,7 +23,7 @@ struct Watch {
     Field field;
     Brain brain = single(ActionKind::kIdle);
     Agent agent;
-    physics::Scene scene{physics::AiSettings{}};
+    physics::Scene scene{physics::PhysicsSettings{}};
     bool walls = false;
 
     Watch() {
