@@ -120,7 +120,51 @@ struct RoomOrder {
     std::span<const std::string_view> rooms;
 };
 
-inline constexpr std::array<RoomOrder, 0> kRoomOrders{};
+inline constexpr std::array<std::string_view, 15> kAiRooms{"learning",
+                                                           "decision",
+                                                           "splines",
+                                                           "crowd",
+                                                           "pathfinding",
+                                                           "agent/brain",
+                                                           "agent",
+                                                           "ai_context",
+                                                           "perception",
+                                                           "steering",
+                                                           "offscreen",
+                                                           "update",
+                                                           "ai_update",
+                                                           "explain",
+                                                           "serialization"};
+
+inline constexpr std::array<std::string_view, 15> kPhysicsRooms{"simd",
+                                                                "integrator",
+                                                                "shapes",
+                                                                "settings",
+                                                                "narrowphase",
+                                                                "bodies",
+                                                                "joints",
+                                                                "contacts",
+                                                                "solver",
+                                                                "solver_variants",
+                                                                "query",
+                                                                "scene",
+                                                                "particles",
+                                                                "soft",
+                                                                "method_selection"};
+
+inline constexpr std::array<std::string_view, 9> kConfigRooms{"server_settings",
+                                                              "settings",
+                                                              "text",
+                                                              "types",
+                                                              "check",
+                                                              "training",
+                                                              "world",
+                                                              "npc",
+                                                              "expand"};
+
+inline constexpr std::array kRoomOrders{RoomOrder{"server/ai", kAiRooms},
+                                        RoomOrder{"server/physics", kPhysicsRooms},
+                                        RoomOrder{"server/config", kConfigRooms}};
 
 /// The top level of the repository, besides names that begin with a dot and build folders.
 inline constexpr std::array<std::string_view, 10> kTopLevel{

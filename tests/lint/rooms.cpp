@@ -45,6 +45,11 @@ std::string room_of(std::string_view path, std::string_view folder) {
     return std::string(folder_of(path.substr(folder.size() + 1)));
 }
 
+/// Whether a room is the other one, or the other one lies in it.
+bool holds(std::string_view room, std::string_view other) {
+    return other.starts_with(room) && (other.size() == room.size() || other[room.size()] == '/');
+}
+
 std::map<std::string_view, Arrows> arrows_of(const std::vector<SourceFile>& files) {
     std::map<std::string_view, Arrows> all;
     for (const SourceFile& file : files) {
@@ -58,7 +63,7 @@ std::map<std::string_view, Arrows> arrows_of(const std::vector<SourceFile>& file
                 continue;
             }
             const std::string to = room_of(include.target, folder);
-            if (to != from && !to.empty() && !from.empty()) {
+            if (!to.empty() && !from.empty() && !holds(from, to) && !holds(to, from)) {
                 all[folder][from].try_emplace(to, Arrow{file.path, include.line});
             }
         }
