@@ -4,7 +4,7 @@
 #include "server/assets/geometry_files.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/world/world_description.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/compound/body_checks.h"
 
 #include <cmath>
 #include <map>
