@@ -85,8 +85,8 @@ class Checker {
             std::any_of(kExtensions.begin(), kExtensions.end(), [&](std::string_view e) {
                 return text.size() > e.size() && ends_with(text, e);
             });
-        if (!plain || slash == 0 || (slash == std::string::npos && !file) ||
-            text.rfind("..", 0) == 0 || text.rfind("build", 0) == 0) {
+        if (!plain || slash == 0 || slash == std::string::npos || text.rfind("..", 0) == 0 ||
+            text.rfind("build", 0) == 0) {
             return;
         }
         const std::string first = text.substr(0, slash);

@@ -206,6 +206,24 @@ bool is_digit(char c) {
     return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
+/// The end of the number that begins at `at`: digits, a point between them, an exponent.
+std::size_t end_of_number(const std::string& line, std::size_t at) {
+    const auto digit_at = [&](std::size_t i) {
+        return i < line.size() && is_digit(line[i]);
+    };
+    while (digit_at(at) || (at < line.size() && line[at] == '.' && digit_at(at + 1))) {
+        ++at;
+    }
+    if (at < line.size() && line[at] == 'e') {
+        const std::size_t sign =
+            at + 1 < line.size() && (line[at + 1] == '-' || line[at + 1] == '+') ? 1U : 0U;
+        if (digit_at(at + 1 + sign)) {
+            return end_of_number(line, at + 1 + sign);
+        }
+    }
+    return at;
+}
+
 /// White space becomes single spaces; with `any_number` every number becomes '#'.
 std::string reduced(const std::string& line, bool any_number) {
     std::string out;
@@ -216,11 +234,7 @@ std::string reduced(const std::string& line, bool any_number) {
             }
             ++i;
         } else if (any_number && is_digit(line[i])) {
-            while (i < line.size() &&
-                   (is_digit(line[i]) ||
-                    (line[i] == '.' && i + 1 < line.size() && is_digit(line[i + 1])))) {
-                ++i;
-            }
+            i = end_of_number(line, i);
             out += '#';
         } else {
             out += line[i++];

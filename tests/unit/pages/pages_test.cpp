@@ -81,6 +81,15 @@ TEST_F(Pages, TakeOtherNumbersOnlyWhereThePageSaysSo) {
     EXPECT_EQ(played(wrong).failures.size(), 1u);
 }
 
+TEST(PrintedLines, MayHaveOtherNumbersAndOthersBetween) {
+    std::string missing;
+    EXPECT_TRUE(has_lines("a 1.5e-05 m\nx\nb  2\n", "a 17 m\nb 3\n", true, missing));
+    EXPECT_TRUE(has_lines("hash 1a2b, ok\n", "hash ..., ok\n", false, missing));
+    EXPECT_FALSE(has_lines("b 2\na 1\n", "a 1\nb 2\n", false, missing));
+    EXPECT_EQ(missing, "b 2");
+    EXPECT_FALSE(has_lines("verdict: inconsistent\n", "verdict: consistent\n", true, missing));
+}
+
 TEST_F(Pages, FailAtAnotherExitCode) {
     EXPECT_EQ(played("```sh\nexit 1\n```\n").failures.size(), 1u);
     EXPECT_EQ(played("<!-- page: exit 1 -->\n```sh\ntrue\n```\n").failures.size(), 1u);
