@@ -6,7 +6,7 @@ set(ZONED_PACKAGED zoned_asio zoned_proto
   zoned_server_interest zoned_server_replication zoned_server_zone zoned_server_assets zoned_server_recording
   zoned_server_config zoned_server_rules zoned_server_net zoned_server_session zoned_server_app
   zoned_client_sim_link zoned_client_sim_view zoned_client_sim_bot zoned_client_sim_measure zoned_client_sim_app)
-if(TARGET zoned_tests_harness)
+if(ZONED_TESTS)
   list(APPEND ZONED_PACKAGED zoned_tests_harness)
 endif()
 foreach(NAME ${ZONED_PACKAGED})
