@@ -215,7 +215,7 @@ class SurfaceLoader {
         SurfaceConfig key;  // what the geometry depends on
         key.CopyFrom(s);
         for (const char* place :
-             {"x_m", "y_m", "z_m", "yaw_deg", "friction", "restitution", "told", "sha256"}) {
+             {"x_m", "y_m", "z_m", "yaw_deg", "friction", "restitution", "replicated", "sha256"}) {
             key.GetReflection()->ClearField(&key, key.GetDescriptor()->FindFieldByName(place));
         }
         const auto [at, is_new] = loaded_.try_emplace(key.ShortDebugString());
