@@ -2,7 +2,7 @@
 
 #include "server/assets/geometry_survey.h"
 #include "server/physics/scene/stability_warnings.h"
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 
 #include "server/config/types/soft_types.h"
 #include "server/physics/method_selection/cost_table.h"
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <algorithm>
