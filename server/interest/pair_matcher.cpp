@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/interest/pair_matcher.h"
 
 #include "shared/core/assert.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/ants/max_min.h"
 
 #include "shared/core/assert.h"

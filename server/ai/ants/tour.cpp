@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/ants/tour.h"
 
 #include <algorithm>

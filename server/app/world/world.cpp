@@ -59,18 +59,14 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
                                                                   1.0 / settings.tick_rate_hz);
         environment_->begin(settings.environment);
         environment_sync_ticks_ = settings.environment.sync_ticks;
-        wrong_clock_ = settings.config.testing().wrong_clock();
+        wrong_clock_ = settings.server.testing.wrong_clock;
         for (zone::ZoneState* state : states_) {
             state->settings.environment = environment_;
         }
     }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);
-    std::vector<interest::HistoryRule> histories;
-    for (const proto::Config::Topic& topic : settings.config.topic()) {
-        histories.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
-    }
-    topics_.keep(std::move(histories));
+    topics_.keep(settings.server.topics);
 }
 
 void World::use_device(compute::Device* device, const compute::Crossover& crossover) {

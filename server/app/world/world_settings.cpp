@@ -78,42 +78,13 @@ std::vector<zone::SurfaceBody> local_surfaces(const config::Settings& settings,
 }
 
 zone::FaultSettings faults_of(const config::Settings& settings, ZoneId id) {
-    zone::FaultSettings faults;
-    if (!settings.config.has_testing()) {
-        return faults;
-    }
-    const proto::Config::Testing& testing = settings.config.testing();
-    if (testing.has_corrupt_position()) {
-        const auto& corrupt = testing.corrupt_position();
-        faults.corrupt = {corrupt.probability(), static_cast<Tick>(corrupt.from_tick())};
-        faults.corrupt_offset_m = static_cast<float>(corrupt.offset_m());
-    }
-    if (testing.has_hide_entity()) {
-        faults.hide = {testing.hide_entity().probability(),
-                       static_cast<Tick>(testing.hide_entity().from_tick())};
-    }
-    if (testing.has_leak_entity()) {
-        faults.leak = {testing.leak_entity().probability(),
-                       static_cast<Tick>(testing.leak_entity().from_tick())};
-    }
-    if (testing.has_leak_filtered()) {
-        faults.leak_filtered = {testing.leak_filtered().probability(),
-                                static_cast<Tick>(testing.leak_filtered().from_tick())};
-    }
-    if (testing.has_drop_decision()) {
-        faults.drop_decision = {testing.drop_decision().probability(),
-                                static_cast<Tick>(testing.drop_decision().from_tick())};
-    }
-    if (testing.has_leak_topic()) {
-        faults.leak_topic = {testing.leak_topic().probability(),
-                             static_cast<Tick>(testing.leak_topic().from_tick())};
-    }
-    if (testing.has_stall_zone()) {
-        const auto& stall = testing.stall_zone();
-        const std::string& name = settings.zones[id.value - 1U].name;
-        if (stall.has_zone() ? stall.zone() == name : id.value == 1) {
-            faults.stall_from = static_cast<Tick>(stall.at_tick());
-            faults.stall_ticks = static_cast<Tick>(stall.ticks());
+    const config::TestingSettings& testing = settings.server.testing;
+    zone::FaultSettings faults = testing.faults;
+    if (testing.stall) {
+        const std::string& asked = testing.stall->zone;
+        if (asked.empty() ? id.value == 1 : asked == settings.zones[id.value - 1U].name) {
+            faults.stall_from = testing.stall->at_tick;
+            faults.stall_ticks = testing.stall->ticks;
         }
     }
     return faults;
@@ -150,14 +121,11 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.physics = settings.physics;
     z.ai = settings.ai;
     z.interest = settings.interest;
-    z.visibility_filter = {settings.config.interest().filter_checks_per_tick(),
-                           settings.config.interest().filter_stale_ticks(),
-                           settings.config.interest().filter_grace_ticks()};
-    z.rewind = {std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
-                static_cast<float>(settings.config.rewind().slack_m())};
+    z.visibility_filter = settings.visibility_filter;
+    z.rewind = settings.rewind;
     z.stances = settings.stances;
     z.replication = settings.replication;
-    z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};
+    z.audit = settings.audit;
     z.faults = faults_of(settings, id);
     return z;
 }

@@ -6,6 +6,6 @@
 namespace zoned::config {
 
 /// Types, brains and the settings of the stages; zones, statics and entities come from elsewhere.
-void expand_stages(const proto::Config& config, Settings& settings);
+void expand_stages(const proto::config::Config& config, Settings& settings);
 
 }  // namespace zoned::config

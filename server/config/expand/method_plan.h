@@ -19,8 +19,8 @@ void plan_methods(Settings& settings, Diagnostics& diagnostics);
 /// is one hull: as it says itself, or from where on what it is then off by (selection::
 /// kSingleErrorShare, kSoftHullErrorShare of its diameter) is seen under budget.representation_rad.
 /// 0: never.
-double single_beyond_m(const proto::Config& config,
-                       const proto::Config::Type& type,
+double single_beyond_m(const proto::config::Config& config,
+                       const proto::config::Type& type,
                        float radius,
                        bool pinned);
 

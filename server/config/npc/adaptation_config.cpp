@@ -6,6 +6,7 @@
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -17,12 +18,12 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
+using proto::config::Config;
 
 constexpr const char* kAdaptation = "ai.adaptation";
 
 /// Number in the list, -1: it is not there.
-int find_level(const Config::Adaptation& adaptation, const std::string& name) {
+int find_level(const proto::config::Adaptation& adaptation, const std::string& name) {
     const auto& names = adaptation.difficulty();
     const auto at = std::find(names.begin(), names.end(), name);
     return at == names.end() ? -1 : static_cast<int>(at - names.begin());
@@ -35,7 +36,7 @@ struct LevelRange {
     int start = 0;
 };
 
-LevelRange level_range(const Config::Adaptation& adaptation) {
+LevelRange level_range(const proto::config::Adaptation& adaptation) {
     LevelRange range;
     range.least = adaptation.has_least() ? find_level(adaptation, adaptation.least()) : 0;
     range.most = adaptation.has_most() ? find_level(adaptation, adaptation.most())
@@ -46,7 +47,7 @@ LevelRange level_range(const Config::Adaptation& adaptation) {
 
 void check_level_names(const Config& config, Diagnostics& diagnostics) {
     std::set<std::string> seen;
-    const Config::Adaptation& adaptation = config.ai().adaptation();
+    const proto::config::Adaptation& adaptation = config.ai().adaptation();
     for (int k = 0; k < adaptation.difficulty_size(); ++k) {
         const std::string& name = adaptation.difficulty(k);
         const std::string path = join_path(kAdaptation, "difficulty", k);
@@ -61,7 +62,7 @@ void check_level_names(const Config& config, Diagnostics& diagnostics) {
     }
 }
 
-void check_level_range(const Config::Adaptation& adaptation, Diagnostics& diagnostics) {
+void check_level_range(const proto::config::Adaptation& adaptation, Diagnostics& diagnostics) {
     const LevelRange range = level_range(adaptation);
     const std::string path = kAdaptation;
     bool listed = true;
@@ -131,7 +132,7 @@ bool same_names(const std::vector<ai::Brain>& a, const std::vector<ai::Brain>& b
 }
 
 void expand_staircase(const Config& config, double tick_rate_hz, ai::DifficultyLevels& difficulty) {
-    const Config::Adaptation& adaptation = config.ai().adaptation();
+    const proto::config::Adaptation& adaptation = config.ai().adaptation();
     const LevelRange range = level_range(adaptation);
     difficulty.staircase = {narrow(adaptation.success()),
                             narrow(adaptation.step()),
@@ -146,7 +147,7 @@ void expand_staircase(const Config& config, double tick_rate_hz, ai::DifficultyL
 }  // namespace
 
 std::string first_difficulty(const Config& config) {
-    const Config::Adaptation& adaptation = config.ai().adaptation();
+    const proto::config::Adaptation& adaptation = config.ai().adaptation();
     if (config.ai().has_difficulty() || !config.ai().has_adaptation()) {
         return config.ai().difficulty();
     }
@@ -177,7 +178,7 @@ void expand_adaptation(const Config& written,
     if (!written.ai().has_adaptation()) {
         return;
     }
-    const Config::Adaptation& adaptation = written.ai().adaptation();
+    const proto::config::Adaptation& adaptation = written.ai().adaptation();
     expand_staircase(written, settings.tick_rate_hz, difficulty);
     std::set<std::string> varying;
     std::vector<ParameterChoice> before;

@@ -1,5 +1,7 @@
 #include "server/config/world/world_description.h"
 
+#include "proto/config/config.pb.h"
+
 #include <google/protobuf/text_format.h>
 #include <openssl/evp.h>
 
@@ -220,10 +222,10 @@ proto::WorldDescription describe_world(const Settings& settings) {
                               *out.mutable_surfaces(static_cast<int>(s)));
         }
     }
-    if (!settings.config.testing().has_wrong_limit()) {
+    if (!settings.config->testing().has_wrong_limit()) {
         return out;
     }
-    const auto& wrong = settings.config.testing().wrong_limit();
+    const auto& wrong = settings.config->testing().wrong_limit();
     for (proto::EntityType& type : *out.mutable_types()) {
         if (!wrong.has_type() || wrong.type() == type.name()) {
             type.set_max_acceleration_mps2(static_cast<float>(wrong.max_acceleration_mps2()));

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/steering/avoidance/orca_avoidance.h"
 
 #include "server/ai/steering/avoidance/orca_lines.h"
