@@ -85,12 +85,20 @@ struct StallSettings {
     Tick ticks = 60;
 };
 
+/// Limits told to clients in place of the declared ones.
+struct WrongLimitSettings {
+    std::string type;  ///< empty: all
+    float max_acceleration_mps2 = 0.1F;
+    float max_velocity_jump_mps = 0.0F;
+};
+
 /// Faults on purpose, to check the checkers.
 struct TestingSettings {
     zone::FaultSettings faults;          ///< of all zones
     std::optional<StallSettings> stall;  ///< of one
     double drop_event_probability = 0.0;
     double double_event_probability = 0.0;
+    std::optional<WrongLimitSettings> wrong_limit;
     double wrong_clock = 0.0;  ///< by which share rates of shared clocks are off
 };
 

@@ -2,7 +2,7 @@
 // outcome has to be the same.
 #include "server/ai/decision/decision.h"
 #include "server/app/world/world.h"
-#include "server/config/load_settings.h"
+#include "server/config/expand/load_settings.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/statistics.h"

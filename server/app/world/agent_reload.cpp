@@ -1,7 +1,7 @@
 #include "server/app/world/agent_reload.h"
 
+#include "server/config/expand/load_settings.h"
 #include "server/config/expand/reload_diff.h"
-#include "server/config/load_settings.h"
 
 #include <utility>
 

@@ -1,4 +1,6 @@
 #include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/types/stances.h"
 #include "proto/config/config.pb.h"
 

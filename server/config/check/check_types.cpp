@@ -1,4 +1,5 @@
 #include "server/config/check/config_checks.h"
+#include "server/config/text/check_name.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"

@@ -12,6 +12,8 @@ class Config;
 
 namespace zoned::config {
 
+struct ZoneRegion;
+
 /// The zones of the config (a grid is expanded), index = ZoneId - 1. Reports rectangles without
 /// area, overlaps, gaps, doubled names.
 std::vector<ZoneRegion> expand_zones(const proto::config::Config& config, Diagnostics& diagnostics);
@@ -32,15 +34,5 @@ void check_physics(const proto::config::Config& config, Diagnostics& diagnostics
 void check_server(const proto::config::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);
-
-/// printf of two or three numbers, cut at 299 characters.
-std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0);
-
-/// Names travel, stand in logs and in paths: letters, digits, '_', '-' and '.' only. Reports a
-/// missing or bad name under `path`.name.
-bool check_name(const std::string& name,
-                const std::string& what,
-                const std::string& path,
-                Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -3,6 +3,7 @@
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"

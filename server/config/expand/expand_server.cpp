@@ -97,6 +97,12 @@ TestingSettings expand_testing(const proto::config::Testing& testing) {
     if (testing.has_double_event()) {
         out.double_event_probability = testing.double_event().probability();
     }
+    if (testing.has_wrong_limit()) {
+        const auto& wrong = testing.wrong_limit();
+        out.wrong_limit = WrongLimitSettings{wrong.type(),
+                                             narrow(wrong.max_acceleration_mps2()),
+                                             narrow(wrong.max_velocity_jump_mps())};
+    }
     out.wrong_clock = testing.wrong_clock();
     return out;
 }

@@ -1,6 +1,7 @@
 #include "server/config/expand/method_plan.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/soft_types.h"
 #include "server/physics/method_selection/cost_table.h"

@@ -2,12 +2,18 @@
 // config.
 #pragma once
 
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>
 
+namespace zoned::proto::config {
+class Config;
+class Type;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct Settings;
 
 /// Fills settings.methods, and what it chooses into settings.physics and settings.softs, which have
 /// been expanded from settings.config, a config without mistakes so far. Reports a method named

@@ -1,5 +1,6 @@
 #include "server/config/expand/reload_diff.h"
 
+#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 #include "proto/config/config.pb.h"
 

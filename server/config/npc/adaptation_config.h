@@ -2,7 +2,6 @@
 #pragma once
 
 #include "server/config/npc/policies.h"
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>
@@ -13,13 +12,10 @@ class Config;
 
 namespace zoned::config {
 
-/// The difficulty that the world begins with: `ai.difficulty`, or where `ai.adaptation` starts;
+struct Settings;
+
 /// empty: parameters are as types say.
 std::string first_difficulty(const proto::config::Config& config);
-
-/// `ai.adaptation` by itself: names that are none, given twice or not in the list, a start outside
-/// of least and most, a difficulty chosen besides.
-void check_adaptation(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// Fills in settings.ai.difficulty: the brains of all difficulties, each made of `written` (the
 /// config before brains were made of behaviours) and checked as the world's own are. Reports

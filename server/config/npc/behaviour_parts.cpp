@@ -3,6 +3,7 @@
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>

@@ -1,10 +1,12 @@
 #include "server/config/npc/behaviours.h"
 
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/behaviour_parts.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/npc/parameters.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/types/type_families.h"
 #include "proto/config/config.pb.h"
 

@@ -2,7 +2,6 @@
 // made of them.
 #pragma once
 
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>
@@ -13,6 +12,8 @@ class Config;
 }  // namespace zoned::proto::config
 
 namespace zoned::config {
+
+struct ParameterChoice;
 
 /// Makes types complete (type_families.h), and for each that has behaviours a brain "TYPE.brain":
 /// its states are the behaviours, with the type's numbers in the place of parameters. Precedence is

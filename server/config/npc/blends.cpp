@@ -1,7 +1,9 @@
 #include "server/config/npc/blends.h"
 
-#include "server/config/check/config_checks.h"
-#include "server/config/npc/brain_config.h"
+#include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
+#include "server/config/npc/fuzzy_config.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
 
@@ -102,15 +104,6 @@ void check_blend(const proto::config::Blend& blend,
 }
 
 }  // namespace
-
-int find_blend(const Config& config, const std::string& name) {
-    for (int b = 0; b < config.blend_size(); ++b) {
-        if (config.blend(b).name() == name) {
-            return b;
-        }
-    }
-    return -1;
-}
 
 void expand_blend(const Config& config,
                   const proto::config::Blend& blend,

@@ -2,7 +2,7 @@
 // wrong with them.
 #pragma once
 
-#include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>
@@ -14,9 +14,6 @@ class FuzzyInput;
 }  // namespace zoned::proto::config
 
 namespace zoned::config {
-
-/// Index of the blend of that name, -1: none.
-int find_blend(const proto::config::Config& config, const std::string& name);
 
 /// Fills in the state's choice and actions; `sense_of` gives the sense of an input.
 void expand_blend(const proto::config::Config& config,

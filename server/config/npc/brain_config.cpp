@@ -2,6 +2,8 @@
 
 #include "server/config/npc/blends.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
+#include "server/config/npc/fuzzy_config.h"
 #include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/text/config_numbers.h"
@@ -304,24 +306,6 @@ std::vector<int> root_brains(const proto::config::Config& config) {
         }
     }
     return roots;
-}
-
-int find_brain(const proto::config::Config& config, const std::string& name) {
-    for (int m = 0; m < config.brain_size(); ++m) {
-        if (config.brain(m).name() == name) {
-            return m;
-        }
-    }
-    return -1;
-}
-
-int find_variable(const proto::config::Brain& brain, const std::string& name) {
-    for (int v = 0; v < brain.variable_size(); ++v) {
-        if (brain.variable(v).name() == name) {
-            return v;
-        }
-    }
-    return -1;
 }
 
 std::string why_not_sensed(const proto::config::Config& config,

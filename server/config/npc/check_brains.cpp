@@ -1,10 +1,11 @@
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/behaviour_parts.h"
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/check_name.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>

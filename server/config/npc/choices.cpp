@@ -1,7 +1,8 @@
 #include "server/config/npc/choices.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/stances.h"
 #include "proto/config/config.pb.h"
@@ -14,16 +15,6 @@ namespace zoned::config {
 namespace {
 
 using proto::config::Config;
-
-template <class List>
-int index_of(const List& list, const std::string& name) {
-    for (int i = 0; i < list.size(); ++i) {
-        if (list[i].name() == name) {
-            return i;
-        }
-    }
-    return -1;
-}
 
 /// "not x" is x, negated.
 std::pair<std::string, bool> literal(const std::string& text) {
@@ -212,22 +203,6 @@ void check_domain(const proto::config::Domain& domain,
 }
 
 }  // namespace
-
-int find_tree(const proto::config::Config& config, const std::string& name) {
-    return index_of(config.tree(), name);
-}
-
-int find_policy(const proto::config::Config& config, const std::string& name) {
-    return index_of(config.policy(), name);
-}
-
-int find_domain(const proto::config::Config& config, const std::string& name) {
-    return index_of(config.domain(), name);
-}
-
-int find_goal(const proto::config::Domain& domain, const proto::config::State& state) {
-    return state.has_goal() ? index_of(domain.goal(), state.goal()) : 0;
-}
 
 void for_each_choice_condition(
     const proto::config::Config& config,

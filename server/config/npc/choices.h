@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/ai/agent/brain.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
 
 #include <functional>
@@ -18,11 +19,6 @@ class State;
 }  // namespace zoned::proto::config
 
 namespace zoned::config {
-
-/// The sense that a condition reads, among those of the brain in question.
-using SenseOf = std::function<ai::SenseIndex(const proto::config::Condition&)>;
-/// The variable of that name, likewise.
-using VariableOf = std::function<std::uint16_t(const std::string&)>;
 
 /// A guard that says no leash has one of this many radii.
 inline constexpr double kLeash = 1.5;
@@ -58,15 +54,5 @@ void expand_choice(const proto::config::Config& config,
 
 /// Trees and domains by themselves: names, ways, effects, goals.
 void check_choices(const proto::config::Config& config, Diagnostics& diagnostics);
-
-/// Index of the tree or domain of that name, -1: none.
-int find_tree(const proto::config::Config& config, const std::string& name);
-int find_domain(const proto::config::Config& config, const std::string& name);
-
-/// Index of the policy of that name, -1: none.
-int find_policy(const proto::config::Config& config, const std::string& name);
-
-/// Index of the goal, -1: none. Not set: the first.
-int find_goal(const proto::config::Domain& domain, const proto::config::State& state);
 
 }  // namespace zoned::config

@@ -1,7 +1,8 @@
 #include "server/config/npc/parameters.h"
 
-#include "server/config/check/config_checks.h"
-#include "server/config/npc/adaptation_config.h"
+#include "server/config/npc/difficulty_names.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "proto/config/config.pb.h"
 
 #include <google/protobuf/descriptor.h>

@@ -8,11 +8,19 @@
 #include <map>
 #include <string>
 
+namespace google::protobuf {
+class FieldDescriptor;
+class Message;
+}  // namespace google::protobuf
+
 namespace zoned::proto::config {
 class Config;
 }  // namespace zoned::proto::config
 
 namespace zoned::config {
+
+struct ParameterChoice;
+struct Settings;
 
 /// By name of a parameter.
 using ParameterValues = std::map<std::string, double>;

@@ -1,6 +1,7 @@
 #include "server/config/npc/poi_config.h"
 
-#include "server/config/npc/brain_config.h"
+#include "server/config/npc/find_by_name.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
 
@@ -71,15 +72,6 @@ bool in_one_zone(const proto::config::PointOfInterest& place,
 }
 
 }  // namespace
-
-int find_point_of_interest(const proto::config::Config& config, const std::string& name) {
-    for (int p = 0; p < config.point_of_interest_size(); ++p) {
-        if (config.point_of_interest(p).name() == name) {
-            return p;
-        }
-    }
-    return -1;
-}
 
 ai::PoiSettings expand_points_of_interest(const proto::config::Config& config) {
     ai::PoiSettings out;

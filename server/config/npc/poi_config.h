@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/ai/agent/brain.h"
-#include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
 #include "server/config/world/spline_config.h"
 
@@ -21,10 +21,9 @@ class Trade;
 
 namespace zoned::config {
 
-ai::PoiSettings expand_points_of_interest(const proto::config::Config& config);
+struct ZoneRegion;
 
-/// Index of the place of that name, -1: none.
-int find_point_of_interest(const proto::config::Config& config, const std::string& name);
+ai::PoiSettings expand_points_of_interest(const proto::config::Config& config);
 
 /// What "PLACE.distance" or "PLACE.GOOD" means; none where there is no such place or stock.
 std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::config::Config& config,

@@ -1,10 +1,10 @@
 #include "server/config/npc/policies.h"
 
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/text/sha256.h"
 #include "server/config/training/policy_file.h"
-#include "server/config/world/world_description.h"
 #include "proto/config/config.pb.h"
 
 #include <fstream>

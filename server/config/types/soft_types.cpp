@@ -1,6 +1,6 @@
 #include "server/config/types/soft_types.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/physics/soft/builders.h"
 #include "proto/config/config.pb.h"

@@ -12,6 +12,8 @@ class Config;
 
 namespace zoned::config {
 
+struct NamedDoor;
+
 /// In world coordinates, in the order of the config; times rounded to ticks. Mistakes (doubled
 /// names, times beyond the period, that overlap or open nothing, a door outside the world) go to
 /// `diagnostics`. Numbers must have passed check_ranges.

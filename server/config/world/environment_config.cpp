@@ -1,5 +1,6 @@
 #include "server/config/world/environment_config.h"
 
+#include "server/config/text/check_name.h"
 #include "proto/config/config.pb.h"
 #include "shared/core/rng.h"
 

@@ -1,6 +1,7 @@
 #include "server/config/world/particle_config.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
 #include "shared/core/rng.h"

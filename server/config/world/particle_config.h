@@ -1,10 +1,15 @@
 // Particle systems of a config: checks, and what zones and clients need to know of them.
 #pragma once
 
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct Settings;
 
 /// Names, what is missing or without effect, emitters outside the world, cosmetic systems that no
 /// client could replay in good time.

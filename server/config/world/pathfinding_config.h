@@ -13,6 +13,9 @@ class Config;
 
 namespace zoned::config {
 
+struct Settings;
+struct ZoneRegion;
+
 /// Puts the text of ai.pathfinding.waypoints_file in the place of its name, so that the config
 /// holds all of it; reports a file that can't be read.
 void load_waypoints(proto::config::Config& config, Diagnostics& diagnostics);

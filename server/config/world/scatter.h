@@ -6,6 +6,10 @@
 
 #include <vector>
 
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
 
 /// Expands single placements, then scatter entries, in their order. Needs settings.types and

@@ -1,7 +1,8 @@
 #include "server/config/world/spline_config.h"
 
 #include "server/ai/steering/splines/lane_numbers.h"
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/world/terrain.h"
 #include "proto/config/config.pb.h"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "server/ai/agent/brain.h"
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 
 #include <memory>
@@ -16,6 +15,8 @@ class FollowTrack;
 }  // namespace zoned::proto::config
 
 namespace zoned::config {
+
+struct Settings;
 
 /// Tracks by themselves: names, that they lie in the world, that each can be followed. nullptr
 /// where there are none, or some are wrong.

@@ -2,7 +2,9 @@
 
 #include "server/assets/baked_geometry.h"
 #include "server/assets/geometry_files.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/text/sha256.h"
 #include "server/config/world/world_description.h"
 #include "server/physics/validate.h"
 #include "proto/config/config.pb.h"

@@ -12,6 +12,8 @@ class Config;
 
 namespace zoned::config {
 
+struct SurfaceSettings;
+
 /// What all told surfaces of a world may take in the message that each client gets at login, bytes.
 inline constexpr std::size_t kMaxReplicatedBytes = 4U << 20;
 

@@ -1,5 +1,5 @@
 // AgentStore that form up around a captain, and herds that go along a way, in a zone.
-#include "server/config/load_settings.h"
+#include "server/config/expand/load_settings.h"
 #include "tests/integration/plain/crowd_world.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // What paths lead over: what a config may say of it, and what is wrong with it.
 #include "server/config/world/pathfinding_config.h"
 
-#include "server/config/load_settings.h"
+#include "server/config/expand/load_settings.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
-#include "server/config/check/config_checks.h"
-#include "server/config/npc/brain_config.h"
+#include "server/config/npc/fuzzy_config.h"
+
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
 

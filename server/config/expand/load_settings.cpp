@@ -1,4 +1,4 @@
-#include "server/config/load_settings.h"
+#include "server/config/expand/load_settings.h"
 
 #include "server/config/check/config_checks.h"
 #include "server/config/expand/config_expand.h"
@@ -9,6 +9,7 @@
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/fuzzy_config.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/npc/policies.h"
 #include "server/config/text/config_set.h"
