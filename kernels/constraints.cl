@@ -1,4 +1,5 @@
 // Constraints: the links of one colour, which share no node, so that all may be solved at once.
+// Reached by no program yet: soft bodies on a device will use it.
 #include "kernels/include/constraint.h"
 
 /// `nodes` holds x, y, z and inverse mass, `stride` apart; links and lambdas [first, first + count)

@@ -1,5 +1,6 @@
 // Flock: one step of a batch of up to eight agents per work item; their neighbours are read from
 // where they lie, or from tiles in local memory.
+// Reached by no program yet: flocking of large herds on a device will use it.
 #define ZK_WIDE
 #include "kernels/include/flock.h"
 
@@ -22,7 +23,7 @@ static inline FlockEight flock_load(__global const float* sorted,
     return a;
 }
 
-/// What a batch becomes, to the places that `order` names.
+/// Stores the batch after its step at the places that `order` names.
 static inline void flock_end(const FlockKernelSum* sum,
                              ZK_TABLE const FlockRules* rules,
                              __global const float* field,

@@ -75,7 +75,8 @@ trap 'stop_children; exit 143' TERM
 
 say "starting the server on $config (log: $run/server.log)"
 rm -f "$run/server.json" "$run/client.json" "$run/ready"
-"$build/zoned" serve --config "$config" --report "$run/server.json" >"$run/ready" 2>"$run/server.log" &
+"$build/zoned" serve --config "$config" --set "session.state_folder=\"$run\"" --report "$run/server.json" \
+    >"$run/ready" 2>"$run/server.log" &
 server_pid=$!
 
 ready=""

@@ -1,6 +1,7 @@
 #include "client-sim/app/options.h"
 
 #include "client-sim/app/tickets.h"
+#include "shared/core/hex.h"
 
 #include <CLI/CLI.hpp>
 
@@ -127,20 +128,11 @@ void split_host(const std::string& text, Options& o) {
 }
 
 std::vector<std::uint8_t> read_pin(const std::string& text) {
-    std::vector<std::uint8_t> pin;
-    for (std::size_t i = 0; i + 1 < text.size(); i += 2) {
-        char* end = nullptr;
-        const std::string byte = text.substr(i, 2);
-        const long value = std::strtol(byte.c_str(), &end, 16);
-        if (*end != '\0') {
-            break;
-        }
-        pin.push_back(static_cast<std::uint8_t>(value));
-    }
-    if (!text.empty() && (text.size() != 64 || pin.size() != 32)) {
+    auto pin = core::from_hex(text);
+    if (!pin || (!pin->empty() && pin->size() != 32)) {
         throw std::invalid_argument("--pin wants 64 hex digits (SHA-256 of the certificate)");
     }
-    return pin;
+    return std::move(*pin);
 }
 
 void read_outage(const std::string& text, link::ConditionerSettings& c) {

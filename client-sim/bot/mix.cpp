@@ -1,7 +1,7 @@
 #include "client-sim/bot/script.h"
+#include "shared/core/line_reader.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 
 namespace zoned::bot {
@@ -49,10 +49,8 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text) {
         }
         if (colon != std::string_view::npos) {
             const std::string_view number = entry.substr(colon + 1);
-            const auto [end, error] =
-                std::from_chars(number.data(), number.data() + number.size(), share.share);
-            if (error != std::errc() || end != number.data() + number.size() ||
-                !(share.share > 0.0) || !std::isfinite(share.share)) {
+            share.share = core::parse_number<double>(number).value_or(0.0);
+            if (!(share.share > 0.0) || !std::isfinite(share.share)) {
                 return Mix::failure("share '" + std::string(number) + "' of script '" + name +
                                     "' is not a positive number");
             }

@@ -205,7 +205,6 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     state_ = SessionState::kOnline;
     trouble_.clear();
     attempts_ = 0;
-    client_id_ = welcome.client_id();
     rights_ = welcome.rights();
     resume_token_ = welcome.resume_token();
     grace_s_ = static_cast<double>(welcome.grace_s());

@@ -98,8 +98,6 @@ class Client {
 
     [[nodiscard]] std::uint32_t rights() const { return rights_; }
 
-    [[nodiscard]] std::uint32_t client_id() const { return client_id_; }
-
     [[nodiscard]] const clock::ClockSync& clock() const { return channel_.clock(); }
 
     [[nodiscard]] const UplinkUpdate& uplink() const { return channel_.uplink(); }
@@ -161,7 +159,6 @@ class Client {
     std::string trouble_;
     std::string closing_text_;
     bool ever_online_ = false;
-    std::uint32_t client_id_ = 0;
     std::uint32_t rights_ = 0;
     std::string resume_token_;
     double grace_s_ = 0.0;

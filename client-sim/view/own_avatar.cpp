@@ -135,8 +135,4 @@ Vec3d OwnAvatar::position() const {
     return state_tick_ >= 0 ? world_position(slot(state_tick_)) : Vec3d::Zero();
 }
 
-Vec3 OwnAvatar::velocity() const {
-    return state_tick_ >= 0 ? slot(state_tick_).state.velocity : Vec3::Zero();
-}
-
 }  // namespace zoned::view

@@ -49,7 +49,6 @@ class OwnAvatar {
     [[nodiscard]] std::optional<Vec3d> position_at(Tick tick) const;
     /// World position after the newest command; the origin before known().
     [[nodiscard]] Vec3d position() const;
-    [[nodiscard]] Vec3 velocity() const;
 
     /// Of the own body.
     [[nodiscard]] motion::CharacterLimits limits() const;

@@ -1,4 +1,5 @@
 // Constraints: one distance constraint of a soft body, by extended position-based dynamics.
+// Reached by no program yet: soft bodies on a device will use it.
 #pragma once
 
 #include "kernels/include/kernel_base.h"

@@ -1,4 +1,5 @@
 // Flock: Reynolds' rules for agents in a grid of cells, for a batch of agents at once.
+// Reached by no program yet: flocking of large herds on a device will use it.
 #pragma once
 
 #include "kernels/include/kernel_base.h"
@@ -6,7 +7,7 @@
 ZK_BEGIN
 
 /// Columns of cells over the ground: a cell is as wide as an agent looks far, so that whoever is
-/// near is in the same cell or one beside it. What lies outside counts to the cells at the rim.
+/// near is in the same cell or one beside it. An agent outside counts to the cells at the rim.
 typedef struct FlockGrid {
     float x0, z0;       // m
     float cells_per_m;  // 1 / cell size

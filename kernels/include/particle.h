@@ -35,7 +35,7 @@ typedef struct ParticleField {
     float bottom;                // m
 } ParticleField;
 
-/// What acts on all particles of a system during one step. SI units; y is up.
+/// Everything that acts on all particles of a system during one step. SI units; y is up.
 typedef struct ParticleWorld {
     float h;                       // s
     float gx, gy, gz;              // m/s2

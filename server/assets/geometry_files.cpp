@@ -1,7 +1,7 @@
 #include "server/assets/geometry_files.h"
 
 #include "server/assets/baked_geometry.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/ranges.h"
 
 #include <png.h>
 

@@ -2,18 +2,21 @@
 
 #include "server/assets/polygon_cut.h"
 #include "server/physics/shapes/mesh.h"
+#include "shared/core/line_reader.h"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
 namespace zoned::assets {
 
 namespace {
+
+using core::quoted;
 
 enum class Word {
     kVertex,
@@ -66,43 +69,24 @@ Word word_of(std::string_view token) {
                                           : Word::kUnknown;
 }
 
-/// The next run of characters that are no blanks; empty at the end.
-std::string_view next_token(std::string_view& line) {
-    const std::size_t begin = std::min(line.find_first_not_of(" \t"), line.size());
-    line.remove_prefix(begin);
-    const std::string_view token = line.substr(0, line.find_first_of(" \t"));
-    line.remove_prefix(token.size());
-    return token;
-}
-
-/// A piece of the text that a message can hold.
-std::string quoted(std::string_view token) {
-    constexpr std::size_t kMost = 24;
-    std::string out = "'";
-    for (const char c : token.substr(0, kMost)) {
-        out += c >= ' ' && c <= '~' ? c : '?';
-    }
-    return out + (token.size() > kMost ? "...'" : "'");
-}
-
+/// A number may begin with a plus.
 template <class Number>
 bool parse(std::string_view token, Number& out) {
     if (token.size() > 1 && token[0] == '+' && token[1] != '-') {
         token.remove_prefix(1);
     }
-    const char* end = token.data() + token.size();
-    const auto [at, error] = std::from_chars(token.data(), end, out);
-    return error == std::errc() && at == end;
+    const std::optional<Number> value = core::parse_number<Number>(token);
+    out = value.value_or(out);
+    return value.has_value();
 }
 
 class Scanner {
   public:
-    explicit Scanner(std::string_view text) : text_(text) {}
+    explicit Scanner(std::string_view text) : in_(text) {}
 
     ObjScan run() {
-        while (!text_.empty()) {
-            ++line_;
-            scan_line(cut_line());
+        while (!full_ && in_.next()) {
+            scan_line();
         }
         check_forward_names();
         if (out_.good()) {
@@ -115,16 +99,9 @@ class Scanner {
     }
 
   private:
-    /// Lines end with LF, CR LF or CR.
-    std::string_view cut_line() {
-        const std::size_t end = std::min(text_.find_first_of("\r\n"), text_.size());
-        const std::string_view line = text_.substr(0, end);
-        const bool two = text_.substr(end, 2) == "\r\n";
-        text_.remove_prefix(std::min(text_.size(), end + (two ? 2 : 1)));
-        return line;
-    }
+    [[nodiscard]] std::uint32_t line() const { return static_cast<std::uint32_t>(in_.line()); }
 
-    void mistake(std::string text) { mistake_at(line_, std::move(text)); }
+    void mistake(std::string text) { mistake_at(line(), std::move(text)); }
 
     void mistake_at(std::uint32_t line, std::string text) {
         if (++out_.mistake_count <= kMaxObjMistakes) {
@@ -134,28 +111,28 @@ class Scanner {
         }
     }
 
-    void scan_line(std::string_view line) {
-        if (line.find('\0') != std::string_view::npos) {
+    void scan_line() {
+        if (in_.rest().find('\0') != std::string_view::npos) {
             mistake("holds a zero byte: this is no text");
             return;
         }
-        const std::string_view token = next_token(line);
+        const std::string_view token = in_.word();
         if (token.empty() || token[0] == '#') {
             return;
         }
-        if (line.ends_with('\\')) {
+        if (in_.rest().ends_with('\\')) {
             mistake("goes on in the next line: lines joined by a backslash are not read");
             return;
         }
         switch (word_of(token)) {
             case Word::kVertex:
-                scan_vertex(line);
+                scan_vertex();
                 break;
             case Word::kFace:
-                scan_face(line);
+                scan_face();
                 break;
             case Word::kStroke:
-                scan_stroke(line);
+                scan_stroke();
                 break;
             case Word::kPassed:
                 break;
@@ -169,12 +146,12 @@ class Scanner {
     }
 
     /// x y z, and a weight or a colour that nobody asks for.
-    void scan_vertex(std::string_view line) {
+    void scan_vertex() {
         // It counts even when it is wrong, so that the numbers in faces stay right.
         Vec3& at = out_.vertices.emplace_back(Vec3::Zero());
-        out_.vertex_lines.push_back(line_);
+        out_.vertex_lines.push_back(line());
         int numbers = 0;
-        for (std::string_view token = next_token(line); !token.empty(); token = next_token(line)) {
+        for (std::string_view token = in_.word(); !token.empty(); token = in_.word()) {
             double value = 0.0;
             if (!parse(token, value) || !std::isfinite(value) ||
                 std::abs(value) > std::numeric_limits<float>::max()) {
@@ -191,16 +168,16 @@ class Scanner {
         }
     }
 
-    void scan_stroke(std::string_view line) {
+    void scan_stroke() {
         const std::size_t first = corners_.size();
-        scan_corners(line);
+        scan_corners();
         corners_.resize(first);
     }
 
-    void scan_face(std::string_view line) {
+    void scan_face() {
         const std::uint64_t before = out_.mistake_count;
         const std::size_t first = corners_.size();
-        const std::size_t count = scan_corners(line);
+        const std::size_t count = scan_corners();
         if (out_.mistake_count == before && count < 3) {
             mistake("a face has three corners or more; here are " + std::to_string(count));
         } else if (out_.mistake_count == before && count > kMaxObjCorners) {
@@ -215,16 +192,16 @@ class Scanner {
         if (triangles_ > physics::kMaxMeshTriangles) {
             mistake("more than " + std::to_string(physics::kMaxMeshTriangles) +
                     " triangles: cut the mesh into several");
-            text_ = {};
+            full_ = true;
             return;
         }
-        faces_.push_back({line_, static_cast<std::uint32_t>(count)});
+        faces_.push_back({line(), static_cast<std::uint32_t>(count)});
     }
 
     /// Corners i, i/j, i//k, i/j/k; says how many, up to the first that is wrong.
-    std::size_t scan_corners(std::string_view line) {
+    std::size_t scan_corners() {
         std::size_t count = 0;
-        for (std::string_view token = next_token(line); !token.empty(); token = next_token(line)) {
+        for (std::string_view token = in_.word(); !token.empty(); token = in_.word()) {
             std::string_view rest = token;
             std::int32_t vertex = 0;
             if (!scan_corner(rest, vertex)) {
@@ -272,8 +249,8 @@ class Scanner {
             return false;
         }
         if (vertex > known) {
-            if (forward_.empty() || forward_.back().line != line_) {
-                forward_.push_back({line_, vertex});
+            if (forward_.empty() || forward_.back().line != line()) {
+                forward_.push_back({line(), vertex});
             }
             forward_.back().vertex = std::max(forward_.back().vertex, vertex);
         }
@@ -328,8 +305,8 @@ class Scanner {
         std::int32_t vertex;
     };
 
-    std::string_view text_;
-    std::uint32_t line_ = 0;
+    core::LineReader in_;
+    bool full_ = false;  // more triangles than a mesh may have: the rest is not read
     std::vector<Name> forward_;
     std::vector<Face> faces_;
     std::vector<std::uint32_t> corners_;  // of the faces, one after the other

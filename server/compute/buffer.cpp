@@ -81,7 +81,7 @@ Status Buffer::unmap() {
         return done();
     }
     Device::Impl& impl = *device_->impl_;
-    // What was mapped lies where the host put it: that is what CL_MEM_USE_HOST_PTR says.
+    // A mapped buffer lies where the host put it, as CL_MEM_USE_HOST_PTR says.
     const cl_int code = impl.call([&] {
         return impl.cl->clEnqueueUnmapMemObject(
             impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);

@@ -11,7 +11,7 @@ enum class Side : std::uint8_t {
     kDevice
 };
 
-/// What a batch of n items costs on a side: launch_us + n (item_us + copy_us).
+/// The cost of a batch of n items on a side: launch_us + n (item_us + copy_us).
 struct SideCost {
     double launch_us = 0.0;  ///< a batch of any size: starting, waiting
     double item_us = 0.0;    ///< work per item

@@ -57,7 +57,7 @@ struct ProgramCounts {
 /// without contraction.
 ///
 /// A device that failed once is lost: every later call fails at once with the first reason, and its
-/// user goes on without it. That a kernel does not build loses that kernel only.
+/// user goes on without it. A kernel that does not build is lost alone.
 ///
 /// Threads take turns: who queues work holds turn() until it is finished. Kernels and buffers may
 /// go at any time.

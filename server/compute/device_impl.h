@@ -32,7 +32,7 @@ struct Device::Impl {
 
     [[nodiscard]] cl_device_id device() const { return static_cast<cl_device_id>(info.handle); }
 
-    /// What a call of the driver gives, or the fault that a test wants in its place.
+    /// The answer of a call of the driver, or the fault that a test wants in its place.
     template <class Call>
     cl_int call(const Call& driver) {
         const bool fails = testing != nullptr && testing->calls >= 0 && calls >= testing->calls;

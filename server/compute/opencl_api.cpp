@@ -16,7 +16,7 @@ std::atomic<bool> asked_for_opencl{false};
 
 /// PoCL's threads are left where they wake up, and on two cores both woke on the same one: a
 /// million particles took as long as on one thread. Told so, it keeps thread i on CPU i, which has
-/// to be ours: so only where all are. What the environment says goes before.
+/// to be ours: so only where all are. The environment's own setting goes before.
 void keep_pocl_threads_apart() {
     cpu_set_t ours;
     CPU_ZERO(&ours);

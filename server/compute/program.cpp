@@ -5,7 +5,7 @@ namespace zoned::compute {
 
 namespace {
 
-/// What equal results on host and device depend on. FP_CONTRACT is off in the source.
+/// Options on which equal results on host and device depend. FP_CONTRACT is off in the source.
 constexpr const char* kExactOptions = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt";
 
 std::string build_log(const OpenClApi& cl, cl_program program, cl_device_id device) {

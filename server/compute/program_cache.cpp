@@ -41,7 +41,7 @@ std::uint64_t number_at(std::span<const std::uint8_t> bytes) {
     return number;
 }
 
-/// What stands before the binary: all of the key.
+/// The head of the file, before the binary: all of the key.
 Bytes head_of(const ProgramKey& key) {
     Bytes head(kMagic.begin(), kMagic.end());
     for (const std::string* part : {&key.device, &key.driver, &key.options, &key.source}) {

@@ -10,7 +10,8 @@
 
 namespace zoned::compute {
 
-/// What a built program depends on. All of it is written into the file and compared in full.
+/// Everything that a built program depends on. All of it is written into the file and compared in
+/// full.
 struct ProgramKey {
     std::string device;   ///< name and platform
     std::string driver;   ///< version

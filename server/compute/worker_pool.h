@@ -59,7 +59,7 @@ class WorkerPool {
 
     std::vector<std::thread> workers_;
     std::array<QueuePlace, kPlaces> board_;
-    /// Counts what may be of interest to who is idle. Who finds nothing to do waits for the next.
+    /// Counts offers of work. An idle thread that finds nothing to do waits for the next offer.
     alignas(64) std::atomic<std::uint32_t> bell_{0};
     std::atomic<bool> stop_{false};
     std::atomic<std::uint64_t> cpu_ns_{0};

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/interest/topics.h"
-#include "server/zone/zone_settings.h"
+#include "server/zone/faults/fault_settings.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -41,7 +41,7 @@ struct SessionSettings {
     double login_timeout_s = 10.0;
     std::string tls_certificate_file;  ///< empty: one is made in state_folder
     std::string tls_key_file;
-    std::string state_folder = "build/run";
+    std::string state_folder = "state";
     bool dev_mode_loopback = false;
     std::optional<std::uint32_t> dev_rights;  ///< bits of proto::config::Right; none: to play
     std::vector<std::string> ticket_public_key_files;
@@ -95,6 +95,7 @@ struct WrongLimitSettings {
 /// Faults on purpose, to check the checkers.
 struct TestingSettings {
     zone::FaultSettings faults;          ///< of all zones
+    zone::ShareFault leak_topic;         ///< these clients hear of all topics
     std::optional<StallSettings> stall;  ///< of one
     double drop_event_probability = 0.0;
     double double_event_probability = 0.0;

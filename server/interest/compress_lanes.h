@@ -1,4 +1,4 @@
-// Chosen lanes: those of eight numbers that a mask names, one after the other.
+// Compress store: writes those of eight numbers that a mask names, one after the other.
 #pragma once
 
 #include <array>

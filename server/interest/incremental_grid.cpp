@@ -87,7 +87,7 @@ void IncrementalGrid::count_points(const GridPoints& points) {
     for (; i + kLanes <= size; i += kLanes) {
         using Int8 = Eigen::Array<std::int32_t, 8, 1>;
         const Array8 radius = Eigen::Map<const Array8>(points.radius_m.data() + i);
-        // What is no point may be nowhere, which no cell has a number for.
+        // An entity that is no point may be nowhere, which no cell has a number for.
         const Array8 x =
             (radius > 0.0F).select(Eigen::Map<const Array8>(points.x.data() + i), min_x_);
         const Array8 z =
@@ -269,7 +269,7 @@ void IncrementalGrid::lay_out(std::span<const float> x,
     if (x.empty()) {
         return;
     }
-    // What an empty slot's key was may be no key any more.
+    // The former key of an empty slot may be no key any more.
     const auto last = static_cast<std::uint32_t>(x.size() - 1);
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         for (std::size_t i = 0; i < kLanes; ++i) {

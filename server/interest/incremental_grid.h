@@ -28,12 +28,13 @@ struct GridPoints {
 /// fourth cell has a spare slot at first; a cell that is full borrows one from a neighbour, as in a
 /// packed memory array (Bender, Demaine and Farach-Colton, "Cache-oblivious B-trees", SIAM Journal
 /// on Computing 35, 2005, section 2). Empty slots hold what is not a number and fail every
-/// comparison. The order within a cell depends on the past; nobody may depend on it.
+/// comparison. The order within a cell depends on the past; nobody may depend on it. A grid of its
+/// own beside spatial::PointGrid, which sorts all points anew: that costs more than matching does.
 class IncrementalGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// PointsOfInterest of eight slots: one line of the cache.
+    /// Positions of eight slots: one line of the cache.
     struct alignas(64) GridBlock {
         std::array<float, spatial::kLanes> x;
         std::array<float, spatial::kLanes> z;

@@ -48,8 +48,8 @@ inline bool hears(float distance_squared,
     return radius > 0.0F && distance_squared <= radius * radius;
 }
 
-/// What a viewer hears beside its nimbus: as far as `length_m` within half an angle about where it
-/// looks. The default is none.
+/// The part that a viewer hears beside its nimbus: as far as `length_m` within half an angle about
+/// where it looks. The default is none.
 struct ViewCone {
     float length_m = 0.0F;
     float ahead_x = 0.0F;  ///< unit, horizontal: where it looks
@@ -96,8 +96,8 @@ inline bool hears(float dx,
 std::uint8_t lod_at(float distance, const InterestSettings& settings, int current_lod);
 
 /// Brute force over all pairs, memory-less: the set within the radii (`inner`) and within the radii
-/// with hysteresis (`outer`), by row. What a viewer knows must contain `inner` and be contained in
-/// `outer`. For tests and audits.
+/// with hysteresis (`outer`), by row. The set that a viewer knows must contain `inner` and be
+/// contained in `outer`. For tests and audits.
 void brute_force(const world::Entities& entities,
                  const world::TypeTable& types,
                  const world::Viewer& viewer,

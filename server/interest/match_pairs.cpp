@@ -19,7 +19,7 @@ constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of f
 
 }  // namespace
 
-/// What a viewer hears of by all pairs near it, merged with what it knew.
+/// Merges what a viewer hears of, by all pairs near it, with what it knew.
 void Matcher::refresh(std::size_t viewer) {
     const MatchedViewer& add_viewers = matched_viewers_[viewer];
     const ViewCone cone = viewer_cone_.empty() ? ViewCone{} : viewer_cone_[viewer];

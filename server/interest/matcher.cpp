@@ -186,7 +186,7 @@ void Matcher::align(std::span<const world::Viewer> viewers, world::Visibility& o
     viewers_changed_ = viewers_changed_ || sets || seats;
 }
 
-/// Who has to be matched with everything: those that are new here, and whose set is another one.
+/// Finds the viewers to match with everything: new ones, and those whose set is another one.
 void Matcher::add_viewers(std::span<const world::Viewer> viewers, world::Visibility& out) {
     fresh_flag_.assign(matched_viewers_.size(), 0);
     for (std::uint32_t i = 0; i < matched_viewers_.size(); ++i) {
@@ -263,7 +263,7 @@ void Matcher::read_viewer(std::size_t viewer) {
     viewer_nimbus_[viewer] = placed ? moved_set_.nimbus_m(row) : 0.0F;
 }
 
-/// Who looks far now is matched with everything, and only for that.
+/// A viewer that looks far now is matched with everything, and only for that.
 void Matcher::read_cones(const world::Entities& entities) {
     viewer_cone_.clear();
     if (!moved_set_.has_cones()) {

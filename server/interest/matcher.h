@@ -17,14 +17,14 @@ namespace zoned::interest {
 /// the other, with what was known a tick ago.
 ///
 /// A pair is looked at only when a comparison of its distance came out otherwise than a tick ago
-/// (crossings.h): eight at a time, entities that moved against a grid of the viewers, and viewers
-/// that moved against a grid of the entities; when most move, all viewers against the entities. A
-/// viewer is matched with everything anew when it came, got another avatar, changed its nimbus or
-/// jumped; a viewer with a cone (world::Cone) in every tick, because whatever turns, its view or
-/// the way to an entity, can lead over its edge. The grids follow what moves (kept_grid.h).
-/// Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A dynamic sort-based DDM
-/// matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section 3, on grids in place
-/// of sorted lists.
+/// (threshold_crossings.h): eight at a time, entities that moved against a grid of the viewers, and
+/// viewers that moved against a grid of the entities; when most move, all viewers against the
+/// entities. A viewer is matched with everything anew when it came, got another avatar, changed its
+/// nimbus or jumped; a viewer with a cone (world::Cone) in every tick, because whatever turns, its
+/// view or the way to an entity, can lead over its edge. The grids follow what moves
+/// (incremental_grid.h). Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A
+/// dynamic sort-based DDM matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section
+/// 3, on grids in place of sorted lists.
 class Matcher {
   public:
     /// Writes `out` (one set per viewer in the order of `viewers`, which ascend by client id). Sets
@@ -43,7 +43,7 @@ class Matcher {
     /// Matched with everything for its cone's sake: its set is what it was but for differences.
     static constexpr std::uint8_t kFreshByCone = 2;
 
-    /// What is remembered of a viewer, beside the columns below.
+    /// The memory of a viewer, beside the columns below.
     struct MatchedViewer {
         world::Viewer viewer;
         world::Row row = world::kNoRow;

@@ -46,8 +46,9 @@ class Topics {
     /// kept. `event.number` is set here. Nothing where the topic has no history.
     void remember(std::string_view topic, PastEvent event);
 
-    /// What a subscriber that just came has not heard of yet, oldest first: each event is given out
-    /// once to each client, whether it was subscribed when it happened or comes (back) later.
+    /// The events that a subscriber that just came has not heard of yet, oldest first: each event
+    /// is given out once to each client, whether it was subscribed when it happened or comes (back)
+    /// later.
     void take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out);
 
   private:

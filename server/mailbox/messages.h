@@ -106,7 +106,7 @@ struct CodecPrice {
     std::uint32_t packet_ns = 1000;
 };
 
-/// AgentStore by machines that were read anew, to all zones. Whether they fit the world was found
+/// Agents by brains that were read anew, to all zones. Whether they fit the world was found
 /// out before it was sent.
 struct NewBrains {
     std::shared_ptr<const std::string> config;       ///< as recordings hold it

@@ -11,7 +11,7 @@ namespace zoned::net {
 
 namespace {
 
-constexpr std::array<std::uint8_t, 12> kMappedPrefix = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
+constexpr auto kMappedPrefix = Address::kMappedPrefix;
 
 void map_v4(const in_addr& in, std::uint8_t* ip) {
     std::copy(kMappedPrefix.begin(), kMappedPrefix.end(), ip);
@@ -20,25 +20,14 @@ void map_v4(const in_addr& in, std::uint8_t* ip) {
 
 }  // namespace
 
-bool Address::is_v4() const {
-    return std::equal(kMappedPrefix.begin(), kMappedPrefix.end(), ip);
-}
-
-bool Address::is_loopback() const {
-    if (is_v4()) {
-        return ip[12] == 127;
-    }
-    return std::all_of(ip, ip + 15, [](std::uint8_t b) { return b == 0; }) && ip[15] == 1;
-}
-
-std::string Address::text() const {
+std::string text_of(const Address& address) {
     std::array<char, INET6_ADDRSTRLEN> buffer{};
-    if (is_v4()) {
-        inet_ntop(AF_INET, ip + kMappedPrefix.size(), buffer.data(), buffer.size());
-        return std::string(buffer.data()) + ":" + std::to_string(port);
+    if (address.is_v4()) {
+        inet_ntop(AF_INET, address.ip + kMappedPrefix.size(), buffer.data(), buffer.size());
+        return std::string(buffer.data()) + ":" + std::to_string(address.port);
     }
-    inet_ntop(AF_INET6, ip, buffer.data(), buffer.size());
-    return "[" + std::string(buffer.data()) + "]:" + std::to_string(port);
+    inet_ntop(AF_INET6, address.ip, buffer.data(), buffer.size());
+    return "[" + std::string(buffer.data()) + "]:" + std::to_string(address.port);
 }
 
 core::Result<Address> parse_address(const std::string& ip, std::uint16_t port) {

@@ -1,28 +1,20 @@
-// Address: IPv6 or v4-mapped address and port, as plain bytes; text and socket forms of it.
+// Text and socket forms of addresses.
 #pragma once
 
+#include "server/mailbox/address.h"
 #include "shared/core/result.h"
 
 #include <sys/socket.h>
 
-#include <compare>
 #include <cstdint>
 #include <string>
 
 namespace zoned::net {
 
-/// IPv4 addresses are v4-mapped (RFC 4291, section 2.5.5.2).
-struct Address {
-    std::uint8_t ip[16] = {};
-    std::uint16_t port = 0;
+using mailbox::Address;
 
-    [[nodiscard]] bool is_v4() const;
-    [[nodiscard]] bool is_loopback() const;
-    /// "127.0.0.1:80" or "[::1]:80".
-    [[nodiscard]] std::string text() const;
-
-    friend auto operator<=>(const Address&, const Address&) = default;
-};
+/// "127.0.0.1:80" or "[::1]:80".
+[[nodiscard]] std::string text_of(const Address& address);
 
 /// From a numeric address; fails with a clear text on anything else (names are not looked up).
 [[nodiscard]] core::Result<Address> parse_address(const std::string& ip, std::uint16_t port);

@@ -32,7 +32,7 @@ namespace zoned::net {
         hint = "check address and port in the config";
     }
     return std::system_error(
-        code, "cannot listen on " + protocol + " " + address.text() + " (" + hint + ")");
+        code, "cannot listen on " + protocol + " " + text_of(address) + " (" + hint + ")");
 }
 
 }  // namespace zoned::net

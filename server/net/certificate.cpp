@@ -1,5 +1,7 @@
 #include "server/net/certificate.h"
 
+#include "shared/core/hex.h"
+
 #include <fcntl.h>
 #include <openssl/err.h>
 #include <openssl/evp.h>
@@ -207,13 +209,7 @@ std::string certificate_fingerprint(asio::ssl::context& context) {
         X509_digest(certificate, EVP_sha256(), digest.data(), &size) != 1) {
         fail("the certificate has no fingerprint");
     }
-    constexpr char kDigits[] = "0123456789abcdef";
-    std::string out;
-    for (unsigned i = 0; i < size; ++i) {
-        out.push_back(kDigits[digest[i] >> 4]);
-        out.push_back(kDigits[digest[i] & 15]);
-    }
-    return out;
+    return core::to_hex({digest.data(), size});
 }
 
 }  // namespace zoned::net

@@ -1,8 +1,11 @@
 // ClientState: what one client hears of, what it has acknowledged and what it is still owed.
 #pragma once
 
+#include "server/mailbox/messages.h"
 #include "server/replication/sent_log.h"
 #include "server/replication/stream_table.h"
+#include "server/world/visibility.h"
+#include "shared/core/state_hash.h"
 #include "shared/motion/apply_input.h"
 #include "shared/wire/record/record_codec.h"
 #include "shared/wire/widening.h"

@@ -159,7 +159,7 @@ bool Packer::consider(Tick now,
                       PacketCandidate& candidate) {
     if (update) {
         candidate.reason = Reason::kUpdate;
-    } else if (settings_.never_again) {
+    } else if (!settings_.resend) {
         return false;
     } else if (delivery.in_flight == 0) {
         candidate.reason = Reason::kLost;

@@ -2,9 +2,11 @@
 // the packets.
 #pragma once
 
+#include "server/mailbox/messages.h"
 #include "server/replication/client_state.h"
 #include "server/replication/traffic_meter.h"
 #include "shared/wire/packet.h"
+#include "shared/wire/traffic.h"
 
 #include <memory>
 #include <span>

@@ -180,7 +180,7 @@ void Packer::postpone_all(Tick now, ClientState& client) {
 void Packer::notify(ClientState& client,
                     std::span<mailbox::StatePacket> packets,
                     ReplicationReport& report) const {
-    if (client.widened == wire::Widened{} || settings_.silent_bound) {
+    if (client.widened == wire::Widened{}) {
         return;
     }
     ++report.widened;

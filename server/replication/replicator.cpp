@@ -266,7 +266,7 @@ float Replicator::bound_m(ClientId client, EntityId entity) const {
     return s != nullptr ? impl_->settings.lods[s->lod].position_m : 0.0F;
 }
 
-Tick Replicator::path_ticks(ClientId client) const {
+Tick Replicator::one_way_ticks(ClientId client) const {
     const auto it = impl_->find(client);
     if (it == impl_->clients.end()) {
         return 0;

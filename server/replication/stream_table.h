@@ -4,8 +4,11 @@
 
 #include "server/replication/limit_check.h"
 #include "server/replication/motion_estimate.h"
-#include "server/replication/replicator.h"
+#include "server/replication/replication_settings.h"
 #include "server/replication/volatility.h"
+#include "server/world/entities.h"
+#include "server/world/entity_type.h"
+#include "shared/core/state_hash.h"
 #include "shared/wire/publication.h"
 
 #include <array>

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "server/replication/motion_estimate.h"
-#include "server/replication/replicator.h"
+#include "server/replication/replication_settings.h"
+#include "server/world/entity_type.h"
 #include "shared/motion/dead_reckoning.h"
 #include "shared/motion/kinematic_state.h"
 

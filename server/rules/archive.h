@@ -1,4 +1,6 @@
-// Archives: write, read and hash records field by field, as compact bytes.
+// Archives: write, read and hash records field by field, as compact bytes. Agents have an archive
+// of their own (server/ai/agent/field_archive.h): theirs holds numbers of fixed width alone, these
+// hold texts and lists, whose lengths are checked.
 #pragma once
 
 #include "server/rules/records.h"

@@ -1,8 +1,9 @@
 #include "server/rules/sandbox_settings.h"
 
+#include "shared/core/line_reader.h"
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
@@ -49,11 +50,9 @@ constexpr std::array kNumbers = {
     throw std::runtime_error("rules setting \"" + name + "\": " + why);
 }
 
-float parse_number(const Number& number, const std::string& text) {
-    float value = 0.0F;
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end || !std::isfinite(value)) {
+float number_of(const Number& number, const std::string& text) {
+    const float value = core::parse_number<float>(text).value_or(NAN);
+    if (!std::isfinite(value)) {
         refuse(std::string(number.name), "\"" + text + "\" is not a number");
     }
     if (value < number.least || value > number.most) {
@@ -99,7 +98,7 @@ GameSettings parse_settings(const zone::RulesSettings& settings, const world::Ty
         if (number == kNumbers.end()) {
             refuse(name, "the sandbox game has no such setting");
         }
-        game.*(number->field) = parse_number(*number, value);
+        game.*(number->field) = number_of(*number, value);
     }
     need_character("player_type", game.player_type, types);
     if (!game.bite_type.empty()) {

@@ -20,7 +20,8 @@ namespace zoned::spatial {
 /// levels that are empty cost nothing.
 ///
 /// A query visits each overlapping box once and needs no marks for it: of the cells that two boxes
-/// share, only the one that holds the lower corner of their intersection reports the pair.
+/// share, only the one that holds the lower corner of their intersection reports the pair. A grid
+/// of its own beside PointGrid, because boxes lie in several cells and in three dimensions.
 class BoxGrid {
   public:
     /// `cell_m` is the cell size of one of the levels; the others are it times powers of two.

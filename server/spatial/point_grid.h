@@ -12,7 +12,9 @@
 
 namespace zoned::spatial {
 
-/// Answers "which points lie near here". No allocation after warm-up.
+/// Answers "which points lie near here". No allocation after warm-up. The grid for points: others
+/// exist where boxes (box_grid.h), a radius for each point (interest/incremental_grid.h), three
+/// dimensions (physics/soft/self_collision.cpp) or a layout for devices (FlockOrder) ask for them.
 ///
 /// Points that rest can be kept from build to build: then a build costs what is loose, and a query
 /// looks into two grids.
@@ -68,7 +70,7 @@ class PointGrid {
                     const float dx = xs[i] - x;
                     const float dz = zs[i] - z;
                     const float d2 = dx * dx + dz * dz;
-                    // Who is no more here has no place, which is no number.
+                    // A point that is no more here has no position, which is no number.
                     if (d2 <= r2) {
                         visit(rows[i], d2);
                     }

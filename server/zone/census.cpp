@@ -1,7 +1,9 @@
 #include "server/zone/census.h"
 
 #include "server/zone/simulation/character_movement.h"
+#include "server/zone/simulation/zone_doors.h"
 #include "server/zone/simulation/zone_particles.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 
 #include <algorithm>
 

@@ -2,6 +2,7 @@
 
 #include "server/ai/agent/hot_reload_migration.h"
 #include "server/zone/simulation/zone_agents.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/zone_context.h"
 #include "shared/core/assert.h"
 

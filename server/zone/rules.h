@@ -244,7 +244,7 @@ class RulesContext {
 
     /// A player has succeeded, or failed, at what agents of this zone make difficult (has beaten
     /// one, or was beaten): difficulty follows where the config says so (`ai.adaptation`), else
-    /// nothing happens. AgentStore change after the rules of this tick at the earliest.
+    /// nothing happens. Agents change after the rules of this tick at the earliest.
     virtual void note_outcome(bool player_succeeded) { (void)player_succeeded; }
 
     virtual void kick(ClientId client, std::string_view reason) = 0;

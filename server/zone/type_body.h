@@ -4,9 +4,16 @@
 #include "server/physics/shapes/shape.h"
 #include "server/world/entity_type.h"
 
+#include <cstdint>
 #include <span>
 
 namespace zoned::zone {
+
+/// Bodies of rewindable types are in this category, all others are not.
+inline constexpr std::uint32_t kRewindableCategory = 1u << 1;
+
+/// Bodies of doors are in this category, all others are not.
+inline constexpr std::uint32_t kDoorCategory = 1u << 2;
 
 /// The body that an owned entity of the type has: shape, material, mass and kind (dynamic for
 /// props, kinematic for characters), at rest at the origin. `solids`: see ZoneSettings.

@@ -8,14 +8,17 @@
 #include "server/zone/simulation/character_pushes.h"
 #include "server/zone/simulation/copy_from_physics.h"
 #include "server/zone/simulation/representation.h"
+#include "server/zone/simulation/spawning.h"
 #include "server/zone/simulation/zone_agents.h"
+#include "server/zone/simulation/zone_doors.h"
 #include "server/zone/simulation/zone_particles.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/viewers/audit.h"
-#include "server/zone/viewers/fault_injection.h"
 #include "server/zone/viewers/lag_compensation.h"
 #include "server/zone/viewers/visibility_filter.h"
 #include "server/zone/zone_context.h"
 #include "server/zone/zone_hash.h"
+#include "server/zone/zone_setup.h"
 
 #include <algorithm>
 #include <utility>
@@ -50,35 +53,13 @@ void collect_viewers(ZoneState& state) {
     }
 }
 
-std::uint32_t replicate(ZoneState& state) {
-    const FaultSettings& faults = state.settings.faults;
-    const bool altered = faults.hide.share > 0.0 || faults.leak.share > 0.0;
-    if (altered) {
-        corrupt_visibility(state);
-    }
-    std::vector<replication::OwnInput>& own = state.own_inputs;
-    own.clear();
-    for (const ZoneClient& client : state.clients) {
-        own.push_back(client.own);
-    }
-    corrupt_positions(state, 1.0F);
-    state.report.replication = state.replicator.step(state.now,
-                                                     state.settings.id,
-                                                     state.entities,
-                                                     *state.settings.types,
-                                                     altered ? state.replicated : state.visibility,
-                                                     own,
-                                                     state.out.packets);
-    corrupt_positions(state, -1.0F);
-    return state.report.replication.packets;
-}
-
 std::uint32_t audit_clients(ZoneState& state) {
     std::uint32_t records = 0;
+    const ZoneContext context(state);
     follow_radii(state);
     for (ZoneClient& client : state.clients) {
         if (audit_due(state, client)) {
-            state.out.messages.emplace_back(audit(state, client));
+            state.out.messages.emplace_back(audit(state, context, client));
             client.audit_due = false;
             ++records;
         }
@@ -91,11 +72,16 @@ std::uint32_t audit_clients(ZoneState& state) {
 Zone::Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch)
     : state_(std::make_unique<ZoneState>(std::move(settings), std::move(rules))),
       stopwatch_(stopwatch) {
+    set_up(*state_);
+}
+
+EntityId Zone::spawn(const SpawnDef& def) {
+    return spawn_entity(*state_, def);
 }
 
 template <class Work>
 void Zone::pass(Pass which, Work&& work) {
-    if (!state_->report.plan.has(which) || state_->report.stalled) {
+    if (!state_->report.plan.has(which)) {
         return;
     }
     PassReport& report = state_->report.passes[static_cast<std::size_t>(which)];
@@ -111,7 +97,6 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     s.out.clear();
     s.report = StepReport{};
     s.report.tick = now;
-    s.report.stalled = stalled(s);
     s.report.census = take_census(s, inbox.size());
     // Messages may freeze the world or bring the first viewer, so the plan is compiled again after
     // they were read.
@@ -127,11 +112,11 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         s.report.census.turning_doors = turned;
         s.report.plan = plan_for(s.report.census);
     }
-    if (!s.frozen && !s.report.stalled) {
+    if (!s.frozen) {
         take_inputs(s);
     }
     pass(Pass::kRules, [&] { return run_rules(s); });
-    if (!s.frozen && !s.report.stalled) {
+    if (!s.frozen) {
         follow_players(s);
     }
     pass(Pass::kAgents, [&] { return update_agents(s); });
@@ -144,7 +129,10 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         return copy_moved_bodies(s);
     });
     pass(Pass::kParticles, [&] { return step_particles(s); });
-    pass(Pass::kContacts, [&] { return report_contacts(s); });
+    pass(Pass::kContacts, [&] {
+        ZoneContext context(s);
+        return report_contacts(s, context);
+    });
     pass(Pass::kHandoff, [&] { return s.report.handoffs_out = hand_off(s); });
 }
 
@@ -192,11 +180,23 @@ void Zone::publish() {
         s.entities.forget_touched(world::Reader::kInterest);
         return s.report.interest.visible_pairs;
     });
-    pass(Pass::kVisibilityFilter, [&] { return filter_visibility(s); });
-    pass(Pass::kReplication, [&] { return replicate(s); });
+    pass(Pass::kVisibilityFilter, [&] { return filter_visibility(s, ZoneContext(s)); });
+    pass(Pass::kReplication, [&] { return replicate(s.visibility); });
     pass(Pass::kHistory, [&] { return record_history(s); });
     pass(Pass::kAudit, [&] { return audit_clients(s); });
     pass(Pass::kHash, [&] { return hash_tick(s); });
+}
+
+std::uint32_t Zone::replicate(const world::Visibility& sets) {
+    ZoneState& s = *state_;
+    std::vector<replication::OwnInput>& own = s.own_inputs;
+    own.clear();
+    for (const ZoneClient& client : s.clients) {
+        own.push_back(client.own);
+    }
+    s.report.replication = s.replicator.step(
+        s.now, s.settings.id, s.entities, *s.settings.types, sets, own, s.out.packets);
+    return s.report.replication.packets;
 }
 
 void Zone::recipients_of(EntityId source, std::vector<ClientId>& out) const {

@@ -20,13 +20,16 @@ using Stopwatch = std::uint64_t (*)();
 class Zone {
   public:
     Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch = nullptr);
+    Zone(const Zone&) = delete;
+    Zone& operator=(const Zone&) = delete;
+    virtual ~Zone() = default;
 
     /// Spawns what is there when the world begins; only before the first tick.
-    EntityId spawn(const SpawnDef& def) { return spawn_entity(*state_, def); }
+    EntityId spawn(const SpawnDef& def);
 
     /// First half: inbox -> rules -> agents -> movement -> representation -> soft bodies ->
     /// physics -> contacts -> handoffs out.
-    void simulate(Tick now, std::span<const mailbox::InboxItem> inbox);
+    virtual void simulate(Tick now, std::span<const mailbox::InboxItem> inbox);
 
     /// Between the halves, in this order: all handoffs, then every export, then every import.
     void accept_handoff(Handoff& handoff);
@@ -34,7 +37,7 @@ class Zone {
     void follow_ghosts(std::span<ZoneState* const> zones);
 
     /// Second half: interest -> replication -> audit -> hash.
-    void publish();
+    virtual void publish();
 
     /// Appends the clients of this zone that hear of an entity, its own client included.
     void recipients_of(EntityId source, std::vector<ClientId>& out) const;
@@ -62,6 +65,10 @@ class Zone {
 
     /// Hash over all ticks so far: equal hashes mean equal histories.
     [[nodiscard]] std::uint64_t state_hash() const { return state_->hash.value(); }
+
+  protected:
+    /// Tells clients what changed of the entities in their sets. Returns the number of packets.
+    virtual std::uint32_t replicate(const world::Visibility& sets);
 
   private:
     template <class Work>

@@ -1,8 +1,10 @@
 #include "server/zone/zone_context.h"
 
 #include "server/zone/simulation/soft_hull.h"
+#include "server/zone/simulation/spawning.h"
 #include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/zone_particles.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/viewers/lag_compensation.h"
 #include "shared/core/assert.h"
 
@@ -238,9 +240,7 @@ PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audienc
 
 EventId ZoneContext::send(ClientId client, const RulesEvent& event) {
     PendingEvent& pending = queue_event(event, Audience::kClient);
-    if (!event.confirm || !state_->settings.faults.drop_decision.hits(client.value, state_->now)) {
-        pending.event.recipients.push_back(client);
-    }
+    pending.event.recipients.push_back(client);
     return pending.event.event;
 }
 

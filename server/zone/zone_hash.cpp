@@ -1,5 +1,6 @@
 #include "server/zone/zone_hash.h"
 
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/block_hash.h"
 
 #include <utility>
@@ -82,7 +83,7 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.points_of_interest.hash(state.hash);
     }
     if (!state.settings.ai.difficulty.levels.empty()) {
-        ai::visit_fields(state.ai_update.saved_state().difficulty,
+        ai::visit_fields(state.ai_update.difficulty(),
                          [&state](const auto& number) { state.hash.add(number); });
     }
     if (state.report.plan.has(Pass::kParticles)) {

@@ -6,11 +6,9 @@
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_def.h"
-#include "server/replication/replicator.h"
+#include "server/replication/replication_settings.h"
 #include "server/world/entity_type.h"
-#include "server/zone/viewers/lag_compensation.h"
 #include "shared/clock/shared_environment.h"
-#include "shared/core/rng.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 
@@ -61,30 +59,6 @@ struct AuditSettings {
     std::uint32_t period_ticks = 15;  ///< an audited client gets a record this often
 };
 
-/// A fault that hits a fixed share of the entities or clients, chosen by a hash of their id.
-struct ShareFault {
-    double share = 0.0;  ///< [0, 1]; 0 = off
-    Tick from_tick = 0;
-
-    [[nodiscard]] bool hits(std::uint32_t id, Tick now) const {
-        return share > 0.0 && now >= from_tick &&
-               static_cast<double>(core::mix(id) >> 11U) * 0x1.0p-53 < share;
-    }
-};
-
-/// Faults on purpose, to check the checkers. All off by default.
-struct FaultSettings {
-    ShareFault corrupt;             ///< these entities' replicated positions are off ...
-    float corrupt_offset_m = 0.0F;  ///< ... by this much
-    ShareFault hide;                ///< these entities are kept from everybody
-    ShareFault leak;                ///< these viewers hear of one entity beyond their radii
-    ShareFault leak_filtered;       ///< these viewers hear of what is concealed from them
-    ShareFault drop_decision;       ///< these clients do not hear what they are to confirm
-    ShareFault leak_topic;          ///< these clients hear of all topics
-    Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
-    Tick stall_ticks = 0;           ///< ... for this many
-};
-
 /// A static surface from a file as a body; characters meet it in ZoneSettings::statics.
 struct SurfaceBody {
     physics::Shape shape;  ///< a mesh or a heightfield
@@ -120,6 +94,12 @@ struct VisibilityFilterSettings {
     std::uint32_t grace_ticks = 10;        ///< what was known stays known so long
 };
 
+/// How far back the world may be set for a shot (viewers/lag_compensation.h).
+struct RewindSettings {
+    Tick most_ticks = 15;   ///< what is displayed is never looked for farther back; >= 0
+    float slack_m = 0.15F;  ///< how far a claim may be from what explains it
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -147,7 +127,6 @@ struct ZoneSettings {
     std::shared_ptr<const clock::SharedEnvironment>
         environment;  ///< of the whole world; may be null
     AuditSettings audit;
-    FaultSettings faults;
 
     [[nodiscard]] const Region& region() const { return regions[id.value - 1U]; }
 

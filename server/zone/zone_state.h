@@ -5,16 +5,15 @@
 #include "server/interest/matcher.h"
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene/scene.h"
+#include "server/physics/soft/soft_bodies.h"
 #include "server/replication/replicator.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
-#include "server/zone/entity_serialization.h"
 #include "server/zone/plan.h"
+#include "server/zone/pose_history.h"
 #include "server/zone/rules.h"
-#include "server/zone/simulation/zone_doors.h"
-#include "server/zone/simulation/zone_soft_bodies.h"
-#include "server/zone/viewers/lag_compensation.h"
+#include "server/zone/zone_messages.h"
 #include "server/zone/zone_settings.h"
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
@@ -64,7 +63,6 @@ struct StepReport {
     std::uint32_t handoffs_out = 0;
     std::uint32_t out_of_world = 0;   ///< entities that left the world and were put back
     std::uint32_t refused_items = 0;  ///< inbox items for clients or entities that are not here
-    bool stalled = false;
 };
 
 /// An owned prop touched a neighbour's ghost.
@@ -98,6 +96,28 @@ struct ParticlesOfZone {
                                                ///< events so far are paid for
     std::vector<NearCharacter> near;           ///< scratch
     std::vector<physics::ParticleBall> balls;  ///< scratch
+};
+
+/// The bodies that doors have while they are shut, in the order of StaticGeometry::doors(). Empty
+/// where the zone has no door.
+struct DoorBodies {
+    std::vector<BodyId> body;
+    Tick next_turn = 0;  ///< of any of them
+};
+
+/// Which body an owned entity is.
+struct SoftLink {
+    EntityId entity;
+    physics::soft::SoftId body;
+    // Where it has stepped down to a rigid hull, see simulation/soft_hull.h:
+    Quat start = Quat::Identity();  ///< the hull's orientation then
+    Quat turn = Quat::Identity();   ///< from the hull's orientation to the entity's
+};
+
+/// The soft bodies of a zone and whose they are. Made with the first one.
+struct SoftMatter {
+    physics::soft::SoftBodies bodies;
+    std::vector<SoftLink> links;  ///< ascending by entity
 };
 
 /// What one viewer was told of an entity that may be concealed from it.
@@ -172,8 +192,6 @@ struct ZoneState {
     std::vector<world::Viewer> viewers;
     world::Visibility visibility;
     FilteredVisibility filtered;
-    world::Visibility
-        replicated;  ///< what replication is told; differs from visibility under faults only
     replication::Replicator replicator;
     std::vector<AuditedRadii> audited_radii;  ///< by row; kept while somebody is audited
 
@@ -209,22 +227,6 @@ const world::Visibility& matched_sets(const ZoneState& state);
 
 /// Index of the client in state.clients, or -1.
 int find_client(const ZoneState& state, ClientId client);
-
-/// World-wide unique id, see EntityId.
-EntityId next_entity_id(ZoneState& state);
-
-/// Adds the body that an owned, visible entity's type asks for, rigid (remembered in the columns)
-/// or soft; a soft ghost gets none.
-void add_body(ZoneState& state, world::Row row, bool asleep);
-/// Removes the body if there is one, rigid or soft.
-void remove_body(ZoneState& state, world::Row row);
-/// Gives an owned entity the agent of its type, if the type has one.
-void add_agent(ZoneState& state, world::Row row);
-
-/// Spawns an owned entity: row, body, agent. Works before the first tick as well.
-EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
-/// Removes row, body and agent of an owned entity.
-void despawn_entity(ZoneState& state, world::Row row);
 
 /// The grid over all rows' positions, made anew if something moved since: of those that stir and
 /// that were touched since the others were kept.

@@ -17,8 +17,6 @@ class TickClock {
 
     [[nodiscard]] double dt_s() const { return dt_s_; }
 
-    [[nodiscard]] double time_of(Tick tick) const { return static_cast<double>(tick) * dt_s_; }
-
     /// The newest tick whose time is not after `time_s`. A tolerance of a nanosecond absorbs
     /// rounding.
     [[nodiscard]] Tick tick_at(double time_s) const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace zoned::motion {
 
@@ -102,28 +101,6 @@ float Convergence::remaining_error(ConvergenceMethod method,
     }
     const Remainder left = remainder_at(method, std::max(elapsed_s, 0.0F) / period_s, period_s);
     return jump_m * left.position + velocity_jump_mps * left.velocity;
-}
-
-float Convergence::jerk(ConvergenceMethod method,
-                        float jump_m,
-                        float period_s,
-                        float velocity_jump_mps) {
-    if (jump_m == 0.0F && velocity_jump_mps == 0.0F) {
-        return 0.0F;
-    }
-    const float of_position = 12.0F * jump_m / (period_s * period_s * period_s);
-    const float of_velocity = velocity_jump_mps / (period_s * period_s);
-    switch (method) {
-        case ConvergenceMethod::kSnap:
-        case ConvergenceMethod::kLinear:
-            break;
-        case ConvergenceMethod::kProjectiveVelocity:
-            // The third derivative of T s (1 - s)^3 (1 + 2 s) is (-18 + 120 s - 120 s^2) / T^2.
-            return of_position + 18.0F * of_velocity;
-        case ConvergenceMethod::kHermite:
-            return of_position + 6.0F * of_velocity;
-    }
-    return std::numeric_limits<float>::infinity();
 }
 
 }  // namespace zoned::motion

@@ -49,15 +49,6 @@ class Convergence {
                                                float period_s,
                                                float velocity_jump_mps = 0.0F);
 
-    /// The largest jerk (rate of the acceleration) of displayed - predicted within the blend, in
-    /// m/s3, for jumps as in owed(): 12 jump / T^3 plus 18 (kProjectiveVelocity) or 6 (kHermite)
-    /// velocity_jump / T^2. Infinite where the displayed velocity jumps (kSnap, kLinear), unless
-    /// nothing does.
-    [[nodiscard]] static float jerk(ConvergenceMethod method,
-                                    float jump_m,
-                                    float period_s,
-                                    float velocity_jump_mps);
-
   private:
     Vec3 jump_ = Vec3::Zero();           // shown - predicted at begin(), m
     Vec3 velocity_jump_ = Vec3::Zero();  // likewise, m/s

@@ -259,50 +259,6 @@ LodShift lod_shift(float nearest_position_m,
             doublings(orientation_rad / nearest_orientation_rad, 5)};
 }
 
-core::Result<bool> check(const Quantization& q) {
-    using Check = core::Result<bool>;
-    const auto within = [](float value, float above, float most) {
-        return value > above && value <= most;  // False for not-a-number as well.
-    };
-    if (!within(q.position_step_m, 0.0F, 1.0F)) {
-        return Check::failure("position_step_m must be in (0, 1]");
-    }
-    if (!within(q.velocity_step_mps, 0.0F, 1.0F)) {
-        return Check::failure("velocity_step_mps must be in (0, 1]");
-    }
-    if (!within(q.acceleration_step_mps2, 0.0F, 10.0F)) {
-        return Check::failure("acceleration_step_mps2 must be in (0, 10]");
-    }
-    if (!within(q.angular_velocity_step_rps, 0.0F, 10.0F)) {
-        return Check::failure("angular_velocity_step_rps must be in (0, 10]");
-    }
-    if (q.orientation_bits < 5 || q.orientation_bits > 15) {
-        return Check::failure("orientation_bits must be 5..15");
-    }
-    if (q.yaw_bits < 5 || q.yaw_bits > 16) {
-        return Check::failure("yaw_bits must be 5..16");
-    }
-    const auto steps_fit = [](float maximum, float step) {
-        return maximum >= step && maximum / step <= static_cast<float>(kMaxQuantizedIndex);
-    };
-    if (!steps_fit(q.horizontal_extent_m, q.position_step_m)) {
-        return Check::failure("horizontal_extent_m must be 1..4194303 times position_step_m");
-    }
-    if (!steps_fit(q.vertical_extent_m, q.position_step_m)) {
-        return Check::failure("vertical_extent_m must be 1..4194303 times position_step_m");
-    }
-    if (!steps_fit(q.max_speed_mps, q.velocity_step_mps)) {
-        return Check::failure("max_speed_mps must be 1..4194303 times velocity_step_mps");
-    }
-    if (!steps_fit(kMaxAccelerationMps2, q.acceleration_step_mps2)) {
-        return Check::failure("acceleration_step_mps2 is too small");
-    }
-    if (!steps_fit(kMaxAngularSpeedRps, q.angular_velocity_step_rps)) {
-        return Check::failure("angular_velocity_step_rps is too small");
-    }
-    return true;
-}
-
 namespace {
 
 std::int32_t orientation_limit(const Quantization& q) {

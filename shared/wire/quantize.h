@@ -2,7 +2,6 @@
 // sides.
 #pragma once
 
-#include "shared/core/result.h"
 #include "shared/motion/dead_reckoning.h"
 #include "shared/motion/kinematic_state.h"
 
@@ -88,10 +87,6 @@ LodShift lod_shift(float nearest_position_m,
                    float position_m,
                    float orientation_rad);
 
-/// Fails with the reason when a value is outside its range or so fine that an extent would need
-/// more than kMaxQuantizedIndex steps.
-core::Result<bool> check(const Quantization& q);
-
 /// Largest magnitude of the quantised components.
 struct QuantizationLimits {
     std::int32_t horizontal = 1;
@@ -103,7 +98,8 @@ struct QuantizationLimits {
     std::int32_t yaw_steps = 1;    ///< steps per turn: yaws are 0..yaw_steps-1
 };
 
-/// Never fails: what check() refuses is brought into range.
+/// Never fails: no extent has more than kMaxQuantizedIndex steps, what is out of range is brought
+/// into it.
 QuantizationLimits limits_of(const Quantization& q);
 
 /// The fields of one publication as integers. Members that a flag rules out are zero.

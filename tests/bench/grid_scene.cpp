@@ -29,12 +29,12 @@ std::optional<GridScene> read_grid_scene(const std::string& name,
         why = file + " is not there: no rows of it";
         return std::nullopt;
     }
-    auto map = ai::pathfinding::parse_grid_map(map_text);
+    auto map = scenario::parse_grid_map(map_text);
     if (!map) {
         why = file + ", " + map.error() + ": no rows of it";
         return std::nullopt;
     }
-    const auto all = ai::pathfinding::parse_grid_scenario(text_of_file(file + ".scen"));
+    const auto all = scenario::parse_grid_scenario(text_of_file(file + ".scen"));
     if (!all) {
         why = file + ".scen, " + all.error() + ": no rows of it";
         return std::nullopt;

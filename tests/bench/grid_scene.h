@@ -1,7 +1,7 @@
 // GridScene: a map of the Moving AI benchmark with its queries and the lengths of best ways.
 #pragma once
 
-#include "server/ai/navigation/grid_text.h"
+#include "tests/scenario/grid_text.h"
 
 #include <optional>
 #include <string>
@@ -12,7 +12,7 @@ namespace zoned::bench {
 struct GridScene {
     std::string name;
     ai::pathfinding::GridMap map;
-    std::vector<ai::pathfinding::GridInstance> instances;
+    std::vector<scenario::GridInstance> instances;
 };
 
 /// movingai/`name`.map and its scenario from the directory of the public data, or else from

@@ -82,20 +82,20 @@ NpcWorld::Cost NpcWorld::tick() {
     Cost cost;
     const std::int64_t begin = thread_cpu_ns();
     const std::int64_t wall = wall_ns();
-    report_ = step_.run(agents_,
-                        {entities_,
+    report_ = step_.run({agents_,
+                         ai_,
+                         entities_,
                          settings_.types,
-                         [this]() -> const spatial::PointGrid& {
-                             grid_.build(entities_.position, kGridCell);
-                             return grid_;
-                         },
                          places_,
                          plain_,
                          team_,
                          Vec2::Constant(std::numeric_limits<float>::infinity()),
                          now_,
-                         dt_},
-                        ai_);
+                         dt_,
+                         [this]() -> const spatial::PointGrid& {
+                             grid_.build(entities_.position, kGridCell);
+                             return grid_;
+                         }});
     const std::int64_t between = thread_cpu_ns();
     cost.agents_wall_ns = wall_ns() - wall;
     walk();

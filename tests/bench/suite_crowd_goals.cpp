@@ -15,13 +15,13 @@ namespace zoned::bench {
 namespace {
 
 using ai::pathfinding::Cell;
-using ai::pathfinding::GridInstance;
 using ai::pathfinding::GridPathRequests;
 using ai::pathfinding::GroundMap;
 using ai::pathfinding::PathOutcome;
 using ai::pathfinding::PathRequestId;
 using ai::pathfinding::PathResult;
 using ai::pathfinding::Spot;
+using scenario::GridInstance;
 
 constexpr std::size_t kGoalAgents = 5000;
 /// Ticks of 50 ms at 5 m/s, where a cell is a metre.

@@ -1,10 +1,10 @@
 // Pictures of crowds, of paths that avoid them and of scents, for reports.
+#include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/pathfinding/flow_fields/crowd_flow_field.h"
 #include "server/ai/pathfinding/flow_fields/density.h"
-#include "server/ai/pathfinding/pheromones/foraging.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
 #include "tests/bench/picture.h"
 #include "tests/bench/suite_crowd.h"
+#include "tests/scenario/ant_colony.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -171,7 +171,7 @@ std::string scent_picture() {
             map.set_passable({x, y}, !wall);
         }
     }
-    ai::pathfinding::Foraging colony(map, {6, 30}, {});
+    scenario::AntColony colony(map, {6, 30}, {});
     colony.set_food({54, 30}, true);
     colony.add_walkers(300);
     for (int tick = 0; tick < 6000; ++tick) {
@@ -183,9 +183,9 @@ std::string scent_picture() {
         if (!map.contains(c)) {
             continue;
         }
-        using ai::pathfinding::Foraging;
-        const double food = static_cast<double>(colony.scent(Foraging::kFood, p));
-        const double home = static_cast<double>(colony.scent(Foraging::kHome, p));
+        using scenario::AntColony;
+        const double food = static_cast<double>(colony.scent(AntColony::kFood, p));
+        const double home = static_cast<double>(colony.scent(AntColony::kHome, p));
         const std::string colour = !map.passable(p) ? "black"
                                    : food > home    ? shade(food, 120)
                                                     : shade(home, 210);

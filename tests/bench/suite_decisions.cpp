@@ -59,7 +59,7 @@ MachineScene machine_scene(Form form) {
             scenario::kSentryDt};
 }
 
-/// AgentStore in all states alike, most of which have no reason to leave it: on average one in 67
+/// Agents in all states alike, most of which have no reason to leave it: on average one in 67
 /// senses something that its state's transitions wait for, and is put back into its state after.
 class AgentCrowd {
   public:
@@ -160,7 +160,7 @@ class MachineTrial final : public JudgedTrial {
         crowd_.put_back();
     }
 
-    /// AgentStore whose state differs from what a walk through the definition gives, over a run in
+    /// Agents whose state differs from what a walk through the definition gives, over a run in
     /// which senses walk at random.
     void judge(Row& row) override {
         row.error_unit = "agents";
@@ -296,7 +296,7 @@ void run_plan(Session& session, const std::string& scene, bool reachable) {
 
 // ---------------------------------------------------------------- fuzzy rules
 
-/// AgentStore that are evaluated in one frame.
+/// Agents that are evaluated in one frame.
 constexpr std::size_t kFuzzyAgents = 4096;
 
 struct FuzzyInputs {

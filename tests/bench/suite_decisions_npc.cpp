@@ -142,7 +142,7 @@ void run_npcs(Session& session, const std::string& scene) {
     plan.players = session.quick ? 4 : 144;
     plan.side_m = session.quick ? 750.0F : 4'500.0F;
     plan.threads = 2;
-    // AgentStore that are seen by nobody fall asleep after two seconds, and the day begins at 40 s.
+    // Agents that are seen by nobody fall asleep after two seconds, and the day begins at 40 s.
     const Tick settle = session.quick ? 60 : 1'200;
     const Tick ticks = session.quick ? 20 : 400;
     const NpcRun all = run_world(settings, plan, settle, ticks);

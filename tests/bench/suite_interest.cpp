@@ -1,6 +1,5 @@
 // Suite `interest`: who hears of what among 100,000 entities, our matching beside all pairs.
 #include "server/interest/matcher.h"
-#include "server/interest/pair_matcher.h"
 #include "server/spatial/box_lanes.h"
 #include "tests/bench/comparison.h"
 #include "shared/core/rng.h"
@@ -30,7 +29,7 @@ enum class InterestMotion {
 struct InterestScene {
     std::string name;
     InterestMotion motion = InterestMotion::kNone;
-    bool sets = true;  ///< sets that live on, with their differences; else pairs of a moment
+    bool kept = true;  ///< sets live on, with their differences; else each tick starts from nothing
 };
 
 const std::vector<InterestScene>& interest_scenes() {
@@ -78,7 +77,7 @@ class Field {
         const std::size_t turn = tick_++ % (2 * kMotions);
         const std::size_t at = turn < kMotions ? turn : 2 * kMotions - 1 - turn;
         if (motion_ == InterestMotion::kAll) {
-            // PointsOfInterest of one tick against those of another: their writing is none of ours.
+            // Positions of one tick against those of another: their writing is none of ours.
             if (turn != kMotions && turn != 0) {
                 entities_.position.swap(places_[at]);
                 std::swap(places_[at], places_[turn < kMotions ? at - 1 : at + 1]);
@@ -269,26 +268,6 @@ class InterestTrial : public JudgedTrial {
         ++ticks_;
     }
 
-    void compare_pairs(const interest::Pairs& found) {
-        truth_.read(field_);
-        for (std::size_t i = 0; i < field_.viewers().size(); ++i) {
-            truth_.match(field_, i, 1.0F);
-            std::vector<world::Row> rows(found.rows.begin() + found.first[i],
-                                         found.rows.begin() + found.first[i] + found.count[i]);
-            std::sort(rows.begin(), rows.end());
-            std::vector<world::Row> differ;
-            std::set_symmetric_difference(rows.begin(),
-                                          rows.end(),
-                                          truth_.rows().begin(),
-                                          truth_.rows().end(),
-                                          std::back_inserter(differ));
-            wrong_ += differ.size();
-        }
-        pairs_ = found.size;
-        compared_ += pairs_;
-        ++ticks_;
-    }
-
     InterestScene scene_;
     interest::InterestSettings settings_;
     Field field_;
@@ -306,21 +285,15 @@ class MatcherTrial final : public InterestTrial {
 
     void frame() override {
         field_.move();
-        if (scene_.sets) {
-            report_ = matcher_.step(
-                field_.entities(), field_.types(), field_.viewers(), settings_, visibility_);
-        } else {
-            pair_matcher_.step(field_.entities(), field_.types(), field_.viewers(), found_);
+        if (!scene_.kept) {
+            matcher_ = interest::Matcher();
+            visibility_.clear();
         }
+        report_ = matcher_.step(
+            field_.entities(), field_.types(), field_.viewers(), settings_, visibility_);
     }
 
-    void observe() override {
-        if (scene_.sets) {
-            compare_sets(visibility_);
-        } else {
-            compare_pairs(found_);
-        }
-    }
+    void observe() override { compare_sets(visibility_); }
 
     void judge(Row& row) override {
         InterestTrial::judge(row);
@@ -331,9 +304,7 @@ class MatcherTrial final : public InterestTrial {
   private:
     interest::Matcher matcher_;
     interest::InterestReport report_;
-    interest::PairMatcher pair_matcher_;
     world::Visibility visibility_;
-    interest::Pairs found_;
 };
 
 class AllPairsTrial final : public InterestTrial {
@@ -345,7 +316,7 @@ class AllPairsTrial final : public InterestTrial {
         all_.read(field_);
         pairs_ = 0;
         for (std::size_t i = 0; i < field_.viewers().size(); ++i) {
-            if (scene_.sets) {
+            if (scene_.kept) {
                 all_.follow(field_, i, settings_);
                 pairs_ += all_.known(i).size();
             } else {
@@ -384,7 +355,8 @@ void run_interest_scene(Session& session, const InterestScene& scene) {
 void run_interest(Session& session) {
     session.note(
         "interest: 10,000 viewers among 100,000 entities on 4 x 4 km, radius 60 m, one thread; "
-        "uniform_100k: pairs of a moment, from nothing; the others: sets with hysteresis 0.1, two "
+        "uniform_100k: all sets from nothing, as when a zone starts; all: sets with hysteresis "
+        "0.1, two "
         "levels of detail and lists of what entered and left. enter_leave: all walk, 1.4 m/s at "
         "30 Hz; moving_5pct: each tick another 5 % step 0.05 to 3 m, avatars alike (writing their "
         "places is timed as well)");

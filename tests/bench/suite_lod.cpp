@@ -1,6 +1,6 @@
 // Suite `lod`: a day of a town, with all of it simulated and with what nobody sees skipped; the
 // outcome has to be the same.
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "tests/bench/comparison.h"

@@ -19,10 +19,10 @@ namespace zoned::bench {
 namespace {
 
 using ai::pathfinding::GridAnswer;
-using ai::pathfinding::GridInstance;
 using ai::pathfinding::GridPlanner;
 using ai::pathfinding::GridQuery;
 using ai::pathfinding::PathOutcome;
+using scenario::GridInstance;
 
 /// Frames take every so many-th query of the scene in turn.
 constexpr std::size_t kShares = 16;

@@ -1,4 +1,5 @@
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
+#include "server/ai/pathfinding/flow_fields/next_hops.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/suite_navigation.h"
@@ -14,9 +15,9 @@ namespace {
 
 using ai::pathfinding::Cell;
 using ai::pathfinding::FlowField;
-using ai::pathfinding::GridInstance;
 using ai::pathfinding::Hop;
 using ai::pathfinding::NextHops;
+using scenario::GridInstance;
 
 constexpr std::size_t kNamedGoals = 16;
 constexpr std::size_t kLookups = 4096;

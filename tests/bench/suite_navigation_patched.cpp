@@ -13,12 +13,12 @@ namespace {
 
 using ai::pathfinding::Cell;
 using ai::pathfinding::CellChange;
-using ai::pathfinding::GridEvent;
 using ai::pathfinding::GridMap;
-using ai::pathfinding::GridPatch;
 using ai::pathfinding::GridPlanner;
 using ai::pathfinding::GridQuery;
 using ai::pathfinding::PathOutcome;
+using scenario::GridEvent;
+using scenario::GridPatch;
 
 /// The patched map of the data: it begins as an empty one of this size.
 constexpr int kPatchedWidth = 281;
@@ -156,10 +156,8 @@ void run_doors(Session& session, const GridScene& scene) {
 
 void run_patched_map(Session& session) {
     const std::string folder = data_directory() + "/movingai/dynamic/";
-    const auto patches =
-        ai::pathfinding::parse_grid_patches(text_of_file(folder + "dao_arena2.patch"));
-    const auto events =
-        ai::pathfinding::parse_grid_events(text_of_file(folder + "dao_arena2.scen"));
+    const auto patches = scenario::parse_grid_patches(text_of_file(folder + "dao_arena2.patch"));
+    const auto events = scenario::parse_grid_events(text_of_file(folder + "dao_arena2.scen"));
     if (!patches || !events) {
         session.note("navigation: " + folder + "dao_arena2: " +
                      (patches ? events.error() : patches.error()) + ": no rows of it");

@@ -29,7 +29,7 @@ struct Throw {
     std::string reduced;  ///< how far off it may be what, in the config's words
     double height_m = 0.0;
     float speed_mps = 0.0F;
-    double share_in_table = 0.0;  ///< of budget/costs.h, for error_max_share; 0: none there
+    double share_in_table = 0.0;  ///< of cost_table.h, for error_max_share; 0: none there
     int side = 8;                 ///< props along each edge of the grid
 };
 

@@ -1,7 +1,7 @@
 // Suite `solvers`: what the methods leave unsolved against passes and time, and what stabilisation,
 // the order of rows and warm starts do to them.
-#include "server/physics/solver_variants/residual.h"
-#include "server/physics/solver_variants/solvers.h"
+#include "server/physics/solver_variants/row_solvers/row_solvers.h"
+#include "server/physics/solver_variants/rows/residual.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/statistics.h"
 #include "tests/bench/zoned_scene.h"

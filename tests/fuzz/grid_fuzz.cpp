@@ -1,9 +1,9 @@
 // Fuzzing of grid maps and scenarios: any text is refused with a line, or gives a map on which all
 // exact methods agree.
-#include "server/ai/navigation/grid_text.h"
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
 #include "server/ai/pathfinding/waypoints/waypoint_graph.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/scenario/grid_text.h"
 #include "shared/core/assert.h"
 
 #include <string_view>
@@ -98,7 +98,7 @@ std::vector<Bytes> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace zoned::fuzz;
     const std::string_view text(reinterpret_cast<const char*>(data), std::min(size, kMaxText));
-    const auto map = zoned::ai::pathfinding::parse_grid_map(text);
+    const auto map = zoned::scenario::parse_grid_map(text);
     if (read_or_refused(map) && map->places() <= kMostPlaces) {
         use_map(*map);
     }
@@ -106,8 +106,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (read_or_refused(waypoints)) {
         use_waypoints(*waypoints);
     }
-    read_or_refused(zoned::ai::pathfinding::parse_grid_scenario(text));
-    read_or_refused(zoned::ai::pathfinding::parse_grid_patches(text));
-    read_or_refused(zoned::ai::pathfinding::parse_grid_events(text));
+    read_or_refused(zoned::scenario::parse_grid_scenario(text));
+    read_or_refused(zoned::scenario::parse_grid_patches(text));
+    read_or_refused(zoned::scenario::parse_grid_events(text));
     return 0;
 }

@@ -6,7 +6,7 @@
 //   #include "tests/harness/game_test.h"
 //
 //   TEST_F(GameTest, StaysConsistentOnABadNetwork) {
-//       server.config = "config/my_world.txtpb";
+//       server.config = "my_world.txtpb";  // beside this source
 //       server.network.loss = 0.05;
 //       server.network.delay_s = 0.06;
 //       bots.bots = 20;
@@ -24,8 +24,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <source_location>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,8 +49,11 @@ class GameTest : public ::testing::Test {
 
     /// Runs the swarm to its verdict. `each_step` may interfere (cut streams, look into the world,
     /// ...); it gets the virtual time in seconds. Gives up, and fails the test, after ten virtual
-    /// minutes beyond the run.
-    measure::RunReport run(const std::function<void(VirtualServer&, double)>& each_step = {}) {
+    /// minutes beyond the run. A relative path of the config counts from the folder of the source
+    /// that calls, wherever the test is started.
+    measure::RunReport run(const std::function<void(VirtualServer&, double)>& each_step = {},
+                           const std::source_location& caller = std::source_location::current()) {
+        find_config(caller.file_name());
         swarm.reset();  // its transports lead to the world before
         world = std::make_unique<VirtualServer>(server);
         bots.path_spread_s = server.network.spread_s();
@@ -70,6 +75,13 @@ class GameTest : public ::testing::Test {
             }
         }
         return swarm->report();
+    }
+
+    void find_config(const std::filesystem::path& source) {
+        const std::filesystem::path config = source.parent_path() / server.config;
+        if (!server.config_is_text && std::filesystem::exists(config)) {
+            server.config = config.string();
+        }
     }
 
     [[nodiscard]] bool clients_stall(double now_s) const {

@@ -30,9 +30,7 @@ VirtualServer::VirtualServer(const VirtualServerSettings& settings)
     : settings_(settings),
       config_(load(settings)),
       world_(std::make_unique<app::World>(config_, settings.threads)),
-      host_(std::make_unique<session::SessionHost>(
-          app::host_settings(config_, settings.config_is_text ? "" : settings.config),
-          output())) {
+      host_(std::make_unique<session::SessionHost>(app::host_settings(config_), output())) {
     host_->set_udp_port(1);
 }
 
@@ -56,7 +54,7 @@ session::SessionOutput VirtualServer::output() {
             it->second->end_stream();
         }
     };
-    out.send_datagram = [this](const session::PeerAddress& to, session::Bytes datagram) {
+    out.send_datagram = [this](const mailbox::Address& to, session::Bytes datagram) {
         const auto it = addresses_.find(to);
         if (it != addresses_.end()) {
             it->second->push_datagram(now_s_, std::move(datagram));

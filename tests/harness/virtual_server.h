@@ -93,7 +93,7 @@ class VirtualServer {
     std::unique_ptr<session::SessionHost> host_;
     std::vector<VirtualTransport*> transports_;  // in order of connection
     std::map<session::StreamId, VirtualTransport*> streams_;
-    std::map<session::PeerAddress, VirtualTransport*> addresses_;
+    std::map<mailbox::Address, VirtualTransport*> addresses_;
     std::vector<mailbox::InboxItem> inbox_;
     std::vector<mailbox::OutboxItem> outbox_;
     std::uint64_t next_stream_ = 0;

@@ -49,12 +49,12 @@ class VirtualTransport final : public link::Transport {
 
     [[nodiscard]] session::StreamId stream() const { return stream_; }
 
-    [[nodiscard]] const session::PeerAddress& address() const { return address_; }
+    [[nodiscard]] const mailbox::Address& address() const { return address_; }
 
   private:
     VirtualServer* server_;
     link::TransportEvents events_;
-    session::PeerAddress address_;
+    mailbox::Address address_;
     session::StreamId stream_;
     bool opening_ = false;
     bool opened_ = false;

@@ -1,6 +1,7 @@
 #include "tests/lint/check.h"
 
 #include "tests/lint/layers.h"
+#include "tests/lint/text.h"
 
 #include <algorithm>
 #include <cctype>
@@ -10,36 +11,11 @@ namespace zoned::lint {
 
 namespace {
 
-bool starts_with(std::string_view text, std::string_view prefix) {
-    return text.substr(0, prefix.size()) == prefix;
-}
-
-bool ends_with(std::string_view text, std::string_view suffix) {
-    return text.size() >= suffix.size() && text.substr(text.size() - suffix.size()) == suffix;
-}
-
-bool is_header(std::string_view path) {
-    return ends_with(path, ".h");
-}
-
-std::vector<std::string_view> lines_of(std::string_view text) {
-    std::vector<std::string_view> lines;
-    while (!text.empty()) {
-        const std::size_t end = text.find('\n');
-        lines.push_back(text.substr(0, end));
-        if (end == std::string_view::npos) {
-            break;
-        }
-        text.remove_prefix(end + 1);
-    }
-    return lines;
-}
-
 /// The layer of the folder that holds `path`: the longest entry that is a folder above it.
 const Layer* layer_of(std::string_view path) {
     const Layer* found = nullptr;
     for (const Layer& layer : kLayers) {
-        const bool inside = starts_with(path, layer.folder) && path.size() > layer.folder.size() &&
+        const bool inside = path.starts_with(layer.folder) && path.size() > layer.folder.size() &&
                             path[layer.folder.size()] == '/';
         if (inside && (found == nullptr || layer.folder.size() > found->folder.size())) {
             found = &layer;
@@ -54,49 +30,13 @@ const Layer* layer_of(std::string_view path) {
     return found;
 }
 
-/// An #include line's target, and whether it is in quotes.
-struct Include {
-    std::string_view target;
-    bool quoted = false;
-};
-
-bool parse_include(std::string_view line, Include& include) {
-    const auto skip_spaces = [&line] {
-        while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) {
-            line.remove_prefix(1);
-        }
-    };
-    skip_spaces();
-    if (!starts_with(line, "#")) {
-        return false;
-    }
-    line.remove_prefix(1);
-    skip_spaces();
-    if (!starts_with(line, "include")) {
-        return false;
-    }
-    line.remove_prefix(7);
-    skip_spaces();
-    if (line.empty() || (line.front() != '"' && line.front() != '<')) {
-        return false;
-    }
-    include.quoted = line.front() == '"';
-    line.remove_prefix(1);
-    const std::size_t end = line.find(include.quoted ? '"' : '>');
-    if (end == std::string_view::npos) {
-        return false;
-    }
-    include.target = line.substr(0, end);
-    return true;
-}
-
 bool may_see(Side from, Side to) {
     return to == Side::kShared || from == to;
 }
 
 bool is_excepted(const Layer& from, std::string_view target) {
     return std::any_of(kSiblingExceptions.begin(), kSiblingExceptions.end(), [&](const auto& e) {
-        return e.from == from.folder && starts_with(target, e.prefix);
+        return e.from == from.folder && target.starts_with(e.prefix);
     });
 }
 
@@ -129,7 +69,7 @@ std::string layer_violation(const Layer& from, std::string_view target) {
 /// Whether the included name is `prefix` itself or, for prefixes of folders and families, begins
 /// with it: "asio" covers <asio.hpp> and <asio/ip/udp.hpp>, "thread" only <thread>.
 bool names(std::string_view target, std::string_view prefix) {
-    if (!starts_with(target, prefix)) {
+    if (!target.starts_with(prefix)) {
         return false;
     }
     return target.size() == prefix.size() || prefix.back() == '/' || target[prefix.size()] == '.' ||
@@ -145,7 +85,7 @@ std::string restriction_violation(const Layer& from,
         }
         const bool allowed = std::any_of(
             restricted.allowed.begin(), restricted.allowed.end(), [&](std::string_view place) {
-                return !place.empty() && starts_with(path, place);
+                return !place.empty() && path.starts_with(place);
             });
         if (!allowed) {
             return std::string(from.folder) + " must not include <" + std::string(target) + ">: " +
@@ -178,12 +118,12 @@ bool has_word(std::string_view line, std::string_view word) {
 
 std::vector<Finding> check_includes(const SourceFile& file) {
     std::vector<Finding> findings;
-    if (starts_with(file.path, "tests/") || starts_with(file.path, "docker/") ||
-        starts_with(file.path, "config/")) {
+    if (file.path.starts_with("tests/") || file.path.starts_with("docker/") ||
+        file.path.starts_with("config/")) {
         return findings;
     }
     const bool source =
-        is_header(file.path) || ends_with(file.path, ".cpp") || ends_with(file.path, ".cc");
+        file.path.ends_with(".h") || file.path.ends_with(".cpp") || file.path.ends_with(".cc");
     if (!source) {
         return findings;
     }
@@ -191,17 +131,12 @@ std::vector<Finding> check_includes(const SourceFile& file) {
     if (layer == nullptr) {
         return {{file.path, 0, "lies in no folder of the layer table"}};
     }
-    const std::vector<std::string_view> lines = lines_of(file.text);
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-        Include include;
-        if (!parse_include(lines[i], include)) {
-            continue;
-        }
+    for (const Include& include : includes_of(file.text)) {
         for (const std::string& what :
              {restriction_violation(*layer, file.path, include.target),
               include.quoted ? layer_violation(*layer, include.target) : std::string()}) {
             if (!what.empty()) {
-                findings.push_back({file.path, static_cast<int>(i) + 1, what});
+                findings.push_back({file.path, include.line, what});
                 break;
             }
         }
@@ -211,16 +146,16 @@ std::vector<Finding> check_includes(const SourceFile& file) {
 
 std::vector<Finding> check_header(const SourceFile& file) {
     std::vector<Finding> findings;
-    if (!is_header(file.path)) {
+    if (!file.path.ends_with(".h")) {
         return findings;
     }
     const std::vector<std::string_view> lines = lines_of(file.text);
-    if (lines.empty() || !starts_with(lines[0], "// ") || lines[0].size() < 8) {
+    if (lines.empty() || !lines[0].starts_with("// ") || lines[0].size() < 8) {
         findings.push_back(
             {file.path, 1, "a header begins with a // comment that says what it is for"});
     }
     const auto first = std::find_if(lines.begin(), lines.end(), [](std::string_view line) {
-        return !line.empty() && !starts_with(line, "//");
+        return !line.empty() && !line.starts_with("//");
     });
     if (first == lines.end() || *first != "#pragma once") {
         findings.push_back({file.path, 1, "#pragma once is missing after the opening comment"});
@@ -229,8 +164,8 @@ std::vector<Finding> check_header(const SourceFile& file) {
 }
 
 std::vector<Finding> check_length(const SourceFile& file) {
-    const bool limited = starts_with(file.path, "server/") ||
-                         starts_with(file.path, "client-sim/") || starts_with(file.path, "shared/");
+    const bool limited = file.path.starts_with("server/") || file.path.starts_with("client-sim/") ||
+                         file.path.starts_with("shared/");
     const std::size_t lines = lines_of(file.text).size();
     if (limited && lines > static_cast<std::size_t>(kMaxLines)) {
         return {{file.path,
@@ -269,7 +204,7 @@ std::vector<Finding> check_sandbox(const SourceFile& file) {
     static constexpr std::string_view kPlaces[] = {
         "server/rules/", "client-sim/bot/", "proto/sandbox.proto", "tests/"};
     for (const std::string_view place : kPlaces) {
-        if (starts_with(file.path, place)) {
+        if (file.path.starts_with(place)) {
             return {};
         }
     }
@@ -301,8 +236,8 @@ std::vector<Finding> check_top_level(const std::vector<std::string>& names) {
         const bool known = std::find(kTopLevel.begin(), kTopLevel.end(), name) != kTopLevel.end();
         // Build folders and what CMake writes for editors are not part of the repository.
         const bool built =
-            name == "build" || starts_with(name, "build-") || name == "compile_commands.json";
-        if (!known && !built && !starts_with(name, ".")) {
+            name == "build" || name.starts_with("build-") || name == "compile_commands.json";
+        if (!known && !built && !name.starts_with(".")) {
             findings.push_back({name, 0, "does not belong to the fixed top level"});
         }
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string_view>
 
 namespace zoned::lint {
@@ -49,11 +50,9 @@ inline constexpr std::array kLayers{
     Layer{"server/assets", 11, Side::kServer},
     Layer{"server/recording", 11, Side::kServer},
     Layer{"server/config", 12, Side::kServer},
-    Layer{"server/store", 11, Side::kServer},
     Layer{"server/rules", 11, Side::kServer},
     Layer{"server/net", 12, Side::kServer},
     Layer{"server/session", 13, Side::kServer},
-    Layer{"server/cluster", 13, Side::kServer},
     Layer{"server/app", 14, Side::kServer},
     Layer{"server", 15, Side::kServer},  // server/main.cpp
     Layer{"client-sim/link", 11, Side::kClient},
@@ -106,6 +105,70 @@ inline constexpr std::array kRestrictedIncludes{
     RestrictedInclude{"random", kLastPureRow, {}},
     RestrictedInclude{"proto/config/", kLastRow, {"server/config/"}},
 };
+
+/// Headers and sources that a folder of the product may hold.
+inline constexpr int kMostInFolder = 25;
+
+/// A folder that may hold more, and how many.
+struct LargeFolder {
+    std::string_view folder;
+    int most;
+};
+
+inline constexpr std::array<LargeFolder, 0> kLargeFolders{};
+
+/// The rooms of a folder, first those that the others may include. A room is a path from the
+/// folder: of a folder in it, or of a file without its ending.
+struct RoomOrder {
+    std::string_view folder;
+    std::span<const std::string_view> rooms;
+};
+
+inline constexpr std::array<std::string_view, 15> kAiRooms{"learning",
+                                                           "decision",
+                                                           "splines",
+                                                           "crowd",
+                                                           "pathfinding",
+                                                           "agent/brain",
+                                                           "agent",
+                                                           "ai_context",
+                                                           "perception",
+                                                           "steering",
+                                                           "offscreen",
+                                                           "update",
+                                                           "ai_update",
+                                                           "explain",
+                                                           "serialization"};
+
+inline constexpr std::array<std::string_view, 15> kPhysicsRooms{"simd",
+                                                                "integrator",
+                                                                "shapes",
+                                                                "settings",
+                                                                "narrowphase",
+                                                                "bodies",
+                                                                "joints",
+                                                                "contacts",
+                                                                "solver",
+                                                                "solver_variants",
+                                                                "query",
+                                                                "scene",
+                                                                "particles",
+                                                                "soft",
+                                                                "method_selection"};
+
+inline constexpr std::array<std::string_view, 9> kConfigRooms{"server_settings",
+                                                              "settings",
+                                                              "text",
+                                                              "types",
+                                                              "check",
+                                                              "training",
+                                                              "world",
+                                                              "npc",
+                                                              "expand"};
+
+inline constexpr std::array kRoomOrders{RoomOrder{"server/ai", kAiRooms},
+                                        RoomOrder{"server/physics", kPhysicsRooms},
+                                        RoomOrder{"server/config", kConfigRooms}};
 
 /// The top level of the repository, besides names that begin with a dot and build folders.
 inline constexpr std::array<std::string_view, 10> kTopLevel{

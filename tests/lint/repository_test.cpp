@@ -1,5 +1,9 @@
 #include "tests/lint/check.h"
 #include "tests/lint/layers.h"
+#include "tests/lint/names.h"
+#include "tests/lint/pages.h"
+#include "tests/lint/reach.h"
+#include "tests/lint/rooms.h"
 
 #include <gtest/gtest.h>
 
@@ -24,6 +28,7 @@ std::string read(const fs::path& path) {
 /// All text files below the checked folders, by path.
 std::vector<SourceFile> sources_below(const fs::path& root) {
     std::vector<SourceFile> files;
+    files.push_back({"README.md", read(root / "README.md")});
     for (const std::string_view folder : kCheckedFolders) {
         const fs::path base = root / folder;
         if (!fs::exists(base)) {
@@ -91,6 +96,49 @@ TEST(Repository, HasNoMarksOfUnfinishedWork) {
 
 TEST(Repository, KeepsTheSandboxGameToItsRulesAndBots) {
     expect_clean(check_sandbox);
+}
+
+TEST(Repository, KeepsTheSentenceRulesInItsPages) {
+    expect_clean(check_page);
+}
+
+TEST(Repository, UsesNoWordThatWasRenamed) {
+    expect_clean([](const SourceFile& file) { return check_renamed_words(file); });
+}
+
+/// Checks that look at all files together.
+template <class TreeCheck>
+void expect_clean_tree(TreeCheck check) {
+    const std::vector<Finding> findings = check(sources_below(ZONED_SOURCE_DIR));
+    EXPECT_TRUE(findings.empty()) << to_text(findings);
+}
+
+TEST(Repository, HasTheFoldersOfTheLayerTable) {
+    expect_clean_tree(check_layer_table);
+}
+
+TEST(Repository, ReachesAllItsSourcesFromAProgram) {
+    expect_clean_tree(check_reached);
+}
+
+TEST(Repository, HasNoCrowdedFolder) {
+    expect_clean_tree([](const auto& files) { return check_folder_sizes(files); });
+}
+
+TEST(Repository, HasNoRoomsThatIncludeEachOther) {
+    expect_clean_tree(check_room_cycles);
+}
+
+TEST(Repository, IncludesOnlyUpTheOrderOfItsRooms) {
+    expect_clean_tree([](const auto& files) { return check_room_order(files); });
+}
+
+TEST(Repository, NamesEachHeaderOnce) {
+    expect_clean_tree([](const auto& files) { return check_header_names(files); });
+}
+
+TEST(Repository, NamesEachTypeOnce) {
+    expect_clean_tree([](const auto& files) { return check_type_names(files); });
 }
 
 }  // namespace

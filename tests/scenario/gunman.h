@@ -46,7 +46,7 @@ inline ai::goap::Domain gunman_domain() {
 inline constexpr ai::goap::FactSet kGunmanWorld =
     fact(kHasGun) | fact(kFoeAlive) | fact(kHasBomb) | fact(kAlive);
 
-/// 40 actions among 32 facts, of which 31 can be made true in many paths; nothing makes the last,
+/// 40 actions among 32 facts, of which 31 can be made true in many ways; nothing makes the last,
 /// which is the goal together with some that can.
 inline ai::goap::Domain unreachable_domain() {
     ai::goap::Domain domain;

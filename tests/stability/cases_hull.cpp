@@ -1,6 +1,6 @@
 // Degenerate hulls: nearly flat, slivers, many points in a plane, the same point many times. They
 // are refused with a reason, or they are what their points are and are simulated as others.
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 #include "tests/stability/world.h"
 #include "shared/core/rng.h"
 

@@ -1,7 +1,7 @@
 // Worlds of many kinds: far from the origin, for very long, on surfaces, of all sizes, teleported.
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/compound.h"
+#include "server/physics/shapes/convex/hull.h"
 #include "server/physics/shapes/heightfield.h"
-#include "server/physics/shapes/hull.h"
 #include "server/physics/shapes/mesh.h"
 #include "tests/stability/world.h"
 #include "shared/core/rng.h"

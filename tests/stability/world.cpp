@@ -1,6 +1,6 @@
 #include "tests/stability/world.h"
 
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/scenario/overlaps.h"
 

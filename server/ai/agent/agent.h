@@ -1,8 +1,8 @@
 // Agent: all that the agent of one entity is made of; part of snapshots, handoffs and hashes.
 #pragma once
 
-#include "server/ai/agent/brain.h"
-#include "server/ai/steering/path_segment.h"
+#include "server/ai/agent/brain/brain.h"
+#include "server/ai/agent/path_segment.h"
 #include "shared/core/ids.h"
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"

@@ -1,6 +1,6 @@
 #include "server/ai/agent/agent_store.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

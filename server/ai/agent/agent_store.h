@@ -2,10 +2,10 @@
 #pragma once
 
 #include "server/ai/agent/agent.h"
+#include "server/ai/agent/agent_event_queue.h"
+#include "server/ai/agent/offscreen_grid.h"
+#include "server/ai/agent/stock_wait_list.h"
 #include "server/ai/decision/state_machine/state_flapping.h"
-#include "server/ai/offscreen/agent_event_queue.h"
-#include "server/ai/offscreen/offscreen_grid.h"
-#include "server/ai/offscreen/stock_wait_list.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -98,7 +98,7 @@ LevelChange change_level(AgentStore& agents,
     for (std::size_t n = 0; n < agents.size(); ++n) {
         Agent& agent = agents.at(agents.nth(n));
         ZONED_ASSERT(agent.tier != Tier::kSuspended || !settings.difficulty.varies[agent.brain],
-                     "who is to live by other brains was woken up");
+                     "an agent that is to live by another brain was resumed");
         migrate_from_level(agent, settings, change.from, now, dt);
     }
     agents.forget_flapping();  // the numbers of transitions may be others

@@ -2,7 +2,7 @@
 // stands, as its players do.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/ai/learning/adaptation.h"
 #include "shared/core/ids.h"
 

@@ -1,6 +1,6 @@
 #include "server/ai/agent/hot_reload_migration.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 
 #include <algorithm>
 

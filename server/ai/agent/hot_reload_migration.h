@@ -1,7 +1,8 @@
 // HotReloadMigration: agents go on with brains that have become others.
 #pragma once
 
-#include "server/ai/ai_update.h"
+#include "server/ai/agent/agent_store.h"
+#include "server/ai/agent/ai_settings.h"
 
 namespace zoned::ai {
 
@@ -12,7 +13,7 @@ namespace zoned::ai {
 /// places that histories remember, and variables, within their new bounds. An agent whose state is
 /// no more begins anew, as do variables that are new. A hold that was under way begins again, and a
 /// plan is made anew at the next decision, which comes when the new brain's period has it. Who
-/// walks at another pace now does so at once. AgentStore are active.
+/// walks at another pace now does so at once. Agents are active.
 template <class BrainOf>
 void migrate(AgentStore& agents,
              const AiSettings& before,

@@ -1,5 +1,6 @@
 #include "server/ai/offscreen/forage.h"
 
+#include "server/ai/agent/ai_settings.h"
 #include "server/ai/steering/path_following.h"
 
 #include <algorithm>
@@ -55,27 +56,26 @@ bool finds_food(const ForageDef& def, const PointsOfInterest& points_of_interest
 }  // namespace
 
 /// Null where the nest lies in another zone.
-Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
-    const ForageDef& def = *scene.brains[key.brain].states[key.current_action].forage;
+Nests::Nest* Nests::nest_of(const Scents& key, const AiContext& ai) {
+    const ForageDef& def = *ai.settings.compiled[key.brain].states[key.current_action].forage;
     for (const auto& nest : nests_) {
         if (nest->place == def.nest) {
             nest->def = &def;
             return nest.get();
         }
     }
-    const Vec2 centre = scene.points_of_interest.centre(def.nest);
-    if (std::abs(centre.x()) > scene.half_size.x() || std::abs(centre.y()) > scene.half_size.y()) {
+    const Vec2 centre = ai.points_of_interest.centre(def.nest);
+    if (std::abs(centre.x()) > ai.half_size.x() || std::abs(centre.y()) > ai.half_size.y()) {
         return nullptr;
     }
     const pathfinding::GroundRect area{centre.x() - def.radius_m,
                                        centre.y() - def.radius_m,
                                        centre.x() + def.radius_m,
                                        centre.y() + def.radius_m};
-    const motion::CharacterLimits& limits = scene.types[key.type].character;
-    pathfinding::GroundMap ground =
-        pathfinding::bake_ground(scene.statics, limits, area, def.cell_m);
+    const motion::CharacterLimits& limits = ai.types[key.type].character;
+    pathfinding::GroundMap ground = pathfinding::bake_ground(ai.statics, limits, area, def.cell_m);
     pathfinding::DoorMap doors(
-        pathfinding::bake_doors(scene.statics, limits, area, def.cell_m, ground), ground.cells);
+        pathfinding::bake_doors(ai.statics, limits, area, def.cell_m, ground), ground.cells);
     nests_.push_back(std::make_unique<Nest>(def, std::move(ground), std::move(doors)));
     Nest& nest = *nests_.back();
     nest.brain = key.brain;
@@ -105,14 +105,14 @@ void Nests::load(const SavedNests& memory) {
 }
 
 /// With doors as they were at the end of the last step.
-void Nests::restore(const Scene& scene) {
+void Nests::restore(const AiContext& ai) {
     const bool turned = turned_;
     for (const Scents& scents : remembered_) {
-        Nest* const nest = scents.type < scene.types.size() ? nest_of(scents, scene) : nullptr;
+        Nest* const nest = scents.type < ai.types.size() ? nest_of(scents, ai) : nullptr;
         if (nest == nullptr) {
             continue;
         }
-        follow_doors(*nest, scene.statics, scene.now - 1);
+        follow_doors(*nest, ai.statics, ai.now - 1);
         for (const Scents::ScentCell& cell : scents.cells) {
             nest->trails.put_scent(cell.place, cell.home, cell.food);
         }
@@ -164,7 +164,7 @@ void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
 }
 
 /// In the middle of a cell: a mark, food or home, and on.
-void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene) {
+void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const AiContext& ai) {
     const ForageDef& def = *nest.def;
     const pathfinding::Cell here = nest.ground.grid.cell(spot_of(at));
     agent.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(agent.steps + 1U, 0xFFFFU));
@@ -174,11 +174,11 @@ void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene)
                          nest.ground.cells.place(here),
                          agent.steps);
     }
-    if (!carries && finds_food(def, scene.points_of_interest, at)) {
+    if (!carries && finds_food(def, ai.points_of_interest, at)) {
         agent.corner |= kCarries;
         turn_back(agent);
     } else if ((carries || agent.steps > 1) &&
-               scene.points_of_interest.outside(def.nest, at) <= 0.0F) {
+               ai.points_of_interest.outside(def.nest, at) <= 0.0F) {
         delivered_ += carries ? 1U : 0U;
         agent.corner &= static_cast<std::uint8_t>(~kCarries);
         turn_back(agent);
@@ -187,12 +187,12 @@ void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene)
     choose(agent, nest, at);
 }
 
-void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const Scene& scene) {
+void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const AiContext& ai) {
     const float cell_m = nest.ground.grid.cell_m();
     const Vec2 target(agent.target.x(), agent.target.z());
     if ((agent.corner & kLost) != 0) {
-        if (scene.points_of_interest.outside(nest.place, at) > 0.0F) {
-            aim_at(agent, scene.points_of_interest.centre(nest.place));
+        if (ai.points_of_interest.outside(nest.place, at) > 0.0F) {
+            aim_at(agent, ai.points_of_interest.centre(nest.place));
             return;
         }
         agent.corner &= static_cast<std::uint8_t>(~kCarries);
@@ -204,9 +204,9 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const S
         choose(agent, nest, at);
     } else if (!nest.ground.grid.contains(spot_of(at))) {
         agent.corner |= kLost;
-        aim_at(agent, scene.points_of_interest.centre(nest.place));
+        aim_at(agent, ai.points_of_interest.centre(nest.place));
     } else if (arrived) {
-        arrive(agent, nest, at, scene);
+        arrive(agent, nest, at, ai);
     } else if ((target - at).norm() > kAstrayCells * cell_m ||
                !nest.ground.cells.passable(nest.ground.grid.cell(spot_of(target)))) {
         // Pushed away, or a door has shut before it.
@@ -215,43 +215,43 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const S
 }
 
 /// Nothing happens to who is on a segment, unless doors have turned.
-void Nests::take_turn(Agent& agent, const Forager& forager, const Scene& scene) {
-    const ForageDef& def = *scene.brains[agent.brain].states[agent.current_action].forage;
-    const Vec3& position = scene.entities.position[forager.row];
+void Nests::take_turn(Agent& agent, const Forager& forager, const AiContext& ai) {
+    const ForageDef& def = *ai.settings.compiled[agent.brain].states[agent.current_action].forage;
+    const Vec3& position = ai.entities.position[forager.row];
     const Vec2 body(position.x(), position.z());
-    const bool by_segment = keeps_to_segment(agent, body, scene.now, scene.dt);
-    const bool over = by_segment && segment_is_over(agent, scene.now, scene.dt);
+    const bool by_segment = keeps_to_segment(agent, body, ai.now, ai.dt);
+    const bool over = by_segment && segment_is_over(agent, ai.now, ai.dt);
     if (by_segment && !over && !turned_) {
         return;
     }
-    const Vec2 at = whereabouts(agent, body, scene.now, scene.dt);
+    const Vec2 at = whereabouts(agent, body, ai.now, ai.dt);
     const Vec2 target(agent.target.x(), agent.target.z());
-    const Scents key{agent.brain, agent.current_action, scene.entities.type[forager.row], {}};
-    if (Nest* const nest = nest_of(key, scene)) {
+    const Scents key{agent.brain, agent.current_action, ai.entities.type[forager.row], {}};
+    if (Nest* const nest = nest_of(key, ai)) {
         const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
-        walk(agent, *nest, at, by_segment ? over : near, scene);
+        walk(agent, *nest, at, by_segment ? over : near, ai);
     } else {
         agent.corner |= kLost;
-        aim_at(agent, scene.points_of_interest.centre(def.nest));
+        aim_at(agent, ai.points_of_interest.centre(def.nest));
     }
     if (by_segment && target != Vec2(agent.target.x(), agent.target.z())) {
-        end_segment(agent, scene.now);
+        end_segment(agent, ai.now);
     }
 }
 
-void Nests::step(AgentStore& agents, const Scene& scene) {
+void Nests::step(const AiContext& ai) {
     std::sort(foragers_.begin(), foragers_.end(), [](const Forager& a, const Forager& b) {
         return a.entity < b.entity;
     });
-    restore(scene);
+    restore(ai);
     for (const Forager& forager : foragers_) {
-        take_turn(agents.at(forager.slot), forager, scene);
+        take_turn(ai.agents.at(forager.slot), forager, ai);
     }
     turned_ = false;
-    const auto second = std::max<Tick>(1, std::lround(1.0F / scene.dt));
+    const auto second = std::max<Tick>(1, std::lround(1.0F / ai.dt));
     for (const auto& nest : nests_) {
-        follow_doors(*nest, scene.statics, scene.now);
-        if (scene.now % second == 0) {
+        follow_doors(*nest, ai.statics, ai.now);
+        if (ai.now % second == 0) {
             nest->trails.evaporate();
         }
     }

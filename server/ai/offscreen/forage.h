@@ -2,8 +2,10 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/offscreen/points_of_interest.h"
+#include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/ai_context.h"
 #include "server/ai/pathfinding/grid/door_cells.h"
+#include "server/ai/steering/forage_walk.h"
 #include "server/world/entities.h"
 #include "shared/motion/static_geometry.h"
 
@@ -21,21 +23,6 @@ struct Forager {
     Slot slot = 0;
 };
 
-/// What an agent keeps in `corner` while it forages: the direction in which it goes, by eighths of
-/// a turn, and these.
-inline constexpr std::uint8_t kCarries = 0x08;
-inline constexpr std::uint8_t kScouts = 0x10;
-inline constexpr std::uint8_t kLost = 0x20;  ///< off the map: it walks straight home
-inline constexpr std::uint8_t kBegins = 0x40;
-
-/// So near the middle of a cell counts as there, in cells.
-inline constexpr float kAtCell = 0.4F;
-
-/// Whether it goes from cell to cell, straight from one to the next.
-inline bool goes_by_cells(const Agent& agent, const BrainState& state) {
-    return state.action == ActionKind::kForage && (agent.corner & kLost) == 0;
-}
-
 /// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
 /// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
 /// that of the next by a timetable (walk.h), and what they smell and mark happens at the ends of
@@ -45,17 +32,6 @@ inline bool goes_by_cells(const Agent& agent, const BrainState& state) {
 /// the zone's state.
 class Nests {
   public:
-    struct Scene {
-        const world::Entities& entities;
-        const world::TypeTable& types;
-        const PointsOfInterest& points_of_interest;
-        const motion::StaticGeometry& statics;
-        const std::vector<CompiledBrain>& brains;
-        Vec2 half_size;  ///< of the zone: nests beyond it are another's
-        Tick now;
-        float dt;  ///< s
-    };
-
     void clear() { foragers_.clear(); }
 
     /// In any order: all whose bodies are simulated, and of the others those who have come to the
@@ -64,7 +40,7 @@ class Nests {
 
     /// Lets those who have come to a cell mark it and choose the next: writes `target`, and ends
     /// the segment of whoever has another one.
-    void step(AgentStore& agents, const Scene& scene);
+    void step(const AiContext& ai);
 
     /// A door has changed the ground of a nest in the last step: all who forage have to look, in
     /// this one, whether it has shut before them.
@@ -133,12 +109,12 @@ class Nests {
               trails(ground.cells, from.trails) {}
     };
 
-    Nest* nest_of(const Scents& key, const Scene& scene);
-    void restore(const Scene& scene);
+    Nest* nest_of(const Scents& key, const AiContext& ai);
+    void restore(const AiContext& ai);
     void follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now);
-    void take_turn(Agent& agent, const Forager& forager, const Scene& scene);
-    void walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const Scene& scene);
-    void arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene);
+    void take_turn(Agent& agent, const Forager& forager, const AiContext& ai);
+    void walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const AiContext& ai);
+    void arrive(Agent& agent, Nest& nest, const Vec2& at, const AiContext& ai);
     void choose(Agent& agent, Nest& nest, const Vec2& at);
 
     std::vector<Forager> foragers_;

@@ -1,6 +1,6 @@
 #include "server/ai/offscreen/herd.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/ai/steering/desired_velocity.h"
 #include "shared/core/block_hash.h"
 #include "shared/motion/apply_input.h"
@@ -118,18 +118,6 @@ Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimit
            (limits.speed * (sprints ? limits.sprint_factor : 1.0F));
 }
 
-const PathSegment* Drift::segment_of(const world::Entities& entities, world::Row row) const {
-    const EntityId entity = entities.id[row];
-    if (row < slots.size() && slots[row] < agents.slots()) {
-        const Agent& hinted = agents.at(slots[row]);
-        if (hinted.entity == entity) {
-            return &hinted.segment;
-        }
-    }
-    const Agent* const agent = agents.find(entity);
-    return agent != nullptr ? &agent->segment : nullptr;
-}
-
 bool at_step_end(const Agent& agent, const Vec2& at) {
     return (at - agent.segment.goal).norm() <= kAtEndShare * step_of(agent);
 }
@@ -147,25 +135,25 @@ Tick roams_until(const CompiledBrain& brain, Tick now, float dt) {
 
 Vec2 path_ahead(const Agent& agent,
                 const CompiledBrain& brain,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 world::Row row) {
-    const auto ticks = static_cast<float>(roams_until(brain, in.now, in.dt) - in.now);
-    return wanted_by(agent.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
+    const auto ticks = static_cast<float>(roams_until(brain, ai.now, ai.dt) - ai.now);
+    return wanted_by(agent.aim, ai.types[ai.entities.type[row]].character) * (ticks * ai.dt);
 }
 
 void take_step(Agent& agent,
                const CompiledBrain& brain,
-               const OffscreenContext& in,
+               const AiContext& ai,
                const Vec3& from,
                const StepEnd& end) {
-    const Tick until = roams_until(brain, in.now, in.dt);
-    const float time_s = static_cast<float>(until - in.now) * in.dt;
+    const Tick until = roams_until(brain, ai.now, ai.dt);
+    const float time_s = static_cast<float>(until - ai.now) * ai.dt;
     const Vec2 here = flat_part(from);
     const float length = end.stands ? (flat_part(end.at) - here).norm() : 0.0F;
     agent.segment = PathSegment();
     agent.segment.from = here;
     agent.segment.goal = end.stands ? flat_part(end.at) : here;
-    agent.segment.since = in.now - 1;
+    agent.segment.since = ai.now - 1;
     if (length > 0.0F) {
         agent.segment.direction = (agent.segment.goal - here) / length;
         agent.segment.speed = length / time_s;
@@ -179,30 +167,30 @@ void take_step(Agent& agent,
 
 bool roam(Agent& agent,
           const CompiledBrain& brain,
-          const OffscreenContext& in,
+          const AiContext& ai,
           world::Row row,
           const Vec3& from,
           const Vec2& way) {
-    const Tick until = roams_until(brain, in.now, in.dt);
-    const float time_s = static_cast<float>(until - in.now) * in.dt;
-    const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
+    const Tick until = roams_until(brain, ai.now, ai.dt);
+    const float time_s = static_cast<float>(until - ai.now) * ai.dt;
+    const Vec2 velocity = velocity_at(agent.segment, ai.now - 1, ai.dt);
     const motion::CharacterState begin{
-        from, Vec3(velocity.x(), 0.0F, velocity.y()), in.entities.yaw[row], true};
-    const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
-    const StepEnd end = walk_along(begin, way, time_s, limits, in.statics, in.now);
-    take_step(agent, brain, in, from, end);
+        from, Vec3(velocity.x(), 0.0F, velocity.y()), ai.entities.yaw[row], true};
+    const motion::CharacterLimits& limits = ai.types[ai.entities.type[row]].character;
+    const StepEnd end = walk_along(begin, way, time_s, limits, ai.statics, ai.now);
+    take_step(agent, brain, ai, from, end);
     return end.stands;
 }
 
 bool only_steps(const Agent& agent,
                 const CompiledBrain& brain,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 world::Row row) {
-    if (agent.entered || !on_step(agent) || !roams(agent, brain) || agent.again_at != in.now ||
-        agent.next_decision <= in.now || in.now < agent.detour_until) {
+    if (agent.entered || !on_step(agent) || !roams(agent, brain) || agent.again_at != ai.now ||
+        agent.next_decision <= ai.now || ai.now < agent.detour_until) {
         return false;
     }
-    const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
+    const motion::CharacterLimits& limits = ai.types[ai.entities.type[row]].character;
     const float wanted = wanted_by(agent.aim, limits).norm();
     return agent.segment.speed >= kHinderedShare * wanted;
 }

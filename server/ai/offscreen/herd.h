@@ -2,7 +2,9 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
+#include "server/ai/ai_context.h"
 #include "server/ai/offscreen/suspend_resume.h"
+#include "server/ai/steering/herd_drift.h"
 #include "shared/motion/apply_input.h"
 
 #include <cstdint>
@@ -29,20 +31,6 @@ inline constexpr float kHinderedShare = 0.9F;
 inline float step_of(const Agent& agent) {
     return (agent.segment.goal - agent.segment.from).norm();
 }
-
-/// Where those neighbours are whom nobody sees: their rows say where they were put last, their
-/// agents where they are now.
-struct Drift {
-    const AgentStore& agents;
-    std::span<const Slot> slots;  ///< by row: of whoever dozes there; others may be in the way
-    Tick now;
-    float dt;       ///< s
-    float reach_m;  ///< nobody is farther than this from its row
-
-    /// Of a row that dozes; null: it has no agent here.
-    [[nodiscard]] const PathSegment* segment_of(const world::Entities& entities,
-                                                world::Row row) const;
-};
 
 /// Whether the agent is on a step with its herd: no other segment leads on without an end.
 inline bool on_step(const Agent& agent) {
@@ -75,10 +63,10 @@ struct StepEnd {
 };
 
 /// The step of an animal that is at `from` to where it leads until roams_until(). Who would leave
-/// the ground stands where it is, and is to be woken up. Where it comes to stand is agent.target.
+/// the ground stands where it is, and is to be resumed. Where it comes to stand is agent.target.
 void take_step(Agent& agent,
                const CompiledBrain& brain,
-               const OffscreenContext& in,
+               const AiContext& ai,
                const Vec3& from,
                const StepEnd& end);
 
@@ -110,10 +98,10 @@ StepEnd walk_along(const motion::CharacterState& from,
 /// The step of an animal that is at `from`, along `way` (x, z, m) until roams_until(): as a
 /// character moves that is simulated, so along walls, over ledges, up and down the ground
 /// (motion::apply_input). False: it would leave the ground; it stands where it is, and is to be
-/// woken up. Where it comes to stand is agent.target.
+/// resumed. Where it comes to stand is agent.target.
 bool roam(Agent& agent,
           const CompiledBrain& brain,
-          const OffscreenContext& in,
+          const AiContext& ai,
           world::Row row,
           const Vec3& from,
           const Vec2& way);
@@ -122,7 +110,7 @@ bool roam(Agent& agent,
 /// decides nothing.
 bool only_steps(const Agent& agent,
                 const CompiledBrain& brain,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 world::Row row);
 
 /// Chains what such a step changes.
@@ -131,7 +119,7 @@ void hash_step(core::StateHash& hash, const Agent& agent);
 /// The way that it goes until then where nothing changes its heading, x, z, m.
 Vec2 path_ahead(const Agent& agent,
                 const CompiledBrain& brain,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 world::Row row);
 
 /// Herds for a step: all animals that may come near each other until it is over stand in columns by
@@ -143,25 +131,13 @@ Vec2 path_ahead(const Agent& agent,
 /// over surfaces may be barred, and that others turn who are not of a herd.
 class Herds {
   public:
-    struct Scene {
-        const world::Entities& entities;
-        const world::TypeTable& types;
-        const PointsOfInterest& points_of_interest;
-        const motion::StaticGeometry& statics;
-        const std::vector<CompiledBrain>& brains;
-        const Drift& drift;
-        bool reduce_far;  ///< those far from players steer every kFarPeriod ticks
-        Tick now;
-        float dt;  ///< s
-    };
-
     void clear() { roaming_.clear(); }
 
     /// In any order: one that is at `at`, x, z, m.
     void add(Slot slot, world::Row row, const Vec3& at) { roaming_.push_back({slot, row, at}); }
 
     /// Sets their aims as they are at the end of their steps.
-    void step(AgentStore& agents, const Scene& scene);
+    void step(const AiContext& ai, const HerdDrift& drift);
 
     /// Where the n-th that was added comes.
     [[nodiscard]] const StepEnd& end(std::size_t n) const { return ends_[n]; }
@@ -209,25 +185,26 @@ class Herds {
 
     static constexpr std::uint32_t kNoNumber = 0xFFFFFFFFU;
 
-    void gather(AgentStore& agents, const Scene& scene);
+    void gather(const AiContext& ai);
     void add_animal(const Agent* agent,
                     world::Row row,
                     std::uint32_t number,
                     const Vec2& at,
-                    const Scene& scene);
-    [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const Scene& scene) const;
-    void walk_on(std::size_t n, const Scene& scene, Tick now);
-    void add_others(const AgentStore& agents, const Scene& scene);
+                    const AiContext& ai);
+    [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const AiContext& ai) const;
+    void walk_on(std::size_t n, const AiContext& ai, Tick now);
+    void add_others(const AiContext& ai);
     [[nodiscard]] Extent extent_of_found() const;
     void lay_mesh();
     void sort_by_cells();
     [[nodiscard]] std::uint32_t rank_of(TypeIndex type) const;
     [[nodiscard]] Vec2 place(std::size_t n, float time_s) const;
-    void turn_all(AgentStore& agents, const Scene& scene, Tick now);
-    [[nodiscard]] Vec2 turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick now);
+    void turn_all(const AiContext& ai, Tick now);
+    [[nodiscard]] Vec2 turned(std::size_t n, const AiContext& ai, Tick now);
     void set_velocity(std::size_t n, const Vec2& velocity, float time_s);
-    void leave(AgentStore& agents, std::size_t n, const Scene& scene, float time_s);
+    void leave(std::size_t n, const AiContext& ai, float time_s);
 
+    const HerdDrift* drift_ = nullptr;  // of the step that is going on
     std::vector<Roaming> roaming_;
     std::vector<TypeIndex> types_;  // of those who step, each once
     std::vector<Animal> found_;

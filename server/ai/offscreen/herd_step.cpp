@@ -1,4 +1,5 @@
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/ai_settings.h"
+#include "server/ai/agent/decision.h"
 #include "server/ai/offscreen/herd.h"
 #include "server/ai/steering/desired_velocity.h"
 #include "server/ai/steering/steering.h"
@@ -46,11 +47,11 @@ void Herds::add_animal(const Agent* agent,
                        world::Row row,
                        std::uint32_t number,
                        const Vec2& at,
-                       const Scene& scene) {
-    const world::Entities& e = scene.entities;
+                       const AiContext& ai) {
+    const world::Entities& e = ai.entities;
     const PathSegment* const segment = !e.has(row, world::kDozing) ? nullptr
                                        : number != kNoNumber       ? &agent->segment
-                                                                   : scene.drift.segment_of(e, row);
+                                                                   : drift_->segment_of(e, row);
     Animal animal{};
     animal.entity = e.id[row];
     animal.row = row;
@@ -61,27 +62,27 @@ void Herds::add_animal(const Agent* agent,
     animal.at = at;
     animal.velocity = Vec2(e.velocity[row].x(), e.velocity[row].z());
     if (segment != nullptr) {
-        animal.velocity = velocity_at(*segment, scene.now - 1, scene.dt);
+        animal.velocity = velocity_at(*segment, ai.now - 1, ai.dt);
         // Who steps is where it says.
-        animal.at = number != kNoNumber ? at : position_at(*segment, scene.now - 1, scene.dt);
+        animal.at = number != kNoNumber ? at : position_at(*segment, ai.now - 1, ai.dt);
     }
     if (agent != nullptr) {
-        const CompiledBrain& brain = scene.brains[agent->brain];
+        const CompiledBrain& brain = ai.settings.compiled[agent->brain];
         const BrainState& state = brain.states[agent->current_action];
-        const motion::CharacterLimits& limits = scene.types[animal.type].character;
+        const motion::CharacterLimits& limits = ai.types[animal.type].character;
         const Vec2 wanted = wanted_by(agent->aim, limits);
         const bool hindered = animal.velocity.norm() < kHinderedShare * wanted.norm();
         animal.velocity = hindered ? animal.velocity : wanted;
         animal.aim = agent->aim;
-        const Tick until = roams_until(brain, scene.now, scene.dt);
-        const float time_s = static_cast<float>(until - scene.now) * scene.dt;
+        const Tick until = roams_until(brain, ai.now, ai.dt);
+        const float time_s = static_cast<float>(until - ai.now) * ai.dt;
         animal.reach = state.radius_m + 2.0F * time_s * roam_speed(state, limits);
         animal.until = number != kNoNumber ? until : kNever;
         if (number != kNoNumber) {
             const Vec3 velocity(animal.velocity.x(), 0.0F, animal.velocity.y());
             animal.body = {roaming_[number].at, velocity, e.yaw[row], true};
-            animal.tries = is_barred(animal, time_s * roam_speed(state, limits), scene) ||
-                           (hindered && !scene.statics.surfaces().empty());
+            animal.tries = is_barred(animal, time_s * roam_speed(state, limits), ai) ||
+                           (hindered && !ai.statics.surfaces().empty());
         }
     }
     found_.push_back(animal);
@@ -89,16 +90,16 @@ void Herds::add_animal(const Agent* agent,
 }
 
 /// Whether a box or a door may be in its way as far as it may come.
-bool Herds::is_barred(const Animal& animal, float reach_m, const Scene& scene) const {
-    const motion::CharacterLimits& limits = scene.types[animal.type].character;
+bool Herds::is_barred(const Animal& animal, float reach_m, const AiContext& ai) const {
+    const motion::CharacterLimits& limits = ai.types[animal.type].character;
     const float height = limits.radius + limits.half_segment + limits.step_up;
     const Vec3 reach(reach_m + limits.radius, height + reach_m, reach_m + limits.radius);
     const Vec3& at = animal.body.position;
     bool barred = false;
-    scene.statics.for_each_near({at - reach, at + reach},
-                                [&barred](std::uint32_t /*box*/) { barred = true; });
-    scene.statics.for_each_door_near({at - reach, at + reach},
-                                     [&barred](std::uint32_t /*door*/) { barred = true; });
+    ai.statics.for_each_near({at - reach, at + reach},
+                             [&barred](std::uint32_t /*box*/) { barred = true; });
+    ai.statics.for_each_door_near({at - reach, at + reach},
+                                  [&barred](std::uint32_t /*door*/) { barred = true; });
     return barred;
 }
 
@@ -115,11 +116,11 @@ Herds::Extent Herds::extent_of_found() const {
 }
 
 /// Those of the same types whom somebody who steps may come to know of.
-void Herds::add_others(const AgentStore& agents, const Scene& scene) {
-    const world::Entities& e = scene.entities;
+void Herds::add_others(const AiContext& ai) {
+    const world::Entities& e = ai.entities;
     const Extent known = extent_of_found();
-    const Vec2 low = known.low.array() - (known.reach + scene.drift.reach_m);
-    const Vec2 high = known.high.array() + (known.reach + scene.drift.reach_m);
+    const Vec2 low = known.low.array() - (known.reach + drift_->reach_m);
+    const Vec2 high = known.high.array() + (known.reach + drift_->reach_m);
     for (world::Row row = 0; row < e.size(); ++row) {
         if (among_[row] || rank_of(e.type[row]) == types_.size() || e.has(row, world::kHidden)) {
             continue;
@@ -129,14 +130,14 @@ void Herds::add_others(const AgentStore& agents, const Scene& scene) {
             continue;
         }
         const bool elsewhere = e.has(row, world::kDozing) || e.has(row, world::kGhost);
-        const Agent* const agent = elsewhere ? nullptr : agents.find(e.id[row]);
-        const bool foretold = agent != nullptr && roams(*agent, scene.brains[agent->brain]);
-        add_animal(foretold ? agent : nullptr, row, kNoNumber, at, scene);
+        const Agent* const agent = elsewhere ? nullptr : ai.agents.find(e.id[row]);
+        const bool foretold = agent != nullptr && roams(*agent, ai.settings.compiled[agent->brain]);
+        add_animal(foretold ? agent : nullptr, row, kNoNumber, at, ai);
     }
 }
 
-void Herds::gather(AgentStore& agents, const Scene& scene) {
-    const world::Entities& e = scene.entities;
+void Herds::gather(const AiContext& ai) {
+    const world::Entities& e = ai.entities;
     found_.clear();
     types_.clear();
     ends_.assign(roaming_.size(), StepEnd());
@@ -145,7 +146,7 @@ void Herds::gather(AgentStore& agents, const Scene& scene) {
         const Roaming& roaming = roaming_[n];
         const auto number = static_cast<std::uint32_t>(n);
         const Vec2 at(roaming.at.x(), roaming.at.z());
-        add_animal(&agents.at(roaming.slot), roaming.row, number, at, scene);
+        add_animal(&ai.agents.at(roaming.slot), roaming.row, number, at, ai);
         if (rank_of(found_.back().type) == types_.size()) {
             types_.push_back(found_.back().type);
         }
@@ -155,7 +156,7 @@ void Herds::gather(AgentStore& agents, const Scene& scene) {
         shown += e.counts()[type].shown + e.counts()[type].ghosts;
     }
     if (shown != roaming_.size()) {
-        add_others(agents, scene);
+        add_others(ai);
     }
     for (const Animal& animal : found_) {
         among_[animal.row] = false;
@@ -235,16 +236,16 @@ void Herds::set_velocity(std::size_t n, const Vec2& wanted, float time_s) {
 
 /// The rule, as desired_velocity() and steer() ask it at a decision; by where all are at the end of
 /// the tick before.
-Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick now) {
+Vec2 Herds::turned(std::size_t n, const AiContext& ai, Tick now) {
     Animal& animal = animals_[n];
     const Agent& agent = *animal.agent;
     const Vec2 as_before(velocity_x_[n], velocity_z_[n]);
     if (now < agent.detour_until) {
         return as_before;
     }
-    const BrainState& state = scene.brains[agent.brain].states[agent.current_action];
-    const motion::CharacterLimits& limits = scene.types[animal.type].character;
-    const float time_s = static_cast<float>(now - scene.now) * scene.dt;
+    const BrainState& state = ai.settings.compiled[agent.brain].states[agent.current_action];
+    const motion::CharacterLimits& limits = ai.types[animal.type].character;
+    const float time_s = static_cast<float>(now - ai.now) * ai.dt;
     const Vec2 here = place(n, time_s);
     FlockSum sum(state.radius_m);
     const std::uint32_t of_type = animal.cell / mesh_.cells() * mesh_.cells();
@@ -265,14 +266,14 @@ Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick n
     const Vec2 heading = aim_direction(animal.aim);
     const bool stands = heading == Vec2::Zero();
     const float speed = std::max(0.01F, roam_speed(state, limits));
-    FlockPull pull = flock_pull(agent, state, speed, here, scene.points_of_interest);
+    FlockPull pull = flock_pull(agent, state, speed, here, ai.points_of_interest);
     pull.heading = heading;
     Vec2 desired = sum.heading(here, pull);
     if (desired.norm() < 1e-3F) {
         if (!stands || animal.number == kNoNumber) {
             return as_before;
         }
-        core::Rng& rng = agents.at(roaming_[animal.number].slot).rng;
+        core::Rng& rng = ai.agents.at(roaming_[animal.number].slot).rng;
         desired = Vec2(rng.range(-1.0F, 1.0F), 1.0F);  // anywhere
     }
     const Vec2 direction = desired.normalized();
@@ -283,7 +284,7 @@ Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick n
 }
 
 /// All whose turn it is at `now`: first each looks around, then they turn.
-void Herds::turn_all(AgentStore& agents, const Scene& scene, Tick now) {
+void Herds::turn_all(const AiContext& ai, Tick now) {
     turning_.clear();
     wanted_.clear();
     for (std::size_t n = 0; n < turns_at_.size(); ++n) {
@@ -292,71 +293,71 @@ void Herds::turn_all(AgentStore& agents, const Scene& scene, Tick now) {
         }
     }
     for (const std::uint32_t n : turning_) {
-        wanted_.push_back(turned(agents, n, scene, now));
+        wanted_.push_back(turned(n, ai, now));
     }
-    const float time_s = static_cast<float>(now - scene.now) * scene.dt;
+    const float time_s = static_cast<float>(now - ai.now) * ai.dt;
     for (std::size_t k = 0; k < turning_.size(); ++k) {
         const std::uint32_t n = turning_[k];
         const Agent& agent = *animals_[n].agent;
         set_velocity(n, wanted_[k], time_s);
         turns_at_[n] = turn_from(agent,
-                                 decision_period(scene.brains[agent.brain], scene.dt),
-                                 scene.reduce_far && agent.far,
+                                 decision_period(ai.settings.compiled[agent.brain], ai.dt),
+                                 ai.settings.reduce_far && agent.far,
                                  now + 1);
-        walk_on(n, scene, now);
+        walk_on(n, ai, now);
     }
 }
 
 /// The next piece of the way of one that tries: others see it go straight to where it comes.
-void Herds::walk_on(std::size_t n, const Scene& scene, Tick now) {
+void Herds::walk_on(std::size_t n, const AiContext& ai, Tick now) {
     Animal& animal = animals_[n];
     const Tick end = std::min(turns_at_[n], animal.until);
     if (!animal.tries || end <= now || !animal.body.grounded) {
         return;
     }
-    const motion::CharacterLimits& limits = scene.types[animal.type].character;
-    const float time_s = static_cast<float>(end - now) * scene.dt;
+    const motion::CharacterLimits& limits = ai.types[animal.type].character;
+    const float time_s = static_cast<float>(end - now) * ai.dt;
     const Vec3 from = animal.body.position;
-    animal.body = walked(animal.body, animal.aim, limits, scene.statics, time_s, now).state;
+    animal.body = walked(animal.body, animal.aim, limits, ai.statics, time_s, now).state;
     const Vec3 way = animal.body.position - from;
-    set_velocity(
-        n, Vec2(way.x(), way.z()) / time_s, static_cast<float>(now - scene.now) * scene.dt);
+    set_velocity(n, Vec2(way.x(), way.z()) / time_s, static_cast<float>(now - ai.now) * ai.dt);
 }
 
-void Herds::step(AgentStore& agents, const Scene& scene) {
+void Herds::step(const AiContext& ai, const HerdDrift& drift) {
+    drift_ = &drift;
     if (roaming_.empty()) {
         return;
     }
-    gather(agents, scene);
+    gather(ai);
     lay_mesh();
     sort_by_cells();
     turns_at_.assign(animals_.size(), kNever);
-    Tick end = scene.now;
+    Tick end = ai.now;
     for (std::size_t n = 0; n < animals_.size(); ++n) {
         if (const Agent* const agent = animals_[n].agent) {
             turns_at_[n] = turn_from(*agent,
-                                     decision_period(scene.brains[agent->brain], scene.dt),
-                                     scene.reduce_far && agent->far,
-                                     scene.now);
+                                     decision_period(ai.settings.compiled[agent->brain], ai.dt),
+                                     ai.settings.reduce_far && agent->far,
+                                     ai.now);
         }
         if (animals_[n].until != kNever) {
             end = std::max(end, animals_[n].until);
-            if (turns_at_[n] != scene.now) {
-                walk_on(n, scene, scene.now);
+            if (turns_at_[n] != ai.now) {
+                walk_on(n, ai, ai.now);
             }
         }
     }
-    for (Tick now = scene.now; now <= end;) {
+    for (Tick now = ai.now; now <= end;) {
         Tick next = kNever;
-        const float time_s = static_cast<float>(now - scene.now) * scene.dt;
+        const float time_s = static_cast<float>(now - ai.now) * ai.dt;
         for (std::size_t n = 0; n < animals_.size(); ++n) {
             if (animals_[n].until == now) {
-                leave(agents, n, scene, time_s);
+                leave(n, ai, time_s);
             }
             next = std::min(next, animals_[n].until);
         }
         for (; now < std::min(next, end); ++now) {
-            turn_all(agents, scene, now);
+            turn_all(ai, now);
         }
         if (now == end && next == kNever) {
             break;
@@ -365,23 +366,23 @@ void Herds::step(AgentStore& agents, const Scene& scene) {
 }
 
 /// Its step is over: others see it go straight on.
-void Herds::leave(AgentStore& agents, std::size_t n, const Scene& scene, float time_s) {
+void Herds::leave(std::size_t n, const AiContext& ai, float time_s) {
     Animal& animal = animals_[n];
     const Roaming& roaming = roaming_[animal.number];
-    Agent& agent = agents.at(roaming.slot);
+    Agent& agent = ai.agents.at(roaming.slot);
     agent.aim = animal.aim;
     if (animal.tries) {
         ends_[animal.number] = {animal.body.position, animal.body.grounded};
     } else {
-        const motion::CharacterLimits& limits = scene.types[animal.type].character;
-        const Vec2 velocity = velocity_at(agent.segment, scene.now - 1, scene.dt);
+        const motion::CharacterLimits& limits = ai.types[animal.type].character;
+        const Vec2 velocity = velocity_at(agent.segment, ai.now - 1, ai.dt);
         ends_[animal.number] =
             walk_along({roaming.at, Vec3(velocity.x(), 0.0F, velocity.y()), animal.body.yaw, true},
                        place(n, time_s) - animal.at,
                        time_s,
                        limits,
-                       scene.statics,
-                       scene.now);
+                       ai.statics,
+                       ai.now);
     }
     turns_at_[n] = kNever;
     animal.until = kNever;

@@ -1,7 +1,7 @@
 // NextChange: how long nothing can change for an agent that nobody sees.
 #pragma once
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 
 namespace zoned::ai {
 

@@ -1,6 +1,6 @@
 #include "server/ai/offscreen/proximity_schedule.h"
 
-#include "server/ai/steering/path_following.h"
+#include "server/ai/agent/whereabouts.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ constexpr float kAhead_m = 96.0F;
 constexpr float kBodies_m = 2.0F * kDriftM + 0.1F;
 /// Who walks may be a rounding beside its squares, or what one walks in some ticks, m.
 constexpr float kBeside_m = 2.0F;
-/// Ticks that a bound is early: points_of_interest are those of the end of the last tick.
+/// Ticks that a bound is early: places are those of the end of the last tick.
 constexpr Tick kEarly = 2;
 constexpr float kMostTicks = 1e6F;
 
@@ -121,35 +121,35 @@ void ProximitySchedule::grow(std::size_t slots) {
     }
 }
 
-void ProximitySchedule::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
-    const Agent& agent = scene.agents.at(slot);
+void ProximitySchedule::put(Slot slot, TypeIndex type, const AiContext& ai, bool late) {
+    const Agent& agent = ai.agents.at(slot);
     members_[slot] = {agent.entity, type};
-    const Vec2 at = position_at(agent.segment, scene.now - 1, scene.dt);
+    const Vec2 at = position_at(agent.segment, ai.now - 1, ai.dt);
     const Vec2 anywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
-    const Tick left = OffscreenGrid::left_at(agent.segment, at, anywhere, scene.dt, late);
-    cells_.put(slot, agent.segment, at, scene.dt, late);
-    const Tick look = std::max(std::min(agent.next_proximity_check, left), scene.now + 1);
+    const Tick left = OffscreenGrid::left_at(agent.segment, at, anywhere, ai.dt, late);
+    cells_.put(slot, agent.segment, at, ai.dt, late);
+    const Tick look = std::max(std::min(agent.next_proximity_check, left), ai.now + 1);
     if (looks_.at(slot) != look) {
         looks_.schedule(slot, look);
     }
 }
 
-ProximitySchedule::Body ProximitySchedule::suspended_body(Slot slot, const Scene& scene) const {
-    const Agent& agent = scene.agents.at(slot);
+ProximitySchedule::Body ProximitySchedule::suspended_body(Slot slot, const AiContext& ai) const {
+    const Agent& agent = ai.agents.at(slot);
     const TypeIndex type = members_[slot].type;
     return {{type, agent.brain},
             agent.entity,
-            position_at(agent.segment, scene.now - 1, scene.dt),
-            scene.reaches.top_speed(type)};
+            position_at(agent.segment, ai.now - 1, ai.dt),
+            ranges_.top_speed(type)};
 }
 
 template <class Visit>
 void ProximitySchedule::for_each_near(const Vec2& at,
                                       float radius_m,
-                                      const Scene& scene,
+                                      const AiContext& ai,
                                       Visit&& visit) {
     const auto look = [&](Slot slot) {
-        if (is_suspended(slot, scene)) {
+        if (is_suspended(slot, ai)) {
             visit(slot);
         }
     };
@@ -172,21 +172,21 @@ float ProximitySchedule::within(float reach_m, float speed, Tick ticks, float dt
     return reach_m + kBodies_m + speed * static_cast<float>(ticks + kEarly + 1) * dt;
 }
 
-Tick ProximitySchedule::apart(const Body& body, const Scene& scene, std::vector<Slot>& near) {
-    const float farthest = scene.reaches.farthest(body.kind);
-    const float fastest = body.speed + scene.reaches.fastest();
-    Tick least = ticks_of(kAhead_m - kBodies_m, fastest, scene.dt);
-    const float border = (scene.half_size - body.at.cwiseAbs()).minCoeff() - 2.0F * scene.shared_m;
+Tick ProximitySchedule::apart(const Body& body, const AiContext& ai, std::vector<Slot>& near) {
+    const float farthest = ranges_.farthest(body.kind);
+    const float fastest = body.speed + ranges_.fastest();
+    Tick least = ticks_of(kAhead_m - kBodies_m, fastest, ai.dt);
+    const float border = (ai.half_size - body.at.cwiseAbs()).minCoeff() - 2.0F * ai.shared_m;
     if (std::isfinite(border)) {
-        least = std::min(least, ticks_of(border - farthest - kBodies_m, body.speed, scene.dt));
+        least = std::min(least, ticks_of(border - farthest - kBodies_m, body.speed, ai.dt));
     }
-    for_each_near(body.at, farthest + kAhead_m, scene, [&](Slot slot) {
-        const Body other = suspended_body(slot, scene);
-        const float reach = scene.reaches.between(body.kind, other.kind);
+    for_each_near(body.at, farthest + kAhead_m, ai, [&](Slot slot) {
+        const Body other = suspended_body(slot, ai);
+        const float reach = ranges_.between(body.kind, other.kind);
         if (reach < 0.0F || other.entity == body.entity) {
             return;
         }
-        const Tick ticks = apart(body, other, reach, scene.dt);
+        const Tick ticks = apart(body, other, reach, ai.dt);
         least = std::min(least, ticks);
         if (ticks < kSoon) {
             near.push_back(slot);
@@ -195,15 +195,17 @@ Tick ProximitySchedule::apart(const Body& body, const Scene& scene, std::vector<
     return least;
 }
 
-void ProximitySchedule::look_around(const Body& body, const Scene& scene, std::vector<Slot>& near) {
-    const float farthest = scene.reaches.farthest(body.kind);
-    const float fastest = body.speed + scene.reaches.fastest();
-    const float radius = within(farthest, fastest, kTurn + kSoon, scene.dt);
-    for_each_near(body.at, radius, scene, [&](Slot slot) {
-        const Body other = suspended_body(slot, scene);
-        const float reach = scene.reaches.between(body.kind, other.kind);
+void ProximitySchedule::look_around(const Body& body,
+                                    const AiContext& ai,
+                                    std::vector<Slot>& near) {
+    const float farthest = ranges_.farthest(body.kind);
+    const float fastest = body.speed + ranges_.fastest();
+    const float radius = within(farthest, fastest, kTurn + kSoon, ai.dt);
+    for_each_near(body.at, radius, ai, [&](Slot slot) {
+        const Body other = suspended_body(slot, ai);
+        const float reach = ranges_.between(body.kind, other.kind);
         if (reach >= 0.0F && other.entity != body.entity &&
-            apart(body, other, reach, scene.dt) < kTurn + kSoon) {
+            apart(body, other, reach, ai.dt) < kTurn + kSoon) {
             near.push_back(slot);
         }
     });

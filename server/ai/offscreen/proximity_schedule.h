@@ -1,9 +1,10 @@
 // ProximitySchedule: when agents that nobody sees may come to perceive somebody, or somebody them.
 #pragma once
 
+#include "server/ai/agent/agent_event_queue.h"
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/offscreen/agent_event_queue.h"
-#include "server/ai/offscreen/offscreen_grid.h"
+#include "server/ai/agent/offscreen_grid.h"
+#include "server/ai/ai_context.h"
 #include "server/world/entities.h"
 
 #include <cstdint>
@@ -77,19 +78,18 @@ class PerceptionRanges {
 /// Pairs of which one looks for the other are kept apart by time: from where both are and how fast
 /// they can go follows a tick before which neither can perceive the other, so that none of them
 /// needs to look before it (kinetic data structures: Basch, Guibas, Hershberger, "Data Structures
-/// for Mobile Data", J. Algorithms 31, 1999, whose certificates are the distances here). Those who
-/// sleep are found by the squares that their walks lead through, and checked against each other
-/// when the first of these ticks comes; those who are simulated look around in turn for sleepers
-/// whom they might meet until it is their turn again, and at once when they were put somewhere or
-/// go faster than they can by themselves. Who may meet somebody soon is woken, both of a pair. So
-/// whoever perceives and whoever is perceived is simulated, and all others perceive nobody.
-/// The checks of an agent hang on places and speeds alone (Agent::next_proximity_check), not on the
-/// order of rows.
+/// for Mobile Data", J. Algorithms 31, 1999, whose certificates are the distances here). Suspended
+/// agents are found by the squares that their walks lead through. They are checked against each
+/// other when the first of these ticks comes. Simulated ones look around in turn for those whom
+/// they might meet until their next turn, and at once when they were put somewhere or go faster
+/// than they can by themselves. Both of a pair that may meet soon are resumed. So all that perceive
+/// or are perceived are simulated, and the others perceive nobody. The checks of an agent hang on
+/// places and speeds alone (Agent::next_proximity_check), not on the order of rows.
 class ProximitySchedule {
   public:
-    /// Those who are simulated look around once in so many ticks, in turn.
+    /// Simulated agents look around once in so many ticks, in turn.
     static constexpr Tick kTurn = 16;
-    /// Who may meet somebody within so many ticks is woken.
+    /// An agent that may meet somebody within so many ticks is resumed.
     static constexpr Tick kSoon = 8;
 
     /// What is met: where, and how fast it may go, m/s.
@@ -100,53 +100,49 @@ class ProximitySchedule {
         float speed = 0.0F;
     };
 
-    struct Scene {
-        const AgentStore& agents;
-        const PerceptionRanges& reaches;
-        /// x, z: what lies beyond is not known, m; and so far within it may belong to others.
-        Vec2 half_size;
-        float shared_m;
-        Tick now;
-        float dt;  ///< s
-    };
-
-    /// Forgets all sleepers.
+    /// Forgets all agents.
     void clear();
+
+    /// Who looks for whom.
+    [[nodiscard]] PerceptionRanges& ranges() { return ranges_; }
+
+    [[nodiscard]] const PerceptionRanges& ranges() const { return ranges_; }
+
     void grow(std::size_t slots);
-    /// It sleeps no more.
+    /// It is suspended no more.
     void forget(Slot slot);
 
-    /// Whether that agent is among the sleepers.
+    /// Whether that agent is here.
     [[nodiscard]] bool knows(Slot slot, EntityId entity) const {
         return slot < members_.size() && members_[slot].entity == entity;
     }
 
-    /// An agent that sleeps, and meets somebody: it walks by its segment as that is now, and is
+    /// A suspended agent that meets others: it walks by its segment as that is now, and is
     /// checked at Agent::next_proximity_check. `late`: it goes on from the end of its segment.
-    void put(Slot slot, TypeIndex type, const Scene& scene, bool late);
+    void put(Slot slot, TypeIndex type, const AiContext& ai, bool late);
 
     /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.
     template <class Visit>
-    void take_due(const Scene& scene, Visit&& visit) {
+    void take_due(const AiContext& ai, Visit&& visit) {
         due_.clear();
-        looks_.take_due(scene.now, [&](Slot slot, Tick /*at*/) { due_.push_back(slot); });
+        looks_.take_due(ai.now, [&](Slot slot, Tick /*at*/) { due_.push_back(slot); });
         for (const Slot slot : due_) {
-            if (is_suspended(slot, scene)) {
+            if (is_suspended(slot, ai)) {
                 visit(slot);
             }
         }
     }
 
-    /// One that sleeps here, at the end of the last tick.
-    [[nodiscard]] Body suspended_body(Slot slot, const Scene& scene) const;
+    /// One of them, at the end of the last tick.
+    [[nodiscard]] Body suspended_body(Slot slot, const AiContext& ai) const;
 
-    /// Ticks within which `body` meets no suspended_body, nor what lies beyond the border; at most
-    /// those that it takes to meet who is farther off than is looked. Appends the sleepers to
-    /// `near` that may be met within kSoon.
-    Tick apart(const Body& body, const Scene& scene, std::vector<Slot>& near);
+    /// Ticks within which `body` meets no suspended agent, nor what lies beyond the border; at most
+    /// those that it takes to meet one that is farther off than is looked. Appends to `near` whom
+    /// it may meet within kSoon.
+    Tick apart(const Body& body, const AiContext& ai, std::vector<Slot>& near);
 
-    /// Appends the sleepers to `near` whom one who is simulated may meet until its next turn.
-    void look_around(const Body& body, const Scene& scene, std::vector<Slot>& near);
+    /// Appends to `near` whom a simulated agent may meet until its next turn.
+    void look_around(const Body& body, const AiContext& ai, std::vector<Slot>& near);
 
     /// Ticks within which two do not meet; may be negative.
     static Tick apart(const Body& a, const Body& b, float reach_m, float dt);
@@ -160,14 +156,15 @@ class ProximitySchedule {
         TypeIndex type = 0;
     };
 
-    [[nodiscard]] bool is_suspended(Slot slot, const Scene& scene) const {
-        const Agent& agent = scene.agents.at(slot);
+    [[nodiscard]] bool is_suspended(Slot slot, const AiContext& ai) const {
+        const Agent& agent = ai.agents.at(slot);
         return agent.entity && agent.tier == Tier::kSuspended && knows(slot, agent.entity);
     }
 
     template <class Visit>
-    void for_each_near(const Vec2& at, float radius_m, const Scene& scene, Visit&& visit);
+    void for_each_near(const Vec2& at, float radius_m, const AiContext& ai, Visit&& visit);
 
+    PerceptionRanges ranges_;
     OffscreenGrid cells_;
     AgentEventQueue looks_;
     std::vector<ScheduledAgent> members_;  // by slot

@@ -1,6 +1,6 @@
 #include "server/ai/offscreen/suspend_resume.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/ai/offscreen/herd.h"
 #include "server/ai/offscreen/next_change_forecast.h"
 #include "server/ai/steering/path_following.h"
@@ -74,8 +74,8 @@ Vec3 standing_at(const motion::StaticGeometry& statics,
     return free ? under : place;
 }
 
-const motion::CharacterLimits& limits_of(const OffscreenContext& in, world::Row row) {
-    return in.types[in.entities.type[row]].character;
+const motion::CharacterLimits& limits_of(const AiContext& ai, world::Row row) {
+    return ai.types[ai.entities.type[row]].character;
 }
 
 /// How the entity walks until its next event.
@@ -85,17 +85,17 @@ struct Course {
                                            ///< which sets out anew before the forecast ends
 };
 
-Course course_of(const Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
+Course course_of(const Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
     const float speed =
-        std::max(agent.segment.speed, velocity_at(agent.segment, in.now - 1, in.dt).norm());
+        std::max(agent.segment.speed, velocity_at(agent.segment, ai.now - 1, ai.dt).norm());
     if (!roams(agent, brain)) {
         return {speed, &agent.segment};
     }
-    const world::Row row = in.entities.find(agent.entity);
+    const world::Row row = ai.entities.find(agent.entity);
     return {
         row == world::kNoRow
             ? speed
-            : std::max(speed, roam_speed(brain.states[agent.current_action], limits_of(in, row))),
+            : std::max(speed, roam_speed(brain.states[agent.current_action], limits_of(ai, row))),
         nullptr};
 }
 
@@ -154,18 +154,18 @@ bool is_settled(const Agent& agent,
 Tick trade_from(const Agent& agent,
                 const CompiledBrain& brain,
                 std::size_t t,
-                const OffscreenContext& in,
+                const AiContext& ai,
                 StockWait& wait) {
     const Trade& trade = brain.states[agent.current_action].trades[t];
-    const bool in_stock = in.points_of_interest.can(trade, in.now);
-    if (!able(agent, brain, trade, in.now)) {
-        const Tick from = able_from(agent, brain, trade, in.now);
-        if (in_stock || from > in.now + decision_period(brain, in.dt)) {
+    const bool in_stock = ai.points_of_interest.can(trade, ai.now);
+    if (!able(agent, brain, trade, ai.now)) {
+        const Tick from = able_from(agent, brain, trade, ai.now);
+        if (in_stock || from > ai.now + decision_period(brain, ai.dt)) {
             return from;
         }
     }
     if (in_stock) {
-        return in.now + 1;
+        return ai.now + 1;
     }
     wait.trades = static_cast<std::uint8_t>(wait.trades | 1U << t);
     return kNever;
@@ -175,49 +175,49 @@ Tick trade_from(const Agent& agent,
 Tick at_place_from(const Agent& agent,
                    std::size_t place,
                    const Course& course,
-                   const OffscreenContext& in) {
-    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
-    const float way = in.points_of_interest.outside(place, here) - kAtPointM;
-    const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
+                   const AiContext& ai) {
+    const Vec2 here = position_at(agent.segment, ai.now - 1, ai.dt);
+    const float way = ai.points_of_interest.outside(place, here) - kAtPointM;
+    const Tick by_speed = ai.now + static_cast<Tick>(std::min(way / (course.speed * ai.dt), 1e9F));
     return course.segment == nullptr
                ? by_speed
                : std::max(by_speed,
                           stays_until(*course.segment,
-                                      in.points_of_interest.centre(place),
-                                      in.points_of_interest.radius_m(place) + kAtPointM,
-                                      in.now,
-                                      in.dt));
+                                      ai.points_of_interest.centre(place),
+                                      ai.points_of_interest.radius_m(place) + kAtPointM,
+                                      ai.now,
+                                      ai.dt));
 }
 
 /// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
-/// it adds: at other points_of_interest not before it can have walked there.
+/// it adds: at other points of interest not before it can have walked there.
 Tick trades_from(const Agent& agent,
                  const CompiledBrain& brain,
                  const Course& course,
-                 const OffscreenContext& in,
+                 const AiContext& ai,
                  StockWait& wait) {
     const std::vector<Trade>& trades = brain.states[agent.current_action].trades;
     if (agent.wants == 0 || trades.empty()) {
         return kNever;
     }
-    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
+    const Vec2 here = position_at(agent.segment, ai.now - 1, ai.dt);
     Tick from = kNever;
     for (std::size_t t = 0; t < trades.size(); ++t) {
-        const bool away = in.points_of_interest.outside(trades[t].place, here) > kAtPointM;
-        if ((agent.wants & 1U << t) == 0 || (away && !(course.speed * in.dt > 0.0F))) {
+        const bool away = ai.points_of_interest.outside(trades[t].place, here) > kAtPointM;
+        if ((agent.wants & 1U << t) == 0 || (away && !(course.speed * ai.dt > 0.0F))) {
             continue;
         }
         from = std::min(from,
-                        away ? at_place_from(agent, trades[t].place, course, in)
-                             : trade_from(agent, brain, t, in, wait));
+                        away ? at_place_from(agent, trades[t].place, course, ai)
+                             : trade_from(agent, brain, t, ai, wait));
     }
-    return std::max(from, in.now + 1);
+    return std::max(from, ai.now + 1);
 }
 
-Tick segment_or_decision(const Agent& agent, const OffscreenContext& in) {
+Tick segment_or_decision(const Agent& agent, const AiContext& ai) {
     const Tick arrives =
-        agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
-    return std::min(agent.next_decision, std::max(arrives, in.now + 1));
+        agent.segment.length > 0.0F ? arrival_of(agent.segment, ai.dt) : agent.again_at;
+    return std::min(agent.next_decision, std::max(arrives, ai.now + 1));
 }
 
 }  // namespace
@@ -231,111 +231,111 @@ bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
     return even && !agent.prey && !agent.ward;
 }
 
-void suspend(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {
-    world::Entities& e = in.entities;
+void suspend(Agent& agent, const CompiledBrain& brain, const AiContext& ai, world::Row row) {
+    world::Entities& e = ai.entities;
     if (!agent.timed) {
-        Surroundings around = in.around(agent, row);
+        Surroundings around = surroundings_of(ai, agent, row);
         around.all_out = blends(agent, brain);
         start_segment(agent, around);
         plan_segment(agent, brain.states[agent.current_action], true, around);
     }
-    agent.placed = in.around(agent, row).body();
+    agent.placed = surroundings_of(ai, agent, row).body();
     e.command[row] = motion::InputCommand{};
     e.command[row].yaw = e.yaw[row];
     e.velocity[row].setZero();
     e.acceleration[row].setZero();
     e.set(row, world::kAtRest, true);
     e.set(row, world::kDozing, true);
-    e.discontinuity_tick[row] = in.now;
+    e.discontinuity_tick[row] = ai.now;
 }
 
-void catch_up(Agent& agent, const OffscreenContext& in, world::Row row) {
-    world::Entities& e = in.entities;
-    const Vec2 at = position_at(agent.segment, in.now - 1, in.dt);
-    if (at != in.around(agent, row).body()) {
-        const motion::CharacterLimits& limits = limits_of(in, row);
+void catch_up(Agent& agent, const AiContext& ai, world::Row row) {
+    world::Entities& e = ai.entities;
+    const Vec2 at = position_at(agent.segment, ai.now - 1, ai.dt);
+    if (at != surroundings_of(ai, agent, row).body()) {
+        const motion::CharacterLimits& limits = limits_of(ai, row);
         const Vec3& body = e.position[row];
         // Where it will stand at the end of its step is nearer than where its entity was put.
         const Vec3 from = on_step(agent) ? agent.target : body;
         const bool there = on_step(agent) && at_step_end(agent, at);
         const float floor =
-            in.paths != nullptr && in.paths->plans_for(e.type[row])
-                ? in.paths->floor_along(e.type[row],
+            ai.paths != nullptr && ai.paths->plans_for(e.type[row])
+                ? ai.paths->floor_along(e.type[row],
                                         {from.x(), from.z()},
                                         from.y() - limits.radius - limits.half_segment,
                                         {at.x(), at.y()})
                 : pathfinding::kOnGround;
-        e.position[row] = there ? from : standing_at(in.statics, limits, from, at, floor, in.now);
-        e.discontinuity_tick[row] = in.now;
+        e.position[row] = there ? from : standing_at(ai.statics, limits, from, at, floor, ai.now);
+        e.discontinuity_tick[row] = ai.now;
     }
     agent.placed = at;
 }
 
 bool walk_on(Agent& agent,
              const CompiledBrain& brain,
-             const OffscreenContext& in,
+             const AiContext& ai,
              world::Row row,
              Slot slot) {
     const BrainState& state = brain.states[agent.current_action];
     const bool entered = std::exchange(agent.entered, false);
     agent.fresh = false;
-    Surroundings around = in.around(agent, row, slot);
+    Surroundings around = surroundings_of(ai, agent, row, slot);
     around.all_out = blends(agent, brain);
     if (entered) {
         begin_action(agent, state, around);
     }
-    return (entered || segment_is_over(agent, in.now, in.dt)) &&
+    return (entered || segment_is_over(agent, ai.now, ai.dt)) &&
            plan_segment(agent, state, entered, around);
 }
 
-Tick next_event(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
-    const Tick period = decision_period(brain, in.dt);
+Tick next_event(Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
+    const Tick period = decision_period(brain, ai.dt);
     Senses senses;
-    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
+    const Vec2 here = position_at(agent.segment, ai.now - 1, ai.dt);
     const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
-    sense(agent, brain, Percept::none(), here, in.points_of_interest, in.now, senses, wanted);
-    const Course course = course_of(agent, brain, in);
+    sense(agent, brain, Percept::none(), here, ai.points_of_interest, ai.now, senses, wanted);
+    const Course course = course_of(agent, brain, ai);
     const ForecastInputs inputs{
-        course.speed, in.points_of_interest.day_s(), in.dt, in.points_of_interest, course.segment};
-    NextChange next_change = forecast_next_change(agent, brain, senses, inputs, in.now);
+        course.speed, ai.points_of_interest.day_s(), ai.dt, ai.points_of_interest, course.segment};
+    NextChange next_change = forecast_next_change(agent, brain, senses, inputs, ai.now);
     next_change.until =
-        std::min(next_change.until, trades_from(agent, brain, course, in, next_change.wait));
+        std::min(next_change.until, trades_from(agent, brain, course, ai, next_change.wait));
     agent.next_decision = next_change.until == kNever
                               ? kNever
                               : next_decision(agent.entity, period, next_change.until - 1);
     // Who looks at its very next decision anyway need not wait as well.
-    const bool at_once = agent.next_decision == next_decision(agent.entity, period, in.now);
+    const bool at_once = agent.next_decision == next_decision(agent.entity, period, ai.now);
     agent.wait = at_once ? StockWait{} : next_change.wait;
-    return segment_or_decision(agent, in);
+    return segment_or_decision(agent, ai);
 }
 
-Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
+Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
     const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
     const bool trades = agent.wants != 0 && !brain.states[agent.current_action].trades.empty();
-    return trades || (reads & brain.senses_of_poi) != 0 ? next_event(agent, brain, in)
-                                                        : segment_or_decision(agent, in);
+    return trades || (reads & brain.senses_of_poi) != 0 ? next_event(agent, brain, ai)
+                                                        : segment_or_decision(agent, ai);
 }
 
-void resume(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {
-    world::Entities& e = in.entities;
-    catch_up(agent, in, row);
-    const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
+void resume(Agent& agent, const CompiledBrain& brain, const AiContext& ai, world::Row row) {
+    world::Entities& e = ai.entities;
+    catch_up(agent, ai, row);
+    const Vec2 velocity = velocity_at(agent.segment, ai.now - 1, ai.dt);
     e.velocity[row] = Vec3(velocity.x(), 0.0F, velocity.y());
     e.yaw[row] = agent.aim.yaw;
     e.orientation[row] = motion::orientation_from_yaw(agent.aim.yaw);
     e.set(row, world::kAtRest, velocity == Vec2::Zero());
     e.set(row, world::kDozing, false);
     e.set(row, world::kGrounded, true);
-    e.discontinuity_tick[row] = in.now;
+    e.discontinuity_tick[row] = ai.now;
     agent.offscreen_since = kNever;
     agent.next_proximity_check = kNever;
     // Who is far from players goes on at its turn, as it would have.
     const Tick over =
-        agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
-    agent.next_steering = std::clamp(over, in.now, next_turn(agent, in.now - 1));
+        agent.segment.length > 0.0F ? arrival_of(agent.segment, ai.dt) : agent.again_at;
+    agent.next_steering = std::clamp(over, ai.now, next_turn(agent, ai.now - 1));
     agent.detour_until = 0;
-    agent.next_decision = next_decision(agent.entity, decision_period(brain, in.dt), in.now - 1);
-    restart_progress(agent, e.position[row], in.now);
+    agent.next_decision = next_decision(agent.entity, decision_period(brain, ai.dt), ai.now - 1);
+    restart_progress(agent, e.position[row], ai.now);
 }
 
 }  // namespace zoned::ai

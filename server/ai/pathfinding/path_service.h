@@ -2,7 +2,6 @@
 // walk.
 #pragma once
 
-#include "server/ai/agent/agent_store.h"
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
 #include "server/ai/pathfinding/waypoints/waypoint_graph.h"
@@ -10,6 +9,7 @@
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,6 +17,9 @@
 #include <vector>
 
 namespace zoned::ai {
+
+/// Number of an agent in the store of its zone.
+using Slot = std::uint32_t;
 
 /// What paths lead over.
 enum class PathMapKind : std::uint8_t {
@@ -100,7 +103,7 @@ class PathService {
         return sizes_[size].map->ground_map();
     }
 
-    /// From now on paths to points_of_interest that cannot be reached within the zone lead through
+    /// From now on paths to places that cannot be reached within the zone lead through
     /// the portals of the world; this zone is `zone` there.
     void know_zones(std::size_t size,
                     std::shared_ptr<const pathfinding::ZonePortals> portals,
@@ -142,11 +145,11 @@ class PathService {
     /// is there too. Different agents may ask at the same time.
     pathfinding::Spot heading(Slot agent, pathfinding::Spot at, float near_m);
 
-    /// AgentStore whose answers the last serve() has made, ascending; those whose path a door has
+    /// Agents whose answers the last serve() has made, ascending; those whose path a door has
     /// cut or shortened are among them again once they have another.
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
-    /// AgentStore whose paths the last follow_doors() has cut, or may have made longer than need
+    /// Agents whose paths the last follow_doors() has cut, or may have made longer than need
     /// be, ascending: they wait again.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
@@ -189,10 +192,11 @@ class PathService {
     /// Between serve() and the next call.
     [[nodiscard]] SavedPathService save() const;
 
-    /// In paths of the same ground, whose doors are as they were, while nobody has asked. `agents`
-    /// are all those that there are; one that has asked is among them. Empty: done, and all goes
-    /// on as it would have; else why not, and these paths are of no use any more.
-    std::string load(const SavedPathService& memory, const AgentStore& agents);
+    /// In paths of the same ground, whose doors are as they were, while nobody has asked. `slot_of`
+    /// answers with the slot of an entity's agent; an agent that has asked has one. Empty: done,
+    /// and all goes on as it would have; else why not, and these paths are of no use any more.
+    std::string load(const SavedPathService& memory,
+                     const std::function<std::optional<Slot>(EntityId)>& slot_of);
 
     /// Counts of all sizes together.
     [[nodiscard]] pathfinding::PathCounts counts() const;

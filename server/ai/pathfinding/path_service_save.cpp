@@ -26,7 +26,8 @@ SavedPathService PathService::save() const {
     return memory;
 }
 
-std::string PathService::load(const SavedPathService& memory, const AgentStore& agents) {
+std::string PathService::load(const SavedPathService& memory,
+                              const std::function<std::optional<Slot>(EntityId)>& slot_of) {
     if (memory.sizes.size() != sizes_.size()) {
         return "paths of " + std::to_string(memory.sizes.size()) + " sizes of characters, not " +
                std::to_string(sizes_.size());
@@ -41,10 +42,11 @@ std::string PathService::load(const SavedPathService& memory, const AgentStore& 
     }
     for (const SavedPathService::Asked& asked : memory.asked) {
         const std::string name = "the path of entity " + std::to_string(asked.entity.value) + " ";
-        if (agents.find(asked.entity) == nullptr || asked.size >= sizes_.size()) {
+        const std::optional<Slot> found = slot_of(asked.entity);
+        if (!found || asked.size >= sizes_.size()) {
             return name + "is that of no agent";
         }
-        const Slot slot = agents.slot_of(asked.entity);
+        const Slot slot = *found;
         Size& size = sizes_[asked.size];
         if (asked.ticket.slot >= size.agent_of_request.size() || !size.map->knows(asked.ticket) ||
             size.agent_of_request[asked.ticket.slot] != kNobody || has(slot, asked.entity)) {

@@ -1,7 +1,8 @@
 #include "server/ai/perception/perception.h"
 
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/steering/path_following.h"
+#include "server/ai/agent/ai_settings.h"
+#include "server/ai/agent/whereabouts.h"
 #include "server/physics/query/query.h"
 
 #include <algorithm>
@@ -53,10 +54,14 @@ struct NearestFew {
 
 /// Calls visit(row, squared distance) for each player within `radius` of `self`.
 template <class Visit>
-void for_each_player(const Onlooker& around, world::Row self, float radius, Visit&& visit) {
-    const Vec3& eye = around.entities.position[self];
-    if (around.players != nullptr) {
-        const Players& players = *around.players;
+void for_each_player(const AiContext& ai,
+                     const Players* known,
+                     world::Row self,
+                     float radius,
+                     Visit&& visit) {
+    const Vec3& eye = ai.entities.position[self];
+    if (known != nullptr) {
+        const Players& players = *known;
         players.grid.for_each_within(eye.x(), eye.z(), radius, [&](std::uint32_t k, float d2) {
             if (players.rows[k] != self) {
                 visit(players.rows[k], d2);
@@ -64,8 +69,8 @@ void for_each_player(const Onlooker& around, world::Row self, float radius, Visi
         });
         return;
     }
-    around.grid.for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
-        if (row != self && is_player(around.entities, row)) {
+    ai.near->for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
+        if (row != self && is_player(ai.entities, row)) {
             visit(row, d2);
         }
     });
@@ -102,9 +107,16 @@ Percept nearest_player(const world::Entities& entities,
 /// One look around by one agent.
 class Looking {
   public:
-    Looking(const Onlooker& around, world::Row self, const Agent& agent, const CompiledBrain& brain)
-        : around_(around),
-          e_(around.entities),
+    Looking(const AiContext& ai,
+            world::Row self,
+            const Agent& agent,
+            const CompiledBrain& brain,
+            const Players* players,
+            const Timetables* timetables)
+        : ai_(ai),
+          players_(players),
+          timetables_(timetables),
+          e_(ai.entities),
           self_(self),
           agent_(agent),
           how_(brain.perception),
@@ -119,8 +131,8 @@ class Looking {
     Percept run() {
         Percept percept;
         const float range = std::max(sight_m_, how_.hearing_m);
-        const float beside = around_.timetables != nullptr ? kDriftM : 0.0F;
-        around_.grid.for_each_within(
+        const float beside = timetables_ != nullptr ? kDriftM : 0.0F;
+        ai_.near->for_each_within(
             eye_.x(), eye_.z(), range + beside, [&](world::Row row, float d2) {
                 const Stand stand = stand_of(row);
                 const Vec3 way = stand.at - eye_;
@@ -137,9 +149,10 @@ class Looking {
             remember(percept);
         }
         percept.ward = kept_ward_ ? agent_.ward : ward_.id;
-        for_each_player(around_, self_, around_.far_m, [&](world::Row /*row*/, float /*d2*/) {
-            percept.player_far = false;
-        });
+        for_each_player(
+            ai_, players_, self_, ai_.settings.far_m, [&](world::Row /*row*/, float /*d2*/) {
+                percept.player_far = false;
+            });
         return percept;
     }
 
@@ -153,14 +166,14 @@ class Looking {
 
     /// Null: it goes by none that is known.
     [[nodiscard]] const PathSegment* timetable_of(world::Row row) const {
-        const Timetables* const all = around_.timetables;
+        const Timetables* const all = timetables_;
         if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->agents.slots()) {
             return nullptr;
         }
         const Agent& agent = all->agents.at(all->slots[row]);
         const Vec3& body = e_.position[row];
         const bool keeps = agent.entity == e_.id[row] &&
-                           keeps_to_segment(agent, {body.x(), body.z()}, around_.now, around_.dt);
+                           keeps_to_segment(agent, {body.x(), body.z()}, ai_.now, ai_.dt);
         return keeps ? &agent.segment : nullptr;
     }
 
@@ -171,9 +184,8 @@ class Looking {
         if (segment == nullptr) {
             return {body, {velocity.x(), velocity.z()}};
         }
-        const Vec2 at = position_at(*segment, around_.now - 1, around_.dt);
-        return {
-            {at.x(), body.y(), at.y()}, velocity_at(*segment, around_.now - 1, around_.dt), true};
+        const Vec2 at = position_at(*segment, ai_.now - 1, ai_.dt);
+        return {{at.x(), body.y(), at.y()}, velocity_at(*segment, ai_.now - 1, ai_.dt), true};
     }
 
     void consider(world::Row row, const Stand& stand, float d2, Percept& percept) {
@@ -245,7 +257,7 @@ class Looking {
         if (!(d2 <= how_.hearing_m * how_.hearing_m) || !(how_.hearing_m > 0.0F)) {
             return false;
         }
-        const world::EntityType& type = around_.types[e_.type[row]];
+        const world::EntityType& type = ai_.types[e_.type[row]];
         const float speed = stand.velocity.norm() / std::max(0.01F, type.character.speed);
         const float carries =
             type.aura_m[e_.stance[row]] * std::min(speed, type.character.sprint_factor);
@@ -253,7 +265,7 @@ class Looking {
     }
 
     [[nodiscard]] bool sees(world::Row row) const {
-        if (around_.statics == nullptr) {
+        if (ai_.query == nullptr) {
             return true;
         }
         const Vec3 up(0.0F, how_.eyes_m, 0.0F);
@@ -267,7 +279,7 @@ class Looking {
         physics::QueryFilter filter;
         filter.kinematics = false;
         filter.dynamics = false;
-        return !around_.statics->ray_any(ray, filter);
+        return !ai_.query->ray_any(ray, filter);
     }
 
     void remember(Percept& percept) const {
@@ -275,7 +287,7 @@ class Looking {
         if (!agent_.prey || !(how_.memory_s > 0.0F) || agent_.known_at == 0) {
             return;
         }
-        const float age = static_cast<float>(around_.now - agent_.known_at) * around_.dt;
+        const float age = static_cast<float>(ai_.now - agent_.known_at) * ai_.dt;
         percept.confidence = std::max(0.0F, 1.0F - age / how_.memory_s);
         if (percept.confidence > 0.0F) {
             percept.prey = agent_.prey;
@@ -286,7 +298,9 @@ class Looking {
         }
     }
 
-    const Onlooker& around_;
+    const AiContext& ai_;
+    const Players* players_;
+    const Timetables* timetables_;
     const world::Entities& e_;
     world::Row self_;
     const Agent& agent_;
@@ -334,30 +348,19 @@ void Players::gather(const world::Entities& entities) {
     grid.build(at, kCell_m);
 }
 
-Percept perceive(const Onlooker& around,
+Percept perceive(const AiContext& ai,
                  world::Row self,
                  const Agent& agent,
-                 const CompiledBrain& brain) {
+                 const CompiledBrain& brain,
+                 const Players* players,
+                 const Timetables* timetables) {
     if (brain.perception.given) {
-        return Looking(around, self, agent, brain).run();
+        return Looking(ai, self, agent, brain, players, timetables).run();
     }
     const auto near = [&](float radius, auto&& visit) {
-        for_each_player(around, self, radius, visit);
+        for_each_player(ai, players, self, radius, visit);
     };
-    return nearest_player(around.entities, brain.perception_m, around.far_m, near);
-}
-
-void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now) {
-    agent.prey = percept.prey;
-    if (!brain.perception.given) {
-        return;
-    }
-    agent.ward = percept.ward;
-    agent.noticed = percept.noticed;
-    if (percept.prey && percept.noticed) {
-        agent.known = percept.place;
-        agent.known_at = now;
-    }
+    return nearest_player(ai.entities, brain.perception_m, ai.settings.far_m, near);
 }
 
 }  // namespace zoned::ai

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "server/ai/agent/agent.h"
+#include "server/ai/agent/percept.h"
+#include "server/ai/ai_context.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
@@ -10,35 +12,12 @@
 #include <span>
 #include <vector>
 
-namespace zoned::physics {
-class Query;
-}
-
 namespace zoned::ai {
 
 class AgentStore;
 
 /// Rays that one look may cast: at its target of before and at the nearest others.
 inline constexpr std::uint32_t kRaysPerLook = 4;
-
-struct Percept {
-    EntityId prey;              ///< the target: noticed, or remembered; or none
-    float distance = 0.0F;      ///< to it, horizontally, m; infinity when there is none
-    bool player_far = true;     ///< no player within far_m
-    bool noticed = true;        ///< the target was, else it is remembered
-    Vec3 place = Vec3::Zero();  ///< of the target, where it is or was noticed last
-    float confidence = 0.0F;    ///< [0, 1]: 1 of one that is noticed, 0 of none
-    float allies = 0.0F;        ///< within perception
-    float foes = 0.0F;          ///< whom it looks for and could see or hear, were nothing between
-    EntityId ward;              ///< the one that it looks after, or none
-
-    /// Nobody is there.
-    static Percept none() {
-        Percept percept;
-        percept.distance = std::numeric_limits<float>::infinity();
-        return percept;
-    }
-};
 
 /// Players are the rows with a client that are not hidden, ghosts included; `self` is not a player
 /// to itself. Of players equally near the one with the smaller id counts, whatever the order of
@@ -66,19 +45,6 @@ struct Timetables {
     std::span<const std::uint32_t> slots;  ///< by row: of its agent; others may be in the way
 };
 
-/// What looking needs besides the one who looks.
-struct Onlooker {
-    const world::Entities& entities;
-    const world::TypeTable& types;
-    const spatial::PointGrid& grid;
-    const physics::Query* statics;  ///< null: nothing is in the way
-    Tick now;
-    float dt;  ///< s
-    float far_m;
-    const Players* players = nullptr;        ///< null: they are looked for in `grid`
-    const Timetables* timetables = nullptr;  ///< null: all are where their bodies are
-};
-
 /// look(), unless the brain says how its agents perceive. Then a target is noticed
 /// - by percept: within perception_m, and within the cone about the facing or within around_m, and
 ///   where line_of_sight asks for it nothing static between eyes and eyes;
@@ -89,12 +55,13 @@ struct Onlooker {
 /// few are looked at. Where none is noticed the target of before is remembered where it was, with a
 /// confidence that falls in a straight line to 0 over memory_s; then it is forgotten. A ward is
 /// known within perception_m, the one of before as long as it is there.
-Percept perceive(const Onlooker& around,
+/// `players`: null: they are looked for in ai.near. `timetables`: null: all are where their bodies
+/// are.
+Percept perceive(const AiContext& ai,
                  world::Row self,
                  const Agent& agent,
-                 const CompiledBrain& brain);
-
-/// What a decision keeps of it.
-void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
+                 const CompiledBrain& brain,
+                 const Players* players = nullptr,
+                 const Timetables* timetables = nullptr);
 
 }  // namespace zoned::ai

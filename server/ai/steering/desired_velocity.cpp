@@ -1,9 +1,9 @@
 #include "server/ai/steering/desired_velocity.h"
 
-#include "server/ai/offscreen/forage.h"
 #include "server/ai/steering/flocking.h"
-#include "server/ai/steering/formation/formation_following.h"
-#include "server/ai/steering/splines/spline_following.h"
+#include "server/ai/steering/forage_walk.h"
+#include "server/ai/steering/formation_following.h"
+#include "server/ai/steering/spline_following.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -76,7 +76,7 @@ DesiredVelocity patrol_velocity(Agent& agent, const BrainState& state, const Sur
     Vec2 goal = corner_of(agent, state.radius_m, agent.corner);
     if (around.there || (goal - around.at).norm() < kArriveM) {
         agent.corner = static_cast<std::uint8_t>((agent.corner + 1) & 3);
-        restart_progress(agent, around.entities.position[around.self], around.now);
+        restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
         goal = corner_of(agent, state.radius_m, agent.corner);
     }
     return go_to(goal, around.at);
@@ -87,15 +87,16 @@ bool on_other_floor(const Agent& agent,
                     const BrainState& state,
                     const Vec2& goal,
                     const Surroundings& around) {
-    const TypeIndex type = around.entities.type[around.self];
-    if (around.paths == nullptr || !around.paths->plans_for(type)) {
+    const TypeIndex type = around.ai.entities.type[around.self];
+    if (around.ai.paths == nullptr || !around.ai.paths->plans_for(type)) {
         return false;
     }
-    const float ground = around.paths->ground(type, {goal.x(), goal.y()});
+    const float ground = around.ai.paths->ground(type, {goal.x(), goal.y()});
     const float told = goal_floor(agent, state, around);
     const float floor = std::isnan(told) ? ground : told;
-    const motion::CharacterLimits& body = around.types[type].character;
-    const float feet = around.entities.position[around.self].y() - body.radius - body.half_segment;
+    const motion::CharacterLimits& body = around.ai.types[type].character;
+    const float feet =
+        around.ai.entities.position[around.self].y() - body.radius - body.half_segment;
     // Where the map tells no floors there is no other.
     return !std::isnan(ground) && std::abs(floor - feet) > kOtherFloorM;
 }
@@ -124,7 +125,7 @@ DesiredVelocity place_velocity(const Agent& agent,
                                const BrainState& state,
                                const Surroundings& around) {
     return go_and_stay(
-        agent, state, around.points_of_interest.spot(state.place, agent.entity), around);
+        agent, state, around.ai.points_of_interest.spot(state.place, agent.entity), around);
 }
 
 /// Somebody as an agent takes them to be.
@@ -134,11 +135,11 @@ struct Other {
 };
 
 std::optional<Other> other_of(EntityId entity, const Surroundings& around) {
-    const world::Row row = entity ? around.entities.find(entity) : world::kNoRow;
-    if (row == world::kNoRow || around.entities.has(row, world::kHidden)) {
+    const world::Row row = entity ? around.ai.entities.find(entity) : world::kNoRow;
+    if (row == world::kNoRow || around.ai.entities.has(row, world::kHidden)) {
         return std::nullopt;
     }
-    return Other{flat(around.entities.position[row]), flat(around.entities.velocity[row])};
+    return Other{flat(around.ai.entities.position[row]), flat(around.ai.entities.velocity[row])};
 }
 
 /// Where it is, or was when it was noticed last.
@@ -182,10 +183,10 @@ DesiredVelocity flock_velocity(Agent& agent,
         return desired;
     }
     const FlockQuery query{
-        flock_pull(agent, state, speed, around.body(), around.points_of_interest),
+        flock_pull(agent, state, speed, around.body(), around.ai.points_of_interest),
         around.self,
         around.drift};
-    desired.direction = flock_heading(around.entities, around.grid, query);
+    desired.direction = flock_heading(around.ai.entities, *around.ai.near, query);
     desired.fresh_cos = kReaimFlockCos;
     if (desired.direction.norm() < 1e-3F) {
         // Balanced: walk on, or set out anywhere.
@@ -239,6 +240,12 @@ DesiredVelocity guard_velocity(Agent& agent, const BrainState& state, const Surr
 }
 
 }  // namespace
+
+Surroundings surroundings_of(const AiContext& ai, const Agent& agent, world::Row row, Slot slot) {
+    Surroundings around{ai, row, slot};
+    around.at = whereabouts(agent, around.body(), ai.now, ai.dt);
+    return around;
+}
 
 Vec2 escort_place(const Vec2& here,
                   const Vec2& ward,
@@ -322,12 +329,12 @@ void pick_wander_target(Agent& agent, float radius, const Surroundings& around) 
             break;
         }
     }
-    restart_progress(agent, around.entities.position[around.self], around.now);
+    restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
 }
 
 void begin_action(Agent& agent, const BrainState& state, const Surroundings& around) {
     agent.detour_until = 0;
-    restart_progress(agent, around.entities.position[around.self], around.now);
+    restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
     if (state.action == ActionKind::kWander) {
         pick_wander_target(agent, state.radius_m, around);
     } else if (state.action == ActionKind::kGuard) {
@@ -340,7 +347,7 @@ void begin_action(Agent& agent, const BrainState& state, const Surroundings& aro
     } else if (state.action == ActionKind::kFormUp) {
         agent.corner = kNoRank;
         agent.steps = 0;
-        agent.target = around.entities.position[around.self];
+        agent.target = around.ai.entities.position[around.self];
     } else if (state.action == ActionKind::kPatrol) {
         agent.corner = nearest_corner(agent, state.radius_m, around.at);
     }
@@ -387,22 +394,22 @@ DesiredVelocity desired_velocity(Agent& agent,
 
 float goal_floor(const Agent& agent, const BrainState& state, const Surroundings& around) {
     const auto below = [&](float middle, TypeIndex type) {
-        const motion::CharacterLimits& body = around.types[type].character;
+        const motion::CharacterLimits& body = around.ai.types[type].character;
         return middle - body.radius - body.half_segment;
     };
-    const TypeIndex own = around.entities.type[around.self];
+    const TypeIndex own = around.ai.entities.type[around.self];
     const auto of = [&](EntityId whom) {
-        const world::Row row = whom ? around.entities.find(whom) : world::kNoRow;
+        const world::Row row = whom ? around.ai.entities.find(whom) : world::kNoRow;
         return row == world::kNoRow
                    ? below(agent.home.y(), own)
-                   : below(around.entities.position[row].y(), around.entities.type[row]);
+                   : below(around.ai.entities.position[row].y(), around.ai.entities.type[row]);
     };
     const auto of_prey = [&] {
         return agent.prey && !agent.noticed ? below(agent.known.y(), own) : of(agent.prey);
     };
     switch (state.action) {
         case ActionKind::kGo:
-            return around.points_of_interest.floor(state.place);
+            return around.ai.points_of_interest.floor(state.place);
         case ActionKind::kChase:
         case ActionKind::kFlee:
             return of_prey();
@@ -455,7 +462,7 @@ void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& directio
 
 float full_speed(const BrainState& state, const Surroundings& around) {
     const motion::CharacterLimits& limits =
-        around.types[around.entities.type[around.self]].character;
+        around.ai.types[around.ai.entities.type[around.self]].character;
     return limits.speed * state.speed_factor * (state.sprint ? limits.sprint_factor : 1.0F);
 }
 

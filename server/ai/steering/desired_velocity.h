@@ -1,9 +1,10 @@
-// DesiredVelocity: where what an agent does wants to go now, before it is made a command or a
-// segment.
+// DesiredVelocity: where an agent wants to go now, before that becomes a command or a path segment.
 #pragma once
 
 #include "server/ai/agent/agent.h"
-#include "server/ai/offscreen/points_of_interest.h"
+#include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/agent/whereabouts.h"
+#include "server/ai/ai_context.h"
 #include "server/ai/pathfinding/path_service.h"
 #include "server/ai/steering/flocking.h"
 #include "server/spatial/point_grid.h"
@@ -22,29 +23,29 @@ inline constexpr float kChaseFollowM = 1.4F;
 /// The most of a command's move along one axis.
 inline constexpr float kFullMove = 127.0F;
 
-/// What wishes and steering read besides the agent.
+/// What desired velocities and steering read besides the agent.
 struct Surroundings {
-    const world::Entities& entities;
-    const world::TypeTable& types;
-    const spatial::PointGrid& grid;
-    const PointsOfInterest& points_of_interest;
+    const AiContext& ai;
     world::Row self;
-    Tick now;
-    float dt;                      ///< s
-    PathService* paths = nullptr;  ///< null, or without its type: it walks straight
-    Slot slot = 0;                 ///< of the agent
-    Vec2 at = Vec2::Zero();        ///< x, z where the agent takes itself to be, m: walk.h
-    bool there = false;            ///< its path ends here: nearer to its goal it does not come
-    bool all_out = false;  ///< it keeps no speed back, for no body has to follow its segment
-    const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
-                                   ///< their rows say
+    Slot slot = 0;           ///< of the agent
+    Vec2 at = Vec2::Zero();  ///< x, z where the agent takes itself to be, m: whereabouts.h
+    bool there = false;      ///< its path ends here: nearer to its goal it does not come
+    bool all_out = false;    ///< it keeps no speed back, for no body has to follow its segment
+    const HerdDrift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are
+                                       ///< where their rows say
 
     /// x, z of the entity, m.
     [[nodiscard]] Vec2 body() const {
-        const Vec3& position = entities.position[self];
+        const Vec3& position = ai.entities.position[self];
         return {position.x(), position.z()};
     }
 };
+
+/// Of an agent that takes itself to be where whereabouts() says.
+Surroundings surroundings_of(const AiContext& ai,
+                             const Agent& agent,
+                             world::Row row,
+                             Slot slot = 0);
 
 struct DesiredVelocity {
     Vec2 direction = Vec2::Zero();  ///< need not have unit length; zero = stand still

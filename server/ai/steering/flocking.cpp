@@ -1,6 +1,6 @@
 #include "server/ai/steering/flocking.h"
 
-#include "server/ai/offscreen/herd.h"
+#include "server/ai/steering/herd_drift.h"
 #include "server/spatial/box_lanes.h"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ struct Neighbour {
 Neighbour neighbour_at(const world::Entities& entities,
                        const Vec3& here,
                        world::Row row,
-                       const Drift* drift) {
+                       const HerdDrift* drift) {
     const Vec2 body(entities.position[row].x(), entities.position[row].z());
     const Vec2 velocity(entities.velocity[row].x(), entities.velocity[row].z());
     const PathSegment* const segment = drift != nullptr && entities.has(row, world::kDozing)

@@ -1,4 +1,4 @@
-// Flock: the heading of a herd animal from its neighbours.
+// Flocking: the heading of a herd animal from its neighbours.
 #pragma once
 
 #include "server/spatial/point_grid.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::ai {
 
-struct Drift;
+struct HerdDrift;
 
 /// Distance under which herd animals turn away from each other, as a share of the flock's radius.
 inline constexpr float kSeparationShare = 0.25F;
@@ -96,7 +96,7 @@ Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m);
 
 struct FlockQuery : FlockPull {
     world::Row self = world::kNoRow;
-    const Drift* drift = nullptr;  ///< of neighbours that doze; null: none does
+    const HerdDrift* drift = nullptr;  ///< of neighbours that doze; null: none does
 };
 
 /// Of an animal among the entities of its type. `grid` has at least where they were put last.

@@ -3,6 +3,7 @@
 #include "server/ai/steering/desired_velocity.h"
 #include "shared/motion/apply_input.h"
 #include "shared/motion/capsule_sweep.h"
+#include "shared/motion/static_geometry.h"
 
 #include <algorithm>
 #include <array>
@@ -21,7 +22,7 @@ constexpr std::uint8_t kHeld = 2;
 constexpr float kMarginShare = 0.01F;
 /// Whoever would come nearer than this to another gives way, m.
 constexpr float kBerth = 0.05F;
-/// What points_of_interest may be beyond their side by, m: rounding far from the zone's centre.
+/// What places may be beyond their side by, m: rounding far from the zone's centre.
 constexpr float kRounding = 1e-4F;
 /// Who comes to stand within this is not turned aside by walls on the way, m.
 constexpr float kShortStop = 0.1F;
@@ -150,10 +151,10 @@ float path_left(const Agent& agent,
 
 // ---------------------------------------------------------------- who is there
 
-void LocalAvoidance::add_walker(const AvoidingAgent& walker, const Scene& scene) {
-    const world::Entities& e = scene.entities;
+void LocalAvoidance::add_walker(const AvoidingAgent& walker, const AiContext& ai) {
+    const world::Entities& e = ai.entities;
     const world::Row row = walker.row;
-    const motion::CharacterLimits& limits = scene.types[e.type[row]].character;
+    const motion::CharacterLimits& limits = ai.types[e.type[row]].character;
     const Vec2 at = on_ground(e.position[row]);
     const Vec2 velocity = on_ground(e.velocity[row]);
     const Vec2 want = wanted(limits, e.command[row]);
@@ -168,14 +169,14 @@ void LocalAvoidance::add_walker(const AvoidingAgent& walker, const Scene& scene)
     seen_.yield.back() = walks ? 1.0F : 0.0F;
     rows_.push_back(row);
     courses_.push_back({at,
-                        walks ? braking_end(at, velocity, limits) : Vec2(at + velocity * scene.dt),
+                        walks ? braking_end(at, velocity, limits) : Vec2(at + velocity * ai.dt),
                         e.position[row].y(),
-                        height_of(scene.types[e.type[row]])});
+                        height_of(ai.types[e.type[row]])});
 }
 
-void LocalAvoidance::add_other(world::Row row, const Scene& scene) {
-    const world::Entities& e = scene.entities;
-    const world::EntityType& type = scene.types[e.type[row]];
+void LocalAvoidance::add_other(world::Row row, const AiContext& ai) {
+    const world::Entities& e = ai.entities;
+    const world::EntityType& type = ai.types[e.type[row]];
     const Vec2 at = on_ground(e.position[row]);
     const Vec2 velocity = on_ground(e.velocity[row]);
     const float speed = velocity.norm();
@@ -184,7 +185,7 @@ void LocalAvoidance::add_other(world::Row row, const Scene& scene) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = velocity.x();
     seen_.want_z.back() = velocity.y();
-    // Its own zone lets it make way likewise, by the same points_of_interest and velocities.
+    // Its own zone lets it make way likewise, by the same places and velocities.
     const bool yields = e.has(row, world::kGhost) && e.has(row, world::kGrounded) &&
                         type.kind == world::EntityKind::kCharacter && type.brain != 0 &&
                         !e.client[row];
@@ -192,21 +193,21 @@ void LocalAvoidance::add_other(world::Row row, const Scene& scene) {
     rows_.push_back(row);
     courses_.push_back(
         {at,
-         yields ? braking_end(at, velocity, type.character) : Vec2(at + velocity * scene.dt),
+         yields ? braking_end(at, velocity, type.character) : Vec2(at + velocity * ai.dt),
          e.position[row].y(),
          height_of(type)});
 }
 
 /// Others are characters of players or with a body (those that are not simulated have none), and
 /// bodies that move.
-void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const Scene& scene) {
-    const world::Entities& e = scene.entities;
+void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const AiContext& ai) {
+    const world::Entities& e = ai.entities;
     seen_.clear();
     rows_.clear();
     courses_.clear();
     taken_.assign(e.size(), 0);
     for (const AvoidingAgent& walker : walkers) {
-        add_walker(walker, scene);
+        add_walker(walker, ai);
         taken_[walker.row] = 1;
     }
     walkers_ = seen_.size();
@@ -215,7 +216,7 @@ void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const Scene&
         if (taken_[row] != 0 || e.has(row, world::kHidden)) {
             return;
         }
-        const bool character = scene.types[e.type[row]].kind == world::EntityKind::kCharacter;
+        const bool character = ai.types[e.type[row]].kind == world::EntityKind::kCharacter;
         if (character ? (e.body[row] || e.client[row])
                       : (e.body[row] && !e.has(row, world::kAtRest))) {
             others_.push_back(row);
@@ -225,17 +226,18 @@ void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const Scene&
         return e.id[a] < e.id[b];
     });
     for (const world::Row row : others_) {
-        add_other(row, scene);
+        add_other(row, ai);
     }
 }
 
 /// Beyond this nobody matters to anybody: as far as is looked, and at least so far that two cannot
 /// touch within a tick and braking after it.
-float LocalAvoidance::reach(const Scene& scene, const steering::AvoidanceSettings& settings) const {
+float LocalAvoidance::reach(const AiContext& ai,
+                            const steering::AvoidanceSettings& settings) const {
     float radius = 0.0F;
     float course = 0.0F;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
-        const float step = (i < walkers_ ? seen_.most_speed[i] : 0.0F) * scene.dt;
+        const float step = (i < walkers_ ? seen_.most_speed[i] : 0.0F) * ai.dt;
         radius = std::max(radius, seen_.radius[i]);
         course = std::max(course, (courses_[i].end - courses_[i].at).norm() + 2.0F * step);
     }
@@ -305,7 +307,7 @@ LocalAvoidance::DividingLine LocalAvoidance::side_of(std::uint32_t one, std::uin
 
 bool LocalAvoidance::is_crowded(std::uint32_t one,
                                 const steering::CrowdBatch& batch,
-                                const Scene& scene,
+                                const AiContext& ai,
                                 const steering::AvoidanceSettings& settings) const {
     const world::Row row = rows_[one];
     bool crowded = false;
@@ -328,12 +330,12 @@ bool LocalAvoidance::is_crowded(std::uint32_t one,
         const float most = seen_.radius[one] + seen_.radius[other] +
                            (courses_[one].end - courses_[one].at).norm() +
                            (courses_[other].end - courses_[other].at).norm() +
-                           2.0F * (seen_.most_speed[one] + seen_.most_speed[other]) * scene.dt;
+                           2.0F * (seen_.most_speed[one] + seen_.most_speed[other]) * ai.dt;
         if (d2 > most * most) {
             return;
         }
         if (!looked) {
-            stop = stop_of(row, scene.entities.command[row], scene);
+            stop = stop_of(row, ai.entities.command[row], ai);
             looked = true;
             crowded = !stop.free;
         }
@@ -343,14 +345,15 @@ bool LocalAvoidance::is_crowded(std::uint32_t one,
     return crowded;
 }
 
-void LocalAvoidance::find_crowded(const Scene& scene, const steering::AvoidanceSettings& settings) {
+void LocalAvoidance::find_crowded(const AiContext& ai,
+                                  const steering::AvoidanceSettings& settings) {
     const std::vector<steering::CrowdBatch>& batches = order_.batches();
-    scene.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
+    ai.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
             for (std::uint32_t i = batches[b].begin; i < batches[b].end; ++i) {
                 const std::uint32_t one = order_.rows()[i];
                 if (one < walkers_ && seen_.yield[one] > 0.0F &&
-                    is_crowded(one, batches[b], scene, settings)) {
+                    is_crowded(one, batches[b], ai, settings)) {
                     crowded_[one] = kCrowded;
                 }
             }
@@ -398,38 +401,38 @@ void LocalAvoidance::take_in_neighbours(const steering::AvoidanceSettings& setti
 /// As the movement pass will say in this tick.
 LocalAvoidance::BrakingStop LocalAvoidance::stop_of(world::Row row,
                                                     const motion::InputCommand& command,
-                                                    const Scene& scene) const {
-    const world::Entities& e = scene.entities;
-    const motion::CharacterLimits& limits = scene.types[e.type[row]].character;
+                                                    const AiContext& ai) const {
+    const world::Entities& e = ai.entities;
+    const motion::CharacterLimits& limits = ai.types[e.type[row]].character;
     const motion::CharacterState after = motion::apply_input(
         {e.position[row], e.velocity[row], e.yaw[row], e.has(row, world::kGrounded)},
         command,
         limits,
-        scene.statics,
-        scene.dt,
-        scene.now);
+        ai.statics,
+        ai.dt,
+        ai.now);
     const Vec2 at = on_ground(after.position);
     const Vec2 end = braking_end(at, on_ground(after.velocity), limits);
-    const bool free = brakes_freely(after.position, end, limits, scene.statics, scene.now);
+    const bool free = brakes_freely(after.position, end, limits, ai.statics, ai.now);
     return {at, end, after.position.y(), free};
 }
 
 /// Whether there is ground where one comes to stand, as near below as movement keeps to it.
-bool LocalAvoidance::is_carried(world::Row row, const BrakingStop& stop, const Scene& scene) {
-    const motion::CharacterLimits& limits = scene.types[scene.entities.type[row]].character;
+bool LocalAvoidance::is_carried(world::Row row, const BrakingStop& stop, const AiContext& ai) {
+    const motion::CharacterLimits& limits = ai.types[ai.entities.type[row]].character;
     const float feet = stop.y - limits.radius - limits.half_segment;
     const float steep = (stop.end - stop.at).norm() * kSteepestFall;
     const float drop = limits.step_down + steep;
-    if (feet - scene.statics.ground_height() <= drop) {
+    if (feet - ai.statics.ground_height() <= drop) {
         return true;
     }
     const Vec3 above(stop.end.x(), stop.y + limits.step_up, stop.end.y());
     const float fall = limits.step_up + drop;
     const motion::CapsuleSweep sweep(
-        scene.statics,
+        ai.statics,
         {limits.radius, limits.half_segment},
         Aabb{above - Vec3(0.0F, fall, 0.0F), above}.grown(limits.radius + 0.1F),
-        scene.now);
+        ai.now);
     const motion::SweepHit hit = sweep.sweep_down(above, fall, [&](const motion::SweepHit& h) {
         return h.normal.y() >= limits.max_slope_cos;
     });
@@ -438,15 +441,15 @@ bool LocalAvoidance::is_carried(world::Row row, const BrakingStop& stop, const S
 
 void LocalAvoidance::give_command(std::uint32_t one,
                                   const steering::CrowdBatch& batch,
-                                  const Scene& scene) {
+                                  const AiContext& ai) {
     const world::Row row = rows_[one];
     const std::uint32_t near = close_of_[one];
-    motion::InputCommand command = scene.entities.command[row];
+    motion::InputCommand command = ai.entities.command[row];
     const motion::InputCommand want = command;
-    const float full = std::max(1e-3F, gait(scene.types[scene.entities.type[row]].character, want));
+    const float full = std::max(1e-3F, gait(ai.types[ai.entities.type[row]].character, want));
     const Vec2 best = Vec2(close_.vx[near], close_.vz[near]) / full;
     // Nobody is made to step off an edge, but who means to may.
-    const bool leaps = !is_carried(row, stop_of(row, want, scene), scene);
+    const bool leaps = !is_carried(row, stop_of(row, want, ai), ai);
     for (const float share : kTries) {
         command.move_x = slower(share * best.x());
         command.move_z = slower(share * best.y());
@@ -455,8 +458,8 @@ void LocalAvoidance::give_command(std::uint32_t one,
         if (brakes) {
             break;
         }
-        const BrakingStop stop = stop_of(row, command, scene);
-        bool keeps = stop.free && (leaps || is_carried(row, stop, scene));
+        const BrakingStop stop = stop_of(row, command, ai);
+        bool keeps = stop.free && (leaps || is_carried(row, stop, ai));
         for_each_near(batch, [&](std::uint32_t other) {
             if (!keeps || other == one || apart_in_height(one, other)) {
                 return;
@@ -474,17 +477,17 @@ void LocalAvoidance::give_command(std::uint32_t one,
         }
     }
     outcome_[one] |= command == want ? 0 : kGaveWay;
-    scene.entities.command[row] = command;
+    ai.entities.command[row] = command;
 }
 
-void LocalAvoidance::give_commands(const Scene& scene) {
+void LocalAvoidance::give_commands(const AiContext& ai) {
     const std::vector<steering::CrowdBatch>& batches = order_.batches();
-    scene.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
+    ai.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
             for (std::uint32_t i = batches[b].begin; i < batches[b].end; ++i) {
                 const std::uint32_t one = order_.rows()[i];
                 if ((crowded_[one] & kCrowded) != 0) {
-                    give_command(one, batches[b], scene);
+                    give_command(one, batches[b], ai);
                 }
             }
         }
@@ -492,18 +495,19 @@ void LocalAvoidance::give_commands(const Scene& scene) {
 }
 
 LocalAvoidanceReport LocalAvoidance::step(std::span<const AvoidingAgent> walkers,
-                                          const Scene& scene,
+                                          const AiContext& ai,
+                                          steering::KnownWalls& walls,
                                           const steering::AvoidanceSettings& settings) {
     LocalAvoidanceReport report;
     if (walkers.empty()) {
         return report;
     }
-    gather(walkers, scene);
-    reach_ = reach(scene, settings);
-    order_.sort(seen_, reach_, scene.team);
+    gather(walkers, ai);
+    reach_ = reach(ai, settings);
+    order_.sort(seen_, reach_, ai.team);
     crowded_.assign(seen_.size(), 0);
     outcome_.assign(seen_.size(), 0);
-    find_crowded(scene, settings);
+    find_crowded(ai, settings);
     for (std::size_t i = 0; i < walkers_; ++i) {
         report.crowded += crowded_[i];
     }
@@ -512,9 +516,8 @@ LocalAvoidanceReport LocalAvoidance::step(std::span<const AvoidingAgent> walkers
     }
     take_in_neighbours(settings);
     avoidance_.set(settings);
-    avoidance_.step(
-        close_, scene.walls.of(scene.statics), static_cast<std::uint64_t>(scene.now), scene.team);
-    give_commands(scene);
+    avoidance_.step(close_, walls.of(ai.statics), static_cast<std::uint64_t>(ai.now), ai.team);
+    give_commands(ai);
     for (std::size_t i = 0; i < walkers_; ++i) {
         report.gave_way += (outcome_[i] & kGaveWay) != 0 ? 1U : 0U;
         report.held += (outcome_[i] & kHeld) != 0 ? 1U : 0U;

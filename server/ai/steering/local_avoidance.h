@@ -1,11 +1,12 @@
-// LocalAvoidance: active agents that would meet somebody get a command that avoids it; all others
+// LocalAvoidance: agents that would meet somebody get a command that avoids it (ORCA); all others
 // keep theirs, bit for bit.
 #pragma once
 
 #include "server/ai/agent/agent.h"
-#include "server/ai/offscreen/points_of_interest.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
-#include "server/ai/steering/avoidance/static_walls.h"
+#include "server/ai/agent/brain/points_of_interest.h"
+#include "server/ai/ai_context.h"
+#include "server/ai/crowd/orca_avoidance.h"
+#include "server/ai/crowd/static_walls.h"
 #include "server/world/entities.h"
 #include "shared/motion/static_geometry.h"
 
@@ -34,7 +35,7 @@ struct LocalAvoidanceReport {
 };
 
 /// Commands are what characters make of them (motion::apply_input), so a promise about
-/// points_of_interest has to know about acceleration and quantised commands. Between two that both
+/// places has to know about acceleration and quantised commands. Between two that both
 /// yield lies a line half path between where they are and where they would come to stand if they
 /// braked now. A command is given only if its character, after this tick and after braking from
 /// then on, keeps to its side, as apply_input itself says, and nobody who keeps to the ground is
@@ -43,22 +44,13 @@ struct LocalAvoidanceReport {
 /// "Inevitable collision states", Advanced Robotics 18, 2004; the lines: steering::OrcaAvoidance.
 class LocalAvoidance {
   public:
-    struct Scene {
-        world::Entities& entities;
-        const world::TypeTable& types;
-        const motion::StaticGeometry& statics;
-        steering::KnownWalls& walls;
-        compute::Team& team;
-        Tick now;
-        float dt;  ///< s
-    };
-
     /// `walkers` ascend by entity id, each has the command that its agent wants. Others that count:
     /// characters, and bodies that move; those yield that have an agent in another zone. Changes
     /// `command` of walkers alone. The same bits for any number of threads and order of rows; no
     /// allocation once as many were near each other.
     LocalAvoidanceReport step(std::span<const AvoidingAgent> walkers,
-                              const Scene& scene,
+                              const AiContext& ai,
+                              steering::KnownWalls& walls,
                               const steering::AvoidanceSettings& settings);
 
   private:
@@ -70,7 +62,7 @@ class LocalAvoidance {
         float half_height = 0.0F;
     };
 
-    /// n . x >= c for all points_of_interest x of a walker.
+    /// n . x >= c for all places x of a walker.
     struct DividingLine {
         Vec2 n = Vec2::Zero();
         float c = 0.0F;
@@ -83,15 +75,15 @@ class LocalAvoidance {
         bool free = true;         ///< no wall turns it aside meanwhile
     };
 
-    void gather(std::span<const AvoidingAgent> walkers, const Scene& scene);
-    void add_walker(const AvoidingAgent& walker, const Scene& scene);
-    void add_other(world::Row row, const Scene& scene);
-    [[nodiscard]] float reach(const Scene& scene,
+    void gather(std::span<const AvoidingAgent> walkers, const AiContext& ai);
+    void add_walker(const AvoidingAgent& walker, const AiContext& ai);
+    void add_other(world::Row row, const AiContext& ai);
+    [[nodiscard]] float reach(const AiContext& ai,
                               const steering::AvoidanceSettings& settings) const;
-    void find_crowded(const Scene& scene, const steering::AvoidanceSettings& settings);
+    void find_crowded(const AiContext& ai, const steering::AvoidanceSettings& settings);
     [[nodiscard]] bool is_crowded(std::uint32_t one,
                                   const steering::CrowdBatch& batch,
-                                  const Scene& scene,
+                                  const AiContext& ai,
                                   const steering::AvoidanceSettings& settings) const;
     [[nodiscard]] bool would_meet(std::uint32_t one,
                                   std::uint32_t other,
@@ -101,14 +93,14 @@ class LocalAvoidance {
     template <class Visit>
     void for_each_near(const steering::CrowdBatch& batch, Visit&& visit) const;
     void take_in_neighbours(const steering::AvoidanceSettings& settings);
-    void give_commands(const Scene& scene);
-    void give_command(std::uint32_t one, const steering::CrowdBatch& batch, const Scene& scene);
+    void give_commands(const AiContext& ai);
+    void give_command(std::uint32_t one, const steering::CrowdBatch& batch, const AiContext& ai);
     [[nodiscard]] BrakingStop stop_of(world::Row row,
                                       const motion::InputCommand& command,
-                                      const Scene& scene) const;
+                                      const AiContext& ai) const;
     [[nodiscard]] static bool is_carried(world::Row row,
                                          const BrakingStop& stop,
-                                         const Scene& scene);
+                                         const AiContext& ai);
 
     steering::CrowdAgents seen_;          // walkers, then others by entity id
     std::size_t walkers_ = 0;             // the first so many of seen_

@@ -1,7 +1,7 @@
 #include "server/ai/steering/path_following.h"
 
-#include "server/ai/offscreen/forage.h"
-#include "server/ai/steering/splines/spline_following.h"
+#include "server/ai/steering/forage_walk.h"
+#include "server/ai/steering/spline_following.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace zoned::ai {
 namespace {
 
 const motion::CharacterLimits& limits_of(const Surroundings& around) {
-    return around.types[around.entities.type[around.self]].character;
+    return around.ai.types[around.ai.entities.type[around.self]].character;
 }
 
 /// A walk by a timetable leaves so much of full speed unused that a body can make up for what
@@ -42,13 +42,13 @@ float commanded_speed(const Agent& agent, const motion::CharacterLimits& limits)
 /// Stands where it will have come to a halt.
 void halt(Agent& agent, const Surroundings& around, const Vec2& velocity) {
     agent.segment = segment_from(
-        around.at, velocity, Vec2::Zero(), 0.0F, limits_of(around).acceleration, around.now - 1);
+        around.at, velocity, Vec2::Zero(), 0.0F, limits_of(around).acceleration, around.ai.now - 1);
     agent.aim.move_x = agent.aim.move_z = 0;
     agent.aim.buttons = 0;
 }
 
 void look_again(Agent& agent, float after_s, const Surroundings& around) {
-    agent.again_at = around.now + std::max<Tick>(1, std::lround(after_s / around.dt));
+    agent.again_at = around.ai.now + std::max<Tick>(1, std::lround(after_s / around.ai.dt));
 }
 
 /// Where a command leads that is held: its heading is one of few, so that it passes the goal a
@@ -74,7 +74,7 @@ void set_out(Agent& agent,
              const Surroundings& around,
              const Vec2& goal,
              float near_m) {
-    const Vec2 velocity = velocity_at(agent.segment, around.now - 1, around.dt);
+    const Vec2 velocity = velocity_at(agent.segment, around.ai.now - 1, around.ai.dt);
     const Vec2 whole = agent.segment.goal;
     const float acceleration = limits_of(around).acceleration;
     const Pace pace{std::min(state.speed_factor * agent.band, around.all_out ? 1.0F : kUsed),
@@ -92,7 +92,7 @@ void set_out(Agent& agent,
         }
         const Vec2 heading = aim_direction(agent);
         agent.segment =
-            segment_from(around.at, velocity, heading, speed, acceleration, around.now - 1);
+            segment_from(around.at, velocity, heading, speed, acceleration, around.ai.now - 1);
         const Vec2 rest = goal - agent.segment.from;
         if (!(rest.norm() > near_m)) {
             break;
@@ -106,7 +106,8 @@ void set_out(Agent& agent,
 }
 
 bool has_path(const Agent& agent, const Surroundings& around) {
-    return agent.on_path && around.paths != nullptr && around.paths->has(around.slot, agent.entity);
+    return agent.on_path && around.ai.paths != nullptr &&
+           around.ai.paths->has(around.slot, agent.entity);
 }
 
 /// So near to its goal a straight walk is over, m.
@@ -122,7 +123,7 @@ float reach_of(const Agent& agent,
                ? kAtCell * state.forage->cell_m
                : std::max(kTurnM,
                           desired.direction.norm() -
-                              around.points_of_interest.outside(state.forage->nest, around.at));
+                              around.ai.points_of_interest.outside(state.forage->nest, around.at));
 }
 
 /// Whether the agent has come to where its path ends.
@@ -130,21 +131,12 @@ bool path_is_over(const Agent& agent, const Surroundings& around) {
     if (!has_path(agent, around)) {
         return false;
     }
-    const pathfinding::PathResult path = around.paths->answer(around.slot);
+    const pathfinding::PathResult path = around.ai.paths->answer(around.slot);
     return !path.waiting &&
            (path.corners.empty() || (flat_of(path.corners.back()) - around.at).norm() < kCornerM);
 }
 
 }  // namespace
-
-bool keeps_to_segment(const Agent& agent, const Vec2& body, Tick now, float dt) {
-    return agent.timed && (agent.tier != Tier::kActive ||
-                           !((position_at(agent.segment, now - 1, dt) - body).norm() > kDriftM));
-}
-
-Vec2 whereabouts(const Agent& agent, const Vec2& body, Tick now, float dt) {
-    return keeps_to_segment(agent, body, now, dt) ? position_at(agent.segment, now - 1, dt) : body;
-}
 
 bool goes_by_segments(const Agent& agent, const BrainState& state) {
     const bool banded = state.rubber_band && (agent.prey || agent.band != 1.0F);
@@ -172,7 +164,7 @@ bool goes_by_segments(const Agent& agent, const BrainState& state) {
 }
 
 void start_segment(Agent& agent, const Surroundings& around) {
-    const Vec3& v = around.entities.velocity[around.self];
+    const Vec3& v = around.ai.entities.velocity[around.self];
     const Vec2 velocity(v.x(), v.z());
     const float speed = velocity.norm();
     agent.segment = segment_from(around.body(),
@@ -180,13 +172,13 @@ void start_segment(Agent& agent, const Surroundings& around) {
                                  speed > 0.0F ? Vec2(velocity / speed) : Vec2(Vec2::Zero()),
                                  speed,
                                  0.0F,
-                                 around.now - 1);
+                                 around.ai.now - 1);
     agent.timed = true;
     agent.on_path = false;
 }
 
 void follow_path(Agent& agent, const BrainState& state, const Surroundings& around) {
-    const Vec2 next = flat_of(around.paths->heading(around.slot, spot_of(around.at), kCornerM));
+    const Vec2 next = flat_of(around.ai.paths->heading(around.slot, spot_of(around.at), kCornerM));
     const bool last = (next - agent.segment.goal).norm() < kTurnM;
     const float near_m = last ? kArriveM : kTurnM;
     if ((next - around.at).norm() > near_m) {
@@ -194,7 +186,7 @@ void follow_path(Agent& agent, const BrainState& state, const Surroundings& arou
         return;
     }
     const Vec2 goal = agent.segment.goal;
-    halt(agent, around, velocity_at(agent.segment, around.now - 1, around.dt));
+    halt(agent, around, velocity_at(agent.segment, around.ai.now - 1, around.ai.dt));
     agent.segment.goal = goal;
     look_again(agent, kAskAgain_s, around);
 }
@@ -209,7 +201,7 @@ bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Sur
         desired_velocity(agent, state, full_speed(state, around), around);
     if (!desired.has_goal || !(desired.direction.norm() > 1e-3F)) {
         if (agent.segment.speed > 0.0F) {
-            halt(agent, around, velocity_at(agent.segment, around.now - 1, around.dt));
+            halt(agent, around, velocity_at(agent.segment, around.ai.now - 1, around.ai.dt));
         }
         agent.on_path = false;
         agent.again_at = kNever;
@@ -224,8 +216,8 @@ bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Sur
         follow_path(agent, state, around);
         return false;
     }
-    const TypeIndex type = around.entities.type[around.self];
-    if (!by_cells && around.paths != nullptr && around.paths->plans_for(type)) {
+    const TypeIndex type = around.ai.entities.type[around.self];
+    if (!by_cells && around.ai.paths != nullptr && around.ai.paths->plans_for(type)) {
         agent.segment.goal = desired.goal;
         return true;
     }
@@ -241,22 +233,22 @@ bool turn_to_path(Agent& agent,
                   const BrainState& state,
                   DesiredVelocity& desired,
                   const Surroundings& around) {
-    const TypeIndex type = around.entities.type[around.self];
+    const TypeIndex type = around.ai.entities.type[around.self];
     const pathfinding::Spot body = spot_of(around.body());
-    if (!desired.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
+    if (!desired.seeks || around.ai.paths == nullptr || !around.ai.paths->plans_for(type)) {
         agent.on_path = false;
         return false;
     }
     const float feet_m = limits_of(around).radius + limits_of(around).half_segment;
-    const PathHeights heights{around.entities.position[around.self].y() - feet_m,
+    const PathHeights heights{around.ai.entities.position[around.self].y() - feet_m,
                               goal_floor(agent, state, around)};
-    if (around.paths->straight(type, body, spot_of(desired.goal), heights)) {
+    if (around.ai.paths->straight(type, body, spot_of(desired.goal), heights)) {
         agent.on_path = false;
         return false;
     }
     const bool asks = agent.fresh || !has_path(agent, around);
     if (has_path(agent, around)) {
-        const Vec2 next = flat_of(around.paths->heading(around.slot, body, kCornerM));
+        const Vec2 next = flat_of(around.ai.paths->heading(around.slot, body, kCornerM));
         desired.direction = next - around.body();
         // Progress is what leads to the corner.
         desired.goal = next;

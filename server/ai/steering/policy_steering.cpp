@@ -1,6 +1,6 @@
 #include "server/ai/steering/policy_steering.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -61,7 +61,7 @@ learning::Wanted wanted_of(const Agent& agent,
 }  // namespace
 
 learning::Situation situation_of(const Agent& agent, const Surroundings& around) {
-    const world::Entities& e = around.entities;
+    const world::Entities& e = around.ai.entities;
     learning::Situation s;
     s.here = on_ground(e.position[around.self]);
     s.velocity = on_ground(e.velocity[around.self]);
@@ -82,7 +82,7 @@ void steer_by_policy(Agent& agent,
                      const Surroundings& around) {
     ZONED_ASSERT(choice.policy != nullptr, "a policy is given before its brain is compiled");
     const learning::Situation s = situation_of(agent, around);
-    learning::Wanted wanted = wanted_of(agent, brain, choice, around.now, s);
+    learning::Wanted wanted = wanted_of(agent, brain, choice, around.ai.now, s);
     wanted.move *= std::clamp(state.speed_factor * agent.band, 0.0F, 1.0F);
     const learning::Guard& guard = choice.policy->guard;
     wanted.sprint = wanted.sprint && guard.may_sprint;
@@ -92,11 +92,11 @@ void steer_by_policy(Agent& agent,
     }
     const learning::Guarded body{s.here - s.home,
                                  s.velocity,
-                                 around.entities.yaw[around.self],
-                                 around.dt,
-                                 static_cast<float>(kFarPeriod) * around.dt};
-    const motion::InputCommand command =
-        guarded(guard, wanted, body, around.types[around.entities.type[around.self]].character);
+                                 around.ai.entities.yaw[around.self],
+                                 around.ai.dt,
+                                 static_cast<float>(kFarPeriod) * around.ai.dt};
+    const motion::InputCommand command = guarded(
+        guard, wanted, body, around.ai.types[around.ai.entities.type[around.self]].character);
     if (!keep || !repeats(agent.aim, command, guard)) {
         agent.aim = command;
     }
@@ -114,7 +114,7 @@ void follow_band(Agent& agent, const BrainState& state, const Surroundings& arou
         // Who is ahead slows down where the other falls behind.
         gap = 2.0F * state.rubber_band->gap_m - gap;
     }
-    agent.band = learning::banded(*state.rubber_band, agent.band, gap, around.dt);
+    agent.band = learning::banded(*state.rubber_band, agent.band, gap, around.ai.dt);
 }
 
 }  // namespace zoned::ai

@@ -1,6 +1,6 @@
 #include "server/ai/steering/steering.h"
 
-#include "server/ai/steering/formation/formation_following.h"
+#include "server/ai/steering/formation_following.h"
 #include "server/ai/steering/path_following.h"
 #include "server/ai/steering/policy_steering.h"
 
@@ -31,24 +31,24 @@ constexpr float kFalls = 2.0F;
 
 void stand(Agent& agent, const Surroundings& around) {
     agent.aim = motion::InputCommand{};
-    agent.aim.yaw = around.entities.yaw[around.self];
-    restart_progress(agent, around.entities.position[around.self], around.now);
+    agent.aim.yaw = around.ai.entities.yaw[around.self];
+    restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
 }
 
 /// True when it has walked for kPatienceS without getting anywhere; `goal`: without one, anywhere
 /// counts.
 bool blocked(Agent& agent, const Vec2* goal, float speed, const Surroundings& around) {
-    const Vec3& here = around.entities.position[around.self];
+    const Vec3& here = around.ai.entities.position[around.self];
     const Vec2 anchor(agent.anchor.x(), agent.anchor.z());
     const float progress = goal != nullptr
                                ? (*goal - anchor).norm() - (*goal - around.body()).norm()
                                : (around.body() - anchor).norm();
     // A slow walker needs to show less.
     if (progress >= std::min(kProgressM, 0.25F * kPatienceS * speed)) {
-        restart_progress(agent, here, around.now);
+        restart_progress(agent, here, around.ai.now);
         return false;
     }
-    return static_cast<float>(around.now - agent.anchor_since) * around.dt >= kPatienceS;
+    return static_cast<float>(around.ai.now - agent.anchor_since) * around.ai.dt >= kPatienceS;
 }
 
 bool blocked(Agent& agent,
@@ -62,7 +62,7 @@ bool blocked(Agent& agent,
 void step_aside(Agent& agent, const Pace& pace, const Vec2& direction, const Surroundings& around) {
     const float side = (agent.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
     aim_along(agent, pace, Vec2(side * direction.y(), -side * direction.x()));
-    agent.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
+    agent.detour_until = around.ai.now + std::max<Tick>(1, std::lround(kDetourS / around.ai.dt));
     agent.timed = false;
 }
 
@@ -75,7 +75,7 @@ void get_around(Agent& agent,
         pick_wander_target(agent, state.radius_m, around);
         return;
     }
-    restart_progress(agent, around.entities.position[around.self], around.now);
+    restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
     if (state.action == ActionKind::kPatrol) {
         agent.corner = static_cast<std::uint8_t>((agent.corner + 1) & 3);
         return;
@@ -87,13 +87,13 @@ Tick next_steering(const Agent& agent,
                    const DesiredVelocity& desired,
                    float speed,
                    const Surroundings& around) {
-    const Tick period = next_turn(agent, around.now) - around.now;
+    const Tick period = next_turn(agent, around.ai.now) - around.ai.now;
     if (!desired.has_goal) {
-        return around.now + period;
+        return around.ai.now + period;
     }
     const float path = desired.direction.norm() - kArriveM;
-    const auto ticks = static_cast<Tick>(std::clamp(path / (speed * around.dt), 0.0F, 8.0F));
-    return around.now + std::clamp<Tick>(ticks, 1, period);
+    const auto ticks = static_cast<Tick>(std::clamp(path / (speed * around.ai.dt), 0.0F, 8.0F));
+    return around.ai.now + std::clamp<Tick>(ticks, 1, period);
 }
 
 /// True where the heading is off by too much.
@@ -128,7 +128,7 @@ Vec2 blended_velocity(Agent& agent,
                       std::size_t count,
                       const Surroundings& around) {
     const float sprint_factor =
-        around.types[around.entities.type[around.self]].character.sprint_factor;
+        around.ai.types[around.ai.entities.type[around.self]].character.sprint_factor;
     Vec2 sum = Vec2::Zero();
     float total = 0.0F;
     for (std::size_t d = 0; d < count; ++d) {
@@ -157,11 +157,11 @@ void steer_blend(Agent& agent,
     for (std::size_t d = 0; entered && d < count; ++d) {
         begin_action(agent, brain.states[choice.first + d], around);
     }
-    if (around.now < agent.detour_until) {
+    if (around.ai.now < agent.detour_until) {
         return;
     }
     const motion::CharacterLimits& limits =
-        around.types[around.entities.type[around.self]].character;
+        around.ai.types[around.ai.entities.type[around.self]].character;
     const Vec2 desired = blended_velocity(agent, brain, choice, count, around);
     const float speed = desired.norm();
     agent.next_steering = next_steering(agent, DesiredVelocity(), std::max(0.01F, speed), around);
@@ -175,12 +175,12 @@ void steer_blend(Agent& agent,
                       (agent.aim.buttons != 0 ? limits.sprint_factor : 1.0F);
     if (turns(agent, DesiredVelocity(), direction, entered) || std::abs(now - speed) > kBlendPace) {
         if (!moving(agent)) {
-            restart_progress(agent, around.entities.position[around.self], around.now);
+            restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
         }
         aim_along(agent, pace, direction);
     }
     if (blocked(agent, DesiredVelocity(), limits.speed * speed, around)) {
-        restart_progress(agent, around.entities.position[around.self], around.now);
+        restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
         step_aside(agent, pace, direction, around);
     }
 }
@@ -207,7 +207,7 @@ bool steer_freely(Agent& agent, const BrainState& state, bool entered, const Sur
         const Vec2 direction = desired.direction / length;
         if (needs_aim(agent, state, desired, direction, entered)) {
             if (!moving(agent)) {
-                restart_progress(agent, around.entities.position[around.self], around.now);
+                restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
             }
             aim_along(agent, state, direction);
         }
@@ -223,14 +223,16 @@ bool steer_freely(Agent& agent, const BrainState& state, bool entered, const Sur
 void correct_drift(Agent& agent, const BrainState& state, const Surroundings& around) {
     const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
     const float soon_s = std::max(kPutRightS, kOffSegmentM * kFullMove / full);
-    const float left_s = time_on(agent.segment, arrival_of(agent.segment, around.dt), around.dt) -
-                         time_on(agent.segment, around.now, around.dt);
+    const float left_s =
+        time_on(agent.segment, arrival_of(agent.segment, around.ai.dt), around.ai.dt) -
+        time_on(agent.segment, around.ai.now, around.ai.dt);
     const float time_s = std::clamp(left_s, kPutRightS, soon_s);
-    const auto ticks = static_cast<Tick>(std::lround(time_s / around.dt));
-    const Vec2 path = position_at(agent.segment, around.now - 1 + ticks, around.dt) - around.body();
+    const auto ticks = static_cast<Tick>(std::lround(time_s / around.ai.dt));
+    const Vec2 path =
+        position_at(agent.segment, around.ai.now - 1 + ticks, around.ai.dt) - around.body();
     const float length = path.norm();
     if (length > 0.0F) {
-        const float speed = length / (static_cast<float>(ticks) * around.dt);
+        const float speed = length / (static_cast<float>(ticks) * around.ai.dt);
         // It faces the path of its segment, as one that nobody sees does.
         const std::uint16_t facing = agent.aim.yaw;
         aim_along(agent, Pace{speed / full, state.sprint}, path / length);
@@ -240,7 +242,7 @@ void correct_drift(Agent& agent, const BrainState& state, const Surroundings& ar
 
 /// Off its floor: not merely over a step.
 bool falls(const Surroundings& around) {
-    const world::Entities& e = around.entities;
+    const world::Entities& e = around.ai.entities;
     return !e.has(around.self, world::kGrounded) && e.velocity[around.self].y() < -kFalls;
 }
 
@@ -251,19 +253,19 @@ bool steer_by_segment(Agent& agent,
                       bool entered,
                       const Surroundings& around) {
     Surroundings self = around;
-    const Vec2 off = position_at(agent.segment, around.now - 1, around.dt) - around.body();
+    const Vec2 off = position_at(agent.segment, around.ai.now - 1, around.ai.dt) - around.body();
     const bool anew = !agent.timed || off.norm() > kDriftM;
     if (falls(around)) {
         agent.timed = false;  // where it lands its path may lead elsewhere
-        agent.next_steering = around.now + 1;
+        agent.next_steering = around.ai.now + 1;
         return false;
     }
-    const bool over = segment_is_over(agent, around.now, around.dt);
+    const bool over = segment_is_over(agent, around.ai.now, around.ai.dt);
     // In another zone than the one that knew its path.
-    const bool lost =
-        agent.on_path && (around.paths == nullptr || !around.paths->has(around.slot, agent.entity));
+    const bool lost = agent.on_path && (around.ai.paths == nullptr ||
+                                        !around.ai.paths->has(around.slot, agent.entity));
     if (over || agent.segment.length == 0.0F || !agent.timed) {
-        restart_progress(agent, around.entities.position[around.self], around.now);
+        restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
     }
     if (anew) {
         start_segment(agent, around);
@@ -273,7 +275,7 @@ bool steer_by_segment(Agent& agent,
     if (anew || lost || entered || over) {
         asks = plan_segment(agent, state, entered, self);
     } else if (agent.segment.length > 0.0F && off.norm() > kOffSegmentM &&
-               time_on(agent.segment, around.now, around.dt) > agent.segment.bend_s) {
+               time_on(agent.segment, around.ai.now, around.ai.dt) > agent.segment.bend_s) {
         correct_drift(agent, state, around);
         const Vec2 end = end_of(agent.segment);
         if (blocked(agent, &end, agent.segment.speed, around)) {
@@ -281,14 +283,14 @@ bool steer_by_segment(Agent& agent,
             agent.timed = false;
         }
     }
-    const Tick turn = next_turn(agent, around.now);
+    const Tick turn = next_turn(agent, around.ai.now);
     if (asks || agent.segment.length > 0.0F) {
         agent.next_steering =
-            asks ? around.now + 1
-                 : std::clamp(arrival_of(agent.segment, around.dt), around.now + 1, turn);
+            asks ? around.ai.now + 1
+                 : std::clamp(arrival_of(agent.segment, around.ai.dt), around.ai.now + 1, turn);
         return asks;
     }
-    agent.next_steering = std::clamp(agent.again_at, around.now + 1, turn);
+    agent.next_steering = std::clamp(agent.again_at, around.ai.now + 1, turn);
     stand(agent, around);
     return false;
 }
@@ -323,12 +325,12 @@ bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around)
     follow_band(agent, state, around);
     if (policy != nullptr) {
         agent.timed = false;
-        agent.next_steering = around.now + 1;
+        agent.next_steering = around.ai.now + 1;
         steer_by_policy(agent, brain, state, *policy, around);
     } else if (state.action == ActionKind::kFormUp && !straggles(agent)) {
         agent.timed = false;
         steer_in_formation(agent, state, entered, around);
-    } else if (around.now < agent.detour_until) {
+    } else if (around.ai.now < agent.detour_until) {
         // It walks on across its path.
     } else if (goes_by_segments(agent, state)) {
         asks = steer_by_segment(agent, state, entered, around);

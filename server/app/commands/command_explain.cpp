@@ -1,4 +1,5 @@
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
+#include "server/ai/perception/perception.h"
 #include "server/ai/steering/path_following.h"
 #include "server/app/calibration/measure_codec.h"
 #include "server/app/calibration/particle_device.h"
@@ -9,6 +10,7 @@
 #include "server/app/world/world.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/parameters.h"
+#include "server/zone/simulation/zone_agents.h"
 
 #include <cstdio>
 #include <string>
@@ -162,7 +164,7 @@ void print_zone(const config::ZoneRegion& region,
 /// Why an NPC does what it does; false where no zone owns an entity of that id with an agent.
 bool print_why(const config::Settings& settings, World& world, EntityId entity, Tick now) {
     for (const auto& zone : world.zones()) {
-        const zone::ZoneState& state = zone->state();
+        zone::ZoneState& state = zone->state();
         const ai::Agent* agent = zone->owns(entity) ? state.agents.find(entity) : nullptr;
         if (agent == nullptr) {
             continue;
@@ -173,11 +175,11 @@ bool print_why(const config::Settings& settings, World& world, EntityId entity, 
         spatial::PointGrid grid;
         grid.build(state.entities.position, 8.0F);
         const physics::Query statics = state.scene.query();
-        const ai::Percept sight = ai::perceive(
-            {state.entities, settings.types, grid, &statics, now, state.settings.dt, agents.far_m},
-            row,
-            *agent,
-            compiled);
+        compute::Team alone;
+        ai::AiContext ai = zone::context_of(state, alone, &statics);
+        ai.now = now;
+        ai.near = &grid;
+        const ai::Percept percept = ai::perceive(ai, row, *agent, compiled);
         const Vec3& at = state.entities.position[row];
         const Vec2 here = ai::whereabouts(*agent, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
         std::printf("entity %u, a %s in zone %u, after tick %lld\n%s%s",
@@ -189,7 +191,7 @@ bool print_why(const config::Settings& settings, World& world, EntityId entity, 
                     ai::explain(*agent,
                                 agents.brains[agent->brain],
                                 compiled,
-                                sight,
+                                percept,
                                 here,
                                 state.points_of_interest,
                                 now,

@@ -2,6 +2,7 @@
 #include "server/app/runtime/key_files.h"
 #include "server/mailbox/messages.h"
 #include "server/session/login/ticket.h"
+#include "shared/core/hex.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -9,29 +10,11 @@
 #include <cerrno>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <system_error>
 
 namespace zoned::app {
 
 namespace {
-
-std::string to_hex(const std::uint8_t* bytes, std::size_t count) {
-    static constexpr char kDigits[] = "0123456789abcdef";
-    std::string text;
-    for (std::size_t i = 0; i < count; ++i) {
-        text += kDigits[bytes[i] >> 4U];
-        text += kDigits[bytes[i] & 15U];
-    }
-    return text;
-}
-
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') {
-        return c - '0';
-    }
-    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
 
 /// Never overwrites: a key that is lost cannot be made again.
 void write_new_file(const std::string& path, const std::string& text, mode_t mode) {
@@ -59,35 +42,10 @@ std::uint32_t rights_of(const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::array<std::uint8_t, 32> read_key_file(const std::string& path) {
-    std::ifstream file(path);
-    std::string text;
-    if (!file || !(file >> text)) {
-        throw std::system_error(
-            ENOENT, std::generic_category(), "cannot read the key file " + path);
-    }
-    std::array<std::uint8_t, 32> key{};
-    bool good = text.size() == 2 * key.size();
-    for (std::size_t i = 0; good && i < key.size(); ++i) {
-        const int high = hex_digit(text[2 * i]);
-        const int low = hex_digit(text[2 * i + 1]);
-        good = high >= 0 && low >= 0;
-        key[i] = static_cast<std::uint8_t>(high * 16 + low);
-    }
-    if (!good) {
-        throw std::runtime_error(path +
-                                 " holds no key: 64 lower-case hexadecimal digits are expected, as "
-                                 "zoned keygen writes them");
-    }
-    return key;
-}
-
 int keygen(const std::string& base) {
     const session::KeyPair pair = session::generate_key_pair();
-    write_new_file(
-        base + ".key", to_hex(pair.private_key.data(), pair.private_key.size()) + "\n", 0600);
-    write_new_file(
-        base + ".pub", to_hex(pair.public_key.data(), pair.public_key.size()) + "\n", 0644);
+    write_new_file(base + ".key", core::to_hex(pair.private_key) + "\n", 0600);
+    write_new_file(base + ".pub", core::to_hex(pair.public_key) + "\n", 0644);
     std::printf("wrote %s.key (keep it secret) and %s.pub (for session.ticket_public_key_file)\n",
                 base.c_str(),
                 base.c_str());
@@ -110,7 +68,7 @@ int ticket(const TicketArguments& arguments) {
         return kUsage;
     }
     if (arguments.out.empty()) {
-        std::printf("%s\n", to_hex(made->data(), made->size()).c_str());
+        std::printf("%s\n", core::to_hex(*made).c_str());
         return kGood;
     }
     write_new_file(arguments.out, std::string(made->begin(), made->end()), 0600);

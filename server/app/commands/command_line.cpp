@@ -149,7 +149,7 @@ void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
     c->add_option("--threads", a.threads, "Threads that step zones")->check(CLI::Range(1U, 256U));
     c->footer(
         "Example:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
-        "  zoned replay run.zrec --threads 4");
+        "  zoned replay run.zrec --threads 4   # it lies beside world.txtpb");
     c->callback([&] {
         run = [&a] {
             return replay(a);
@@ -175,8 +175,8 @@ void add_train(CLI::App& app, TrainArguments& a, std::function<int()>& run) {
         "  zoned train config/training/arena.txtpb --threads 4\n"
         "  zoned train config/training/arena.txtpb --resume\n"
         "  zoned serve --config config/minimal.txtpb --set recording.file=run.zrec --seconds 60\n"
-        "  zoned train imitate.txtpb   # with task: IMITATION, imitation { recording: \"run.zrec\" "
-        "... }");
+        "  zoned train imitate.txtpb   # with task: IMITATION, imitation { recording: "
+        "\"config/run.zrec\" ... }");
     c->callback([&] {
         run = [&a] {
             return train(a);

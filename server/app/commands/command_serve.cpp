@@ -64,7 +64,7 @@ class Server {
           stop_timer_(io_),
           status_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
-          network_(io_, settings, arguments.config, [this](mailbox::InboxItem item) {
+          network_(io_, settings, [this](mailbox::InboxItem item) {
               loop_->post(std::move(item));
           }) {
         open_recording();

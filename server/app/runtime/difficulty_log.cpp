@@ -31,7 +31,7 @@ std::string difficulty_text(const zone::ZoneState& state) {
     if (settings.levels.empty()) {
         return {};
     }
-    const ai::DifficultyState& difficulty = state.ai_update.saved_state().difficulty;
+    const ai::DifficultyState& difficulty = state.ai_update.difficulty();
     const auto name = [&](float position) {
         return settings.levels[static_cast<std::size_t>(position)].name;
     };

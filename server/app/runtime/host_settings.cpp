@@ -3,17 +3,9 @@
 #include "server/app/runtime/key_files.h"
 #include "server/config/world/world_description.h"
 
-#include <filesystem>
-
 namespace zoned::app {
 
-std::string resolve_path(const std::string& config_file, const std::string& path) {
-    const std::filesystem::path p(path);
-    return p.is_absolute() ? path : (std::filesystem::path(config_file).parent_path() / p).string();
-}
-
-session::HostSettings host_settings(const config::Settings& settings,
-                                    const std::string& config_file) {
+session::HostSettings host_settings(const config::Settings& settings) {
     const config::SessionSettings& from = settings.server.session;
     const config::NetworkSettings& network = settings.server.network;
     session::HostSettings host;
@@ -28,7 +20,7 @@ session::HostSettings host_settings(const config::Settings& settings,
     host.dev_mode_loopback = from.dev_mode_loopback;
     host.dev_rights = from.dev_rights.value_or(host.dev_rights);
     for (const std::string& file : from.ticket_public_key_files) {
-        host.ticket_keys.push_back(read_key_file(resolve_path(config_file, file)));
+        host.ticket_keys.push_back(read_key_file(file));
     }
     host.config_digest = settings.digest;
     host.world = config::describe_world(settings);
@@ -53,15 +45,15 @@ net::UdpSettings udp_settings(const config::Settings& settings) {
     return udp;
 }
 
-net::TlsSettings tls_settings(const config::Settings& settings, const std::string& config_file) {
+net::TlsSettings tls_settings(const config::Settings& settings) {
     const config::NetworkSettings& network = settings.server.network;
     const config::SessionSettings& session = settings.server.session;
     net::TlsSettings tls;
     tls.bind_address = network.bind_address;
     tls.port = network.tcp_port;
     if (!session.tls_certificate_file.empty()) {
-        tls.certificate.certificate_file = resolve_path(config_file, session.tls_certificate_file);
-        tls.certificate.key_file = resolve_path(config_file, session.tls_key_file);
+        tls.certificate.certificate_file = session.tls_certificate_file;
+        tls.certificate.key_file = session.tls_key_file;
     }
     tls.certificate.state_dir = session.state_folder;
     tls.limits.handshake_timeout_s = session.login_timeout_s;

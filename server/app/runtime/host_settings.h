@@ -8,14 +8,10 @@
 
 namespace zoned::app {
 
-/// Relative file names in a config count from the folder of the config file.
-std::string resolve_path(const std::string& config_file, const std::string& path);
-
 /// Reads the public keys of tickets; throws with a text that names the file.
-session::HostSettings host_settings(const config::Settings& settings,
-                                    const std::string& config_file);
+session::HostSettings host_settings(const config::Settings& settings);
 
 net::UdpSettings udp_settings(const config::Settings& settings);
-net::TlsSettings tls_settings(const config::Settings& settings, const std::string& config_file);
+net::TlsSettings tls_settings(const config::Settings& settings);
 
 }  // namespace zoned::app

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 namespace zoned::app {
@@ -20,25 +19,10 @@ double unix_seconds() {
     return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-session::PeerAddress to_peer(const net::Address& address) {
-    session::PeerAddress peer;
-    std::memcpy(peer.ip, address.ip, sizeof(peer.ip));
-    peer.port = address.port;
-    return peer;
-}
-
-net::Address to_address(const session::PeerAddress& peer) {
-    net::Address address;
-    std::memcpy(address.ip, peer.ip, sizeof(address.ip));
-    address.port = peer.port;
-    return address;
-}
-
 }  // namespace
 
 Network::Network(asio::io_context& io,
                  const config::Settings& settings,
-                 const std::string& config_file,
                  std::function<void(mailbox::InboxItem)> to_zones)
     : to_zones_(std::move(to_zones)),
       udp_(io,
@@ -46,12 +30,12 @@ Network::Network(asio::io_context& io,
            [this](std::span<const net::Datagram> datagrams) {
                const double now = steady_seconds();
                for (const net::Datagram& datagram : datagrams) {
-                   host_.on_datagram(to_peer(datagram.from), datagram.bytes, now);
+                   host_.on_datagram(datagram.from, datagram.bytes, now);
                }
                udp_.flush();
            }),
-      tls_(io, tls_settings(settings, config_file), callbacks()),
-      host_(host_settings(settings, config_file), output()),
+      tls_(io, tls_settings(settings), callbacks()),
+      host_(host_settings(settings), output()),
       timer_(io),
       pacing_(io) {
     host_.set_udp_port(udp_.port());
@@ -60,7 +44,7 @@ Network::Network(asio::io_context& io,
 net::TlsCallbacks Network::callbacks() {
     net::TlsCallbacks callbacks;
     callbacks.on_open = [this](net::StreamNumber stream,
-                               const net::Address&,
+                               const mailbox::Address&,
                                bool loopback,
                                const net::DatagramKeys& keys) {
         host_.on_stream_open(
@@ -83,8 +67,8 @@ session::SessionOutput Network::output() {
     output.close_stream = [this](session::StreamId stream) {
         tls_.close(stream.value);
     };
-    output.send_datagram = [this](const session::PeerAddress& to, session::Bytes datagram) {
-        udp_.queue_send(to_address(to), datagram);
+    output.send_datagram = [this](const mailbox::Address& to, session::Bytes datagram) {
+        udp_.queue_send(to, datagram);
         host_.recycle(std::move(datagram));
     };
     output.to_zones = [this](mailbox::InboxItem item) {

@@ -22,7 +22,6 @@ class Network {
     /// `to_zones` is called on the network thread.
     Network(asio::io_context& io,
             const config::Settings& settings,
-            const std::string& config_file,
             std::function<void(mailbox::InboxItem)> to_zones);
 
     void start();

@@ -1,6 +1,6 @@
 #include "server/app/runtime/state_flapping_report.h"
 
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
 
 #include <spdlog/spdlog.h>
 

@@ -190,7 +190,7 @@ void TickLoop::count_zone(std::size_t index) {
         total.ns += r.passes[p].ns;
         total.count += r.passes[p].count;
         if (!ran) {
-            total.skip_reason = r.stalled ? "stalled on purpose" : r.plan.reason[p];
+            total.skip_reason = r.plan.reason[p];
         }
     }
     s.entities += r.census.entities;

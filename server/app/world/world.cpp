@@ -1,5 +1,6 @@
 #include "server/app/world/world.h"
 
+#include "server/app/world/world_faults.h"
 #include "server/app/world/world_settings.h"
 #include "server/zone/border/zone_portal_exchange.h"
 #include "proto/session.pb.h"
@@ -35,18 +36,32 @@ proto::ParticleBurst describe_burst(const zone::BurstOut& from) {
     return out;
 }
 
+/// A zone as the config asks for it: only one with faults on purpose is decorated.
+std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
+                                      ZoneId id,
+                                      const std::shared_ptr<const world::TypeTable>& types,
+                                      zone::Stopwatch stopwatch) {
+    zone::ZoneSettings of_zone = zone_settings(settings, id, types);
+    std::unique_ptr<zone::Rules> rules = zone::make_rules(settings.rules, *types);
+    const zone::FaultSettings faults = zone_faults(settings, id);
+    if (faults != zone::FaultSettings{}) {
+        return std::make_unique<zone::FaultyZone>(
+            std::move(of_zone), faults, std::move(rules), stopwatch);
+    }
+    return std::make_unique<zone::Zone>(std::move(of_zone), std::move(rules), stopwatch);
+}
+
 }  // namespace
 
 World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
     : spawn_points_(settings.spawn_points),
       regions_(regions_of(settings)),
       teams_(regions_.size()),
-      pool_(threads) {
+      pool_(threads),
+      faults_(make_world_faults(settings)) {
     const auto types = std::make_shared<const world::TypeTable>(settings.types);
     for (const zone::Region& region : regions_) {
-        zones_.push_back(std::make_unique<zone::Zone>(zone_settings(settings, region.id, types),
-                                                      zone::make_rules(settings.rules, *types),
-                                                      stopwatch));
+        zones_.push_back(make_zone(settings, region.id, types, stopwatch));
         states_.push_back(&zones_.back()->state());
         compute::Team& team = teams_[zones_.size() - 1];
         team.join_pool(pool_);
@@ -59,7 +74,6 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
                                                                   1.0 / settings.tick_rate_hz);
         environment_->begin(settings.environment);
         environment_sync_ticks_ = settings.environment.sync_ticks;
-        wrong_clock_ = settings.server.testing.wrong_clock;
         for (zone::ZoneState* state : states_) {
             state->settings.environment = environment_;
         }
@@ -68,6 +82,8 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
     populate(settings, regions_, zones_);
     topics_.keep(settings.server.topics);
 }
+
+World::~World() = default;
 
 void World::use_device(compute::Device* device, const compute::Crossover& crossover) {
     for (const auto& zone : zones_) {
@@ -184,6 +200,7 @@ void World::for_each_zone(void (World::*work)(std::size_t)) {
 }
 
 void World::step(std::vector<mailbox::OutboxItem>& out) {
+    const std::size_t before = out.size();
     ++now_;
     if (environment_) {
         environment_->advance(now_);
@@ -229,6 +246,9 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
             zone_of_.erase(client);
             topics_.remove(client);
         }
+    }
+    if (faults_) {
+        faults_->alter(now_, zone_of_, std::span(out).subspan(before));
     }
 }
 
@@ -332,20 +352,6 @@ void World::deliver_messages() {
     }
 }
 
-/// A fault on purpose: clients that have not subscribed hear of it all the same.
-void World::leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const {
-    if (faults.leak_topic.share == 0.0) {
-        return;
-    }
-    for (const auto& [client, zone] : zone_of_) {
-        if (faults.leak_topic.hits(client.value, now_)) {
-            recipients.push_back(client);
-        }
-    }
-    std::sort(recipients.begin(), recipients.end());
-    recipients.erase(std::unique(recipients.begin(), recipients.end()), recipients.end());
-}
-
 void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
     for (const auto& zone : zones_) {
         for (zone::PendingEvent& pending : zone->output().events) {
@@ -358,7 +364,6 @@ void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
                                   pending.event.tick,
                                   pending.event.kind,
                                   pending.event.payload});
-                leak_topic(zone->state().settings.faults, recipients);
             } else if (pending.audience == zone::Audience::kViewers) {
                 for (const auto& other : zones_) {
                     other->recipients_of(pending.source, recipients);

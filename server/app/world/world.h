@@ -16,6 +16,8 @@
 
 namespace zoned::app {
 
+class WorldFaults;
+
 /// One tick of one zone as a recording holds it.
 using ZoneInbox = std::vector<mailbox::InboxItem>;
 
@@ -25,6 +27,7 @@ class World {
   public:
     /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
     World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
+    ~World();
 
     /// From now on large particle systems may be moved on a device, which must outlive the world.
     /// The results stay the same bits.
@@ -63,11 +66,6 @@ class World {
     /// by itself.
     [[nodiscard]] bool idle() const;
 
-    /// nullptr: the world has neither shared clocks nor shared variables.
-    [[nodiscard]] const clock::SharedEnvironment* shared_environment() const {
-        return environment_.get();
-    }
-
     [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
 
   private:
@@ -84,7 +82,6 @@ class World {
                    std::vector<mailbox::OutboxItem>& out);
     void deliver_messages();
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
-    void leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const;
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
     // world_environment.cpp
     void change_clocks(std::vector<mailbox::OutboxItem>& out);
@@ -109,7 +106,7 @@ class World {
     std::shared_ptr<clock::SharedEnvironment>
         environment_;  // null: the world has neither clocks nor variables
     Tick environment_sync_ticks_ = 0;
-    double wrong_clock_ = 0.0;  // a fault on purpose
+    std::unique_ptr<const WorldFaults> faults_;  // null: the config has no `testing` settings
     std::uint64_t next_event_ = 0;
     std::uint64_t bursts_sent_ = 0;
     std::uint64_t handoffs_ = 0;

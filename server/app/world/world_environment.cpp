@@ -51,7 +51,7 @@ void World::send_environment(std::vector<ClientId> recipients,
             one.set_clock(static_cast<std::uint32_t>(c));
             one.set_from(course.from);
             one.set_value(course.value);
-            one.set_rate_per_s(course.rate_per_s * (1.0 + wrong_clock_));
+            one.set_rate_per_s(course.rate_per_s);
         }
     }
     for (std::size_t v = 0; v < environment_->variables(); ++v) {

@@ -77,19 +77,6 @@ std::vector<zone::SurfaceBody> local_surfaces(const config::Settings& settings,
     return bodies;
 }
 
-zone::FaultSettings faults_of(const config::Settings& settings, ZoneId id) {
-    const config::TestingSettings& testing = settings.server.testing;
-    zone::FaultSettings faults = testing.faults;
-    if (testing.stall) {
-        const std::string& asked = testing.stall->zone;
-        if (asked.empty() ? id.value == 1 : asked == settings.zones[id.value - 1U].name) {
-            faults.stall_from = testing.stall->at_tick;
-            faults.stall_ticks = testing.stall->ticks;
-        }
-    }
-    return faults;
-}
-
 }  // namespace
 
 std::vector<zone::Region> regions_of(const config::Settings& settings) {
@@ -126,7 +113,6 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.stances = settings.stances;
     z.replication = settings.replication;
     z.audit = settings.audit;
-    z.faults = faults_of(settings, id);
     return z;
 }
 

@@ -1,4 +1,5 @@
 // ConstraintStage: passes over the distance constraints of soft bodies, colour by colour.
+// Reached by no program yet: soft bodies on a device will use it.
 #pragma once
 
 #include "server/compute/stages/particle_stage.h"

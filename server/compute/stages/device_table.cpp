@@ -42,16 +42,4 @@ Status DeviceTable::send(Device& device, const void* table, std::size_t bytes, b
     return buffer_->give();
 }
 
-Status DeviceTable::read(Device& device, void* table, std::size_t bytes) {
-    if (Status back = buffer_->take(0, bytes); !back) {
-        return back;
-    }
-    if (Status waited = device.finish(); !waited) {
-        return waited;
-    }
-    buffer_->settle();
-    std::memcpy(table, block_.data(), bytes);
-    return buffer_->give();
-}
-
 }  // namespace zoned::compute

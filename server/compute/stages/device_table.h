@@ -19,9 +19,6 @@ class DeviceTable {
     /// The same for a table that kernels write into: it is sent whether it changed or not.
     Status clear(Device& device, const void* table, std::size_t bytes);
 
-    /// What kernels wrote, once all that was queued is done; then the device has the table again.
-    Status read(Device& device, void* table, std::size_t bytes);
-
     [[nodiscard]] const Buffer& buffer() const { return *buffer_; }
 
     [[nodiscard]] HostBlock& block() { return block_; }

@@ -1,5 +1,5 @@
 // FlockStage: moves flocking agents by one step: a grid of cells, agents sorted by cell, eight at a
-// time.
+// time. Reached by no program yet: flocking of large herds on a device will use it.
 #pragma once
 
 #include "server/compute/stages/particle_stage.h"
@@ -15,12 +15,13 @@ namespace zoned::compute {
 
 struct DeviceInfo;
 
-/// Agents in the order of their cells: what a step reads.
+/// Agents in the order of their cells: what a step reads. A grid of its own beside
+/// spatial::PointGrid: kernels read its columns as they are, eight agents at a time.
 class FlockOrder {
   public:
     /// Sorts (stable, by counting) the first `count` agents into cells of `cell_size` (m, > 0) over
     /// the box of `rules`, which is finite; cells are made larger where there would be more than
-    /// kMostCells. Who is outside of the box counts to the rim, a place that is no number to the
+    /// kMostCells. An agent outside of the box counts to the rim, a place that is no number to the
     /// first cell.
     void sort(const ParticleColumns& agents,
               std::size_t count,

@@ -57,8 +57,8 @@ class ParticleColumns {
     std::size_t stride_ = 0;
 };
 
-/// What a system's particles move in. The tables belong to the caller and stay as they are during a
-/// step.
+/// The surroundings that a system's particles move in. The tables belong to the caller and stay as
+/// they are during a step.
 struct ParticleScene {
     kernels::ParticleWorld world{};
     std::span<const float> gusts;    ///< 3 ZK_GUST_CORNERS numbers (x, y, z; m/s), or none

@@ -1,5 +1,5 @@
 #include "server/config/check/config_checks.h"
-#include "server/physics/validate.h"
+#include "server/physics/integrator/stability.h"
 #include "proto/config/config.pb.h"
 
 namespace zoned::config {

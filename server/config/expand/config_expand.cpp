@@ -161,7 +161,7 @@ world::EntityType expand_type(const proto::config::Config& config,
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
-    out.agent = brain_of(config, type.brain());
+    out.brain = brain_of(config, type.brain());
     return out;
 }
 
@@ -223,8 +223,7 @@ void expand_replication(const proto::config::Config& config,
     out.codec = static_cast<replication::Codec>(from.codec());
     out.codec_budget_us = from.codec_budget_us_per_tick();
     out.meter = from.bandwidth_meter();
-    out.silent_bound = config.testing().silent_bound();
-    out.never_again = config.testing().never_again();
+    out.resend = !config.testing().never_again();
 }
 
 /// The enumerations of the schema list their values in the engine's order: see the checks below.

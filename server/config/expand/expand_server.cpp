@@ -77,9 +77,7 @@ zone::FaultSettings expand_faults(const proto::config::Testing& testing) {
     if (testing.has_drop_decision()) {
         out.drop_decision = share_of(testing.drop_decision());
     }
-    if (testing.has_leak_topic()) {
-        out.leak_topic = share_of(testing.leak_topic());
-    }
+    out.silent_bound = testing.silent_bound();
     return out;
 }
 
@@ -90,6 +88,9 @@ TestingSettings expand_testing(const proto::config::Testing& testing) {
         const auto& stall = testing.stall_zone();
         out.stall = StallSettings{
             stall.zone(), static_cast<Tick>(stall.at_tick()), static_cast<Tick>(stall.ticks())};
+    }
+    if (testing.has_leak_topic()) {
+        out.leak_topic = share_of(testing.leak_topic());
     }
     if (testing.has_drop_event()) {
         out.drop_event_probability = testing.drop_event().probability();

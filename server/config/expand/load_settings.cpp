@@ -55,6 +55,14 @@ void resolve_files(const std::filesystem::path& folder, Config& config) {
     for (int k = 0; k < config.session().ticket_public_key_file_size(); ++k) {
         resolve(*config.mutable_session()->mutable_ticket_public_key_file(k), folder);
     }
+    if (!folder.empty()) {
+        std::string state = config.session().state_folder();  // the default too
+        resolve(state, folder);
+        config.mutable_session()->set_state_folder(state);
+    }
+    if (config.recording().has_file()) {
+        resolve(*config.mutable_recording()->mutable_file(), folder);
+    }
     if (config.compute().has_cache_folder()) {
         resolve(*config.mutable_compute()->mutable_cache_folder(), folder);
     }

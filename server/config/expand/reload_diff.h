@@ -15,7 +15,7 @@ namespace zoned::config {
 
 struct Settings;
 
-/// AgentStore of `fresh` for a world that was made of `running`: brains, behaviours, parameters,
+/// Agents of `fresh` for a world that was made of `running`: brains, behaviours, parameters,
 /// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their agents. Fails,
 /// naming the setting, where anything else differs, and where a type gets an agent that had none or
 /// loses the one it had.

@@ -144,8 +144,8 @@ void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& c
             ai::state_machine::defects_of(ai::state_machine_of(brain), ai::senses_of(brain));
         std::reverse(defects.begin(), defects.end());  // from behind, so that places stay
         for (const ai::state_machine::StateMachineDefect& defect : defects) {
-            const bool idle =
-                defect.kind == DefectKind::kNeverTried || defect.kind == DefectKind::kNeverHolds;
+            const bool idle = defect.kind == StateMachineDefectKind::kNeverTried ||
+                              defect.kind == StateMachineDefectKind::kNeverHolds;
             if (!idle || defect.state.size() != 1 || defect.transition < 0) {
                 continue;
             }

@@ -1,8 +1,8 @@
-// AgentStore: state brains and fuzzy systems of a config, in the form in which agents have them,
+// Agents: state brains and fuzzy systems of a config, in the form in which agents have them,
 // and what is wrong with them.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>

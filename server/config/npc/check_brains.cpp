@@ -330,8 +330,9 @@ class RootCheck {
         for (const auto& defect :
              ai::state_machine::defects_of(ai::state_machine_of(brain), senses)) {
             // These were said above, by name, or follow from the number of states.
-            if (defect.kind != DefectKind::kUnknownState &&
-                defect.kind != DefectKind::kUnknownSense && defect.kind != DefectKind::kNoStates) {
+            if (defect.kind != StateMachineDefectKind::kUnknownState &&
+                defect.kind != StateMachineDefectKind::kUnknownSense &&
+                defect.kind != StateMachineDefectKind::kNoStates) {
                 diagnostics_.add(path_of(defect), ai::state_machine::text_of(defect));
             }
         }

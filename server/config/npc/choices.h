@@ -2,7 +2,7 @@
 // and what is wrong with them.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
 
@@ -38,7 +38,7 @@ void for_each_choice_action(
 ai::VariableChange expand_change(const proto::config::Change& change,
                                  const VariableOf& variable_of);
 
-/// ActionKind, speed and all else that a action says.
+/// ActionKind, speed and all else that an action says.
 ai::BrainState expand_action(const proto::config::Config& config,
                              const std::string& name,
                              const proto::config::Action& action,

@@ -1,7 +1,7 @@
 // find_by_name: what of an NPC type a name in a config means.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 
 #include <cstdint>
 #include <functional>

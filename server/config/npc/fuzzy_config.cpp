@@ -174,17 +174,17 @@ std::string path_of(const proto::config::Fuzzy& fuzzy,
                     const std::string& path,
                     const ai::fuzzy::FuzzyDefect& defect) {
     switch (defect.part) {
-        case Part::kInput: {
+        case FuzzyPart::kInput: {
             const std::string here = join_path(path, "input", defect.index);
             return defect.element < 0 ? here : join_path(here, "term", defect.element);
         }
-        case Part::kOutput: {
+        case FuzzyPart::kOutput: {
             const std::string here = join_path(path, "output", defect.index);
             const bool sugeno = fuzzy.output(defect.index).inference() == proto::config::SUGENO;
             return defect.element < 0 ? here
                                       : join_path(here, sugeno ? "value" : "term", defect.element);
         }
-        case Part::kRule:
+        case FuzzyPart::kRule:
             break;
     }
     const std::string here = join_path(path, "rule", defect.index);
@@ -239,7 +239,7 @@ void check_fuzzy_system(const proto::config::Fuzzy& fuzzy,
                         Diagnostics& diagnostics) {
     FuzzyNames(fuzzy, path, diagnostics).run();
     for (const auto& defect : ai::fuzzy::defects_of(expand_fuzzy(fuzzy))) {
-        if (defect.kind != DefectKind::kUnknownName) {  // said above, by name
+        if (defect.kind != FuzzyDefectKind::kUnknownName) {  // said above, by name
             diagnostics.add(path_of(fuzzy, path, defect), ai::fuzzy::text_of(defect));
         }
     }

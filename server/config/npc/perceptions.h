@@ -1,7 +1,7 @@
 // Perceptions: whom agents look for and how they notice them, as a config says it.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>

@@ -2,7 +2,7 @@
 // what is wrong with them.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
 #include "server/config/world/spline_config.h"

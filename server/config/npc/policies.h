@@ -1,7 +1,7 @@
 // policies: loads what agents have learned, and gives it to the brains that use it.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/text/diagnostics.h"
 
 #include <memory>

@@ -1,10 +1,10 @@
 #include "server/config/types/type_shapes.h"
 
 #include "server/config/text/config_numbers.h"
-#include "server/physics/shapes/bounds.h"
-#include "server/physics/shapes/compound.h"
-#include "server/physics/shapes/hull.h"
-#include "server/physics/shapes/outer_hull.h"
+#include "server/physics/shapes/compound/bounds.h"
+#include "server/physics/shapes/compound/compound.h"
+#include "server/physics/shapes/compound/outer_hull.h"
+#include "server/physics/shapes/convex/hull.h"
 #include "proto/config/config.pb.h"
 
 #include <string>

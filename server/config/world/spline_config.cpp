@@ -1,6 +1,6 @@
 #include "server/config/world/spline_config.h"
 
-#include "server/ai/steering/splines/lane_numbers.h"
+#include "server/ai/splines/lane_numbers.h"
 #include "server/config/settings.h"
 #include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"

@@ -2,7 +2,7 @@
 // with them.
 #pragma once
 
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 #include "server/config/text/diagnostics.h"
 
 #include <memory>

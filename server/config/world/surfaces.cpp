@@ -6,7 +6,7 @@
 #include "server/config/text/config_numbers.h"
 #include "server/config/text/sha256.h"
 #include "server/config/world/world_description.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/compound/body_checks.h"
 #include "proto/config/config.pb.h"
 
 #include <cmath>
@@ -218,7 +218,7 @@ class SurfaceLoader {
         SurfaceConfig key;  // what the geometry depends on
         key.CopyFrom(s);
         for (const char* place :
-             {"x_m", "y_m", "z_m", "yaw_deg", "friction", "restitution", "told", "sha256"}) {
+             {"x_m", "y_m", "z_m", "yaw_deg", "friction", "restitution", "replicated", "sha256"}) {
             key.GetReflection()->ClearField(&key, key.GetDescriptor()->FindFieldByName(place));
         }
         const auto [at, is_new] = loaded_.try_emplace(key.ShortDebugString());

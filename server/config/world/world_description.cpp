@@ -2,7 +2,6 @@
 
 #include "server/config/settings.h"
 #include "server/config/text/sha256.h"
-#include "proto/config/config.pb.h"
 
 #include <google/protobuf/text_format.h>
 

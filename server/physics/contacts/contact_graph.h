@@ -1,9 +1,9 @@
 // ContactGraph: the pairs whose bounding boxes overlap, with what they remember between steps.
 #pragma once
 
+#include "server/physics/bodies/bodies.h"
 #include "server/physics/narrowphase/contact_set.h"
 #include "server/physics/narrowphase/manifold.h"
-#include "server/physics/scene/bodies.h"
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace zoned::physics {
 
-/// What one contact point carries from step to step.
+/// The state that one contact point carries from step to step.
 struct ContactPoint {
     Vec3 arm_a =
         Vec3::Zero();  ///< from a's centre to the point, world axes, at the time of contact
@@ -33,8 +33,8 @@ struct FoundAt {
     Quat orientation_b = Quat::Identity();
 };
 
-/// What each step asks of each pair. Most pairs are near and do not touch: they cost one cache
-/// line.
+/// The part of a pair that each step asks for. Most pairs are near and do not touch: they cost one
+/// cache line.
 struct alignas(64) Pair {
     std::uint32_t a = kNoIndex;  ///< body rows, a < b
     std::uint32_t b = kNoIndex;
@@ -54,7 +54,7 @@ struct alignas(64) Pair {
 
 static_assert(sizeof(Pair) == 64);
 
-/// What a pair that has contact points carries from step to step.
+/// The state that a pair with contact points carries from step to step.
 struct Contact {
     std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
     std::array<std::uint32_t, 2> previous{kNoIndex, kNoIndex};

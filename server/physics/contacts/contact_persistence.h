@@ -1,4 +1,4 @@
-// What a contact takes over from the step before, and how its points travel.
+// Contact persistence: what a contact takes over from the step before, and how its points travel.
 #pragma once
 
 #include "server/physics/contacts/contact_graph.h"

@@ -4,27 +4,6 @@
 
 namespace zoned::physics {
 
-void DisjointSets::reset(std::size_t n) {
-    parent_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        parent_[i] = static_cast<std::uint32_t>(i);
-    }
-}
-
-std::uint32_t DisjointSets::root(std::uint32_t i) {
-    while (parent_[i] != i) {
-        parent_[i] = parent_[parent_[i]];
-        i = parent_[i];
-    }
-    return i;
-}
-
-void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-}
-
 void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row) {
     if (!bodies.is_dynamic(row)) {
         return;
@@ -57,7 +36,7 @@ void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, 
     }
 }
 
-void suspend(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
+void put_to_sleep(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
     bodies.velocity[row].setZero();
     bodies.angular_velocity[row].setZero();
     bodies.mark_asleep(row);
@@ -118,7 +97,7 @@ std::uint32_t Islands::update(Bodies& bodies,
     if (limits.after_s > 0.0F) {
         for (std::size_t i = 0; i < list.size(); ++i) {
             if (still_s_[sets_.root(static_cast<std::uint32_t>(i))] >= limits.after_s) {
-                suspend(bodies, graph, list[i]);
+                put_to_sleep(bodies, graph, list[i]);
             }
         }
     }

@@ -1,29 +1,16 @@
 // Islands: which dynamic bodies hang together through contacts, and which of them may sleep.
 #pragma once
 
+#include "server/physics/bodies/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/joints/joint_table.h"
-#include "server/physics/scene/bodies.h"
+#include "shared/core/union_find.h"
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace zoned::physics {
-
-/// Disjoint sets over 0..n-1 with path halving and the smaller index as root (Tarjan, "Efficiency
-/// of a good but not linear set union algorithm", JACM 22, 1975).
-class DisjointSets {
-  public:
-    void reserve(std::size_t n) { parent_.reserve(n); }
-
-    void reset(std::size_t n);
-    std::uint32_t root(std::uint32_t i);
-    void join(std::uint32_t a, std::uint32_t b);
-
-  private:
-    std::vector<std::uint32_t> parent_;
-};
 
 /// Wakes a dynamic body and all that it touches or has joints with, directly or through others.
 class Waker {
@@ -60,11 +47,11 @@ class Islands {
                          const Limits& limits);
 
   private:
-    DisjointSets sets_;
+    core::UnionFind sets_;
     std::vector<float> still_s_;  // per set: the least of its bodies
 };
 
 /// Stops a body and takes it out of the simulation until something wakes it.
-void suspend(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
+void put_to_sleep(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
 
 }  // namespace zoned::physics

@@ -63,8 +63,8 @@ using JacobianOf = typename Layout<V>::Jacobian;
 template <class A, class V>
 concept WithJacobian =
     requires(const A& a, const V& x, RealOf<V> t, JacobianOf<V>& dx, JacobianOf<V>& dv) {
-    a.jacobian(x, x, t, dx, dv);
-};
+        a.jacobian(x, x, t, dx, dv);
+    };
 
 /// An acceleration that knows which part of it is a drag in proportion to the velocity:
 /// a(x, v, t) = pull(x, t) - drag() v, with drag() >= 0 in 1/s.
@@ -74,7 +74,7 @@ concept WithLinearDrag = requires(const A& a, const V& x, RealOf<V> t) {
     { a.drag() } -> std::convertible_to<RealOf<V>>;
 };
 
-/// What acts on a free body through a step: a constant pull (weight and forces over mass, m/s2) and
+/// The force on a free body through a step: a constant pull (weight and forces over mass, m/s2) and
 /// a linear drag (1/s).
 template <class Real, int kN>
 class FreeFall {

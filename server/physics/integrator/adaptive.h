@@ -20,7 +20,7 @@ struct AdaptiveOptions {
     std::uint32_t most_pieces = 10'000;  ///< per step, refused ones included
 };
 
-/// What an adaptive integration did since it was made.
+/// Counts of an adaptive integration since it was made.
 struct AdaptiveReport {
     std::uint64_t pieces = 0;  ///< that were taken
     std::uint64_t refused = 0;
@@ -55,7 +55,7 @@ class Adaptive : public NoMemory {
         std::array<V, 7> slopes;
         slopes[0] = a(x, v, t);
         for (std::uint32_t tries = 0; done < h; ++tries) {
-            // What would leave a sliver goes to the end.
+            // A step that would leave a sliver goes to the end.
             const bool last = done + Real(1.01) * piece >= h;
             const Real length = last ? h - done : piece;
             if (tries == options.most_pieces || !(done + length > done)) {

@@ -13,11 +13,11 @@ enum class IntegratorKind : std::uint8_t {
     kExplicitEuler,      ///< explicit_euler.h
     kImplicitEuler,      ///< implicit_euler.h
     kSemiImplicitEuler,  ///< semi_implicit_euler.h
-    kVerlet,          ///< verlet.h: positions alone; not in a Scene, see why_unfit(PhysicsSettings)
-    kVelocityVerlet,  ///< velocity_verlet.h
-    kRk2,             ///< rk2.h: midpoint rule
-    kRk4,             ///< rk4.h: the classical Runge-Kutta method
-    kAdaptive,        ///< adaptive.h: Dormand-Prince 5(4), cuts its steps by its own error
+    kVerlet,             ///< verlet.h: positions alone; not in a Scene, see why_unfit_integrator
+    kVelocityVerlet,     ///< velocity_verlet.h
+    kRk2,                ///< rk2.h: midpoint rule
+    kRk4,                ///< rk4.h: the classical Runge-Kutta method
+    kAdaptive,           ///< adaptive.h: Dormand-Prince 5(4), cuts its steps by its own error
 };
 
 inline constexpr std::array kIntegratorKinds{IntegratorKind::kDefault,

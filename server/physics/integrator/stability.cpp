@@ -190,4 +190,15 @@ std::string why_unstable_drag(IntegratorKind kind, double drag, double h) {
     return text.data();
 }
 
+std::string why_unfit_integrator(IntegratorKind kind) {
+    if (static_cast<std::size_t>(kind) >= kIntegratorKinds.size()) {
+        return "unknown integrator";
+    }
+    if (kind == IntegratorKind::kVerlet) {
+        return "verlet: goes by the positions of earlier steps, which impulses and contacts make "
+               "void; started anew in each step it is velocity_verlet: take that";
+    }
+    return {};
+}
+
 }  // namespace zoned::physics

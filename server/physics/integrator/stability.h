@@ -38,4 +38,7 @@ std::string why_unstable(IntegratorKind kind, double omega, double damping_ratio
 /// The same for a drag, >= 0 in 1/s.
 std::string why_unstable_drag(IntegratorKind kind, double drag, double h);
 
+/// Empty for an integrator that can move the bodies of a scene, otherwise the reason.
+std::string why_unfit_integrator(IntegratorKind kind);
+
 }  // namespace zoned::physics

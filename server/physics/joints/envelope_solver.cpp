@@ -42,7 +42,7 @@ void EnvelopeSolver::factor(std::size_t begin, std::size_t end) {
             pivot -= scaled * row[j];
             row[j] = scaled;
         }
-        // What is left of the diagonal after rounding says whether the row depends on those before.
+        // The rest of the diagonal after rounding says whether the row depends on those before.
         inverse_[i] = pivot > 1.0e-10 * whole ? 1.0 / pivot : 0.0;
     }
 }

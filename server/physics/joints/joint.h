@@ -1,4 +1,4 @@
-// Joint definitions of the rigid-body engine.
+// JointDef: two bodies that hold each other. Reached by no world yet: joints in worlds will use it.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <string>
 
 namespace zoned::physics {
 
@@ -50,5 +51,8 @@ struct JointBreak {
     std::uint32_t user = 0;
     float force_n = 0.0F;
 };
+
+/// Empty when the definition is fit for a scene, otherwise the reason.
+std::string why_unfit(const JointDef& def);
 
 }  // namespace zoned::physics

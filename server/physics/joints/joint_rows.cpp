@@ -8,7 +8,7 @@ namespace zoned::physics {
 
 namespace {
 
-/// What all rows of a joint share.
+/// The part that all rows of a joint share.
 struct Placement {
     Vec3 arm_a, arm_b;  ///< from the centres to the anchors, world
     Vec3 gap;           ///< from a's anchor to b's

@@ -8,7 +8,7 @@
 
 namespace zoned::physics {
 
-/// What a joint remembers: places and axes in the bodies' own coordinates.
+/// The geometry of a joint: places and axes in the bodies' own coordinates.
 struct Joint {
     JointDef def;
     Vec3 local_a = Vec3::Zero();  ///< anchor in a's coordinates, from its centre of mass

@@ -178,7 +178,7 @@ void JointSolver::assemble(const SolverBodies& moving, const JointItem& item) {
     }
 }
 
-/// What impulses of q's rows do to the speeds of p's rows through one body.
+/// The effect of impulses of q's rows on the speeds of p's rows through one body.
 void JointSolver::add_block(const SolverBodies& moving,
                             const JointItem& p,
                             const JointItem& q,
@@ -271,7 +271,8 @@ void JointSolver::find_unknowns(const SolverBodies& moving, const JointGroup& gr
     matrix_.solve(unknowns_, group.first_row, group.end_row);
 }
 
-/// What share of its unknown brings a row to a bound; infinite: none within bounds that there are.
+/// The share of its unknown that brings a row to a bound; infinite: none within bounds that there
+/// are.
 double JointSolver::share_to_bound(const Row& row, double unknown) {
     const double bound = static_cast<double>(unknown < 0.0 ? row.low : row.high);
     const double way = bound - static_cast<double>(row.impulse);

@@ -1,9 +1,9 @@
 // JointSolver: holds joints together, all of an island at once.
 #pragma once
 
+#include "server/physics/bodies/solver_bodies.h"
 #include "server/physics/joints/envelope_solver.h"
 #include "server/physics/joints/joint_table.h"
-#include "server/physics/solver/solver_bodies.h"
 
 #include <cstdint>
 #include <span>

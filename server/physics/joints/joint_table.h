@@ -1,8 +1,8 @@
 // JointTable: the joints of a scene, and what they remember between steps.
 #pragma once
 
+#include "server/physics/bodies/bodies.h"
 #include "server/physics/joints/joint_rows.h"
-#include "server/physics/scene/bodies.h"
 
 #include <array>
 #include <cstdint>

@@ -51,7 +51,7 @@ struct SweepCost {
     double face_ns = 0.0;  ///< of those that hold gas
 };
 
-/// What there is of each.
+/// Numbers of each.
 struct SweepCounts {
     double nodes = 0.0;
     double springs = 0.0;

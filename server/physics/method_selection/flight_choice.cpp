@@ -4,7 +4,6 @@
 #include "server/physics/integrator/integrator.h"
 #include "server/physics/integrator/stability.h"
 #include "server/physics/method_selection/cost_table.h"
-#include "server/physics/validate.h"
 
 #include <algorithm>
 #include <cmath>

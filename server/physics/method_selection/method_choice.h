@@ -10,10 +10,10 @@
 
 namespace zoned::physics::method_selection {
 
-/// What came of trying a method.
+/// The outcome of trying a method.
 struct MethodTrial {
     double error = 0.0;     ///< in the budget's unit; infinity where it exploded
-    double cost_ns = 0.0;   ///< of a tick, by the table (costs.h)
+    double cost_ns = 0.0;   ///< of a tick, by the table (cost_table.h)
     double spent_ns = 0.0;  ///< what the trial itself cost by the table
 };
 

@@ -10,8 +10,8 @@ namespace zoned::physics::method_selection {
 
 inline constexpr std::array kParticlePieces{1, 2, 4, 8, 16, 32, 64};
 
-/// What particles of a system fly through. Gusts are left out: they are no less wind for being
-/// computed in longer steps.
+/// The air that particles of a system fly through. Gusts are left out: they are no less wind for
+/// being computed in longer steps.
 Flight flight_of(const ParticleSystemDef& def, double fastest);
 
 /// Largest distance, m, at the end of any tick within budget.seconds, of the system's own particles

@@ -14,7 +14,7 @@ namespace {
 
 using soft::SoftMethod;
 
-/// What all trials of a choice share. The reference is made when the first of them asks.
+/// The state that all trials of a choice share. The reference is made when the first of them asks.
 class SoftTrials {
   public:
     SoftTrials(const SoftSubject& subject, double budget)

@@ -8,7 +8,7 @@
 
 namespace zoned::physics::method_selection {
 
-/// What a run says.
+/// The result of a run.
 struct ProbeRun {
     std::vector<Vec3> places;   ///< of all nodes, moment by moment
     double newton_steps = 0.0;  ///< in all
@@ -16,7 +16,7 @@ struct ProbeRun {
     bool broke = false;  ///< its state did not stay finite
 };
 
-/// What others are measured by.
+/// The run that others are measured by.
 struct ProbeReference {
     ProbeRun run;
     /// Mean distance from the same solution with steps twice as long, as a share of the size: added

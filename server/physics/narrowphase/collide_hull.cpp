@@ -1,7 +1,7 @@
 // Polyhedra with flat faces against each other and against planes.
 #include "server/physics/narrowphase/collide.h"
 #include "server/physics/narrowphase/hull_clip.h"
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "server/physics/narrowphase/collide.h"
 #include "server/physics/narrowphase/gjk.h"
 #include "server/physics/narrowphase/hull_clip.h"
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "server/physics/narrowphase/gjk.h"
 #include "server/physics/narrowphase/hull_clip.h"
 #include "server/physics/narrowphase/surface_face.h"
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 
 #include <algorithm>
 #include <cmath>
@@ -233,7 +233,7 @@ void SurfaceVisitor::collide_hull(const Triangle& t, float margin, Manifold& out
         add_points(triangle.view(), hull, axis, margin, out);
     }
     if (out.count == 0 && axis.kind != AxisKind::kFaceA) {
-        // What touches lies beside the feature that won; what of the hull is over the triangle
+        // The contact lies beside the feature that won; what of the hull is over the triangle
         // still has to stay above it.
         out.normal = t.normal;
         add_points(triangle.view(),

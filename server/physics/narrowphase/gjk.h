@@ -1,7 +1,7 @@
 // Closest points of two convex sets of corners.
 #pragma once
 
-#include "server/physics/shapes/hull_view.h"
+#include "server/physics/shapes/convex/hull_view.h"
 
 namespace zoned::physics {
 

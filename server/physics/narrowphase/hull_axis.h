@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/physics/narrowphase/axis_choice.h"
-#include "server/physics/shapes/hull_view.h"
+#include "server/physics/shapes/convex/hull_view.h"
 
 namespace zoned::physics {
 

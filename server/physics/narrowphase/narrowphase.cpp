@@ -51,7 +51,7 @@ Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion,
     const Vec3 relative = motion.velocity_b - motion.velocity_a;
     const float travel = relative.norm() * motion.dt;
     if (travel <= kSlowMotion) {
-        // What rests may start to move a little without being looked at again.
+        // A body at rest may start to move a little without being looked at again.
         const float margin = kContactMargin + std::max(travel + motion.turn, kLookAhead);
         collide(a, b, margin, out);
         return {0.0F, margin};

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/physics/narrowphase/collide_triangle.h"
-#include "server/physics/shapes/bounds.h"
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/bounds.h"
+#include "server/physics/shapes/compound/compound.h"
 #include "server/physics/shapes/heightfield.h"
 #include "server/physics/shapes/mesh.h"
 

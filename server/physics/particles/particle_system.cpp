@@ -1,7 +1,5 @@
 #include "server/physics/particles/particle_system.h"
 
-#include "server/physics/validate.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,7 +1,7 @@
 #include "server/physics/query/query_core.h"
 
 #include "server/physics/narrowphase/gjk.h"
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 
 #include <algorithm>
 #include <cmath>

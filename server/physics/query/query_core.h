@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/physics/narrowphase/collide.h"
-#include "server/physics/shapes/hull_view.h"
+#include "server/physics/shapes/convex/hull_view.h"
 #include "server/physics/shapes/surface.h"
 
 #include <array>

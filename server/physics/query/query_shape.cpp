@@ -1,8 +1,8 @@
 #include "server/physics/query/query_shape.h"
 
 #include "server/physics/narrowphase/near_parts.h"
-#include "server/physics/shapes/bounds.h"
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/bounds.h"
+#include "server/physics/shapes/compound/compound.h"
 #include "server/spatial/box_lanes.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What becomes of the answers to a question: the nearest, any, all that find room.
+// Query sinks: what becomes of the answers to a question: the nearest, any, all that find room.
 #pragma once
 
 #include "server/physics/query/query.h"

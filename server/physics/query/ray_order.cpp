@@ -1,6 +1,6 @@
 #include "server/physics/query/ray_order.h"
 
-#include "server/physics/validate.h"
+#include "server/physics/shapes/ranges.h"
 #include "server/spatial/morton.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "server/physics/query/shape_ray.h"
 
 #include "server/physics/query/surface_ray.h"
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 
 #include <algorithm>
 #include <cmath>

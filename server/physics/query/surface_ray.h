@@ -1,7 +1,7 @@
 // Rays against surfaces and compounds.
 #pragma once
 
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/compound.h"
 #include "server/physics/shapes/heightfield.h"
 #include "server/physics/shapes/mesh.h"
 

@@ -1,8 +1,10 @@
 #include "server/physics/scene/scene.h"
 
 #include "server/physics/integrator/free_flight.h"
+#include "server/physics/integrator/stability.h"
 #include "server/physics/scene/scene_impl.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/ranges.h"
 #include "shared/core/assert.h"
 
 namespace zoned::physics {

@@ -1,12 +1,10 @@
 // Scene: the rigid bodies of one zone; add bodies, step, read states, contacts and queries.
 #pragma once
 
-#include "server/physics/integrator/integrator_kind.h"
 #include "server/physics/joints/joint.h"
 #include "server/physics/query/query.h"
+#include "server/physics/settings/physics_settings.h"
 #include "server/physics/shapes/shape.h"
-#include "server/physics/solver_variants/variant_settings.h"
-#include "server/spatial/broadphase_kind.h"
 #include "shared/core/result.h"
 #include "shared/core/state_hash.h"
 #include "shared/math/aabb.h"
@@ -23,45 +21,7 @@ class Team;
 
 namespace zoned::physics {
 
-using spatial::BroadphaseKind;
 class RowSystem;
-
-struct PhysicsSettings {
-    Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
-    /// 0: each island gets as many as its loads ask for within the error budget; 1..64: this many.
-    int substeps = 0;
-    /// How far a contact may give way under its load, m: what `substeps` 0 goes by. A contact that
-    /// carries the same load for seconds gives way by far less.
-    float error_budget_m = 0.005F;
-    int velocity_iterations = 1;    ///< per substep, 1..64
-    float sleep_speed_mps = 0.05F;  ///< a body slower than this ...
-    float sleep_spin_rps = 0.05F;   ///< ... in both senses ...
-    float sleep_after_s =
-        0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
-    /// Which structure finds the pairs of bodies; the results are the same for all.
-    BroadphaseKind broadphase = BroadphaseKind::kAutomatic;
-    float cell_m = 4.0F;      ///< grid: cell size of one level; the others are doublings of it
-    int cell_depth = 16;      ///< octree, quadtree: levels below the root, 1..30
-    int boxes_per_cell = 16;  ///< octree, quadtree: a cell with more of them splits, 1..1000
-    /// While there are so many pairs (about 0.5 kB each), no new ones of dynamic bodies are looked
-    /// for, and from twice as many on no others either: those with the highest ids wait.
-    std::uint32_t max_pairs = 1U << 18;
-    int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
-    float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
-    float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
-    SolverVariant method = SolverVariant::kSoftStep;  ///< what answers contacts and joints
-    VariantSettings methods;                          ///< of all methods but kSoftStep
-    /// What moves the centre of mass of dynamic bodies while neither contact nor joint holds them;
-    /// the solver's substeps move the others, and rotation keeps its own method (rotate_freely),
-    /// whatever is chosen. All but kVerlet, see why_unfit_integrator.
-    IntegratorKind body_integrator = IntegratorKind::kDefault;
-    /// The same for particles until they meet a surface: the rest of that step, and what lies still
-    /// on something, is left to the default.
-    IntegratorKind particle_integrator = IntegratorKind::kDefault;
-    /// Free flight is cut into so many equal pieces a step, 1..kMostFlightPieces.
-    int body_flight_pieces = 1;
-    int particle_flight_pieces = 1;
-};
 
 /// Times are measured by the caller (no clock in here); counts of one step.
 struct StepStats {
@@ -155,18 +115,21 @@ class Scene {
     /// Force in N at a world point, or at the centre of mass, and torque in N m: they act through
     /// the next step and are gone after it; several add up. Wakes the body. Ignored for static and
     /// kinematic bodies; one that is not finite stops the body (see StepStats::quarantined).
+    /// Reached by no world yet: forces of game rules will use it.
     void apply_force(BodyId body, const Vec3& force, const Vec3& point);
     void apply_force(BodyId body, const Vec3& force);
     void apply_torque(BodyId body, const Vec3& torque);
     /// How much velocity along the unit vector `direction` the body gets at a world point per
     /// impulse in that direction there, 1/kg; 0 for static and kinematic bodies.
     [[nodiscard]] float response(BodyId body, const Vec3& point, const Vec3& direction) const;
-    /// Impulse of rotation in N m s; wakes the body.
+    /// Impulse of rotation in N m s; wakes the body. Reached by no world yet: torques of game rules
+    /// will use it.
     void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
-    /// Whom the body meets from the next step on: contacts that the filters allow no more end, and
-    /// what it overlaps and now meets is pushed out as other overlaps are. Wakes the body, what it
-    /// touched and has to let go, and what a static or kinematic body now meets.
+    /// Sets which bodies the body meets from the next step on: contacts that the filters allow no
+    /// more end, and what it overlaps and now meets is pushed out as other overlaps are. Wakes the
+    /// body, what it touched and has to let go, and what a static or kinematic body now meets.
+    /// Reached by no world yet: game rules that let bodies pass will use it.
     void set_filter(BodyId body, const Filter& filter);
     /// Turns a dynamic body into a particle or back; wakes it. Position, velocity, id and tag stay;
     /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
@@ -176,11 +139,13 @@ class Scene {
 
     /// Another shape about the same centre and axes, for a body that forces move and that is no
     /// particle; mass, moments, material, pose, motion and id stay. Wakes it and what it touched.
-    /// What would overlap static and kinematic bodies is lifted out of them. Fails with the reason
-    /// where there is no such body or the shape is none that it can have.
+    /// A body that would overlap static and kinematic bodies is lifted out of them. Fails with the
+    /// reason where there is no such body or the shape is none that it can have.
     core::Result<BodyState> set_shape(BodyId body, const Shape& shape);
     /// Whether it touched another body that can move in the last step.
     [[nodiscard]] bool touches_bodies(BodyId body) const;
+
+    // Reached by no world yet: joints in worlds will use all that follows, up to joint_breaks().
 
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
     /// and what is not finite or out of range; says what. Wakes both bodies.
@@ -224,7 +189,8 @@ class Scene {
     void overlap(const Aabb& area, std::vector<BodyId>& out) const;
 
     /// The rows of the last step's first solve as they were before it, where
-    /// VariantSettings::keep_problem asks for them; null otherwise. Valid until the next step.
+    /// VariantSettings::keep_problem asks for them; null otherwise. Valid until the next step. For
+    /// benchmarks, which give one problem to all solvers.
     [[nodiscard]] const RowSystem* problem() const;
 
     [[nodiscard]] std::uint32_t body_count() const;

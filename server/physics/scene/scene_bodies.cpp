@@ -1,7 +1,7 @@
 // How bodies enter, leave, wake and are stopped.
 #include "server/physics/scene/scene_impl.h"
+#include "server/physics/shapes/ranges.h"
 #include "server/physics/solver_variants/variant_stepper.h"
-#include "server/physics/validate.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -221,7 +221,7 @@ void Scene::Impl::stop(std::uint32_t row) {
     if (bodies.is_particle(row)) {
         rest_particle(row);
     } else {
-        suspend(bodies, graph, row);
+        put_to_sleep(bodies, graph, row);
         stopped.push_back(row);
     }
 }

@@ -257,7 +257,7 @@ void Scene::Impl::report_contacts() {
     }
 }
 
-/// What there is to tell of a pair, if somebody wants to know.
+/// The change to report of a pair, if somebody asked for it.
 Scene::Impl::TouchChange Scene::Impl::touch_change_of(const Pair& pair,
                                                       bool touched,
                                                       float impulse) const {

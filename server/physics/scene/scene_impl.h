@@ -1,14 +1,14 @@
-// What a Scene is made of; shared by the files that implement its parts.
+// Scene::Impl: the parts of a Scene; shared by the files that implement its parts.
 #pragma once
 
 #include "server/compute/team.h"
+#include "server/physics/bodies/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/contacts/islands.h"
 #include "server/physics/joints/joint_table.h"
 #include "server/physics/narrowphase/narrowphase.h"
-#include "server/physics/scene/bodies.h"
 #include "server/physics/scene/scene.h"
-#include "server/physics/shapes/bounds.h"
+#include "server/physics/shapes/compound/bounds.h"
 #include "server/physics/solver/contact_solver.h"
 #include "server/physics/solver/substep_policy.h"
 #include "server/spatial/box_index.h"
@@ -28,7 +28,7 @@ struct Scene::Impl {
     explicit Impl(const PhysicsSettings& s);
     ~Impl();
 
-    /// What there is to report of a pair.
+    /// A change of a pair to report.
     enum class TouchChange : std::uint8_t {
         kNone,
         kBegan,

@@ -1,6 +1,7 @@
 // Joints of a scene: how they come, are solved, break and go.
 #include "server/physics/scene/scene_impl.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/ranges.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ void Scene::Impl::wake_joined(std::uint32_t row) {
     });
 }
 
-/// What hangs on a kinematic body that moves goes with it.
+/// A body that hangs on a moving kinematic body goes with it.
 void Scene::Impl::wake_joined_to_movers() {
     for (const std::uint32_t row : bodies.mover_list) {
         if (bodies.awake[row] != 0 && bodies.kind[row] == BodyKind::kKinematic) {

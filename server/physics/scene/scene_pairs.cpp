@@ -1,7 +1,7 @@
 // Broadphase part of a step: which pairs of bodies may touch.
 #include "server/physics/contacts/contact_persistence.h"
 #include "server/physics/scene/scene_impl.h"
-#include "server/physics/shapes/bounds.h"
+#include "server/physics/shapes/compound/bounds.h"
 
 #include <algorithm>
 
@@ -154,7 +154,7 @@ void Scene::Impl::wake_who_is_met(std::uint32_t row, const Filter& before) {
             }
         }
     }
-    // What follows must not depend on the structure that found them.
+    // The next passes must not depend on the structure that found them.
     std::sort(disturbed.begin(), disturbed.end());
     for (const std::uint32_t other : disturbed) {
         wake(other);
@@ -282,7 +282,7 @@ std::size_t Scene::Impl::meet_each(std::size_t count, std::size_t most, Meet&& m
 
 /// Looks for partners of the bodies whose box is new, by ascending rows. Pairs with what holds the
 /// dynamic bodies up come first and have room of their own: a crowd must not make others fall
-/// through the floor. Who finds no room waits for the next step.
+/// through the floor. A body that finds no room waits for the next step.
 void Scene::Impl::find_pairs(float dt) {
     new_pairs.clear();
     sort_pending();

@@ -3,7 +3,8 @@
 #include "server/physics/integrator/integrate.h"
 #include "server/physics/query/shape_ray.h"
 #include "server/physics/scene/scene_impl.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/ranges.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ Aabb box_about(const Vec3& x) {
 
 }  // namespace
 
-/// What is left of a particle's step: constant acceleration over `left` seconds.
+/// The rest of a particle's step: constant acceleration over `left` seconds.
 struct Scene::Impl::ParticleFlight {
     Vec3 position, velocity, acceleration;
     float left = 0.0F;
@@ -261,8 +262,8 @@ void Scene::Impl::step_particle(std::uint32_t row, float dt) {
     ParticleFlight flight{
         bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
     const Vec3 after = flight.acceleration;
-    // What lies still on something is left to the default: others would lift and drop it by turns.
-    // Without drag the default's pieces add up to its whole.
+    // A particle that lies still on something is left to the default: others would lift and drop it
+    // by turns. Without drag the default's pieces add up to its whole.
     const bool other = settings.particle_integrator != IntegratorKind::kDefault ||
                        (settings.particle_flight_pieces > 1 && damped);
     if (other && bodies.still_s[row] == 0.0F) {

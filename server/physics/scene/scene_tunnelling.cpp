@@ -81,7 +81,7 @@ Scene::Impl::Surface Scene::Impl::first_surface(std::uint32_t row,
     const auto test = [&](std::uint32_t other, float within) {
         float t = 0.0F;
         Vec3 normal;
-        // What starts inside comes out as it can.
+        // A body that starts inside comes out as it can.
         if (bodies.sensor[other] == 0 && bodies.filter[row].meets(bodies.filter[other]) &&
             !joints.parts(bodies, row, other) &&
             cast_ray(placed(other), from, along, within, t, normal) && t > 0.0F) {

@@ -1,8 +1,8 @@
 #include "server/physics/scene/stability_warnings.h"
 
 #include "server/physics/narrowphase/narrowphase.h"
-#include "server/physics/shapes/bounds.h"
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/bounds.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "server/physics/solver/contact_solver.h"
 #include "server/physics/solver/substep_policy.h"
 

@@ -18,9 +18,9 @@ inline float farthest_for(float error_budget_m) {
     return kRoundingShare * error_budget_m * 8388608.0F;
 }
 
-/// What about a body the engine accepts but cannot simulate within the error budget in steps of
-/// `dt` seconds: one sentence each, with the figures; empty when there is nothing to say. Forces
-/// and contacts that come up later show in StepStats instead.
+/// The properties of a body that the engine accepts but cannot simulate within the error budget in
+/// steps of `dt` seconds: one sentence each, with the figures; empty when there is nothing to say.
+/// Forces and contacts that come up later show in StepStats instead.
 std::vector<std::string> stability_warnings_of(const BodyDef& def,
                                                const PhysicsSettings& settings,
                                                float dt);

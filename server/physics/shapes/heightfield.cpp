@@ -1,9 +1,10 @@
 #include "server/physics/shapes/heightfield.h"
 
-#include "server/physics/validate.h"
+#include "server/physics/shapes/ranges.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -59,7 +60,7 @@ Triangle Heightfield::bare_triangle(std::uint32_t i, std::uint32_t k, std::uint3
 
 Triangle Heightfield::triangle(std::uint32_t i, std::uint32_t k, std::uint32_t half) const {
     Triangle t = bare_triangle(i, k, half);
-    // What lies across an edge, and which of its corners is not on the edge.
+    // The triangle across an edge, and which of its corners is not on the edge.
     const auto beyond = [&](std::size_t edge,
                             bool there,
                             std::uint32_t ni,
@@ -148,6 +149,13 @@ core::Result<std::shared_ptr<const Heightfield>> build_heightfield(std::span<con
         return Built::failure("heightfield: larger than " + std::to_string(kMaxCoordinate) + " m");
     }
     return std::shared_ptr<const Heightfield>(std::make_shared<const Heightfield>(std::move(t)));
+}
+
+Shape Shape::heightfield(std::shared_ptr<const Heightfield> field) {
+    Shape shape;
+    shape.kind = ShapeKind::kHeightfield;
+    shape.geometry = std::move(field);
+    return shape;
 }
 
 }  // namespace zoned::physics

@@ -14,7 +14,7 @@ namespace {
 constexpr double kDiagonal = 1.0e-7;
 /// Moments that differ by less than this share are equal: cubes stay round.
 constexpr double kSameMoment = 1.0e-6;
-/// What rounding may take from the triangle inequality of a flat body, and from symmetry.
+/// The share that rounding may take from the triangle inequality of a flat body, and from symmetry.
 constexpr double kTensorSlack = 1.0e-5;
 
 /// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.5): the columns of

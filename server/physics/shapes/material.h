@@ -24,7 +24,7 @@ struct Material {
     float density = 1000.0F;  ///< kg/m3, for `solid_mass` and the parts of compounds
 };
 
-/// What a contact needs of two materials.
+/// The numbers that a contact needs of two materials.
 struct Grip {
     float friction = 0.0F;
     float restitution = 0.0F;

@@ -1,6 +1,6 @@
 #include "server/physics/shapes/mesh.h"
 
-#include "server/physics/validate.h"
+#include "server/physics/shapes/ranges.h"
 
 #include <algorithm>
 #include <cmath>
@@ -364,6 +364,13 @@ core::Result<std::shared_ptr<const TriangleMesh>> restore_mesh(MeshParts parts) 
     }
     t.tree = std::move(*tree);
     return std::shared_ptr<const TriangleMesh>(std::make_shared<const TriangleMesh>(std::move(t)));
+}
+
+Shape Shape::mesh(std::shared_ptr<const TriangleMesh> mesh) {
+    Shape shape;
+    shape.kind = ShapeKind::kMesh;
+    shape.geometry = std::move(mesh);
+    return shape;
 }
 
 }  // namespace zoned::physics

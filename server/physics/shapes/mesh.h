@@ -61,7 +61,7 @@ struct MeshOptions {
 
 struct BuiltMesh {
     std::shared_ptr<const TriangleMesh> mesh;
-    // What was found on the way; none of it stops the mesh from being used.
+    // Findings on the way; none of them stops the mesh from being used.
     std::uint32_t degenerate = 0;    ///< triangles without area, left out
     std::uint32_t repeated = 0;      ///< triangles that are there already, left out
     std::uint32_t open_edges = 0;    ///< edges of one triangle only: the rim of the surface
@@ -85,7 +85,7 @@ core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
                                    std::span<const std::uint32_t> indices,
                                    const MeshOptions& options = {});
 
-/// What of a mesh takes long to find: files keep it.
+/// The parts of a mesh that take long to find: files keep them.
 struct MeshParts {
     std::vector<Vec3> vertices;
     std::vector<std::array<std::uint32_t, 3>> corners;

@@ -28,7 +28,8 @@ inline bool is_convex(ShapeKind kind) {
     return static_cast<std::size_t>(kind) < kConvexKinds;
 }
 
-/// What a few numbers cannot say: built once, never changed, shared by all shapes that use it.
+/// A form that a few numbers cannot say: built once, never changed, shared by all shapes that use
+/// it.
 struct Geometry {
     const ShapeKind kind;
 

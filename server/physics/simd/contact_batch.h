@@ -1,7 +1,6 @@
 // ContactBatch: eight contacts that share no moving body, laid out for the wide solver.
 #pragma once
 
-#include "server/physics/scene/bodies.h"
 #include "server/physics/simd/lanes.h"
 
 #include <cstdint>

@@ -1,17 +1,19 @@
 // LaneBody: one body of each of eight constraints, as the wide solver computes with it.
 #pragma once
 
-#include "server/physics/solver/solver_bodies.h"
+#include "server/physics/simd/lanes.h"
 
 namespace zoned::physics {
 
+/// `Tables` has the rows `motion`, `drift` and `tensor` of SolverBodies.
 struct LaneBody {
     Lanes3 velocity, spin;
     Lanes inv_mass{};
     Lanes3 shift, turn;
     LanesTensor inverse;  ///< of inertia
 
-    [[gnu::always_inline]] inline LaneBody(const SolverBodies& bodies, const LaneRows& slots) {
+    template <class Tables>
+    [[gnu::always_inline]] inline LaneBody(const Tables& bodies, const LaneRows& slots) {
         const Block8 motion = gather(bodies.motion.data(), slots);
         velocity = {motion.row[0], motion.row[1], motion.row[2]};
         inv_mass = motion.row[3];
@@ -29,7 +31,8 @@ struct LaneBody {
     }
 
     /// Writes the motion back of bodies that impulses move.
-    [[gnu::always_inline]] inline void store(SolverBodies& bodies, const LaneRows& slots) const {
+    template <class Tables>
+    [[gnu::always_inline]] inline void store(Tables& bodies, const LaneRows& slots) const {
         Block8 motion{
             {velocity.x, velocity.y, velocity.z, inv_mass, spin.x, spin.y, spin.z, lanes(0.0F)}};
         transpose(motion);

@@ -2,11 +2,13 @@
 #pragma once
 
 #include "server/physics/simd/lanes.h"
-#include "server/physics/soft/soft_body.h"
 
 #include <cstring>
 
 namespace zoned::physics::soft {
+
+/// x, y, z and one more, as one register.
+using Row4 = Eigen::Vector4f;
 
 struct NodeLanes {
     Lanes x, y, z, w;

@@ -42,8 +42,8 @@ struct ClothDef {
     int coarsen = 0;
 };
 
-/// What `coarsen` 0 leaves: the mean error of a hanging cloth is then below 1 % of its size (suite
-/// `soft` of the benchmark).
+/// The lattice that `coarsen` 0 leaves: the mean error of a hanging cloth is then below 1 % of its
+/// size (suite `soft` of the benchmark).
 inline constexpr int kEnoughCells = 20;
 
 /// A box lattice of nodes: springs along edges and diagonals of faces, five tetrahedra per cell.

@@ -1,7 +1,7 @@
 #include "server/physics/soft/rigid_hull.h"
 
-#include "server/physics/shapes/compound.h"
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/compound/compound.h"
+#include "server/physics/shapes/convex/hull.h"
 #include "server/physics/soft/soft_body.h"
 
 #include <Eigen/Eigenvalues>

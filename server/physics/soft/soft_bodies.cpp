@@ -2,9 +2,10 @@
 
 #include "server/compute/team.h"
 #include "server/physics/scene/scene.h"
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/ranges.h"
 #include "server/physics/soft/soft_impl.h"
 #include "server/physics/soft/volume.h"
-#include "server/physics/validate.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -73,7 +74,7 @@ void SoftBodies::Impl::wake_touched(const Scene& scene, float slow, float dt) {
             scene.overlap(body.box.grown(2.0F * dt * speed), near);
             return std::find(near.begin(), near.end(), id) != near.end();
         });
-        body.suspend_after_s = body.asleep ? body.suspend_after_s : 0.0F;
+        body.still_s = body.asleep ? body.still_s : 0.0F;
     }
 }
 
@@ -143,8 +144,8 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
     }
     const bool calm =
         std::sqrt(farthest) < settings.sleep_speed_mps * dt && torn == 0 && !body.touches_dynamic;
-    body.suspend_after_s = calm ? body.suspend_after_s + dt : 0.0F;
-    if (settings.sleep_after_s > 0.0F && body.suspend_after_s >= settings.sleep_after_s) {
+    body.still_s = calm ? body.still_s + dt : 0.0F;
+    if (settings.sleep_after_s > 0.0F && body.still_s >= settings.sleep_after_s) {
         body.asleep = true;
         std::fill(body.v.begin(), body.v.end(), Row4::Zero());
     }
@@ -268,7 +269,7 @@ void SoftBodies::hash(core::StateHash& hash) const {
     for (const SoftBody& body : impl_->bodies) {
         hash.add(std::uint64_t{body.there} | std::uint64_t{body.asleep} << 1U |
                  std::uint64_t{body.rigid} << 2U);
-        hash.add(body.suspend_after_s);
+        hash.add(body.still_s);
         hash.add(body.x.size());
         for (std::size_t i = 0; i < body.x.size(); ++i) {
             for (int k = 0; k < 4; ++k) {
@@ -393,19 +394,10 @@ void SoftBodies::pin(SoftId id, std::size_t node, bool pinned) {
     wake(id);
 }
 
-void SoftBodies::move_node(SoftId id, std::size_t node, const Vec3& position) {
-    ZONED_SOFT_BODY(id);
-    if (fit_position(position)) {
-        body.x[node].head<3>() = position;
-        fit_box(body);
-        wake(id);
-    }
-}
-
 void SoftBodies::wake(SoftId id) {
     ZONED_SOFT_BODY(id);
     body.asleep = false;
-    body.suspend_after_s = 0.0F;
+    body.still_s = 0.0F;
 }
 
 RigidHull SoftBodies::rigid_hull(SoftId id) const {

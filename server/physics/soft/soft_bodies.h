@@ -29,7 +29,7 @@ struct SoftSettings {
     float step_s = 0.0F;
 };
 
-/// What there is, for the zone's census, and what the last step did.
+/// Counts for the zone's census, and of the last step.
 struct SoftStats {
     std::uint32_t bodies = 0;
     std::uint32_t awake = 0;    ///< after the step
@@ -85,7 +85,7 @@ class SoftBodies {
     /// set, where dt is not positive and finite.
     SoftStats step(float dt, Scene* scene);
 
-    // What follows asks for bodies that are there.
+    // All functions from here on ask for bodies that are there.
     [[nodiscard]] std::uint32_t user(SoftId id) const;
     [[nodiscard]] std::size_t node_count(SoftId id) const;  ///< grows where a mesh is torn
     [[nodiscard]] Vec3 position(SoftId id, std::size_t node) const;
@@ -102,6 +102,8 @@ class SoftBodies {
     /// Kinetic and potential (springs, tetrahedra, gas over its first state, weight), J.
     [[nodiscard]] double energy(SoftId id) const;
 
+    // Reached by no world yet: game rules that grip single nodes will use the next three.
+
     /// Impulse in N s on one node; wakes the body. Ignored where the node is pinned.
     void apply_impulse(SoftId id, std::size_t node, const Vec3& impulse);
     /// Leads a pinned node: it moves with this velocity from now on; wakes the body. Ignored where
@@ -109,9 +111,7 @@ class SoftBodies {
     void lead(SoftId id, std::size_t node, const Vec3& velocity);
     /// Pins a node where it is, or frees it; wakes the body.
     void pin(SoftId id, std::size_t node, bool pinned);
-    /// Puts a node elsewhere, with the velocity that it has; wakes the body. Ignored where the
-    /// place is not finite.
-    void move_node(SoftId id, std::size_t node, const Vec3& position);
+
     void wake(SoftId id);
     /// At rest where it is until something moves it, whatever forces act within it.
     void sleep(SoftId id);

@@ -1,6 +1,7 @@
 // SoftBody: the columns of one soft body, and the stages of its step.
 #pragma once
 
+#include "server/physics/simd/node_lanes.h"
 #include "server/physics/soft/spring_batches.h"
 #include "shared/math/aabb.h"
 
@@ -13,9 +14,6 @@ class Scene;
 }
 
 namespace zoned::physics::soft {
-
-/// x, y, z and one more, as one register.
-using Row4 = Eigen::Vector4f;
 
 /// A node near a rigid body: it stays on this side of a plane that moves with the body.
 struct NodeContact {
@@ -76,7 +74,7 @@ struct SoftBody {
     std::uint32_t substeps_done = 0;  ///< in the step
 
     Aabb box;
-    float suspend_after_s = 0.0F;  ///< for how long it has been slow
+    float still_s = 0.0F;  ///< for how long it has been slow
     bool there = false;
     bool asleep = false;
     bool rigid = false;  ///< simulated as a rigid body elsewhere

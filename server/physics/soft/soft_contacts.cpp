@@ -68,7 +68,7 @@ void add_contacts(SoftBody& body,
             body.contacts.push_back({i, hit.body, hit.point, hit.normal, Vec3::Zero()});
         }
     }
-    // What a fast node would run into may be another surface than the nearest.
+    // The surface that a fast node would run into may be another surface than the nearest.
     QueryHit ahead;
     if (way.norm() > body.material.thickness && query.ray({x, way, way.norm()}, {}, ahead) &&
         std::none_of(body.contacts.begin() + static_cast<std::ptrdiff_t>(first),

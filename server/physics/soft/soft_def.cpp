@@ -1,7 +1,8 @@
 #include "server/physics/soft/soft_def.h"
 
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/ranges.h"
 #include "server/physics/soft/volume.h"
-#include "server/physics/validate.h"
 
 #include <cmath>
 

@@ -18,7 +18,7 @@ using SoftId = StrongId<struct SoftTag>;
 enum class SoftMethod : std::uint8_t {
     kXpbd,           ///< solve_xpbd.cpp
     kImplicitEuler,  ///< solve_implicit.cpp
-    /// push_springs.cpp: explicit springs, the cheapest substep, for slack springs only; see
+    /// solve_semi_implicit.cpp: explicit springs, the cheapest substep, for slack springs only; see
     /// why_unstable.
     kSemiImplicitEuler,
 };

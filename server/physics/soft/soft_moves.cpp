@@ -1,6 +1,6 @@
-// What moves a soft body as a whole, and how it is turned as a whole.
+// Moves of a soft body as a whole: pushed, placed, handed on; and how it is turned.
+#include "server/physics/shapes/ranges.h"
 #include "server/physics/soft/soft_impl.h"
-#include "server/physics/validate.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -97,7 +97,7 @@ SoftParcel SoftBodies::take(SoftId id) {
     ZONED_SOFT_BODY(id);
     SoftParcel parcel;
     parcel.body_ = std::make_unique<SoftBody>(std::move(body));
-    // What it met stays behind.
+    // The bodies that it met stay behind.
     parcel.body_->contacts.clear();
     parcel.body_->neighbours.clear();
     remove(id);

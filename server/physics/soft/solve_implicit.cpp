@@ -99,7 +99,7 @@ class Newton {
         return sum;
     }
 
-    /// What is to be least, J.
+    /// The energy to be least, J.
     [[nodiscard]] double function(const Vectors& x) const {
         double sum = 0.0;
         for (std::size_t i = 0; i < x.size(); ++i) {

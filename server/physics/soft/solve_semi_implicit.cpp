@@ -4,6 +4,7 @@
 // exactly. One sweep over the springs and nothing to solve: the cheapest substep there is, up to
 // the length that spring_limit.h names, and none beyond it.
 #include "server/physics/simd/node_lanes.h"
+#include "server/physics/soft/soft_body.h"
 #include "server/physics/soft/volume.h"
 
 #include <algorithm>

@@ -5,6 +5,7 @@
 // iterations: the multipliers of a substep begin at zero and need not be kept.
 #include "server/compute/team.h"
 #include "server/physics/simd/node_lanes.h"
+#include "server/physics/soft/soft_body.h"
 #include "server/physics/soft/volume.h"
 
 #include <algorithm>

@@ -103,7 +103,7 @@ void ContactSolver::watch(SolverWatch& w) {
     }
 }
 
-/// What stopped an impact is no force that goes on.
+/// The impulse that stopped an impact is no force that goes on.
 void ContactSolver::forget_impacts() {
     for (SolverWatch& w : watches_) {
         if (w.impact) {

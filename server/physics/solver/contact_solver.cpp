@@ -19,7 +19,7 @@ constexpr int kSweeps = 2;
 /// spring's deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
 constexpr float kSagRate = 0.3F;
 
-/// What one thread takes at a time: some microseconds.
+/// The work that one thread takes at a time: some microseconds.
 constexpr std::size_t kBatchGrain = 8;
 
 }  // namespace

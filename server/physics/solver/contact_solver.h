@@ -3,13 +3,13 @@
 #pragma once
 
 #include "server/compute/team.h"
+#include "server/physics/bodies/bodies.h"
+#include "server/physics/bodies/solver_bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/joints/joint_solver.h"
-#include "server/physics/scene/bodies.h"
 #include "server/physics/simd/contact_batch.h"
 #include "server/physics/simd/lane_body.h"
 #include "server/physics/solver/contact_coloring.h"
-#include "server/physics/solver/solver_bodies.h"
 
 #include <cstdint>
 #include <span>

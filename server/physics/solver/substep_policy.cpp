@@ -20,7 +20,7 @@ constexpr float kSpringTurn = 0.5F;
 /// A body swings under the force of a joint by no more than this within a substep, rad: chains of
 /// light links that hold what is heavy swing fast. From 2 on the scheme is unstable.
 constexpr float kSwingTurn = 0.75F;
-/// What a joint carries beyond the weight of the heaviest body under this acceleration is no load:
+/// Force of a joint beyond the weight of the heaviest body under this acceleration is no load:
 /// joints that contradict each other pull the more the stiffer they are, m/s2.
 constexpr float kMostPull = 100.0F;
 /// A contact of at most so many steps is young.

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "server/compute/team.h"
+#include "server/physics/bodies/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
-#include "server/physics/contacts/islands.h"
 #include "server/physics/joints/joint_table.h"
-#include "server/physics/scene/bodies.h"
+#include "shared/core/union_find.h"
 
 #include <algorithm>
 #include <array>
@@ -140,7 +140,7 @@ class SubstepPolicy {
                                                 const Contact& contact,
                                                 const SubstepTargets& budget);
 
-    DisjointSets sets_;
+    core::UnionFind sets_;
 
     struct IslandNeeds {
         std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level

@@ -1,8 +1,8 @@
 // Responses other than a solve: collisions one by one, and springs.
 #pragma once
 
-#include "server/physics/solver_variants/row_system.h"
-#include "server/physics/solver_variants/variant_settings.h"
+#include "server/physics/settings/variant_settings.h"
+#include "server/physics/solver_variants/rows/row_system.h"
 
 namespace zoned::physics {
 
@@ -19,7 +19,7 @@ int respond_by_impulses(RowSystem& system, double h, double restitution_speed, i
 /// The longest stable substep of a spring with angular frequency w and damping ratio zeta as a
 /// multiple of 1 / w: 2 (sqrt(1 + zeta^2) - zeta), from the roots of the substep's matrix
 /// z^2 - (2 - 2 zeta w h - (w h)^2) z + (1 - 2 zeta w h) by Jury's conditions; 2 without damping.
-/// That is semi-implicit Euler's. Velocity Verlet with the damping at the velocities that are known
+/// This is semi-implicit Euler's. Velocity Verlet with the damping at the velocities that are known
 /// has (w h)^2 < 4 (1 + (1 - c)^2) / (2 - c), c = zeta w h: the same without damping, and wider
 /// with any.
 double penalty_limit(double damping_ratio);

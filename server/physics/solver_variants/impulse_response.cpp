@@ -1,7 +1,7 @@
 // Sequential collision impulses.
 #include "server/physics/solver_variants/collision_response.h"
-#include "server/physics/solver_variants/restitution.h"
-#include "server/physics/solver_variants/solvers.h"
+#include "server/physics/solver_variants/row_solvers/row_solvers.h"
+#include "server/physics/solver_variants/rows/restitution.h"
 
 namespace zoned::physics {
 

@@ -1,8 +1,8 @@
 #include "server/physics/solver_variants/projection.h"
 
 #include "server/physics/integrator/integrate.h"
-#include "server/physics/solver_variants/joint_row_writer.h"
-#include "server/physics/solver_variants/solvers.h"
+#include "server/physics/solver_variants/row_solvers/row_solvers.h"
+#include "server/physics/solver_variants/rows/joint_row_writer.h"
 
 #include <cmath>
 
@@ -109,7 +109,7 @@ void Projection::project_point(ProjectionPoint& point,
     if ((gap >= 0.0 && point.push <= 0.0) || !(response > 0.0)) {
         return;
     }
-    // What was pushed too far, because another contact pushed as well, is taken back.
+    // A body pushed too far, because another contact pushed as well, is taken back.
     const double before = point.push;
     point.push = std::max(before - gap / (response * h_), 0.0);
     const double push = point.push - before;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "server/physics/joints/joint_table.h"
-#include "server/physics/scene/scene.h"
-#include "server/physics/solver_variants/contact_rows.h"
-#include "server/physics/solver_variants/variant_bodies.h"
+#include "server/physics/settings/physics_settings.h"
+#include "server/physics/solver_variants/rows/contact_rows.h"
+#include "server/physics/solver_variants/rows/variant_bodies.h"
 
 #include <cstdint>
 #include <span>

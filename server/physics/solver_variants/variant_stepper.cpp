@@ -1,8 +1,8 @@
 #include "server/physics/solver_variants/variant_stepper.h"
 
 #include "server/physics/solver_variants/collision_response.h"
-#include "server/physics/solver_variants/residual.h"
-#include "server/physics/solver_variants/stabilise.h"
+#include "server/physics/solver_variants/rows/residual.h"
+#include "server/physics/solver_variants/rows/stabilise.h"
 
 #include <algorithm>
 

@@ -1,13 +1,13 @@
 // VariantStepper: a step of contacts and joints by one of the alternatives to ContactSolver.
 #pragma once
 
-#include "server/physics/contacts/islands.h"
-#include "server/physics/scene/scene.h"
-#include "server/physics/solver_variants/contact_rows.h"
-#include "server/physics/solver_variants/joint_row_writer.h"
+#include "server/physics/settings/physics_settings.h"
 #include "server/physics/solver_variants/projection.h"
-#include "server/physics/solver_variants/solvers.h"
-#include "server/physics/solver_variants/variant_bodies.h"
+#include "server/physics/solver_variants/row_solvers/row_solvers.h"
+#include "server/physics/solver_variants/rows/contact_rows.h"
+#include "server/physics/solver_variants/rows/joint_row_writer.h"
+#include "server/physics/solver_variants/rows/variant_bodies.h"
+#include "shared/core/union_find.h"
 
 #include <cstdint>
 #include <span>
@@ -15,7 +15,7 @@
 
 namespace zoned::physics {
 
-/// What a step is given; all of it outlives the step.
+/// The input of a step; all of it outlives the step.
 struct VariantStep {
     Bodies& bodies;
     ContactGraph& graph;
@@ -73,7 +73,7 @@ class VariantStepper {
     ContactRows contacts_;
     JointRowWriter joints_;
     Projection projection_;
-    DisjointSets sets_;
+    core::UnionFind sets_;
     std::vector<std::uint32_t> contact_list_, joint_list_;
     std::vector<std::uint64_t> keys_;  // island and place of a contact or joint
     std::vector<RowBody> kept_;        // velocities while positions are corrected

@@ -61,10 +61,8 @@ class RateControl {
     /// Within floor and ceiling.
     [[nodiscard]] double bytes_per_s() const { return rate_; }
 
-    /// Of the newest feedback, s: delay in queues as estimated, and how full the path may look.
+    /// Of the newest feedback, s: delay in queues as estimated.
     [[nodiscard]] double queue_s() const { return queue_s_; }
-
-    [[nodiscard]] double threshold_s() const { return threshold_s_; }
 
     /// Share of the newest datagrams that never arrived.
     [[nodiscard]] double loss() const { return loss_; }

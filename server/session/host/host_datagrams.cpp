@@ -4,7 +4,7 @@ namespace zoned::session {
 
 // Before a datagram authenticates, nothing is answered and nothing but a counter changes: else the
 // server could be used against others, or a session taken over by guessing.
-void SessionHost::Impl::on_datagram(const PeerAddress* from,
+void SessionHost::Impl::on_datagram(const mailbox::Address* from,
                                     std::span<const std::uint8_t> datagram,
                                     double now_s) {
     if (datagram.size() > wire::kMaxDatagramBytes) {
@@ -55,7 +55,7 @@ void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::Ac
                                   static_cast<std::uint32_t>(session.path.rate().bytes_per_s())});
 }
 
-void SessionHost::Impl::follow_address(Session& session, const PeerAddress* from) {
+void SessionHost::Impl::follow_address(Session& session, const mailbox::Address* from) {
     if (from == nullptr) {
         session.route = Route::kStream;
         return;

@@ -48,9 +48,11 @@ struct SessionHost::Impl {
     void on_quit(Session& session);
 
     // ---- host_datagrams.cpp
-    void on_datagram(const PeerAddress* from, std::span<const std::uint8_t> datagram, double now_s);
+    void on_datagram(const mailbox::Address* from,
+                     std::span<const std::uint8_t> datagram,
+                     double now_s);
     void send_acks(const Session& session, const DatagramPath::AckUpdate& acks);
-    void follow_address(Session& session, const PeerAddress* from);
+    void follow_address(Session& session, const mailbox::Address* from);
     void on_body(Session& session, std::span<const std::uint8_t> body);
 
     // ---- host_outbox.cpp

@@ -196,7 +196,7 @@ void SessionHost::on_stream_closed(StreamId stream, double now_s) {
     }
 }
 
-void SessionHost::on_datagram(const PeerAddress& from,
+void SessionHost::on_datagram(const mailbox::Address& from,
                               std::span<const std::uint8_t> datagram,
                               double now_s) {
     ++impl_->stats.packets_in;
@@ -250,16 +250,6 @@ void SessionHost::set_udp_port(std::uint16_t port) {
 const HostStats& SessionHost::stats() const {
     impl_->stats.rejected = impl_->rejects.by_name();
     return impl_->stats;
-}
-
-std::vector<ClientId> SessionHost::auditable() const {
-    std::vector<ClientId> out;
-    for (const auto& session : impl_->table.all()) {
-        if (session->stream && session->may(mailbox::kRightAudit)) {
-            out.push_back(session->client);
-        }
-    }
-    return out;
 }
 
 std::vector<ClientId> SessionHost::sessions() const {

@@ -2,9 +2,9 @@
 // both drive it.
 #pragma once
 
+#include "server/mailbox/address.h"
 #include "server/mailbox/messages.h"
-#include "server/session/datagrams/rate_control.h"
-#include "proto/session.pb.h"
+#include "server/session/session_settings.h"
 #include "shared/core/ids.h"
 #include "shared/wire/seal.h"
 
@@ -26,60 +26,12 @@ using Bytes = std::vector<std::uint8_t>;
 /// An accepted TCP connection, numbered by whoever accepted it. Zero = none.
 using StreamId = StrongId<struct StreamTag, std::uint64_t>;
 
-/// Where a datagram came from or goes to: IPv6 or v4-mapped address, port. The harness invents its
-/// own.
-struct PeerAddress {
-    std::uint8_t ip[16] = {};
-    std::uint16_t port = 0;
-
-    friend auto operator<=>(const PeerAddress&, const PeerAddress&) = default;
-};
-
-/// Faults on purpose, so that what checks clients can be checked.
-struct Faults {
-    double drop_event_probability = 0.0;    ///< uses up an event's number and never sends it
-    double double_event_probability = 0.0;  ///< sends an event twice, under consecutive numbers
-    std::uint64_t seed = 1;
-};
-
-struct HostSettings {
-    std::uint32_t max_sessions = 20000;
-    double grace_s = 30.0;  ///< how long a session waits for its client to come back
-    double login_timeout_s = 10.0;
-    double silence_timeout_s =
-        15.0;  ///< neither datagram nor frame for this long: the stream is closed, the grace begins
-    std::size_t max_frame_bytes = 65536;    ///< of a client's frame
-    std::size_t max_unacked_events = 4096;  ///< more: the client is too slow, it is closed
-    std::uint32_t max_commands_per_s =
-        20;  ///< reliable commands per client; flood limit (burst: 2 s worth)
-    std::uint32_t max_datagrams_per_s = 120;
-    std::uint32_t max_frames_per_s = 400;  ///< of any kind; more than twice that at once: closed
-    std::size_t max_command_bytes = 4096;  ///< payload of one reliable command
-    std::size_t max_tunnel_backlog_bytes =
-        65536;  ///< no state packet goes into a stream in which more than this waits
-    std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
-    bool dev_mode_loopback =
-        false;  ///< lets in loopback addresses without a ticket, with all rights in dev_rights
-    std::uint32_t dev_rights = mailbox::kRightPlay;
-    std::vector<std::array<std::uint8_t, 32>>
-        ticket_keys;  ///< Ed25519 public keys whose tickets are accepted
-    std::uint32_t protocol_version = 4;
-    std::string config_digest;
-    proto::WorldDescription world;
-    double tick_rate_hz = 30.0;
-    Tick input_window_ticks =
-        32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too;
-             ///< at most kMaxInputWindowTicks (input_gate.h)
-    RateSettings rate;  ///< what each client's path is given, as long as it carries it
-    Faults testing;
-};
-
 /// What goes out. The host calls these from within its own calls; they must not call back.
 struct SessionOutput {
     std::function<void(StreamId, Bytes frame)>
         send_frame;  ///< serialised ServerMessage, without the length prefix
     std::function<void(StreamId)> close_stream;  ///< after all frames before it have been sent
-    std::function<void(const PeerAddress&, Bytes datagram)> send_datagram;
+    std::function<void(const mailbox::Address&, Bytes datagram)> send_datagram;
     std::function<void(mailbox::InboxItem)> to_zones;
     std::function<std::size_t(StreamId)>
         stream_backlog;  ///< bytes that wait in a stream; may be empty: never any
@@ -132,7 +84,9 @@ class SessionHost {
                         double now_s);
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
     void on_stream_closed(StreamId stream, double now_s);
-    void on_datagram(const PeerAddress& from, std::span<const std::uint8_t> datagram, double now_s);
+    void on_datagram(const mailbox::Address& from,
+                     std::span<const std::uint8_t> datagram,
+                     double now_s);
 
     /// From the zones. `server_time_s` stamps state packets. What is much at once is spread over
     /// most of a tick: release() sends the rest.
@@ -161,8 +115,6 @@ class SessionHost {
 
     void set_udp_port(std::uint16_t port);
     [[nodiscard]] const HostStats& stats() const;
-    /// Sessions with a live stream whose ticket allows audits, ascending.
-    [[nodiscard]] std::vector<ClientId> auditable() const;
     /// All sessions, those in their grace time included, ascending.
     [[nodiscard]] std::vector<ClientId> sessions() const;
     [[nodiscard]] RttPercentiles rtt_percentiles() const;

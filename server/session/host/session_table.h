@@ -56,7 +56,7 @@ struct Session {
     Pacer pacer;
     std::vector<PacedState> paced;  ///< ascending by due_s and sequence
     Route route = Route::kStream;
-    PeerAddress address;
+    mailbox::Address address;
     bool has_address = false;  ///< a datagram came by UDP once
     EventQueue events;
     std::set<std::uint64_t> unconfirmed;  ///< events that asked for a confirmation

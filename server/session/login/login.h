@@ -1,10 +1,10 @@
 // Login: who may come in. Checks of Hello that need no session, each with a text for the user.
 #pragma once
 
-#include "server/session/host/session_host.h"
 #include "server/session/login/nonce_set.h"
 #include "server/session/login/ticket.h"
 #include "server/session/reject.h"
+#include "server/session/session_settings.h"
 #include "proto/session.pb.h"
 #include "shared/core/result.h"
 

@@ -1,9 +1,12 @@
 #include "server/session/login/secrets.h"
 
+#include "shared/core/hex.h"
+
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
 #include <openssl/rand.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace zoned::session {
@@ -44,58 +47,20 @@ std::uint64_t hash_prefix(std::span<const std::uint8_t> secret) {
     return value;
 }
 
-std::string to_hex(std::span<const std::uint8_t> bytes) {
-    constexpr char kDigits[] = "0123456789abcdef";
-    std::string out;
-    out.reserve(bytes.size() * 2);
-    for (const std::uint8_t b : bytes) {
-        out.push_back(kDigits[b >> 4]);
-        out.push_back(kDigits[b & 15]);
-    }
-    return out;
-}
-
-namespace {
-
-int digit_of(char c) {
-    if (c >= '0' && c <= '9') {
-        return c - '0';
-    }
-    if (c >= 'a' && c <= 'f') {
-        return c - 'a' + 10;
-    }
-    if (c >= 'A' && c <= 'F') {
-        return c - 'A' + 10;
-    }
-    return -1;
-}
-
-}  // namespace
-
 core::Result<std::array<std::uint8_t, 32>> parse_key_hex(std::string_view text) {
     using Key = std::array<std::uint8_t, 32>;
     constexpr std::string_view kSpace = " \t\r\n";
     const std::size_t first = text.find_first_not_of(kSpace);
-    if (first == std::string_view::npos) {
-        return core::Result<Key>::failure("the key is empty; it should be 64 hexadecimal digits");
+    if (first != std::string_view::npos) {
+        text = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
     }
-    text = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-    if (text.size() != 64) {
-        return core::Result<Key>::failure("the key has " + std::to_string(text.size()) +
-                                          " characters; it should be 64 hexadecimal digits");
-    }
+    const auto bytes = core::from_hex(text);
     Key key{};
-    for (std::size_t i = 0; i < key.size(); ++i) {
-        const int high = digit_of(text[2 * i]);
-        const int low = digit_of(text[2 * i + 1]);
-        if (high < 0 || low < 0) {
-            return core::Result<Key>::failure(
-                "the key holds a character that is no hexadecimal "
-                "digit near position " +
-                std::to_string(2 * i + 1));
-        }
-        key[i] = static_cast<std::uint8_t>(high * 16 + low);
+    if (!bytes || bytes->size() != key.size()) {
+        return core::Result<Key>::failure(
+            "64 hexadecimal digits are expected, as zoned keygen writes them");
     }
+    std::copy(bytes->begin(), bytes->end(), key.begin());
     return key;
 }
 

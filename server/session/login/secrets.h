@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
 
 namespace zoned::session {
@@ -25,9 +24,6 @@ void random_bytes(std::span<std::uint8_t> out);
 /// First 64 bits of SHA-256: an index for secrets. What a look-up leaks by its timing is of the
 /// hash, which says nothing about the secret.
 [[nodiscard]] std::uint64_t hash_prefix(std::span<const std::uint8_t> secret);
-
-/// Lower-case hexadecimal, two digits a byte.
-[[nodiscard]] std::string to_hex(std::span<const std::uint8_t> bytes);
 
 /// 32 bytes from 64 hexadecimal digits; white space around them is ignored.
 [[nodiscard]] core::Result<std::array<std::uint8_t, 32>> parse_key_hex(std::string_view text);

@@ -1,5 +1,6 @@
 #include "server/zone/border/ghosts.h"
 
+#include "server/zone/simulation/spawning.h"
 #include "shared/math/turn_rate.h"
 
 #include <algorithm>

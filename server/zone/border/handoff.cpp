@@ -2,7 +2,9 @@
 
 #include "server/zone/simulation/approaching_props.h"
 #include "server/zone/simulation/soft_hull.h"
+#include "server/zone/simulation/spawning.h"
 #include "server/zone/simulation/zone_agents.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "server/zone/border/zone_portal_exchange.h"
 
-#include "server/ai/pathfinding/hierarchy/zone_portals.h"
+#include "server/ai/pathfinding/requests/zone_portals.h"
 #include "server/zone/zone_state.h"
 
 #include <memory>

@@ -2,7 +2,6 @@
 
 #include "server/zone/simulation/approaching_props.h"
 #include "server/zone/simulation/soft_hull.h"
-#include "server/zone/zone_context.h"
 
 #include <algorithm>
 
@@ -59,8 +58,7 @@ std::uint32_t copy_moved_bodies(ZoneState& state) {
     return copied;
 }
 
-std::uint32_t report_contacts(ZoneState& state) {
-    ZoneContext context(state);
+std::uint32_t report_contacts(ZoneState& state, RulesContext& context) {
     // Rules may add and remove bodies, so they get copies of what physics lists.
     const auto events = state.scene.contact_events();
     state.contacts.clear();

@@ -1,4 +1,5 @@
-// Sync: brings what physics moved back into the shared columns and its contacts to the rules.
+// Copy from physics: what physics moved goes back into the shared columns, its contacts to the
+// rules.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -10,6 +11,6 @@ std::uint32_t copy_moved_bodies(ZoneState& state);
 
 /// Hands the step's contacts to the rules and remembers which props touched a neighbour's ghost.
 /// Returns how many.
-std::uint32_t report_contacts(ZoneState& state);
+std::uint32_t report_contacts(ZoneState& state, RulesContext& context);
 
 }  // namespace zoned::zone

@@ -1,6 +1,7 @@
 #include "server/zone/simulation/representation.h"
 
 #include "server/zone/simulation/soft_hull.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 #include "server/zone/simulation/soft_hull.h"
 
+#include "server/zone/simulation/zone_soft_bodies.h"
+
 namespace zoned::zone {
 
 bool step_down_soft(ZoneState& state, world::Row row) {

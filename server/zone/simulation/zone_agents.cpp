@@ -1,6 +1,7 @@
 #include "server/zone/simulation/zone_agents.h"
 
 #include "server/ai/offscreen/suspend_resume.h"
+#include "server/zone/simulation/spawning.h"
 
 #include <limits>
 
@@ -21,23 +22,28 @@ Vec2 half_size(const ZoneState& state) {
 
 }  // namespace
 
+ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Query* query) {
+    return {state.agents,
+            state.settings.ai,
+            state.entities,
+            *state.settings.types,
+            state.points_of_interest,
+            *state.settings.statics,
+            team,
+            half_size(state),
+            state.now,
+            state.settings.dt,
+            [&state]() -> const spatial::PointGrid& { return current_grid(state); },
+            query,
+            state.paths.empty() ? nullptr : &state.paths,
+            state.settings.handoff_hysteresis_m};
+}
+
 std::uint32_t update_agents(ZoneState& state) {
     compute::Team alone;
     const physics::Query statics = state.scene.query();
-    const ai::AiContext world{
-        state.entities,
-        *state.settings.types,
-        [&state]() -> const spatial::PointGrid& { return current_grid(state); },
-        state.points_of_interest,
-        *state.settings.statics,
-        state.team != nullptr ? *state.team : alone,
-        half_size(state),
-        state.now,
-        state.settings.dt,
-        &statics,
-        state.paths.empty() ? nullptr : &state.paths,
-        state.settings.handoff_hysteresis_m};
-    state.report.ai = state.ai_update.run(state.agents, world, state.settings.ai);
+    compute::Team& team = state.team != nullptr ? *state.team : alone;
+    state.report.ai = state.ai_update.run(context_of(state, team, &statics));
     for (const EntityId entity : state.ai_update.suspended()) {
         remove_body(state, state.entities.find(entity));
     }
@@ -71,16 +77,10 @@ void wake_agent(ZoneState& state, world::Row row) {
     if (agent == nullptr || agent->tier != ai::Tier::kSuspended) {
         return;
     }
-    ai::resume(*agent,
-               state.settings.ai.compiled[agent->brain],
-               {state.entities,
-                *state.settings.types,
-                state.grid,
-                state.points_of_interest,
-                *state.settings.statics,
-                state.now,
-                state.settings.dt},
-               row);
+    compute::Team alone;
+    ai::AiContext ai = context_of(state, alone, nullptr);
+    ai.paths = nullptr;  // it stands up where the ground under it carries it
+    ai::resume(*agent, state.settings.ai.compiled[agent->brain], ai, row);
     state.agents.resume(agent->entity);
     add_body(state, row, false);
     state.grid_valid = false;

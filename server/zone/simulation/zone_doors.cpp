@@ -1,7 +1,7 @@
 #include "server/zone/simulation/zone_doors.h"
 
 #include "server/physics/query/shape_ray.h"
-#include "server/zone/zone_state.h"
+#include "server/zone/type_body.h"
 #include "shared/core/assert.h"
 #include "shared/motion/apply_input.h"
 
@@ -42,8 +42,8 @@ void open(ZoneState& state, std::uint32_t door) {
     state.doors.body[door] = BodyId();
 }
 
-/// Characters that rest where a door has turned move again, if only out of it. AgentStore that
-/// nobody sees are placed by their own means.
+/// Characters that rest where a door has turned move again, if only out of it. Agents that are
+/// simulated off-screen are placed by their own means.
 void wake_resting(ZoneState& state) {
     world::Entities& e = state.entities;
     world::for_each_row(e.stirring(), [&](world::Row row) {

@@ -1,25 +1,11 @@
 // Doors of a zone: shut ones are solid for bodies and rays, and push out who stands in them.
 #pragma once
 
-#include "server/zone/rules.h"
-#include "shared/core/ids.h"
+#include "server/zone/zone_state.h"
 
 #include <cstdint>
-#include <vector>
 
 namespace zoned::zone {
-
-struct ZoneState;
-
-/// Bodies of doors are in this category, all others are not.
-inline constexpr std::uint32_t kDoorCategory = 1u << 2;
-
-/// The bodies that doors have while they are shut, in the order of StaticGeometry::doors(). Empty
-/// where the zone has no door.
-struct DoorBodies {
-    std::vector<BodyId> body;
-    Tick next_turn = 0;  ///< of any of them
-};
 
 /// Puts the bodies of those that are shut at the first tick there.
 void add_doors(ZoneState& state);

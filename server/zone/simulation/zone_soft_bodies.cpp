@@ -1,6 +1,5 @@
 #include "server/zone/simulation/zone_soft_bodies.h"
 
-#include "server/zone/zone_state.h"
 #include "shared/core/assert.h"
 #include "shared/math/turn_rate.h"
 

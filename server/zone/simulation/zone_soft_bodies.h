@@ -1,33 +1,11 @@
-// Soft: entities that are soft bodies; a zone without any holds nothing for them.
+// Soft bodies of a zone: entities whose type is one; a zone without any holds nothing for them.
 #pragma once
 
-#include "server/physics/soft/soft_bodies.h"
-#include "server/world/entities.h"
-#include "shared/core/ids.h"
-#include "shared/core/state_hash.h"
-#include "shared/math/types.h"
+#include "server/zone/zone_state.h"
 
 #include <cstdint>
-#include <vector>
 
 namespace zoned::zone {
-
-struct ZoneState;
-
-/// Which body an owned entity is.
-struct SoftLink {
-    EntityId entity;
-    physics::soft::SoftId body;
-    // Where it has stepped down to a rigid hull, see soft_hull.h:
-    Quat start = Quat::Identity();  ///< the hull's orientation then
-    Quat turn = Quat::Identity();   ///< from the hull's orientation to the entity's
-};
-
-/// The soft bodies of a zone and whose they are. Made with the first one.
-struct SoftMatter {
-    physics::soft::SoftBodies bodies;
-    std::vector<SoftLink> links;  ///< ascending by entity
-};
 
 /// True for an entity whose type is a soft body, owned or a ghost.
 bool is_soft(const ZoneState& state, world::Row row);

@@ -87,13 +87,17 @@ enum class Filtered : std::uint8_t {
 
 /// The truth of this moment, asked again; the past counts only as far as answers may be stale and
 /// what was known stays known.
-Filtered filtered(const ZoneState& state, ClientId client, world::Row avatar, world::Row row) {
+Filtered filtered(const ZoneState& state,
+                  const RulesContext& context,
+                  ClientId client,
+                  world::Row avatar,
+                  world::Row row) {
     const world::Entities& e = state.entities;
     if ((*state.settings.types)[e.type[row]].visibility_filter ==
         world::VisibilityFilter::kNothing) {
         return Filtered::kNo;
     }
-    const bool seen = may_know(state, avatar, row);
+    const bool seen = may_know(state, context, avatar, row);
     const FilteredPair* sight = find_filtered_pair(state, client, e.id[row]);
     const bool notified = sight != nullptr && sight->notified;
     if (seen) {
@@ -141,7 +145,9 @@ bool audit_due(const ZoneState& state, const ZoneClient& client) {
     return client.audit_due || (state.now + static_cast<Tick>(client.client.value)) % period == 0;
 }
 
-mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
+mailbox::AuditRecord audit(const ZoneState& state,
+                           const RulesContext& context,
+                           const ZoneClient& client) {
     mailbox::AuditRecord record;
     record.client = client.client;
     record.tick = state.now;
@@ -165,7 +171,7 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
                           inner,
                           outer);
     for (const world::Row row : outer) {
-        const Filtered hidden = filtered(state, client.client, avatar, row);
+        const Filtered hidden = filtered(state, context, client.client, avatar, row);
         if (hidden == Filtered::kYes) {
             continue;  // the client ought not to know of it
         }

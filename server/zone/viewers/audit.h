@@ -14,6 +14,8 @@ void follow_radii(ZoneState& state);
 bool audit_due(const ZoneState& state, const ZoneClient& client);
 
 /// The record for one client at state.now; entities ascend by id.
-mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client);
+mailbox::AuditRecord audit(const ZoneState& state,
+                           const RulesContext& context,
+                           const ZoneClient& client);
 
 }  // namespace zoned::zone

@@ -1,7 +1,5 @@
 #include "server/zone/viewers/visibility_filter.h"
 
-#include "server/zone/zone_context.h"
-
 #include <algorithm>
 #include <array>
 #include <tuple>
@@ -79,7 +77,7 @@ void list_sights(const ZoneState& state,
     sights.seen.assign(now.begin(), now.end());
 }
 
-void ask(ZoneState& state) {
+void ask(ZoneState& state, const RulesContext& context) {
     FilteredVisibility& c = state.filtered;
     const auto again = static_cast<Tick>((state.settings.visibility_filter.stale_ticks + 1) / 2);
     std::vector<DuePair>& due = c.due;
@@ -103,8 +101,8 @@ void ask(ZoneState& state) {
         const world::Row viewer = state.entities.find(state.viewers[d.viewer].avatar);
         const world::Row row = state.entities.find(sight.entity);
         sight.asked = state.now;
-        sight.answer =
-            viewer != world::kNoRow && row != world::kNoRow && may_know(state, viewer, row);
+        sight.answer = viewer != world::kNoRow && row != world::kNoRow &&
+                       may_know(state, context, viewer, row);
     }
     c.checks = static_cast<std::uint32_t>(due.size());
 }
@@ -131,11 +129,10 @@ void align_viewers(FilteredVisibility& c, world::Visibility& notified) {
 /// Whether the entity stays in a viewer's set; not concealed: always.
 class Sieve {
   public:
-    Sieve(const ZoneState& state, ViewerFilter& sights, bool leaks)
+    Sieve(const ZoneState& state, ViewerFilter& sights)
         : state_(&state),
           sights_(&sights),
-          at_(sights.seen.begin()),
-          leaks_(leaks) {}
+          at_(sights.seen.begin()) {}
 
     /// For ascending entities.
     bool passes(EntityId entity) {
@@ -152,14 +149,13 @@ class Sieve {
         }
         at_->notified =
             at_->known >= 0 && state_->now - at_->known <= static_cast<Tick>(s.grace_ticks);
-        return at_->notified || leaks_;
+        return at_->notified;
     }
 
   private:
     const ZoneState* state_;
     ViewerFilter* sights_;
     std::vector<FilteredPair>::iterator at_;
-    bool leaks_;
 };
 
 /// The difference between what the viewer knew and knows now.
@@ -189,7 +185,10 @@ void compare(const std::vector<world::Visible>& before, world::VisibleSet& set) 
 
 }  // namespace
 
-bool may_know(const ZoneState& state, world::Row viewer, world::Row entity) {
+bool may_know(const ZoneState& state,
+              const RulesContext& context,
+              world::Row viewer,
+              world::Row entity) {
     const world::Entities& e = state.entities;
     switch ((*state.settings.types)[e.type[entity]].visibility_filter) {
         case world::VisibilityFilter::kNothing:
@@ -199,8 +198,6 @@ bool may_know(const ZoneState& state, world::Row viewer, world::Row entity) {
         case world::VisibilityFilter::kRules:
             break;
     }
-    // The context is one for reading: rules change nothing when they are asked.
-    const ZoneContext context(const_cast<ZoneState&>(state));
     return state.rules->may_hear(context, e.id[viewer], e.id[entity]);
 }
 
@@ -216,7 +213,7 @@ bool sees_place(const ZoneState& state, world::Row viewer, const Vec3& place) {
         eyes, way / distance, distance - kOnSurface_m, state.entities.id[viewer].value, hit);
 }
 
-std::uint32_t filter_visibility(ZoneState& state) {
+std::uint32_t filter_visibility(ZoneState& state, const RulesContext& context) {
     FilteredVisibility& c = state.filtered;
     align_viewers(c, state.visibility);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
@@ -224,14 +221,12 @@ std::uint32_t filter_visibility(ZoneState& state) {
             list_sights(state, c.heard[i], c.viewers[i], c.listed);
         }
     }
-    ask(state);
+    ask(state, context);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
         world::VisibleSet& notified = state.visibility[i];
         c.before.assign(notified.visible.begin(), notified.visible.end());
         notified.visible.clear();
-        Sieve sieve(state,
-                    c.viewers[i],
-                    state.settings.faults.leak_filtered.hits(notified.client.value, state.now));
+        Sieve sieve(state, c.viewers[i]);
         for (const world::Visible& v : c.heard[i].visible) {
             if (sieve.passes(v.entity)) {
                 notified.visible.push_back(v);

@@ -1,5 +1,5 @@
-// FilteredVisibility: what viewers must not know of although it is within their radii is kept from
-// them.
+// Visibility filter: keeps from viewers what they must not know of although it is within their
+// radii.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -9,7 +9,10 @@ namespace zoned::zone {
 /// Whether a viewer's avatar may know of an entity of a type that conceals itself, by the state of
 /// this moment: line of sight from its eyes (nine tenths of the way to its top) to the entity's
 /// centre or top, past statics and bodies; or by the rules.
-[[nodiscard]] bool may_know(const ZoneState& state, world::Row viewer, world::Row entity);
+[[nodiscard]] bool may_know(const ZoneState& state,
+                            const RulesContext& context,
+                            world::Row viewer,
+                            world::Row entity);
 
 /// Whether nothing stands between the avatar's eyes and a place (zone-local); what the place lies
 /// on, a tenth of a metre around it, does not count.
@@ -20,7 +23,7 @@ namespace zoned::zone {
 /// longest unasked first and no more than the budget; without an answer that counts an entity is
 /// not known. Once known it stays so for the grace. Returns how many pairs it asked about. No
 /// allocation after warm-up.
-std::uint32_t filter_visibility(ZoneState& state);
+std::uint32_t filter_visibility(ZoneState& state, const RulesContext& context);
 
 /// By what was asked: nullptr where the pair is not among those that were.
 [[nodiscard]] const FilteredPair* find_filtered_pair(const ZoneState& state,

@@ -1,4 +1,5 @@
 // Knowledge: what both sides provably share: acknowledged snapshots and what coding them taught.
+// Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
 #include "shared/wire/entropy/acknowledged.h"

@@ -1,4 +1,5 @@
 // Neighbours: what the bodies of a snapshot that are coded already tell about one near them.
+// Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Orientation coder: orientations one after another, each against one that both sides know.
+// Reached by no program yet: recordings of orientations alone will use it.
 #pragma once
 
 #include "shared/wire/entropy/residual_model.h"

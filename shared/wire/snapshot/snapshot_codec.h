@@ -1,5 +1,7 @@
 // Snapshot codec: whole snapshots for one client in few bits, told from what that client has
 // acknowledged alone.
+// Reached by no program yet: recordings, and worlds in which a client hears every state, will use
+// it.
 #pragma once
 
 #include "shared/core/result.h"

@@ -1,4 +1,5 @@
 // Snapshot pass: the one walk over a snapshot's bodies that encoder and decoder share.
+// Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
 #include "shared/wire/entropy/ports.h"

@@ -164,8 +164,8 @@ TEST(AdaptationInZones, GivesTheSameHashForOneAndFourThreads) {
         ASSERT_EQ(one.world().state_hash(), four.world().state_hash()) << "tick " << t;
         differs = differs || one.world().state_hash() != still.world().state_hash();
     }
-    EXPECT_EQ(zone_of(one, 0).ai_update.saved_state().difficulty.level, 2);
-    EXPECT_EQ(zone_of(one, 1).ai_update.saved_state().difficulty.level, 0);
+    EXPECT_EQ(zone_of(one, 0).ai_update.difficulty().level, 2);
+    EXPECT_EQ(zone_of(one, 1).ai_update.difficulty().level, 0);
     EXPECT_TRUE(differs) << "the hash knows of the difficulty";
 }
 

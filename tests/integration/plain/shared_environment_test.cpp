@@ -120,8 +120,9 @@ TEST(SharedEnvironment, IsChangedByRulesAheadOfTimeSoThatAClientThatWasToldCompu
     take(w.tick({Weathered::player()}));
     const auto in_step = [&] {
         const Tick now = w.world->now();
-        return client.clock_at(0, now) == w.world->shared_environment()->clock_at(0, now) &&
-               client.value_at(0, now) == w.world->shared_environment()->value_at(0, now) &&
+        const clock::SharedEnvironment& truth = *w.world->zones()[0]->state().settings.environment;
+        return client.clock_at(0, now) == truth.clock_at(0, now) &&
+               client.value_at(0, now) == truth.value_at(0, now) &&
                client.clock_at(0, now).has_value();
     };
     Tick changed = 0;

@@ -4,6 +4,7 @@
 #include "server/app/world/world.h"
 #include "server/physics/soft/builders.h"
 #include "server/zone/simulation/representation.h"
+#include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"

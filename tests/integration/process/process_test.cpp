@@ -125,15 +125,14 @@ TEST_F(Process, RefusesToReplayOverSurfacesThatChanged) {
     std::filesystem::copy(
         config + "/geometry", folder + "/geometry", std::filesystem::copy_options::recursive);
     const std::string recording = folder + "/run.zrec";
-    auto server =
-        std::make_unique<Child>("zoned",
-                                std::vector<std::string>{"serve",
-                                                         "--config",
-                                                         folder + "/hills.txtpb",
-                                                         "--set",
-                                                         state_set(),
-                                                         "--set",
-                                                         "recording.file=\"" + recording + "\""});
+    auto server = std::make_unique<Child>("zoned",
+                                          std::vector<std::string>{"serve",
+                                                                   "--config",
+                                                                   folder + "/hills.txtpb",
+                                                                   "--set",
+                                                                   state_set(),
+                                                                   "--set",
+                                                                   "recording.file=run.zrec"});
     ASSERT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();
     tcp_port = number_after(server->output(), "tcp=");
     Child client("client-sim", play(4, 2));

@@ -34,7 +34,7 @@ class AdaptationGame : public GameTest {
             }
         });
         EXPECT_TRUE(report.consistent) << reasons(report);
-        level = world->world().zones().front()->state().ai_update.saved_state().difficulty.level;
+        level = world->world().zones().front()->state().ai_update.difficulty().level;
         return log.text();
     }
 

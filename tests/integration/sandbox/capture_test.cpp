@@ -4,6 +4,7 @@
 
 #include "server/interest/interest_rule.h"
 #include "server/zone/viewers/visibility_filter.h"
+#include "server/zone/zone_context.h"
 #include "tests/harness/game_test.h"
 
 #include <map>
@@ -25,7 +26,7 @@ class Truth {
         for (const auto& zone : server.world().zones()) {
             const zone::ZoneState& state = zone->state();
             for (const zone::ZoneClient& client : state.clients) {
-                observe_client(state, client);
+                observe_client(zone->state(), client);
             }
             for (const zone::PendingEvent& pending : state.out.events) {
                 if (pending.audience == zone::Audience::kViewers) {
@@ -90,12 +91,13 @@ class Truth {
         std::set<EntityId> seen;        // of these
     };
 
-    void observe_client(const zone::ZoneState& state, const zone::ZoneClient& client) {
+    void observe_client(zone::ZoneState& state, const zone::ZoneClient& client) {
         Moment& moment = ticks_[{client.client, newest_}];
         moment.zone = state.settings.id;
         avatar_[client.client] = client.avatar;
         const zone::VisibilityFilterSettings& filter = state.settings.visibility_filter;
         past_ = static_cast<Tick>(filter.stale_ticks + filter.grace_ticks);
+        const zone::ZoneContext context(state);
         const world::Row avatar = state.entities.find(client.avatar);
         std::vector<world::Row> inner, outer;
         interest::brute_force(state.entities,
@@ -112,7 +114,7 @@ class Truth {
             const world::EntityType& type = (*state.settings.types)[state.entities.type[row]];
             if (type.visibility_filter != world::VisibilityFilter::kNothing) {
                 moment.filterable.insert(entity);
-                if (zone::may_know(state, avatar, row)) {
+                if (zone::may_know(state, context, avatar, row)) {
                     moment.seen.insert(entity);
                 } else {
                     ++filtered;

@@ -1,5 +1,5 @@
 // The world `circuit`: runners and carriages on tracks across a border, some seen and some not.
-#include "server/ai/steering/splines/spline_following.h"
+#include "server/ai/steering/spline_following.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 

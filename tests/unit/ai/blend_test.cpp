@@ -1,6 +1,6 @@
 // Blends: degrees, directions and speeds of states that are active together, worked out by hand.
 #include "server/ai/agent/hot_reload_migration.h"
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
 #include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
 

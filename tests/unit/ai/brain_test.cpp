@@ -1,7 +1,7 @@
-#include "server/ai/agent/brain.h"
+#include "server/ai/agent/brain/brain.h"
 
-#include "server/ai/decision/decision.h"
-#include "server/ai/decision/explain.h"
+#include "server/ai/agent/decision.h"
+#include "server/ai/explain.h"
 #include "tests/unit/ai/field.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 
 #include "tests/unit/ai/field.h"
 

@@ -2,7 +2,7 @@
 // leaves its cap, and agents go on from one difficulty to the next.
 #include "server/ai/agent/difficulty.h"
 
-#include "server/ai/agent/agent_serialize.h"
+#include "server/ai/serialization/serialize_agents.h"
 #include "tests/unit/ai/field.h"
 #include "shared/core/rng.h"
 

@@ -1,8 +1,8 @@
 // Field: an open plain with agents and players and the simplest movement there is, for tests of AI.
 #pragma once
 
+#include "server/ai/agent/decision.h"
 #include "server/ai/ai_update.h"
-#include "server/ai/decision/decision.h"
 #include "shared/motion/apply_input.h"
 
 #include <cstdint>
@@ -74,17 +74,7 @@ class Field {
             compile(settings, kDt);
         }
         paths.follow_doors(now);
-        AiContext world{entities,
-                        types,
-                        [this]() -> const spatial::PointGrid& { return grid; },
-                        points_of_interest,
-                        statics,
-                        team,
-                        Vec2(1e6F, 1e6F),
-                        now,
-                        kDt};
-        world.paths = paths.empty() ? nullptr : &paths;
-        const AiReport report = steps.run(agents, world, settings);
+        const AiReport report = steps.run(context());
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
@@ -109,6 +99,26 @@ class Field {
         }
         ++now;
         return report;
+    }
+
+    /// What an update of this tick reads and moves.
+    [[nodiscard]] AiContext context() {
+        AiContext ai{agents,
+                     settings,
+                     entities,
+                     types,
+                     points_of_interest,
+                     statics,
+                     team,
+                     Vec2(1e6F, 1e6F),
+                     now,
+                     kDt,
+                     [this]() -> const spatial::PointGrid& {
+                         return grid;
+                     }};
+        ai.paths = paths.empty() ? nullptr : &paths;
+        ai.near = &grid;
+        return ai;
     }
 
     void run(float seconds) {

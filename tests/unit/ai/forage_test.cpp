@@ -1,5 +1,5 @@
 // Ants that nobody sees: they find, mark and bring what they would have brought before our eyes.
-#include "server/ai/agent/agent_serialize.h"
+#include "server/ai/serialization/serialize_agents.h"
 #include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
 

@@ -1,4 +1,3 @@
-#include "server/ai/decision/goap/agenda.h"
 #include "server/ai/decision/goap/goap_planner.h"
 #include "tests/scenario/gunman.h"
 #include "tests/unit/allocation_count.h"
@@ -223,93 +222,6 @@ TEST(GoapPlanner, AllocatesNothing) {
         planner.plan(actions[d], rng.next() & 0xFF, domains[d].goals[0].wants, plan);
     }
     EXPECT_EQ(allocation_count(), before);
-}
-
-// ---------------------------------------------------------------- agenda
-
-class ActionSpec {
-  public:
-    explicit ActionSpec(const Domain& of) : domain(of), actions(of) { aim(agenda, 0); }
-
-    std::string next(FactSet world) {
-        follow(agenda, domain, actions, world, planner);
-        switch (agenda.state) {
-            case AgendaState::kActing:
-                return domain.actions[agenda.plan.action[agenda.step]].name;
-            case AgendaState::kReached:
-                return "reached";
-            case AgendaState::kUnreachable:
-                return "unreachable";
-            case AgendaState::kCutOff:
-                return "cut off";
-        }
-        return "";
-    }
-
-    Domain domain;
-    Actions actions;
-    GoapPlanner planner{1024};
-    Agenda agenda;
-};
-
-TEST(Agenda, DoesOneStepAfterTheOtherWithOnePlan) {
-    const Domain domain = scenario::gunman_domain();
-    ActionSpec current_action(domain);
-    FactSet world = scenario::kGunmanWorld;
-    std::vector<std::string> done;
-    for (std::string name = current_action.next(world); name != "reached";
-         name = current_action.next(world)) {
-        ASSERT_LT(done.size(), 5U);
-        done.push_back(name);
-        for (const Action& action : domain.actions) {
-            world = action.name == name ? after(action, world) : world;
-        }
-    }
-    EXPECT_EQ(done.size(), 4U);
-    EXPECT_EQ(current_action.agenda.plans, 1U);
-}
-
-TEST(Agenda, SkipsWhatHasComeTrueByItself) {
-    ActionSpec current_action(scenario::gunman_domain());
-    current_action.next(scenario::kGunmanWorld);
-    EXPECT_EQ(current_action.next(scenario::kGunmanWorld | fact(scenario::kLinedUp)), "shoot");
-    EXPECT_EQ(current_action.agenda.plans, 1U);
-}
-
-TEST(Agenda, DoesAgainWhatWasUndone) {
-    ActionSpec current_action(scenario::gunman_domain());
-    const FactSet ready =
-        scenario::kGunmanWorld | fact(scenario::kFoeVisible) | fact(scenario::kLoaded);
-    current_action.next(scenario::kGunmanWorld);
-    EXPECT_EQ(current_action.next(ready), "aim");
-    // The foe hides: of the plan "..., aim, shoot" only its beginning can still be done.
-    const std::string name = current_action.next(ready & ~fact(scenario::kFoeVisible));
-    EXPECT_EQ(name, "scout");
-}
-
-TEST(Agenda, PlansAnewWhenWhatItReliesOnBreaks) {
-    Domain domain = scenario::gunman_domain();
-    domain.goals[0].wants.yes = 0;
-    ActionSpec current_action(domain);
-    const FactSet no_bomb = scenario::kGunmanWorld & ~fact(scenario::kHasBomb);
-    EXPECT_THAT(current_action.next(no_bomb), testing::AnyOf("scout", "load"));
-    const std::uint32_t plans = current_action.agenda.plans;
-    // The gun is lost, but a bomb found and the foe in sight.
-    const FactSet disarmed = fact(scenario::kFoeVisible) | fact(scenario::kHasBomb) |
-                             fact(scenario::kFoeAlive) | fact(scenario::kAlive);
-    EXPECT_EQ(current_action.next(disarmed), "approach");
-    EXPECT_EQ(current_action.agenda.plans, plans + 1);
-}
-
-TEST(Agenda, TriesAgainOnlyWhenTheWorldHasChanged) {
-    ActionSpec current_action(scenario::gunman_domain());
-    const FactSet helpless = fact(scenario::kFoeAlive) | fact(scenario::kAlive);
-    EXPECT_EQ(current_action.next(helpless), "unreachable");
-    EXPECT_EQ(current_action.next(helpless), "unreachable");
-    EXPECT_EQ(current_action.agenda.plans, 1U);
-    EXPECT_THAT(current_action.next(helpless | fact(scenario::kHasGun)),
-                testing::AnyOf("scout", "load"));
-    EXPECT_EQ(current_action.agenda.plans, 2U);
 }
 
 // ---------------------------------------------------------------- definitions

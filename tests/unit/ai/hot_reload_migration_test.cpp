@@ -1,7 +1,7 @@
 // HotReloadMigration: what has a name in both brains stays, all else begins anew.
 #include "server/ai/agent/hot_reload_migration.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// AgentStore that walk by meshes and waypoints: over a bridge and under it, and where doors turn.
+// Agents that walk by meshes and waypoints: over a bridge and under it, and where doors turn.
 #include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
 

@@ -1,8 +1,8 @@
 // Who is looked at: suspended agents by the squares that they are in, and what they do next by
 // tick.
-#include "server/ai/offscreen/offscreen_grid.h"
+#include "server/ai/agent/offscreen_grid.h"
 
-#include "server/ai/offscreen/agent_event_queue.h"
+#include "server/ai/agent/agent_event_queue.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// AgentStore that nobody sees: they go from event to event, and come out as if somebody had looked.
+// Agents that nobody sees: they go from event to event, and come out as if somebody had looked.
 #include "server/ai/agent/agent_fields.h"
 #include "tests/unit/ai/field.h"
 

@@ -1,4 +1,4 @@
-// AgentStore that walk along paths: around walls, through doors, and alike whether somebody looks
+// Agents that walk along paths: around walls, through doors, and alike whether somebody looks
 // or not.
 #include "server/ai/steering/path_following.h"
 

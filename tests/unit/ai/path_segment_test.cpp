@@ -1,5 +1,5 @@
 // Legs: where their walkers are, against movement's own function.
-#include "server/ai/steering/path_segment.h"
+#include "server/ai/agent/path_segment.h"
 
 #include "shared/core/rng.h"
 #include "shared/motion/apply_input.h"

@@ -23,7 +23,7 @@ struct Watch {
     Field field;
     Brain brain = single(ActionKind::kIdle);
     Agent agent;
-    physics::Scene scene{physics::AiSettings{}};
+    physics::Scene scene{physics::PhysicsSettings{}};
     bool walls = false;
 
     Watch() {
@@ -57,16 +57,9 @@ struct Watch {
         field.grid.build(field.entities.position, 8.0F);
         const physics::Query query = scene.query();
         const CompiledBrain compiled = compile(brain, kDt);
-        const Percept percept = perceive({field.entities,
-                                          field.types,
-                                          field.grid,
-                                          walls ? &query : nullptr,
-                                          field.now,
-                                          kDt,
-                                          150.0F},
-                                         field.entities.find(EntityId(1)),
-                                         agent,
-                                         compiled);
+        AiContext ai = field.context();
+        ai.query = walls ? &query : nullptr;
+        const Percept percept = perceive(ai, field.entities.find(EntityId(1)), agent, compiled);
         take_notice(agent, percept, compiled, field.now);
         return percept;
     }

@@ -1,4 +1,4 @@
-// AgentStore that look for others and that nobody sees: they sleep until they may meet somebody,
+// Agents that look for others and that nobody sees: they sleep until they may meet somebody,
 // and live as if they had never slept.
 #include "server/ai/offscreen/proximity_schedule.h"
 
@@ -122,16 +122,7 @@ class Town {
         const world::Row row = field.entities.find(EntityId(id));
         Agent& agent = *field.agents.find(EntityId(id));
         if (agent.tier == Tier::kSuspended) {
-            resume(agent,
-                   field.settings.compiled[agent.brain],
-                   {field.entities,
-                    field.types,
-                    field.grid,
-                    field.points_of_interest,
-                    field.statics,
-                    field.now,
-                    kDt},
-                   row);
+            resume(agent, field.settings.compiled[agent.brain], field.context(), row);
             field.agents.resume(EntityId(id));
         }
         field.entities.position[row] = to;
@@ -271,7 +262,7 @@ motion::StaticGeometry gated() {
     return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-/// Somebody of whom a zone knows points_of_interest alone: of another zone, or without an agent.
+/// Somebody of whom a zone knows points of interest alone: of another zone, or without an agent.
 void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
     world::Entities& e = town.field.entities;
     world::Row row = e.find(EntityId(id));
@@ -339,8 +330,7 @@ void look_too_late(Town& town) {
             agent.next_proximity_check = std::max(agent.next_proximity_check, town.field.now + 150);
         }
     }
-    town.field.steps.remember(
-        town.field.steps.memory(), {}, town.field.agents, town.field.settings);
+    town.field.steps.load(town.field.steps.save(), {}, town.field.agents, town.field.settings);
 }
 
 TEST(ProximitySchedule, AreMissedWhereTheBoundIsTooLate) {
@@ -466,17 +456,19 @@ TEST(ProximitySchedule, LetChasesBeginAtTheSameTickAndBeAsMany) {
 }
 
 TEST(ProximitySchedule, KeepThoseActiveWhoCouldBePerceivedBeyondTheBorder) {
-    const Town town(true);
-    PerceptionRanges reaches;
-    ASSERT_TRUE(reaches.set(town.field.settings.compiled, {}, town.field.types));
-    EXPECT_FALSE(reaches.set(town.field.settings.compiled, {}, town.field.types)) << "as before";
+    Town town(true);
     ProximitySchedule proximity_schedule;
+    PerceptionRanges& ranges = proximity_schedule.ranges();
+    ASSERT_TRUE(ranges.set(town.field.settings.compiled, {}, town.field.types));
+    EXPECT_FALSE(ranges.set(town.field.settings.compiled, {}, town.field.types)) << "as before";
     const auto apart = [&](float at_m) {
         std::vector<Slot> near;
-        const ProximitySchedule::Scene scene{
-            town.field.agents, reaches, Vec2(102.0F, 102.0F), 2.0F, 100, kDt};
+        AiContext ai = town.field.context();
+        ai.half_size = Vec2(102.0F, 102.0F);
+        ai.shared_m = 2.0F;
+        ai.now = 100;
         const ProximitySchedule::Body body{{kGuard, kWatch}, EntityId(1), Vec2(at_m, 0.0F), 4.0F};
-        return proximity_schedule.apart(body, scene, near);
+        return proximity_schedule.apart(body, ai, near);
     };
     // 98 m is where others may live, 25 m how far it sees, 2.1 m what bodies may be off: it walks
     // 0.133 m a tick, and two ticks are for caution.
@@ -539,8 +531,7 @@ TEST(ProximitySchedule, GoOnBitForBitWhereSuspendedOnesAreReadAgain) {
     for (std::size_t n = 0; n < town.field.agents.size(); ++n) {
         other.field.agents.add(town.field.agents.at(town.field.agents.nth(n)));
     }
-    other.field.steps.remember(
-        town.field.steps.memory(), {}, other.field.agents, other.field.settings);
+    other.field.steps.load(town.field.steps.save(), {}, other.field.agents, other.field.settings);
     for (int tick = 0; tick < 3000; ++tick) {
         town.step();
         other.step();

@@ -1,8 +1,8 @@
 // Paths written down and read again beside agents: all goes on bit for bit; bytes that are none are
 // refused.
-#include "server/ai/agent/serialize_paths.h"
+#include "server/ai/serialization/serialize_paths.h"
 
-#include "server/ai/agent/agent_serialize.h"
+#include "server/ai/serialization/serialize_agents.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
-// AgentStore that follow tracks: seen or not, they are where their timetables say.
-#include "server/ai/steering/splines/spline_following.h"
+// Agents that follow tracks: seen or not, they are where their timetables say.
+#include "server/ai/steering/spline_following.h"
 
-#include "server/ai/agent/agent_serialize.h"
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
+#include "server/ai/serialization/serialize_agents.h"
 #include "tests/unit/ai/field.h"
 
 #include <gmock/gmock.h>

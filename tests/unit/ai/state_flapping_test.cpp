@@ -1,6 +1,6 @@
 // StateFlapping in a running zone: who goes to and fro is found with both transitions, whatever its
 // index.
-#include "server/ai/decision/explain.h"
+#include "server/ai/explain.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>

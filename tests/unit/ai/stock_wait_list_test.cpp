@@ -1,6 +1,6 @@
-// AgentStore that nobody sees wait for stock instead of looking at it: what they do, have and leave
+// Agents that nobody sees wait for stock instead of looking at it: what they do, have and leave
 // in stock is the same to the last bit as if they had looked at each of their decisions.
-#include "server/ai/agent/agent_serialize.h"
+#include "server/ai/serialization/serialize_agents.h"
 #include "server/compute/worker_pool.h"
 #include "tests/unit/ai/field.h"
 
@@ -58,7 +58,7 @@ class MachineMaker {
         for (std::uint16_t s = 0; s < 4; ++s) {
             BrainState& state = m.states[s];
             state.name = "state" + std::to_string(s);
-            // Some walk to and fro meanwhile, out of the points_of_interest and back.
+            // Some walk to and fro meanwhile, out of the points of interest and back.
             state.action = rng_.below(3) == 0 ? ActionKind::kWander : ActionKind::kIdle;
             state.radius_m = 6.0F;
             state.speed_factor = 0.5F;

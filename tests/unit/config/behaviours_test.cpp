@@ -2,7 +2,7 @@
 // say, and each mistake is found at its line and column.
 #include "server/config/npc/behaviours.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "server/config/npc/parameters.h"
 #include "tests/unit/config/config_helpers.h"
 

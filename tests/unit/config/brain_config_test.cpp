@@ -1,8 +1,8 @@
-// AgentStore in a config: brains within brains and fuzzy senses run as written, and each
+// Agents in a config: brains within brains and fuzzy senses run as written, and each
 // mistake is found at its line and column.
 #include "server/config/npc/brain_config.h"
 
-#include "server/ai/decision/decision.h"
+#include "server/ai/agent/decision.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <algorithm>

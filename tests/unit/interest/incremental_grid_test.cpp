@@ -1,13 +1,11 @@
 #include "server/interest/incremental_grid.h"
 
 #include "server/interest/interest_rule.h"
-#include "server/interest/pair_matcher.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace zoned::interest {
 namespace {
@@ -82,43 +80,6 @@ TEST(IncrementalGrid, FindsWhatAllPairsFindWhilePointsComeGoAndMove) {
         }
     }
     EXPECT_LT(rebuilt, 200);
-}
-
-TEST(PairMatcher, FindsThePairsThatAllPairsFind) {
-    world::TypeTable types(2);
-    types[0].aura_m.fill(30.0F);
-    types[0].nimbus_m.fill(45.0F);
-    types[1].aura_m = {60, 0, 20, 60};
-    core::Rng rng(8);
-    PairMatcher matcher;
-    Pairs found;
-    for (int round = 0; round < 20; ++round) {
-        world::Entities e;
-        std::vector<world::Viewer> viewers;
-        for (std::uint32_t id = 1; id <= 300; ++id) {
-            const world::Row row = e.add(EntityId(id), static_cast<TypeIndex>(rng.below(2)));
-            e.position[row] = Vec3(rng.range(-80, 80), 0, rng.range(-80, 80));
-            e.stance[row] = static_cast<std::uint8_t>(rng.below(4));
-            e.set(row, world::kHidden, rng.below(10) == 0);
-            if (id % 9 == 0) {
-                viewers.push_back({ClientId(id), EntityId(id + (id % 2) * 1000)});
-            }
-        }
-        e.position[7].x() = std::numeric_limits<float>::infinity();
-        matcher.step(e, types, viewers, found);
-        std::size_t pairs = 0;
-        for (std::size_t i = 0; i < viewers.size(); ++i) {
-            std::vector<world::Row> inner, outer;
-            brute_force(e, types, viewers[i], InterestSettings{}, inner, outer);
-            std::vector<world::Row> rows(found.rows.begin() + found.first[i],
-                                         found.rows.begin() + found.first[i] + found.count[i]);
-            std::sort(rows.begin(), rows.end());
-            ASSERT_EQ(rows, inner) << "viewer " << i;
-            pairs += inner.size();
-        }
-        EXPECT_EQ(found.size, pairs);
-        EXPECT_GT(pairs, 50U);
-    }
 }
 
 }  // namespace

@@ -159,12 +159,12 @@ TEST(Address, KnowsItsFamilyLoopbackAndText) {
     ASSERT_TRUE(v4);
     EXPECT_TRUE(v4->is_v4());
     EXPECT_TRUE(v4->is_loopback());
-    EXPECT_EQ(v4->text(), "127.9.0.1:80");
+    EXPECT_EQ(text_of(*v4), "127.9.0.1:80");
     const auto v6 = parse_address("::1", 80);
     ASSERT_TRUE(v6);
     EXPECT_FALSE(v6->is_v4());
     EXPECT_TRUE(v6->is_loopback());
-    EXPECT_EQ(v6->text(), "[::1]:80");
+    EXPECT_EQ(text_of(*v6), "[::1]:80");
     EXPECT_FALSE(parse_address("2001:db8::1", 1)->is_loopback());
     EXPECT_FALSE(parse_address("10.0.0.1", 1)->is_loopback());
     EXPECT_FALSE(parse_address("localhost", 1));

@@ -1,5 +1,6 @@
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
 
+#include "server/ai/pathfinding/flow_fields/next_hops.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/pathfinding/grid_reference.h"
 #include "shared/core/rng.h"

@@ -1,6 +1,6 @@
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
 
-#include "server/ai/navigation/grid_text.h"
+#include "tests/scenario/grid_text.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/pathfinding/grid_reference.h"
 #include "shared/core/rng.h"
@@ -12,6 +12,8 @@
 #include <sstream>
 
 namespace zoned::ai::pathfinding {
+
+using namespace scenario;
 
 namespace {
 

@@ -1,8 +1,10 @@
-#include "server/ai/navigation/grid_text.h"
+#include "tests/scenario/grid_text.h"
 
 #include <gmock/gmock.h>
 
 namespace zoned::ai::pathfinding {
+
+using namespace scenario;
 
 namespace {
 
@@ -54,7 +56,8 @@ TEST(GridText, RefusesMalformedMapsWithLineAndReason) {
 
 TEST(GridText, RefusesMapsWhoseWaysMayBeTooLong) {
     std::string text = "type octile\nheight 2000\nwidth 1501\nmap\n";
-    const std::string row = std::string(1501, '.') + "\n";
+    std::string row(1501, '.');
+    row += '\n';
     for (int y = 0; y < 2000; ++y) {
         text += row;
     }

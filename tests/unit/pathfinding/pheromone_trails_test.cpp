@@ -1,10 +1,12 @@
-#include "server/ai/pathfinding/pheromones/foraging.h"
+#include "tests/scenario/ant_colony.h"
 
 #include <gmock/gmock.h>
 
 #include <string_view>
 
 namespace zoned::ai::pathfinding {
+
+using namespace scenario;
 
 namespace {
 
@@ -47,7 +49,7 @@ struct Passages {
     [[nodiscard]] double short_share() const { return over_short / (over_short + over_long); }
 };
 
-Passages walk(Foraging& colony, const GridMap& map, int ticks) {
+Passages walk(AntColony& colony, const GridMap& map, int ticks) {
     Passages seen;
     for (int t = 0; t < ticks; ++t) {
         colony.step();
@@ -59,24 +61,24 @@ Passages walk(Foraging& colony, const GridMap& map, int ticks) {
     return seen;
 }
 
-class ForagingOnABridge : public testing::TestWithParam<std::uint64_t> {
+class AntColonyOnABridge : public testing::TestWithParam<std::uint64_t> {
   protected:
-    ForagingOnABridge() {
+    AntColonyOnABridge() {
         colony.set_food(kMeal, true);
         colony.add_walkers(60);
     }
 
-    ForagingSettings with_seed() const {
-        ForagingSettings s;
+    AntColonySettings with_seed() const {
+        AntColonySettings s;
         s.seed = GetParam();
         return s;
     }
 
     GridMap map = bridge();
-    Foraging colony{map, kNest, with_seed()};
+    AntColony colony{map, kNest, with_seed()};
 };
 
-TEST_P(ForagingOnABridge, MostTakeTheShortWayAndSomeExplore) {
+TEST_P(AntColonyOnABridge, MostTakeTheShortWayAndSomeExplore) {
     walk(colony, map, 4000);
     const std::uint64_t before = colony.delivered();
     const Passages seen = walk(colony, map, 4000);
@@ -87,7 +89,7 @@ TEST_P(ForagingOnABridge, MostTakeTheShortWayAndSomeExplore) {
     EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.4 * best);
 }
 
-TEST_P(ForagingOnABridge, AWayThatBecomesWorseIsAbandoned) {
+TEST_P(AntColonyOnABridge, AWayThatBecomesWorseIsAbandoned) {
     walk(colony, map, 4000);
     // Mud: 13 cells that take eight times as long make the short path the longer one (111 ticks
     // against 32 or more).
@@ -101,7 +103,7 @@ TEST_P(ForagingOnABridge, AWayThatBecomesWorseIsAbandoned) {
     EXPECT_LT(crossings / (crossings + seen.over_long), 0.3);
 }
 
-TEST_P(ForagingOnABridge, AWayThatIsClosedIsReplaced) {
+TEST_P(AntColonyOnABridge, AWayThatIsClosedIsReplaced) {
     walk(colony, map, 4000);
     map.set_passable(kShortMiddle, false);
     walk(colony, map, 5000);
@@ -111,25 +113,25 @@ TEST_P(ForagingOnABridge, AWayThatIsClosedIsReplaced) {
     EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.3 * 60.0 * 4000.0 / 64.0);
 }
 
-TEST_P(ForagingOnABridge, ScentIsForgottenWhereNobodyWalks) {
+TEST_P(AntColonyOnABridge, ScentIsForgottenWhereNobodyWalks) {
     walk(colony, map, 3000);
-    ASSERT_GT(colony.scent(Foraging::kFood, map.place(kShortMiddle)), 0.0F);
+    ASSERT_GT(colony.scent(AntColony::kFood, map.place(kShortMiddle)), 0.0F);
     colony.set_food(kMeal, false);
     // Those who carry deliver; then 0.998^t falls below what is smelt, 1e-4, within 4,600 ticks.
     walk(colony, map, 8000);
-    EXPECT_EQ(colony.scent(Foraging::kFood, map.place(kShortMiddle)), 0.0F);
+    EXPECT_EQ(colony.scent(AntColony::kFood, map.place(kShortMiddle)), 0.0F);
     const std::uint64_t before = colony.delivered();
     walk(colony, map, 500);
     EXPECT_EQ(colony.delivered(), before);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, ForagingOnABridge, testing::Values(1, 2, 3, 4, 5));
+INSTANTIATE_TEST_SUITE_P(Seeds, AntColonyOnABridge, testing::Values(1, 2, 3, 4, 5));
 
-TEST(Foraging, IsTheSameForTheSameSeed) {
+TEST(AntColony, IsTheSameForTheSameSeed) {
     const GridMap map = bridge();
-    Foraging one(map, kNest, {});
-    Foraging two(map, kNest, {});
-    for (Foraging* colony : {&one, &two}) {
+    AntColony one(map, kNest, {});
+    AntColony two(map, kNest, {});
+    for (AntColony* colony : {&one, &two}) {
         colony->set_food(kMeal, true);
         colony->add_walkers(20);
         walk(*colony, map, 1000);

@@ -1,4 +1,4 @@
-#include "server/ai/pathfinding/hierarchy/zone_portals.h"
+#include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include "tests/unit/pathfinding/grid_reference.h"
 #include "shared/core/rng.h"

@@ -1,7 +1,7 @@
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/compound.h"
 
 #include "server/physics/scene/scene.h"
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "server/physics/shapes/mass_properties.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"

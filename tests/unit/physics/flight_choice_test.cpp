@@ -1,8 +1,8 @@
 // Choices: the cheapest that keeps a budget, for anything and for free flight.
 #include "server/physics/method_selection/flight_choice.h"
 
+#include "server/physics/integrator/stability.h"
 #include "server/physics/method_selection/cost_table.h"
-#include "server/physics/validate.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "tests/unit/physics/hulls.h"
 
 #include <gtest/gtest.h>

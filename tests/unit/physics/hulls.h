@@ -1,7 +1,7 @@
 // Hulls and point clouds for the tests of the physics.
 #pragma once
 
-#include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/convex/hull.h"
 #include "shared/core/rng.h"
 
 #include <vector>

@@ -1,4 +1,4 @@
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/inertia.h"
 
 #include <gtest/gtest.h>
 

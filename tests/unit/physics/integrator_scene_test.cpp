@@ -1,6 +1,6 @@
 // Integrators in a scene: projectiles end where the chosen method's theory says, contacts stay.
+#include "server/physics/integrator/stability.h"
 #include "server/physics/scene/scene.h"
-#include "server/physics/validate.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/physics_test.h"
 

@@ -1,7 +1,7 @@
 // What tests of joints share: bodies, joints and sums over them, in few words.
 #pragma once
 
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // Materials, filters and sensors.
 #include "server/physics/shapes/material.h"
 
-#include "server/physics/shapes/compound.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/compound/compound.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"

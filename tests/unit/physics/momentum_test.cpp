@@ -1,6 +1,6 @@
 // Conservation laws: what free bodies must keep whatever happens between them.
 #include "server/physics/scene/scene.h"
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 

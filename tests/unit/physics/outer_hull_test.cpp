@@ -1,7 +1,7 @@
 // A compound as one hull, and bodies that change their shape where they are.
-#include "server/physics/shapes/outer_hull.h"
+#include "server/physics/shapes/compound/outer_hull.h"
 
-#include "server/physics/shapes/bounds.h"
+#include "server/physics/shapes/compound/bounds.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>

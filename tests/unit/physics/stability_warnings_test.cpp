@@ -2,7 +2,6 @@
 // happens.
 #include "server/physics/scene/stability_warnings.h"
 
-#include "server/physics/validate.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>

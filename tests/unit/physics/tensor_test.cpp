@@ -1,8 +1,8 @@
 // Inertia tensors given by the caller: what is refused, and how bodies turn that are not aligned.
 #include "server/physics/scene/scene.h"
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/compound/body_checks.h"
+#include "server/physics/shapes/compound/inertia.h"
 #include "server/physics/shapes/mass_properties.h"
-#include "server/physics/validate.h"
 #include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "server/compute/worker_pool.h"
 #include "server/physics/scene/scene.h"
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/compound.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/physics_test.h"

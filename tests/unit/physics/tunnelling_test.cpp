@@ -1,6 +1,6 @@
 // Passage: no centre goes through static geometry within a step, however a body turns as it hits.
 #include "server/physics/scene/scene.h"
-#include "server/physics/validate.h"
+#include "server/physics/shapes/ranges.h"
 #include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 

@@ -121,7 +121,7 @@ TEST_F(Unacknowledged, SaysFromWhenOnItRemembers) {
 }
 
 TEST_F(Unacknowledged, UpdatesAreSentOnceByAServerThatNeverSendsAgain) {
-    settings.never_again = true;
+    settings.resend = false;
     replicator = std::make_unique<Replicator>(settings);
     ClientTransfer transfer;
     transfer.client = kClient;

@@ -19,7 +19,7 @@
 namespace zoned::session {
 
 struct SentDatagram {
-    PeerAddress to;
+    mailbox::Address to;
     Bytes bytes;
 };
 
@@ -35,8 +35,8 @@ inline wire::SealKey test_key(std::uint64_t stream, std::uint8_t direction) {
     return key;
 }
 
-inline PeerAddress test_address(std::uint16_t port) {
-    PeerAddress address;
+inline mailbox::Address test_address(std::uint16_t port) {
+    mailbox::Address address;
     address.ip[15] = 1;
     address.port = port;
     return address;
@@ -63,7 +63,7 @@ class TestHost {
                                  frames[s].push_back(std::move(m));
                              },
                              [this](StreamId s) { ok = ok && closed.insert(s).second; },
-                             [this](const PeerAddress& to, Bytes d) {
+                             [this](const mailbox::Address& to, Bytes d) {
                                  datagrams.push_back({to, d});
                                  host.recycle(std::move(d));
                              },

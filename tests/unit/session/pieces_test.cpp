@@ -4,6 +4,7 @@
 #include "server/session/login/secrets.h"
 #include "server/session/login/ticket.h"
 #include "server/session/token_bucket.h"
+#include "shared/core/hex.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -137,7 +138,7 @@ TEST(Names, AcceptsCleanUtf8Only) {
 
 TEST(Secrets, ReadsBackTheHexFormOfAKey) {
     const KeyPair pair = generate_key_pair();
-    const auto back = parse_key_hex(" " + to_hex(pair.public_key) + "\n");
+    const auto back = parse_key_hex(" " + core::to_hex(pair.public_key) + "\n");
     ASSERT_TRUE(back);
     EXPECT_EQ(*back, pair.public_key);
     EXPECT_FALSE(parse_key_hex(""));
@@ -149,7 +150,7 @@ TEST(Secrets, DerivesThePublicKeyOfTheFirstVectorOfRfc8032) {
     const auto secret =
         parse_key_hex("9d61b19deffd5a60ba844af492ec2cc44449c5697b326919703bac031cae7f60");
     ASSERT_TRUE(secret);
-    EXPECT_EQ(to_hex(public_key_of(*secret)),
+    EXPECT_EQ(core::to_hex(public_key_of(*secret)),
               "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a");
 }
 

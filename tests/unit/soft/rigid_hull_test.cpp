@@ -1,5 +1,5 @@
 // The rigid hull of a soft body: mass, motion and place are those of the nodes, down and up again.
-#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/compound/compound.h"
 #include "tests/unit/soft/soft_test.h"
 
 namespace zoned::physics::soft {

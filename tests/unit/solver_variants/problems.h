@@ -1,8 +1,8 @@
 // Small systems of rows, as scenes give them.
 #pragma once
 
-#include "server/physics/solver_variants/residual.h"
-#include "server/physics/solver_variants/solvers.h"
+#include "server/physics/solver_variants/row_solvers/row_solvers.h"
+#include "server/physics/solver_variants/rows/residual.h"
 #include "tests/unit/solver_variants/variant_scene.h"
 
 #include <numbers>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/physics/scene/scene.h"
-#include "server/physics/solver_variants/row_system.h"
+#include "server/physics/solver_variants/rows/row_system.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Scenes of crowds, and looks at them from outside: overlaps, walls that were crossed.
 #pragma once
 
-#include "server/ai/steering/avoidance/orca_avoidance.h"
+#include "server/ai/crowd/orca_avoidance.h"
 #include "shared/core/rng.h"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include "server/ai/pathfinding/flow_fields/density.h"
 
+#include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/pathfinding/flow_fields/crowd_flow_field.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/pathfinding/grid_reference.h"
 #include "tests/unit/steering/crowd_scene.h"

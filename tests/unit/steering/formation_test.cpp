@@ -1,7 +1,7 @@
-#include "server/ai/steering/formation/formation.h"
+#include "server/ai/crowd/formation.h"
 
+#include "server/ai/crowd/orca_avoidance.h"
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
-#include "server/ai/steering/avoidance/orca_avoidance.h"
 #include "shared/core/rng.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ double cost_of(std::span<const double> cost,
     return sum;
 }
 
-/// The least cost by all paths to give slots to rows (rows <= slots).
+/// The least cost by all ways to give slots to rows (rows <= slots).
 double least_by_all(std::span<const double> cost, std::size_t rows, std::size_t slots) {
     std::vector<std::size_t> order(slots);
     std::iota(order.begin(), order.end(), 0U);

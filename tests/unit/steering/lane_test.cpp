@@ -1,6 +1,6 @@
-#include "server/ai/steering/splines/lane.h"
+#include "server/ai/splines/lane.h"
 
-#include "server/ai/steering/splines/spline_network.h"
+#include "server/ai/splines/spline_network.h"
 
 #include <gmock/gmock.h>
 

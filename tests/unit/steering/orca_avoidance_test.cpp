@@ -1,4 +1,4 @@
-#include "server/ai/steering/avoidance/orca_avoidance.h"
+#include "server/ai/crowd/orca_avoidance.h"
 
 #include "server/compute/worker_pool.h"
 #include "tests/unit/allocation_count.h"

@@ -1,4 +1,4 @@
-#include "server/ai/steering/avoidance/orca_lines.h"
+#include "server/ai/crowd/orca_lines.h"
 
 #include "shared/core/rng.h"
 

@@ -1,7 +1,7 @@
-#include "server/ai/steering/splines/spline.h"
+#include "server/ai/splines/spline.h"
 
-#include "server/ai/steering/splines/lane_change.h"
-#include "server/ai/steering/splines/racing_line.h"
+#include "server/ai/splines/lane_change.h"
+#include "server/ai/splines/racing_line.h"
 #include "shared/core/rng.h"
 
 #include <gmock/gmock.h>

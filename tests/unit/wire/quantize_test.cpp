@@ -30,7 +30,6 @@ double angle_of(const Quat& a, const Quat& b) {
 TEST(Quantize, SurvivesTheRoundTripOnIntegersForRandomStates) {
     core::Rng rng(1);
     for (const Quantization& q : quantizations()) {
-        ASSERT_TRUE(check(q).ok()) << check(q).error();
         for (int i = 0; i < 200'000; ++i) {
             const bool upright = (i & 1) != 0;
             const QuantizedState s = random_quantized(rng, upright, q);
@@ -222,26 +221,6 @@ TEST(Quantize, AgreesWithCommandsAboutWhichWayAYawTurns) {
         s.orientation = Quat(Eigen::AngleAxisf(static_cast<float>(angle), Vec3::UnitY()));
         EXPECT_EQ(quantize(s, PredictorOrder::kStatic, true, false, 0, q).orientation[0], yaw);
     }
-}
-
-TEST(CheckQuantization, RefusesWhatWouldNotSurviveTheRoundTrip) {
-    EXPECT_TRUE(check(Quantization{}).ok());
-    const auto refused = [](auto change) {
-        Quantization q;
-        change(q);
-        return !check(q).ok();
-    };
-    const float nan = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_TRUE(refused([](Quantization& q) { q.position_step_m = 0.0F; }));
-    EXPECT_TRUE(refused([nan](Quantization& q) { q.position_step_m = nan; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.position_step_m = 1e-4F; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.velocity_step_mps = 2.0F; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.acceleration_step_mps2 = 1e-5F; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.angular_velocity_step_rps = -1.0F; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.orientation_bits = 4; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.yaw_bits = 17; }));
-    EXPECT_TRUE(refused([nan](Quantization& q) { q.horizontal_extent_m = nan; }));
-    EXPECT_TRUE(refused([](Quantization& q) { q.max_speed_mps = 0.0F; }));
 }
 
 TEST(RateSteps, TakeNoMoreThanAQuarterOfTheBoundOverTheHorizon) {

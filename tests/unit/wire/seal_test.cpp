@@ -1,5 +1,6 @@
 #include "shared/wire/seal.h"
 
+#include "shared/core/hex.h"
 #include "shared/core/rng.h"
 #include "shared/wire/packet.h"
 
@@ -36,14 +37,6 @@ void counted_free(void* p, const char*, int) {
 
 const bool g_counting =
     CRYPTO_set_mem_functions(counted_malloc, counted_realloc, counted_free) == 1;
-
-Bytes from_hex(const std::string& hex) {
-    Bytes out;
-    for (std::size_t i = 0; i + 1 < hex.size(); i += 2) {
-        out.push_back(static_cast<std::uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
-    }
-    return out;
-}
 
 SealKey sample_key() {
     SealKey key;
@@ -87,12 +80,12 @@ std::vector<Vector> read_vectors() {
             }
         }
         out.push_back({w[0],
-                       from_hex(w[1]),
-                       from_hex(w[2]),
-                       from_hex(w[3]),
-                       from_hex(w[4]),
-                       from_hex(w[5]),
-                       from_hex(w[6])});
+                       *core::from_hex(w[1]),
+                       *core::from_hex(w[2]),
+                       *core::from_hex(w[3]),
+                       *core::from_hex(w[4]),
+                       *core::from_hex(w[5]),
+                       *core::from_hex(w[6])});
     }
     return out;
 }

@@ -1,5 +1,5 @@
-// CodedTurn: what machines written as code, as a switch or as a class per state, say their
-// conditions through, so that holding and entering mean the same as in tables.
+// CodedTurn: conditions of state machines that are written as code, with the meaning of tables.
+// Reached by no program yet: rules in C++ will use it.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"
@@ -92,7 +92,7 @@ class CodedState {
     virtual void decide(CodedTurn& turn, const SenseColumns& senses) const = 0;
 };
 
-/// AgentStore that are looked at together.
+/// Agents that are looked at together.
 inline constexpr std::size_t kCodedBlock = 256;
 
 /// The agents of a block, those in the same state side by side: a jump to the code of a state is

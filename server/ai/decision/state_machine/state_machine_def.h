@@ -2,7 +2,7 @@
 // wrong with one.
 #pragma once
 
-#include "server/ai/perception/senses.h"
+#include "server/ai/decision/senses.h"
 
 #include <cstdint>
 #include <string>

@@ -10,7 +10,7 @@ namespace zoned::ai::state_machine {
 
 namespace {
 
-/// AgentStore that are looked at together: their times in state are written down first, as one more
+/// Agents that are looked at together: their times in state are written down first, as one more
 /// column.
 constexpr std::size_t kBlock = 256;
 

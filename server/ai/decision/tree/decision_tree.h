@@ -2,7 +2,7 @@
 // branch that depends on an answer.
 #pragma once
 
-#include "server/ai/perception/senses.h"
+#include "server/ai/decision/senses.h"
 
 #include <cstdint>
 #include <span>

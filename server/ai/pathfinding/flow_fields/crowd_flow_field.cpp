@@ -42,11 +42,6 @@ Hop back(Hop hop) {
 
 }  // namespace
 
-void CrowdFlowField::push(const ReachedCell& reached) {
-    open_.push_back(reached);
-    std::push_heap(open_.begin(), open_.end());
-}
-
 void CrowdFlowField::begin_build(const GridMap& map, Cell goal) {
     ZONED_ASSERT(map.contains(goal), "a goal off the map");
     stride_ = map.stride();
@@ -59,7 +54,7 @@ void CrowdFlowField::begin_build(const GridMap& map, Cell goal) {
     if (map.passable(goal_)) {
         cost_[goal_] = 0;
         hop_[goal_] = kArrived;
-        push({0, goal_});
+        open_.push({0, goal_});
     }
 }
 
@@ -74,23 +69,21 @@ bool CrowdFlowField::spread(const GridMap& map,
                             std::span<const Crowding> crowding,
                             std::size_t most) {
     for (std::size_t settled = 0; !open_.empty();) {
-        std::pop_heap(open_.begin(), open_.end());
-        const ReachedCell at = open_.back();
-        open_.pop_back();
-        if (cost_[at.place] != at.cost) {
+        const ReachedCell at = open_.pop();
+        if (cost_[at.node] != at.key) {
             continue;
         }
         ++work_;
         for (Hop hop = 0; hop < kHops; ++hop) {
-            if (!open_step(map, at.place, hop)) {
+            if (!open_step(map, at.node, hop)) {
                 continue;
             }
-            const Place to = beside(at.place, hop, stride_);
-            const Cost cost = at.cost + step_cost(crowding, at.place, to, hop);
+            const Place to = beside(at.node, hop, stride_);
+            const Cost cost = at.key + step_cost(crowding, at.node, to, hop);
             if (cost < cost_[to]) {
                 cost_[to] = cost;
                 hop_[to] = back(hop);
-                push({cost, to});
+                open_.push({cost, to});
             }
         }
         if (++settled >= most) {
@@ -124,7 +117,7 @@ void CrowdFlowField::find_again(const GridMap& map, std::span<const Crowding> cr
         }
     }
     if (cost_[p] != kNoPath) {
-        push({cost_[p], p});
+        open_.push({cost_[p], p});
     }
 }
 
@@ -198,8 +191,7 @@ void CrowdFlowField::update(const GridMap& map,
 }
 
 std::size_t CrowdFlowField::bytes() const {
-    return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
-           open_.capacity() * sizeof(ReachedCell) +
+    return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) + open_.bytes() +
            (changed_.capacity() + forgotten_.capacity()) * sizeof(Place);
 }
 

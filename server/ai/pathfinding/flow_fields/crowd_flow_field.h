@@ -4,6 +4,7 @@
 #include "server/ai/pathfinding/flow_fields/density.h"
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
 #include "server/ai/pathfinding/grid/grid_map.h"
+#include "server/ai/pathfinding/grid/search_heap.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -54,16 +55,10 @@ class CrowdFlowField {
 
   private:
     struct ReachedCell {
-        Cost cost;
-        Place place;
-
-        /// The least on top of a heap; ties by place.
-        friend bool operator<(const ReachedCell& a, const ReachedCell& b) {
-            return a.cost != b.cost ? a.cost > b.cost : a.place > b.place;
-        }
+        Cost key;
+        Place node;
     };
 
-    void push(const ReachedCell& reached);
     /// What is left to do, in order.
     enum class RepairPhase : std::uint8_t {
         kForget,     ///< what led through what has changed
@@ -80,7 +75,7 @@ class CrowdFlowField {
 
     std::vector<Cost> cost_;
     std::vector<Hop> hop_;
-    std::vector<ReachedCell> open_;
+    SearchHeap<ReachedCell> open_;
     std::vector<Place> changed_;
     std::vector<Place> forgotten_;
     RepairPhase phase_ = RepairPhase::kSpread;

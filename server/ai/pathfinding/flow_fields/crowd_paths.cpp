@@ -1,7 +1,7 @@
 #include "server/ai/pathfinding/flow_fields/crowd_paths.h"
 
 #include "server/ai/pathfinding/grid/line_of_sight.h"
-#include "server/ai/pathfinding/requests/work_units.h"
+#include "server/ai/pathfinding/grid/work_units.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>

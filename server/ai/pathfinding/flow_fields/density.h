@@ -1,9 +1,9 @@
 // Density: how crowded the cells of a map are, as what it costs to walk there.
 #pragma once
 
+#include "server/ai/crowd/crowd_agents.h"
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
 #include "server/ai/pathfinding/grid/grid_map.h"
-#include "server/ai/steering/avoidance/crowd_agents.h"
 
 #include <algorithm>
 #include <cstdint>

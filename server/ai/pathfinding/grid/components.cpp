@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <numeric>
 
 namespace zoned::ai::pathfinding {
 
@@ -10,28 +9,6 @@ namespace {
 
 constexpr std::uint32_t kSquareSide = 64;
 static_assert(kSquareSide == 64, "a row of a square is a word of the map's bits");
-
-/// `parent(i)` is a reference to what i hangs on, no later than itself; a root on itself.
-template <class Parent>
-std::uint32_t root_of(const Parent& parent, std::uint32_t at) {
-    while (parent(at) != at) {
-        parent(at) = parent(parent(at));
-        at = parent(at);
-    }
-    return at;
-}
-
-/// The earlier root becomes that of both.
-template <class Parent>
-void join_roots(const Parent& parent, std::uint32_t a, std::uint32_t b) {
-    a = root_of(parent, a);
-    b = root_of(parent, b);
-    if (a < b) {
-        parent(b) = parent(a);
-    } else {
-        parent(a) = parent(b);
-    }
-}
 
 }  // namespace
 
@@ -132,9 +109,7 @@ void Components::find_runs(const GridMap& map, std::uint32_t square) {
     const std::uint32_t end = std::min(top + kSquareSide, rows_);
     const std::uint64_t* word = map.row_bits().data() + top * across_ + square % across_;
     runs_.clear();
-    const auto parent = [this](std::uint32_t i) -> std::uint16_t& {
-        return runs_[i].parent;
-    };
+    joined_runs_.reset(0);
     std::size_t above = 0;
     for (std::uint32_t y = top; y < end; ++y, word += across_) {
         const std::size_t first = runs_.size();
@@ -142,12 +117,13 @@ void Components::find_runs(const GridMap& map, std::uint32_t square) {
             // All up to the first gap: adding the lowest bit carries over the run.
             const std::uint64_t run = rest & ~(rest + (rest & -rest));
             rest &= ~run;
-            const auto number = static_cast<std::uint16_t>(runs_.size());
-            runs_.push_back({run, static_cast<std::uint16_t>(y), number, 0});
+            const auto number = static_cast<std::uint32_t>(runs_.size());
+            runs_.push_back({run, static_cast<std::uint16_t>(y), 0});
+            joined_runs_.grow(runs_.size());
             // Runs of a row ascend: those above that end before this one are done with.
             for (std::size_t j = above; j < first; ++j) {
                 if ((runs_[j].cells & run) != 0) {
-                    join_roots(parent, static_cast<std::uint32_t>(j), number);
+                    joined_runs_.join(static_cast<std::uint32_t>(j), number);
                 } else if (runs_[j].cells > run) {
                     break;
                 }
@@ -170,9 +146,9 @@ void Components::label_square(const GridMap& map, std::uint32_t square) {
     }
     std::uint32_t count = 0;
     for (Run& run : runs_) {
-        // Parents come first: theirs is final.
-        Run& parent = runs_[run.parent];
-        run.region = &parent == &run ? static_cast<std::uint16_t>(count++) : parent.region;
+        // Roots come first: theirs is final.
+        const Run& root = runs_[joined_runs_.root(static_cast<std::uint32_t>(&run - runs_.data()))];
+        run.region = &root == &run ? static_cast<std::uint16_t>(count++) : root.region;
         const auto begin = static_cast<std::uint32_t>(std::countr_zero(run.cells));
         std::fill_n(label_.begin() + run.row * stride_ + left + begin,
                     std::popcount(run.cells),
@@ -212,18 +188,15 @@ void Components::join_regions() {
     for (const std::uint32_t count : regions_) {
         first_region_.push_back(first_region_.back() + count);
     }
-    root_.resize(first_region_.back());
-    std::iota(root_.begin(), root_.end(), 0U);
-    const auto parent = [this](std::uint32_t i) -> std::uint32_t& {
-        return root_[i];
-    };
+    joined_regions_.reset(first_region_.back());
     for (const auto& links : links_) {
         for (const auto& [a, b] : links) {
-            join_roots(parent, region(a), region(b));
+            joined_regions_.join(region(a), region(b));
         }
     }
-    for (std::uint32_t& root : root_) {
-        root = root_[root];
+    root_.clear();
+    for (std::uint32_t r = 0; r < first_region_.back(); ++r) {
+        root_.push_back(joined_regions_.root(r));
     }
 }
 
@@ -231,7 +204,8 @@ std::size_t Components::bytes() const {
     std::size_t bytes =
         (label_.capacity() + regions_.capacity() + first_region_.capacity() + root_.capacity()) *
             sizeof(std::uint32_t) +
-        stale_.capacity() + runs_.capacity() * sizeof(Run);
+        stale_.capacity() + runs_.capacity() * sizeof(Run) + joined_runs_.bytes() +
+        joined_regions_.bytes();
     for (const auto& links : links_) {
         bytes += sizeof(links) + links.capacity() * sizeof(links[0]);
     }

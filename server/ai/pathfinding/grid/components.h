@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
+#include "shared/core/union_find.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -57,7 +58,6 @@ class Components {
     struct Run {
         std::uint64_t cells;
         std::uint16_t row;
-        std::uint16_t parent;  ///< a run joined with this one, no later; itself at a root
         std::uint16_t region;
     };
 
@@ -82,6 +82,8 @@ class Components {
     /// By square: regions that touch across its right side and its lower side.
     std::vector<std::vector<std::pair<Label, Label>>> links_;
     std::vector<Run> runs_;
+    core::UnionFind joined_runs_;
+    core::UnionFind joined_regions_;
     std::vector<std::uint8_t> stale_;  // by square, during an update
     std::vector<std::uint32_t> stale_squares_;
     std::vector<std::pair<Place, std::uint32_t>> beside_;  // what was opened, what it touched

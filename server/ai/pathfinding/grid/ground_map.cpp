@@ -1,13 +1,13 @@
 #include "server/ai/pathfinding/grid/ground_map.h"
 
 #include "server/ai/pathfinding/grid/box_column.h"
+#include "shared/core/union_find.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 
 namespace zoned::ai::pathfinding {
@@ -233,14 +233,6 @@ class Bakery {
                                                limits_.radius * (1.0F - up) <= limits_.step_up);
     }
 
-    std::uint32_t root(std::uint32_t floor) {
-        while (parent_[floor] != floor) {
-            parent_[floor] = parent_[parent_[floor]];
-            floor = parent_[floor];
-        }
-        return floor;
-    }
-
     /// Calls `visit(c, to, ahead)` for each pair of cells of the map that touch.
     template <class Visit>
     void for_each_pair(const Visit& visit) {
@@ -262,8 +254,7 @@ class Bakery {
     /// Which floors of neighbours are a step apart, and which reach each other by steps.
     void join_floors() {
         steps_.assign(floors_.size(), 0);
-        parent_.resize(floors_.size());
-        std::iota(parent_.begin(), parent_.end(), 0U);
+        joined_.reset(floors_.size());
         for_each_pair([this](Cell c, Cell to, unsigned ahead) {
             const Place p = out_.cells.place(c);
             const Place q = out_.cells.place(to);
@@ -272,9 +263,7 @@ class Bakery {
                     const bool up = floors_[b] > floors_[a];
                     if (up ? steps(c, to, a, b) : steps(to, c, b, a)) {
                         steps_[a] |= step_bit(ahead, b - first_[q]);
-                        const std::uint32_t i = root(a);
-                        const std::uint32_t j = root(b);
-                        parent_[std::max(i, j)] = std::min(i, j);
+                        joined_.join(a, b);
                     }
                 }
             }
@@ -288,7 +277,7 @@ class Bakery {
     void choose_floors() {
         std::vector<std::uint32_t> cells(floors_.size(), 0);
         for (std::uint32_t f = 0; f < floors_.size(); ++f) {
-            ++cells[root(f)];
+            ++cells[joined_.root(f)];
         }
         const auto main = static_cast<std::uint32_t>(std::max_element(cells.begin(), cells.end()) -
                                                      cells.begin());
@@ -297,8 +286,8 @@ class Bakery {
         chosen_.assign(out_.cells.places(), kNoFloor);
         for (Place p = 0; p < out_.cells.places(); ++p) {
             for (std::uint32_t f = first_[p]; f < first_[p + 1]; ++f) {
-                const bool best = root(f) == main;
-                if (best || (chosen_[p] == kNoFloor && cells[root(f)] >= fewest)) {
+                const bool best = joined_.root(f) == main;
+                if (best || (chosen_[p] == kNoFloor && cells[joined_.root(f)] >= fewest)) {
                     chosen_[p] = f;
                 }
             }
@@ -376,11 +365,11 @@ class Bakery {
     motion::Capsule capsule_;
     float half_height_;
     float slope_rise_ = 0.0F;
-    std::vector<Near> near_;            // by place
-    std::vector<std::uint32_t> first_;  // floor, by place and one more
-    std::vector<float> floors_;         // m, of each cell from the lowest
-    std::vector<std::uint16_t> steps_;  // by floor: neighbours' floors a step ahead, as bits
-    std::vector<std::uint32_t> parent_;
+    std::vector<Near> near_;             // by place
+    std::vector<std::uint32_t> first_;   // floor, by place and one more
+    std::vector<float> floors_;          // m, of each cell from the lowest
+    std::vector<std::uint16_t> steps_;   // by floor: neighbours' floors a step ahead, as bits
+    core::UnionFind joined_;             // floors that reach each other
     std::vector<std::uint32_t> chosen_;  // floor, by place
     std::vector<float> tops_;
 };

@@ -1,4 +1,5 @@
-// Searches over the cells of a map: A* and weighted A*, jump points.
+// Searches over the cells of a map: A* and weighted A*, jump points. Plain and weighted A* are
+// reached by no program yet: a setting that chooses the planner of the grid will use them.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"

@@ -1,7 +1,6 @@
 #include "server/ai/pathfinding/hierarchy/graph_connectivity.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace zoned::ai::pathfinding {
 
@@ -37,7 +36,7 @@ void GraphConnectivity::add(std::uint32_t cluster, std::uint32_t block) {
         block_.resize(cluster + std::size_t{1}, kNone);
         within_.resize(block_.size());
         region_.resize(block_.size());
-        parent_.resize(block_.size());
+        joined_.grow(block_.size());
     }
     block_[cluster] = block;
     within_[cluster] = static_cast<std::uint32_t>(blocks_[block].clusters.size());
@@ -58,12 +57,12 @@ void GraphConnectivity::remove(std::uint32_t cluster) {
 void GraphConnectivity::number_regions(NodeBlock& block) {
     block.regions = 0;
     for (const std::uint32_t c : block.clusters) {
-        if (parent_[c] == c) {
+        if (joined_.root(c) == c) {
             region_[c] = block.regions++;
         }
     }
     for (const std::uint32_t c : block.clusters) {
-        region_[c] = region_[root_of(parent_, c)];
+        region_[c] = region_[joined_.root(c)];
     }
 }
 
@@ -87,24 +86,24 @@ void GraphConnectivity::join_regions() {
         first_.push_back(regions);
         regions += b.regions;
     }
-    root_.resize(regions);
-    std::iota(root_.begin(), root_.end(), 0U);
+    joined_regions_.reset(regions);
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         for (const BlockLink& link : blocks_[b].links) {
-            join(root_, first_[b] + link.region, first_[link.block] + link.other);
+            joined_regions_.join(first_[b] + link.region, first_[link.block] + link.other);
         }
     }
-    // Roots come first: theirs is final.
-    for (std::uint32_t& root : root_) {
-        root = root_[root];
+    root_.clear();
+    for (std::uint32_t region = 0; region < regions; ++region) {
+        root_.push_back(joined_regions_.root(region));
     }
 }
 
 std::size_t GraphConnectivity::bytes() const {
     std::size_t bytes =
-        (block_.capacity() + within_.capacity() + region_.capacity() + parent_.capacity() +
-         first_.capacity() + root_.capacity() + stale_.capacity() + noted_.capacity()) *
-        sizeof(std::uint32_t);
+        (block_.capacity() + within_.capacity() + region_.capacity() + first_.capacity() +
+         root_.capacity() + stale_.capacity() + noted_.capacity()) *
+            sizeof(std::uint32_t) +
+        joined_.bytes() + joined_regions_.bytes();
     for (const NodeBlock& b : blocks_) {
         bytes += sizeof(NodeBlock) + b.clusters.capacity() * sizeof(std::uint32_t) +
                  b.links.capacity() * sizeof(BlockLink);

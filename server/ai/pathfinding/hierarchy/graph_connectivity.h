@@ -1,6 +1,8 @@
 // GraphConnectivity: which clusters of nodes links join, kept up to date as some of them change.
 #pragma once
 
+#include "shared/core/union_find.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -65,26 +67,12 @@ class GraphConnectivity {
     void keep_links(NodeBlock& block);
     void join_regions();
 
-    /// `parent[i]` is what i hangs on; a root on itself.
-    static std::uint32_t root_of(std::span<std::uint32_t> parent, std::uint32_t at) {
-        while (parent[at] != at) {
-            parent[at] = parent[parent[at]];
-            at = parent[at];
-        }
-        return at;
-    }
-
-    static void join(std::span<std::uint32_t> parent, std::uint32_t a, std::uint32_t b) {
-        a = root_of(parent, a);
-        b = root_of(parent, b);
-        parent[a < b ? b : a] = a < b ? a : b;
-    }
-
     std::vector<NodeBlock> blocks_;
     std::vector<std::uint32_t> block_;   // by cluster
     std::vector<std::uint32_t> within_;  // its place in its block
     std::vector<std::uint32_t> region_;  // number in its block
-    std::vector<std::uint32_t> parent_;  // by cluster, while a block is looked at
+    core::UnionFind joined_;             // clusters, while a block is looked at
+    core::UnionFind joined_regions_;     // of all blocks
     std::vector<std::uint32_t> first_;   // by block: the number of its first region
     std::vector<std::uint32_t> root_;    // by region of all
     std::vector<std::uint32_t> stale_;   // blocks, during a change
@@ -95,12 +83,12 @@ template <class Out, class In>
 void GraphConnectivity::renew(const Out& out, const In& in) {
     for (const std::uint32_t b : stale_) {
         for (const std::uint32_t c : blocks_[b].clusters) {
-            parent_[c] = c;
+            joined_.part(c);
         }
         for (const std::uint32_t c : blocks_[b].clusters) {
             for (const std::uint32_t other : out(c)) {
                 if (block_[other] == b) {
-                    join(parent_, c, other);
+                    joined_.join(c, other);
                 }
             }
         }

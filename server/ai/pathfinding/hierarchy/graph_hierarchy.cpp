@@ -9,10 +9,6 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-constexpr auto farther = [](const auto& a, const auto& b) {
-    return a.cost > b.cost || (a.cost == b.cost && a.name > b.name);
-};
-
 /// Whether one gets along a link.
 bool leads(const NodeGraph& graph, std::uint32_t link) {
     return graph.linked[link] != 0 && graph.open[graph.to[link]] != 0;
@@ -302,20 +298,17 @@ bool GraphHierarchy::prepare(std::uint32_t goal) {
         if (cost < cost_[c]) {
             cost_[c] = cost;
             table[c] = static_cast<std::uint16_t>(next);
-            open_.push_back({cost, name_of(c), c});
-            std::push_heap(open_.begin(), open_.end(), farther);
+            open_.push({cost, name_of(c), c});
         }
     };
     reach(last, 0.0F, last);
     while (!open_.empty()) {
-        std::pop_heap(open_.begin(), open_.end(), farther);
-        const OpenGroup at = open_.back();
-        open_.pop_back();
-        if (at.cost > cost_[at.cluster]) {
+        const OpenGroup at = open_.pop();
+        if (at.key > cost_[at.cluster]) {
             continue;
         }
         for (const std::uint32_t from : beside_.of(in_[at.cluster])) {
-            reach(from, at.cost + (middle_[from] - middle_[at.cluster]).norm(), at.cluster);
+            reach(from, at.key + (middle_[from] - middle_[at.cluster]).norm(), at.cluster);
         }
     }
     return true;
@@ -419,7 +412,7 @@ std::size_t GraphHierarchy::bytes() const {
         strays_.capacity() * sizeof(Stray) + middle_.capacity() * sizeof(Vec3) +
         (in_.capacity() + out_.capacity()) * sizeof(Beside) + beside_.bytes() +
         touched_.capacity() * sizeof(touched_[0]) + cost_.capacity() * sizeof(float) +
-        open_.capacity() * sizeof(OpenGroup) + parts_.bytes() + is_one_way_.capacity() +
+        open_.bytes() + parts_.bytes() + is_one_way_.capacity() +
         tables_.capacity() * sizeof(Table);
     for (const Table& t : tables_) {
         bytes += t.capacity() * sizeof(std::uint16_t);

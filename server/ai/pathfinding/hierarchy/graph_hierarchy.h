@@ -1,8 +1,9 @@
 // GraphHierarchy: nodes of a graph in small groups, and which group next from anywhere to anywhere.
 #pragma once
 
+#include "server/ai/pathfinding/grid/corner_pool.h"
+#include "server/ai/pathfinding/grid/search_heap.h"
 #include "server/ai/pathfinding/hierarchy/graph_connectivity.h"
-#include "server/ai/pathfinding/requests/corner_pool.h"
 #include "shared/math/types.h"
 
 #include <array>
@@ -89,8 +90,8 @@ class GraphHierarchy {
     static constexpr std::uint16_t kNowhere = 0xFFFF;
 
     struct OpenGroup {
-        float cost;
-        std::uint32_t name;
+        float key;           ///< cost
+        std::uint32_t node;  ///< its name
         std::uint32_t cluster;
     };
 
@@ -179,7 +180,7 @@ class GraphHierarchy {
     std::vector<std::uint32_t> loose_;  // nodes, during a change
     std::vector<std::uint32_t> links_;
     std::vector<float> cost_;
-    std::vector<OpenGroup> open_;
+    SearchHeap<OpenGroup> open_;
     std::vector<std::uint8_t> flooded_;
     std::vector<std::uint32_t> queue_;
 };

@@ -1,4 +1,4 @@
-// RegionNextHop: which way first, from anywhere to anywhere, by two look-ups.
+// RegionNextHop: the next hop from anywhere to anywhere, by two look-ups.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"

@@ -49,10 +49,6 @@ std::array<Vec3, 2> edge_of(const Navmesh& mesh, const Navmesh::Polygon& polygon
             mesh.vertices()[polygon.corners[static_cast<std::size_t>(next)]]};
 }
 
-constexpr auto later_on_mesh = [](const auto& a, const auto& b) {
-    return a.estimate > b.estimate || (a.estimate == b.estimate && a.polygon > b.polygon);
-};
-
 }  // namespace
 
 Navmesh Navmesh::of(std::vector<Vec3> vertices, std::vector<Polygon> polygons) {
@@ -138,7 +134,7 @@ Vec3 Navmesh::nearest_on(std::uint32_t number, const Vec3& place) const {
 
 void Navmesh::index_polygons() {
     if (vertices_.empty()) {
-        first_.assign(2, 0);
+        listed_.build(1, 0, [](std::uint32_t, const auto&) {});
         return;
     }
     float max_x = vertices_.front().x();
@@ -156,38 +152,29 @@ void Navmesh::index_polygons() {
     };
     across_ = cells(max_x - min_x_);
     down_ = cells(max_z - min_z_);
-    const auto visit = [this](auto&& take) {
-        for (std::uint32_t p = 0; p < polygons_.size(); ++p) {
-            int left = across_;
-            int right = 0;
-            int top = down_;
-            int bottom = 0;
-            for (int i = 0; i < polygons_[p].size; ++i) {
-                const Vec3& v = vertices_[polygons_[p].corners[static_cast<std::size_t>(i)]];
-                const int x =
-                    std::min(static_cast<int>((v.x() - min_x_) / kIndexCell_m), across_ - 1);
-                const int z =
-                    std::min(static_cast<int>((v.z() - min_z_) / kIndexCell_m), down_ - 1);
-                left = std::min(left, x);
-                right = std::max(right, x);
-                top = std::min(top, z);
-                bottom = std::max(bottom, z);
-            }
-            for (int z = top; z <= bottom; ++z) {
-                for (int x = left; x <= right; ++x) {
-                    take(static_cast<std::size_t>(z * across_ + x), p);
-                }
+    const auto cells_of = [this](std::uint32_t p, const auto& take) {
+        int left = across_;
+        int right = 0;
+        int top = down_;
+        int bottom = 0;
+        for (int i = 0; i < polygons_[p].size; ++i) {
+            const Vec3& v = vertices_[polygons_[p].corners[static_cast<std::size_t>(i)]];
+            const int x = std::min(static_cast<int>((v.x() - min_x_) / kIndexCell_m), across_ - 1);
+            const int z = std::min(static_cast<int>((v.z() - min_z_) / kIndexCell_m), down_ - 1);
+            left = std::min(left, x);
+            right = std::max(right, x);
+            top = std::min(top, z);
+            bottom = std::max(bottom, z);
+        }
+        for (int z = top; z <= bottom; ++z) {
+            for (int x = left; x <= right; ++x) {
+                take(static_cast<std::size_t>(z * across_ + x));
             }
         }
     };
-    first_.assign(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_) + 1, 0);
-    visit([this](std::size_t cell, std::uint32_t) { ++first_[cell + 1]; });
-    for (std::size_t c = 1; c < first_.size(); ++c) {
-        first_[c] += first_[c - 1];
-    }
-    listed_.resize(first_.back());
-    std::vector<std::uint32_t> fill(first_.begin(), first_.end() - 1);
-    visit([&](std::size_t cell, std::uint32_t p) { listed_[fill[cell]++] = p; });
+    listed_.build(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_),
+                  static_cast<std::uint32_t>(polygons_.size()),
+                  cells_of);
 }
 
 bool Navmesh::over(std::uint32_t number, const Vec3& place, float& height) const {
@@ -269,9 +256,9 @@ std::uint32_t Navmesh::nearest(const Vec3& place, float reach_m, float height_m,
         for (int z = top; z <= bottom; ++z) {
             for (int x = left; x <= right; ++x) {
                 const auto at = static_cast<std::size_t>(z * across_ + x);
-                for (std::uint32_t i = first_[at]; i < first_[at + 1]; ++i) {
-                    if (passable(listed_[i])) {
-                        take(listed_[i]);
+                for (const std::uint32_t p : listed_.of(at)) {
+                    if (passable(p)) {
+                        take(p);
                     }
                 }
             }
@@ -299,8 +286,7 @@ std::size_t Navmesh::bytes() const {
     return vertices_.capacity() * sizeof(Vec3) + polygons_.capacity() * sizeof(Polygon) +
            relief_.capacity() * sizeof(relief_[0]) +
            relief_first_.capacity() * sizeof(std::uint32_t) + passable_.capacity() +
-           gates_.capacity() * sizeof(Gate) +
-           (first_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
+           gates_.capacity() * sizeof(Gate) + listed_.bytes();
 }
 
 NavmeshSearch::NavmeshAnswer NavmeshSearch::plan(const Navmesh& mesh,
@@ -357,7 +343,7 @@ float NavmeshSearch::length() const {
 }
 
 std::size_t NavmeshSearch::bytes() const {
-    return known_.capacity() * sizeof(KnownPolygon) + open_.capacity() * sizeof(OpenPolygon) +
+    return known_.capacity() * sizeof(KnownPolygon) + open_.bytes() +
            (corridor_.capacity() + passed_.capacity()) * sizeof(std::uint32_t) +
            gates_.capacity() * sizeof(std::array<Vec3, 2>) + corners_.capacity() * sizeof(Vec3);
 }
@@ -372,8 +358,7 @@ void NavmeshSearch::reach(std::uint32_t polygon,
         return;
     }
     k = {cost, from, search_, entry};
-    open_.push_back({cost + (to - entry).norm(), cost, polygon});
-    std::push_heap(open_.begin(), open_.end(), later_on_mesh);
+    open_.push({cost + (to - entry).norm(), polygon, cost});
 }
 
 bool NavmeshSearch::find(const Navmesh& mesh,
@@ -390,17 +375,15 @@ bool NavmeshSearch::find(const Navmesh& mesh,
     open_.clear();
     reach(first, 0.0F, first, from, to);
     while (!open_.empty()) {
-        std::pop_heap(open_.begin(), open_.end(), later_on_mesh);
-        const OpenPolygon at = open_.back();
-        open_.pop_back();
-        if (at.cost > known_[at.polygon].cost) {
+        const OpenPolygon at = open_.pop();
+        if (at.cost > known_[at.node].cost) {
             continue;
         }
         if (answer.work++ == max_work) {
             answer.outcome = PathOutcome::kCutOff;
             return false;
         }
-        if (at.polygon == last) {
+        if (at.node == last) {
             corridor_.assign(1, last);
             for (std::uint32_t p = last; p != first; p = known_[p].from) {
                 corridor_.push_back(known_[p].from);
@@ -408,14 +391,14 @@ bool NavmeshSearch::find(const Navmesh& mesh,
             std::reverse(corridor_.begin(), corridor_.end());
             return true;
         }
-        const Navmesh::Polygon& polygon = mesh.polygons()[at.polygon];
-        const Vec3 entry = known_[at.polygon].entry;
+        const Navmesh::Polygon& polygon = mesh.polygons()[at.node];
+        const Vec3 entry = known_[at.node].entry;
         for (int e = 0; e < polygon.size; ++e) {
             const std::uint32_t next = polygon.neighbours[static_cast<std::size_t>(e)];
             if (next != Navmesh::kNone && mesh.passable(next)) {
                 const std::array<Vec3, 2> edge = edge_of(mesh, polygon, e);
                 const Vec3 middle = 0.5F * (edge[0] + edge[1]);
-                reach(next, at.cost + (middle - entry).norm(), at.polygon, middle, to);
+                reach(next, at.cost + (middle - entry).norm(), at.node, middle, to);
             }
         }
     }

@@ -3,6 +3,8 @@
 
 #include "server/ai/pathfinding/grid/grid_query.h"
 #include "server/ai/pathfinding/grid/ground_grid.h"
+#include "server/ai/pathfinding/grid/search_heap.h"
+#include "server/spatial/cell_lists.h"
 #include "shared/core/result.h"
 #include "shared/motion/apply_input.h"
 
@@ -144,8 +146,7 @@ class Navmesh {
     float min_z_ = 0.0F;
     int across_ = 1;
     int down_ = 1;
-    std::vector<std::uint32_t> first_;  // by cell, and one more
-    std::vector<std::uint32_t> listed_;
+    spatial::CellLists listed_;
 };
 
 template <class Visit>
@@ -225,9 +226,9 @@ class NavmeshSearch {
     };
 
     struct OpenPolygon {
-        float estimate;
+        float key;           ///< estimate of the whole path
+        std::uint32_t node;  ///< polygon
         float cost;
-        std::uint32_t polygon;
     };
 
     bool find(const Navmesh& mesh,
@@ -247,7 +248,7 @@ class NavmeshSearch {
     [[nodiscard]] float length() const;
 
     std::vector<KnownPolygon> known_;
-    std::vector<OpenPolygon> open_;
+    SearchHeap<OpenPolygon> open_;
     std::uint32_t search_ = 0;
     std::vector<std::uint32_t> corridor_;
     std::vector<std::array<Vec3, 2>> gates_;  // left and right ends of the edges passed through

@@ -1,4 +1,5 @@
-// Walk floors: on which floors of which columns of a world a character can walk, by Recast's rules.
+// Navmesh layers: on which floors of which columns of a world a character can walk, by Recast's
+// rules.
 #pragma once
 
 #include "server/ai/pathfinding/grid/ground_grid.h"

@@ -1,11 +1,12 @@
 #include "server/ai/pathfinding/requests/grid_path_requests.h"
 
 #include "server/ai/pathfinding/grid/line_of_sight.h"
-#include "server/ai/pathfinding/requests/work_units.h"
+#include "server/ai/pathfinding/grid/work_units.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace zoned::ai::pathfinding {
@@ -336,6 +337,43 @@ Spot GridPathRequests::first_segment(const RequestSlot& slot, Spot at) const {
         return ++cells < kSegmentCells;
     });
     return ahead == from ? at : grid_.centre(ahead);
+}
+
+bool GridPathRequests::straight(Spot from, float /*from_y*/, Spot to, float /*to_y*/) const {
+    const GridMap& map = planner_.map();
+    if (!grid_.contains(from) || !grid_.contains(to) || !map.passable(grid_.cell(from)) ||
+        !map.passable(grid_.cell(to))) {
+        return false;
+    }
+    std::uint32_t looked = 0;
+    return sees(map, grid_.cell(from), grid_.cell(to), looked);
+}
+
+MapExit GridPathRequests::straight_exit(Spot from, float /*from_y*/, Spot to) {
+    const GridMap& map = planner_.map();
+    const int right = grid_.width() - 1;
+    const int bottom = grid_.height() - 1;
+    const Spot first = grid_.centre({0, 0});
+    const Spot last =
+        grid_.centre({static_cast<std::uint16_t>(right), static_cast<std::uint16_t>(bottom)});
+    Spot best{std::clamp(to.x, first.x, last.x), std::clamp(to.z, first.z, last.z)};
+    float least = std::numeric_limits<float>::infinity();
+    const auto consider = [&](int x, int y) {
+        const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+        const Spot at = grid_.centre(c);
+        const float sum = distance(from, at) + distance(at, to);
+        if (sum < least && map.passable(c) && reaches(from, c)) {
+            least = sum;
+            best = at;
+        }
+    };
+    for (int y = 0; y <= bottom && (to.x < first.x || to.x > last.x); ++y) {
+        consider(to.x < first.x ? 0 : right, y);
+    }
+    for (int x = 0; x <= right && (to.z < first.z || to.z > last.z); ++x) {
+        consider(x, to.z < first.z ? 0 : bottom);
+    }
+    return {best};
 }
 
 std::size_t GridPathRequests::bytes() const {

@@ -1,11 +1,11 @@
-// GridPathRequests: paths for anybody in a zone, asked for at any time, worked out over ticks.
+// GridPathRequests: path requests over the cells of a zone's ground, worked out over ticks.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_paths.h"
+#include "server/ai/pathfinding/grid/corner_pool.h"
 #include "server/ai/pathfinding/grid/ground_map.h"
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
 #include "server/ai/pathfinding/hierarchy/region_next_hop.h"
-#include "server/ai/pathfinding/requests/corner_pool.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
 #include "server/ai/pathfinding/requests/request_turns.h"
 
@@ -35,21 +35,58 @@ struct GridPathSettings {
     std::optional<pathfinding::CrowdPathSettings> crowding{};  ///< none: crowds are no matter
 };
 
-/// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
-/// timed. Nothing is allocated once as many have asked, and for goals as far spread, as ever will.
-class GridPathRequests {
+/// A map by itself, which has no doors and no zones around it; see GridPaths.
+class GridPathRequests : public PathProvider {
   public:
     /// Prepares the map's index. `most_open`: GridPlanner::know_most_open(); may be null.
     explicit GridPathRequests(GroundMap map,
                               const GridPathSettings& settings = {},
                               const GridMap* most_open = nullptr);
 
-    /// Puts a request in its asker's queue. Off the map, and where nothing passable is near, it is
-    /// answered at once.
-    PathRequestId ask(const PathRequest& ask);
+    PathRequestId ask(const PathRequest& ask) final;
+    void release(PathRequestId ticket) final;
 
-    /// The ticket is of no use from now on, its path gone.
-    void release(PathRequestId ticket);
+    void turn_doors(std::span<const std::uint8_t> /*shut*/) override { change({}); }
+
+    [[nodiscard]] bool knows(PathRequestId ticket) const final {
+        return ticket.slot < slots_.size() && slots_[ticket.slot].round == ticket.round &&
+               slots_[ticket.slot].taken;
+    }
+
+    void serve() final;
+    [[nodiscard]] PathResult answer(PathRequestId ticket) const final;
+
+    /// As long as the path is not there, it leads from region to region.
+    Spot heading(PathRequestId ticket, Spot at, float near_m) final;
+
+    void see(PathRequestId ticket, Spot at, float /*at_y*/) final { slots_[ticket.slot].at = at; }
+
+    [[nodiscard]] std::span<const std::uint32_t> answered() const final { return told_; }
+
+    [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
+
+    [[nodiscard]] bool counts_bodies() const final { return crowd_ != nullptr && crowd_->looks(); }
+
+    void count_bodies(std::span<const float> x, std::span<const float> z) final {
+        crowd_->look(x, z);
+    }
+
+    /// Who waits again gets another path only if that pays from where it is then.
+    std::span<const std::uint32_t> review_crowds() final;
+    [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const final;
+
+    [[nodiscard]] bool contains(Spot place) const final { return grid_.contains(place); }
+
+    /// Of the cells that can be reached along the sides of the map that the place lies beyond, the
+    /// one by which two straight lines lead there soonest.
+    MapExit straight_exit(Spot from, float from_y, Spot to) final;
+
+    [[nodiscard]] SavedPaths save() const final;
+    std::string load(const SavedPaths& memory) final;
+
+    [[nodiscard]] const PathCounts& counts() const final { return counts_; }
+
+    [[nodiscard]] std::size_t bytes() const override;
 
     /// Changes cells of the map. From now on all answers are those of the changed map. Paths that
     /// are cut, as far as their askers still have to go, are looked for anew (they wait again);
@@ -59,50 +96,8 @@ class GridPathRequests {
     /// index is renewed over the next ticks, and where to walk meanwhile in the next serve().
     void change(std::span<const CellChange> changes);
 
-    /// Whether bodies are to be counted in this tick, before serve().
-    [[nodiscard]] bool counts_bodies() const { return crowd_ != nullptr && crowd_->looks(); }
-
-    /// All bodies, x and z, m.
-    void count_bodies(std::span<const float> x, std::span<const float> z) { crowd_->look(x, z); }
-
-    /// Once per tick, before asks: where crowds have changed, some paths after the others are
-    /// compared with the best ones; whoever may gain by another waits again, and follows its path
-    /// until then. It gets another only if that pays from where it is then.
-    void review_crowds();
-
-    /// PathRequestId::slot of those, of the last review_crowds().
-    [[nodiscard]] std::span<const std::uint32_t> doubted() const { return doubted_; }
-
     /// Whether the index is that of the map as it is.
     [[nodiscard]] bool indexed() const { return indexed_; }
-
-    /// Once per tick: answers requests as far as the tick's work goes.
-    void serve();
-
-    /// Of a ticket that was not released.
-    [[nodiscard]] PathResult answer(PathRequestId ticket) const;
-
-    /// Where to walk from `at`: from corner to corner once the path is there (it remembers how far
-    /// the asker has come; a corner counts within `near_m`), from area to area until then. The goal
-    /// at its end; `at` itself where there is no path. Different tickets may ask at the same time.
-    Spot heading(PathRequestId ticket, Spot at, float near_m);
-
-    /// PathRequestId::slot of the requests that were answered by the last serve(), and of those
-    /// before it since the one before, in the order of the answers. Some may be released by now.
-    [[nodiscard]] std::span<const std::uint32_t> answered() const { return told_; }
-
-    /// The same of those whose paths the last change() has cut, or may have made longer than need
-    /// be: they wait again, or are answered that there is no path.
-    [[nodiscard]] std::span<const std::uint32_t> requeued() const { return requeued_; }
-
-    /// The asker is here now: who waits is told a path from where it was seen last.
-    void see(PathRequestId ticket, Spot at) { slots_[ticket.slot].at = at; }
-
-    /// Whether a ticket names a request.
-    [[nodiscard]] bool knows(PathRequestId ticket) const {
-        return ticket.slot < slots_.size() && slots_[ticket.slot].round == ticket.round &&
-               slots_[ticket.slot].taken;
-    }
 
     [[nodiscard]] const GroundGrid& grid() const { return grid_; }
 
@@ -117,14 +112,6 @@ class GridPathRequests {
     std::optional<float> length(Spot from, Cell to);
 
     [[nodiscard]] const RegionNextHop& regions() const { return regions_; }
-
-    /// See PathProvider.
-    [[nodiscard]] SavedPaths save() const;
-    std::string load(const SavedPaths& memory);
-
-    [[nodiscard]] const PathCounts& counts() const { return counts_; }
-
-    [[nodiscard]] std::size_t bytes() const;
 
   private:
     struct RequestSlot {

@@ -1,6 +1,6 @@
 #include "server/ai/pathfinding/grid/line_of_sight.h"
+#include "server/ai/pathfinding/grid/work_units.h"
 #include "server/ai/pathfinding/requests/grid_path_requests.h"
-#include "server/ai/pathfinding/requests/work_units.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -85,12 +85,12 @@ bool GridPathRequests::pays(const RequestSlot& slot, std::uint64_t& work) const 
     return static_cast<double>(best) < enough * static_cast<double>(own);
 }
 
-void GridPathRequests::review_crowds() {
+std::span<const std::uint32_t> GridPathRequests::review_crowds() {
     /// A share of the work on crowds.
     constexpr std::uint64_t kReviewShare = 4;
     doubted_.clear();
     if (crowd_ == nullptr) {
-        return;
+        return doubted_;
     }
     if (next_review_ >= slots_.size() && reviewed_round_ != crowd_->round()) {
         reviewed_round_ = crowd_->round();
@@ -112,6 +112,7 @@ void GridPathRequests::review_crowds() {
             wait(number);
         }
     }
+    return doubted_;
 }
 
 bool GridPathRequests::worth_a_field(const RequestSlot& slot) const {

@@ -2,9 +2,8 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/door_cells.h"
-#include "server/ai/pathfinding/hierarchy/zone_portals.h"
 #include "server/ai/pathfinding/requests/grid_path_requests.h"
-#include "server/ai/pathfinding/requests/path_provider.h"
+#include "server/ai/pathfinding/requests/zone_portals.h"
 
 #include <memory>
 #include <optional>
@@ -12,8 +11,8 @@
 
 namespace zoned::ai::pathfinding {
 
-/// A GridPathRequests on the ground of a zone for characters of one size.
-class GridPaths final : public PathProvider {
+/// The ground of a zone for characters of one size, with its doors and the zones around it.
+class GridPaths final : public GridPathRequests {
   public:
     /// GroundGrid::defect_of() is empty; `shut` by door.
     GridPaths(const motion::StaticGeometry& statics,
@@ -23,54 +22,7 @@ class GridPaths final : public PathProvider {
               std::span<const std::uint8_t> shut,
               const GridPathSettings& settings);
 
-    PathRequestId ask(const PathRequest& ask) override { return service_.ask(ask); }
-
-    void release(PathRequestId ticket) override { service_.release(ticket); }
-
     void turn_doors(std::span<const std::uint8_t> shut) override;
-
-    [[nodiscard]] bool knows(PathRequestId ticket) const override { return service_.knows(ticket); }
-
-    void serve() override { service_.serve(); }
-
-    [[nodiscard]] PathResult answer(PathRequestId ticket) const override {
-        return service_.answer(ticket);
-    }
-
-    Spot heading(PathRequestId ticket, Spot at, float near_m) override {
-        return service_.heading(ticket, at, near_m);
-    }
-
-    void see(PathRequestId ticket, Spot at, float /*at_y*/) override { service_.see(ticket, at); }
-
-    [[nodiscard]] std::span<const std::uint32_t> answered() const override {
-        return service_.answered();
-    }
-
-    [[nodiscard]] std::span<const std::uint32_t> requeued() const override {
-        return changes_.empty() ? std::span<const std::uint32_t>() : service_.requeued();
-    }
-
-    [[nodiscard]] bool counts_bodies() const override { return service_.counts_bodies(); }
-
-    void count_bodies(std::span<const float> x, std::span<const float> z) override {
-        service_.count_bodies(x, z);
-    }
-
-    std::span<const std::uint32_t> review_crowds() override {
-        service_.review_crowds();
-        return service_.doubted();
-    }
-
-    [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
-
-    [[nodiscard]] bool contains(Spot place) const override {
-        return service_.grid().contains(place);
-    }
-
-    /// Of the cells that can be reached along the sides of the map that the place lies beyond, the
-    /// one by which two straight lines lead there soonest.
-    MapExit straight_exit(Spot from, float from_y, Spot to) override;
 
     /// By the portals of the world where they are known and lead there (doors of other zones count
     /// as open).
@@ -82,15 +34,7 @@ class GridPaths final : public PathProvider {
 
     void forget_ground() override { ground_.reset(); }
 
-    [[nodiscard]] SavedPaths save() const override { return service_.save(); }
-
-    std::string load(const SavedPaths& memory) override { return service_.load(memory); }
-
-    [[nodiscard]] const PathCounts& counts() const override { return service_.counts(); }
-
     [[nodiscard]] std::size_t bytes() const override;
-
-    [[nodiscard]] GridPathRequests& service() { return service_; }
 
   private:
     /// The ground as the doors are, and what they do to it.
@@ -116,7 +60,6 @@ class GridPaths final : public PathProvider {
     std::uint32_t zone_ = 0;                      // in them
     ZonePortals::Scratch scratch_;
     DoorMap doors_;
-    GridPathRequests service_;
     std::vector<CellChange> changes_;  // of the last turn
 };
 

@@ -1,4 +1,4 @@
-// PathProvider: the one interface by which way are asked for, whatever map they lead over.
+// PathProvider: the one interface through which paths are requested, whatever map they lead over.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"
@@ -73,6 +73,9 @@ struct PathCounts {
     std::uint64_t index_work = 0;          ///< of the last tick besides, on the map's index
 };
 
+/// A path request passes three layers: the PathService knows which agent of which size asks, a
+/// provider whose turn it is, and the planner or search of its map finds the path.
+///
 /// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
 /// timed. Nothing is allocated once as many have asked, for goals as far spread, as ever will.
 class PathProvider {

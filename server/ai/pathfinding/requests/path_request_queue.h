@@ -2,7 +2,7 @@
 // share.
 #pragma once
 
-#include "server/ai/pathfinding/requests/corner_pool.h"
+#include "server/ai/pathfinding/grid/corner_pool.h"
 #include "server/ai/pathfinding/requests/path_provider.h"
 #include "server/ai/pathfinding/requests/request_turns.h"
 #include "shared/math/types.h"

@@ -17,11 +17,6 @@ double distance_of(const Vec3& a, const Vec3& b) {
     return std::sqrt(d.dot(d));
 }
 
-/// Of what a search has reached, ties by number.
-constexpr auto later = [](const auto& a, const auto& b) {
-    return a.estimate > b.estimate || (a.estimate == b.estimate && a.number > b.number);
-};
-
 }  // namespace
 
 core::Result<WaypointGraph> WaypointGraph::build(std::span<const Waypoint> waypoints,
@@ -175,15 +170,7 @@ void WaypointSearch::reach(std::uint32_t number, double cost, std::uint32_t from
         return;
     }
     k = {cost, from, search_};
-    open_.push_back({cost + ahead, cost, number});
-    std::push_heap(open_.begin(), open_.end(), later);
-}
-
-WaypointSearch::OpenWaypoint WaypointSearch::take() {
-    std::pop_heap(open_.begin(), open_.end(), later);
-    const OpenWaypoint at = open_.back();
-    open_.pop_back();
-    return at;
+    open_.push({cost + ahead, number, cost});
 }
 
 void WaypointSearch::trace(std::uint32_t last) {
@@ -214,23 +201,23 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
     WaypointAnswer answer;
     reach(start, 0.0, start, ahead(start));
     while (!open_.empty()) {
-        const OpenWaypoint at = take();
-        if (at.cost > known_[at.number].cost) {
+        const OpenWaypoint at = open_.pop();
+        if (at.cost > known_[at.node].cost) {
             continue;
         }
         if (answer.work++ == max_work) {
             answer.outcome = PathOutcome::kCutOff;
             return answer;
         }
-        if (at.number == goal) {
+        if (at.node == goal) {
             answer.outcome = PathOutcome::kFound;
             answer.cost = at.cost;
             trace(goal);
             return answer;
         }
-        for (const WaypointGraph::Edge& e : graph.edges(at.number)) {
+        for (const WaypointGraph::Edge& e : graph.edges(at.node)) {
             if (e.open && graph.passable(e.to)) {
-                reach(e.to, at.cost + static_cast<double>(e.weight), at.number, ahead(e.to));
+                reach(e.to, at.cost + static_cast<double>(e.weight), at.node, ahead(e.to));
             }
         }
     }
@@ -247,8 +234,8 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
     WaypointAnswer answer;
     std::uint32_t last = 0;
     while (!open_.empty()) {
-        const OpenWaypoint at = take();
-        if (at.cost > known_[at.number].cost) {
+        const OpenWaypoint at = open_.pop();
+        if (at.cost > known_[at.node].cost) {
             continue;
         }
         if (answer.outcome == PathOutcome::kFound && at.cost >= answer.cost) {
@@ -256,16 +243,16 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
         }
         ++answer.work;
         for (const WaypointEnd& e : ends) {
-            if (e.number == at.number &&
+            if (e.number == at.node &&
                 (answer.outcome != PathOutcome::kFound || at.cost + e.cost < answer.cost)) {
                 answer.outcome = PathOutcome::kFound;
                 answer.cost = at.cost + e.cost;
-                last = at.number;
+                last = at.node;
             }
         }
-        for (const WaypointGraph::Edge& e : graph.edges(at.number)) {
+        for (const WaypointGraph::Edge& e : graph.edges(at.node)) {
             if (e.open && graph.passable(e.to)) {
-                reach(e.to, at.cost + static_cast<double>(e.weight), at.number, 0.0);
+                reach(e.to, at.cost + static_cast<double>(e.weight), at.node, 0.0);
             }
         }
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"
+#include "server/ai/pathfinding/grid/search_heap.h"
 #include "shared/core/result.h"
 #include "shared/math/types.h"
 
@@ -146,7 +147,7 @@ class WaypointSearch {
     [[nodiscard]] std::span<const std::uint32_t> path() const { return path_; }
 
     [[nodiscard]] std::size_t bytes() const {
-        return known_.capacity() * sizeof(KnownWaypoint) + open_.capacity() * sizeof(OpenWaypoint) +
+        return known_.capacity() * sizeof(KnownWaypoint) + open_.bytes() +
                path_.capacity() * sizeof(std::uint32_t);
     }
 
@@ -158,18 +159,17 @@ class WaypointSearch {
     };
 
     struct OpenWaypoint {
-        double estimate;
+        double key;  ///< estimate of the whole path
+        std::uint32_t node;
         double cost;
-        std::uint32_t number;
     };
 
     void begin(const WaypointGraph& graph);
     void reach(std::uint32_t number, double cost, std::uint32_t from, double ahead);
-    OpenWaypoint take();
     void trace(std::uint32_t last);
 
     std::vector<KnownWaypoint> known_;
-    std::vector<OpenWaypoint> open_;  // a heap; what was reached more cheaply since is passed over
+    SearchHeap<OpenWaypoint> open_;
     std::vector<std::uint32_t> path_;
     std::uint32_t search_ = 0;
 };

@@ -1,8 +1,7 @@
 #include "server/ai/pathfinding/waypoints/waypoint_graph.h"
+#include "shared/core/line_reader.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -12,133 +11,93 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r";
-
-/// Words of a line before its comment.
-class Words {
-  public:
-    explicit Words(std::string_view line) : rest_(line.substr(0, line.find('#'))) {}
-
-    /// Empty at the end.
-    std::string_view next() {
-        const std::size_t begin = std::min(rest_.find_first_not_of(kBlanks), rest_.size());
-        rest_.remove_prefix(begin);
-        const std::size_t end = std::min(rest_.find_first_of(kBlanks), rest_.size());
-        const std::string_view word = rest_.substr(0, end);
-        rest_.remove_prefix(end);
-        return word;
-    }
-
-    template <class T>
-    std::optional<T> number() {
-        const std::string_view word = next();
-        T value{};
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (word.empty() || error != std::errc() || end != word.data() + word.size()) {
-            return std::nullopt;
-        }
-        return value;
-    }
-
-  private:
-    std::string_view rest_;
-};
-
 struct WrittenEdge {
     WaypointEdge edge;
     bool length = false;  ///< its weight is its length
     bool both = false;
-    int line = 0;
+    std::size_t line = 0;
 };
 
 class WaypointReader {
   public:
     core::Result<WaypointGraph> read(std::string_view text) {
-        for (int line = 1; !text.empty(); ++line) {
-            const std::size_t end = std::min(text.find('\n'), text.size());
-            read_line(Words(text.substr(0, end)), line);
-            text.remove_prefix(std::min(end + 1, text.size()));
-            if (!error_.empty()) {
-                return core::Result<WaypointGraph>::failure(error_);
-            }
+        core::LineReader in(text, '#');
+        while (!in.failed() && in.next_written()) {
+            read_line(in);
         }
         std::vector<WaypointEdge> edges;
         for (const WrittenEdge& e : written_) {
-            if (!take(e, edges)) {
-                return core::Result<WaypointGraph>::failure(error_);
+            if (!in.failed()) {
+                take(in, e, edges);
             }
+        }
+        if (in.failed()) {
+            return core::Result<WaypointGraph>::failure(in.error());
         }
         auto graph = WaypointGraph::build(waypoints_, edges);
         if (!graph) {
-            return core::Result<WaypointGraph>::failure("line " + std::to_string(last_line_) +
-                                                        ": " + graph.error());
+            in.fail(graph.error());
+            return core::Result<WaypointGraph>::failure(in.error());
         }
         return graph;
     }
 
   private:
-    bool fail(int line, const std::string& what) {
-        if (error_.empty()) {
-            error_ = "line " + std::to_string(line) + ": " + what;
-        }
-        return false;
-    }
-
-    void read_line(Words words, int line) {
-        last_line_ = line;
-        const std::string_view kind = words.next();
+    void read_line(core::LineReader& in) {
+        const std::string_view kind = in.word();
         if (kind == "node") {
-            read_node(words, line);
+            read_node(in);
         } else if (kind == "edge") {
-            read_edge(words, line);
-        } else if (!kind.empty()) {
-            fail(line, "a line begins with node or edge");
+            read_edge(in);
+        } else {
+            in.fail("a line begins with node or edge");
         }
     }
 
-    bool read_node(Words& words, int line) {
-        const auto id = words.number<std::uint32_t>();
-        const auto x = words.number<float>();
-        const auto y = words.number<float>();
-        const auto z = words.number<float>();
+    bool read_node(core::LineReader& in) {
+        const auto id = in.number<std::uint32_t>();
+        const auto x = in.number<float>();
+        const auto y = in.number<float>();
+        const auto z = in.number<float>();
         if (!id || !x || !y || !z || !std::isfinite(*x) || !std::isfinite(*y) ||
             !std::isfinite(*z)) {
-            return fail(line, "expected: node ID X Y Z [blocked]");
+            return in.fail("expected: node ID X Y Z [blocked]");
         }
-        const std::string_view last = words.next();
-        if ((!last.empty() && last != "blocked") || !words.next().empty()) {
-            return fail(line, "after a node's place only 'blocked' may follow");
+        const std::string_view last = in.word();
+        if ((!last.empty() && last != "blocked") || !in.word().empty()) {
+            return in.fail("after a node's place only 'blocked' may follow");
         }
         if (waypoints_.size() == WaypointGraph::kMostWaypoints) {
-            return fail(line, "too many nodes");
+            return in.fail("too many nodes");
         }
         if (!number_.try_emplace(*id, waypoints_.size()).second) {
-            return fail(line, "node " + std::to_string(*id) + " is given twice");
+            return in.fail("node " + std::to_string(*id) + " is given twice");
         }
         waypoints_.push_back({*id, Vec3(*x, *y, *z), last.empty()});
         return true;
     }
 
-    bool read_edge(Words& words, int line) {
+    bool read_edge(core::LineReader& in) {
         WrittenEdge e;
-        e.line = line;
-        const auto from = words.number<std::uint32_t>();
-        const auto to = words.number<std::uint32_t>();
-        Words again = words;
-        e.length = words.next() == "length";
-        const auto weight = e.length ? std::optional<float>(0.0F) : again.number<float>();
+        e.line = in.line();
+        const auto from = in.number<std::uint32_t>();
+        const auto to = in.number<std::uint32_t>();
+        const std::string_view written = in.word();
+        e.length = written == "length";
+        const auto weight =
+            e.length ? std::optional<float>(0.0F) : core::parse_number<float>(written);
         if (!from || !to || !weight) {
-            return fail(line, "expected: edge FROM TO WEIGHT [both]");
+            return in.fail("expected: edge FROM TO WEIGHT [both]");
         }
         if (!(*weight >= 0.0F) || !std::isfinite(*weight)) {
-            return fail(line, "a weight is 0 or more");
+            return in.fail("a weight is 0 or more");
         }
-        const std::string_view last = words.next();
-        if ((!last.empty() && last != "both") || !words.next().empty()) {
-            return fail(line, "after an edge's weight only 'both' may follow");
+        const std::string_view last = in.word();
+        if ((!last.empty() && last != "both") || !in.word().empty()) {
+            return in.fail("after an edge's weight only 'both' may follow");
         }
         if (2 * written_.size() + 2 > WaypointGraph::kMostEdges) {
-            return fail(line, "too many edges");
+            return in.fail("too many edges");
         }
         e.edge = {*from, *to, *weight};
         e.both = !last.empty();
@@ -146,20 +105,20 @@ class WaypointReader {
         return true;
     }
 
-    bool take(const WrittenEdge& e, std::vector<WaypointEdge>& edges) {
+    bool take(core::LineReader& in, const WrittenEdge& e, std::vector<WaypointEdge>& edges) {
         const auto from = number_.find(e.edge.from);
         const auto to = number_.find(e.edge.to);
         if (from == number_.end() || to == number_.end()) {
-            return fail(e.line,
-                        "there is no node " +
-                            std::to_string(from == number_.end() ? e.edge.from : e.edge.to));
+            return in.fail_at(e.line,
+                              "there is no node " +
+                                  std::to_string(from == number_.end() ? e.edge.from : e.edge.to));
         }
         WaypointEdge edge = e.edge;
         if (e.length) {
             edge.weight =
                 (waypoints_[from->second].position - waypoints_[to->second].position).norm();
             if (!std::isfinite(edge.weight)) {
-                return fail(e.line, "an edge too long for a weight");
+                return in.fail_at(e.line, "an edge too long for a weight");
             }
         }
         edges.push_back(edge);
@@ -173,8 +132,6 @@ class WaypointReader {
     std::vector<Waypoint> waypoints_;
     std::unordered_map<std::uint32_t, std::size_t> number_;
     std::vector<WrittenEdge> written_;
-    std::string error_;
-    int last_line_ = 1;
 };
 
 }  // namespace

@@ -1,0 +1,38 @@
+// FaultyZone: a zone that does wrong on purpose, so that those who check clients can be checked.
+#pragma once
+
+#include "server/zone/faults/fault_settings.h"
+#include "server/zone/zone.h"
+
+#include <memory>
+
+namespace zoned::zone {
+
+/// Decorates the step of a zone: what it publishes is altered on its way out, and nothing that it
+/// simulates. Only worlds whose config has `testing` settings are made of such zones.
+class FaultyZone final : public Zone {
+  public:
+    FaultyZone(ZoneSettings settings,
+               const FaultSettings& faults,
+               std::unique_ptr<Rules> rules,
+               Stopwatch stopwatch = nullptr);
+
+    void simulate(Tick now, std::span<const mailbox::InboxItem> inbox) override;
+    void publish() override;
+
+  protected:
+    std::uint32_t replicate(const world::Visibility& sets) override;
+
+  private:
+    /// True while the zone neither simulates nor publishes.
+    [[nodiscard]] bool stalled(Tick now) const;
+    void drop_decisions();
+    void alter_sets(const world::Visibility& sets);
+    void shift_positions(float sign);
+    void hide_wider_bounds();
+
+    FaultSettings faults_;
+    world::Visibility altered_;
+};
+
+}  // namespace zoned::zone

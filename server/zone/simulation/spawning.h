@@ -1,0 +1,24 @@
+// Spawning: entities with their bodies and agents come into a zone and leave it.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+namespace zoned::zone {
+
+/// World-wide unique id, see EntityId.
+EntityId next_entity_id(ZoneState& state);
+
+/// Adds the body that an owned, visible entity's type asks for, rigid (remembered in the columns)
+/// or soft; a soft ghost gets none.
+void add_body(ZoneState& state, world::Row row, bool asleep);
+/// Removes the body if there is one, rigid or soft.
+void remove_body(ZoneState& state, world::Row row);
+/// Gives an owned entity the agent of its type, if the type has one.
+void add_agent(ZoneState& state, world::Row row);
+
+/// Spawns an owned entity: row, body, agent. Works before the first tick as well.
+EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
+/// Removes row, body and agent of an owned entity.
+void despawn_entity(ZoneState& state, world::Row row);
+
+}  // namespace zoned::zone

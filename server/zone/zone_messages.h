@@ -1,0 +1,87 @@
+// What zones hand each other and the world between the two halves of a tick: handoffs, messages of
+// the rules, events to resolve.
+#pragma once
+
+#include "server/ai/ai_update.h"
+#include "server/mailbox/messages.h"
+#include "server/physics/soft/soft_bodies.h"
+#include "server/replication/replication_settings.h"
+#include "server/world/visibility.h"
+#include "server/zone/entity_serialization.h"
+#include "server/zone/input_ring.h"
+#include "shared/core/ids.h"
+#include "shared/motion/burst.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::zone {
+
+/// A client whose avatar lives in the zone.
+struct ZoneClient {
+    ClientId client;
+    EntityId avatar;
+    std::uint32_t rights = 0;
+    InputRing inputs;
+    replication::OwnInput own;
+    bool audit_due = false;
+    std::uint16_t buttons_before = 0;  ///< of the tick before
+};
+
+/// An entity on its way to another zone: all that makes it what it is.
+struct Handoff {
+    ZoneId from;
+    ZoneId to;
+    EntityState state;
+    std::optional<ai::Agent> agent;
+    std::uint16_t level = 0;         ///< of difficulty, by whose brains the agent lived
+    physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
+    std::vector<std::uint8_t> rules;
+    std::optional<ZoneClient> client;
+    std::vector<world::Visible> visible;   ///< what the client heard of, so that hysteresis goes on
+    replication::ClientTransfer transfer;  ///< where client is set
+};
+
+/// A message of the rules to an entity, wherever it lives.
+struct RulesMessage {
+    EntityId target;
+    std::vector<std::uint8_t> payload;
+};
+
+enum class Audience : std::uint8_t {
+    kClient,
+    kTopic,
+    kViewers
+};
+
+/// An event whose recipients the world resolves once all zones have stepped.
+struct PendingEvent {
+    mailbox::EventOut event;
+    Audience audience = Audience::kClient;
+    EntityId source;  ///< kViewers
+};
+
+/// Cosmetic particles that rules threw up: who hears the place when all zones have stepped is told.
+struct BurstOut {
+    std::uint32_t system = 0;  ///< among those that clients are told of at login
+    motion::Burst burst;       ///< its position is in world coordinates
+    float aura_m = 0.0F;
+    bool line_of_sight = false;
+};
+
+/// Rules change the rate of a shared clock from a later tick on.
+struct ClockChange {
+    std::size_t clock = 0;
+    Tick from = 0;
+    double rate_per_s = 0.0;
+};
+
+struct TopicChange {
+    ClientId client;
+    std::string topic;
+    bool subscribe = true;
+};
+
+}  // namespace zoned::zone

@@ -1,0 +1,12 @@
+// Zone setup: what a zone holds before its first entity: static bodies, doors, particle systems and
+// the paths over its ground.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+namespace zoned::zone {
+
+/// Once, before the first tick.
+void set_up(ZoneState& state);
+
+}  // namespace zoned::zone

@@ -1,0 +1,41 @@
+// Text of a source file: its lines, its include lines, and its code without comments and strings.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace zoned::lint {
+
+/// Without their line ends.
+[[nodiscard]] std::vector<std::string_view> lines_of(std::string_view text);
+
+/// An #include line.
+struct Include {
+    std::string_view target;
+    bool quoted = false;  ///< "target" rather than <target>
+    int line = 0;         ///< counted from 1
+};
+
+[[nodiscard]] std::vector<Include> includes_of(std::string_view text);
+
+/// The same text with blanks in place of comments and of what stands in string and character
+/// literals, so that places stay what they are. `hash`: comments begin with # (text configs).
+[[nodiscard]] std::string code_of(std::string_view text, bool hash = false);
+
+/// The comment that a file begins with; empty: it begins with something else.
+[[nodiscard]] std::string_view opening_comment(std::string_view text);
+
+/// The folder of a path, without the slash at its end; empty for a file of the root.
+[[nodiscard]] std::string_view folder_of(std::string_view path);
+
+/// The last part of a path.
+[[nodiscard]] std::string_view name_of(std::string_view path);
+
+/// A path without the ending of its name.
+[[nodiscard]] std::string_view stem_of(std::string_view path);
+
+/// Whether a path is that of a header or source of server, client-sim, shared or kernels.
+[[nodiscard]] bool is_product(std::string_view path);
+
+}  // namespace zoned::lint
