@@ -88,8 +88,10 @@ std::string restriction_violation(const Layer& from,
                 return !place.empty() && path.starts_with(place);
             });
         if (!allowed) {
-            return std::string(from.folder) + " must not include <" + std::string(target) +
-                   ">: it replays bit for bit, without network, logs, threads or a clock";
+            return std::string(from.folder) + " must not include <" + std::string(target) + ">: " +
+                   (restricted.last_row == kLastRow
+                        ? "only " + std::string(restricted.allowed[0]) + " knows it"
+                        : "it replays bit for bit, without network, logs, threads or a clock");
         }
     }
     return {};

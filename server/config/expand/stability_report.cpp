@@ -1,6 +1,7 @@
 #include "server/config/expand/stability_report.h"
 
 #include "server/assets/geometry_survey.h"
+#include "server/config/settings.h"
 #include "server/physics/scene/stability_warnings.h"
 #include "server/zone/simulation/type_body.h"
 
