@@ -14,9 +14,6 @@ namespace zoned::config {
 
 struct Settings;
 
-/// empty: parameters are as types say.
-std::string first_difficulty(const proto::config::Config& config);
-
 /// Fills in settings.ai.difficulty: the brains of all difficulties, each made of `written` (the
 /// config before brains were made of behaviours) and checked as the world's own are. Reports
 /// neighbouring difficulties that are the same for all types, and which difficulty a mistake of a

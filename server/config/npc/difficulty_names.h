@@ -25,6 +25,8 @@ struct LevelRange {
 LevelRange level_range(const proto::config::Adaptation& adaptation);
 
 /// The difficulty that the world begins with: `ai.difficulty`, or where `ai.adaptation` starts;
+/// empty: parameters are as types say.
+std::string first_difficulty(const proto::config::Config& config);
 
 /// `ai.adaptation` by itself: names that are none, given twice or not in the list, a start outside
 /// of least and most, a difficulty chosen besides.
