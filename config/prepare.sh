@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing (config/packages.txt), configures build/ and builds the targets given as arguments ("all" is one).
+# Installs what is missing (config/packages.txt), configures build/ (where nobody has yet; several sources at a time, which a
+# clean build likes) and builds the targets given as arguments ("all" is one).
 # Used by server/run.sh and tests/run.sh. Works from any folder; touches no network when nothing is missing.
 set -euo pipefail
 
@@ -48,7 +49,7 @@ parallel_jobs() {
 build_targets() {
     if [[ ! -f "$build/build.ninja" ]]; then
         say "configuring $build"
-        cmake -S "$root" -B "$build" -G Ninja >"$build.configure.log" 2>&1 || {
+        cmake -S "$root" -B "$build" -G Ninja -DZONED_UNITY=ON >"$build.configure.log" 2>&1 || {
             cat "$build.configure.log" >&2
             fail "cmake failed; the reason stands above"
         }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/ai_update.h"
+#include "server/config/server_settings.h"
 #include "server/interest/interest_rule.h"
 #include "server/physics/method_selection/method_choice.h"
 #include "server/physics/scene/scene.h"
@@ -10,7 +11,6 @@
 #include "server/world/entity_type.h"
 #include "server/zone/rules.h"
 #include "server/zone/zone_settings.h"
-#include "proto/config.pb.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -21,15 +21,11 @@
 #include <string>
 #include <vector>
 
-namespace zoned::config {
+namespace zoned::proto::config {
+class Config;
+}
 
-/// One mistake in a config. Line and column count from 1; 0 where the parser does not know them.
-struct ConfigError {
-    int line = 0;
-    int column = 0;
-    std::string path;  ///< e.g. "zones.zone[2].max_x_m"
-    std::string text;  ///< what is wrong and what would be right
-};
+namespace zoned::config {
 
 /// The rectangle of a zone, world coordinates, m. Local (0, 0, 0) is its centre at y = 0.
 struct ZoneRegion {
@@ -114,8 +110,9 @@ struct ParameterChoice {
 /// Everything that a server needs to know, checked.
 struct Settings {
     /// As read, after --set, with the SHA-256 of each surface's file; types are complete, and
-    /// brains stand for their behaviours. What is not below is read from here.
-    proto::Config config;
+    /// brains stand for their behaviours. Null where settings were made without a config.
+    std::shared_ptr<const proto::config::Config> config;
+    std::string world_name = "world";
     std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
     std::string text;    ///< canonical text form of the whole config as read, for recordings
     double tick_rate_hz = 30.0;
@@ -147,24 +144,11 @@ struct Settings {
     interest::InterestSettings interest;
     replication::ReplicationSettings replication;
     clock::EnvironmentDefs environment;
+    zone::VisibilityFilterSettings visibility_filter;
+    zone::RewindSettings rewind;
+    zone::AuditSettings audit{false, 30};
     zone::RulesSettings rules;
+    ServerSettings server;
 };
-
-/// Reads a config file, applies `sets` ("path.to.field=value"), checks everything. On mistakes
-/// `errors` holds all that were found, in order of line, and the result must not be used.
-bool load_settings(const std::string& file,
-                   const std::vector<std::string>& sets,
-                   Settings& settings,
-                   std::vector<ConfigError>& errors);
-
-/// The same from text (tests, harness, recordings); `name` stands in messages instead of a file
-/// name.
-bool parse_settings(const std::string& text,
-                    const std::vector<std::string>& sets,
-                    Settings& settings,
-                    std::vector<ConfigError>& errors);
-
-/// "FILE:LINE:COLUMN: path: text", one line each.
-std::string format_errors(const std::string& file, const std::vector<ConfigError>& errors);
 
 }  // namespace zoned::config

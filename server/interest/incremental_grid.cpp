@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/interest/incremental_grid.h"
 
 #include "server/interest/compress_lanes.h"

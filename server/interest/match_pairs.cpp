@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/interest/matcher.h"
 
 #include <algorithm>

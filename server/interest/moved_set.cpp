@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/interest/moved_set.h"
 
 #include "server/interest/compress_lanes.h"

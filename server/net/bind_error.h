@@ -1,7 +1,7 @@
 // What to tell an operator when an address cannot be listened on.
 #pragma once
 
-#include "server/net/address.h"
+#include "server/net/socket_address.h"
 
 #include <string>
 #include <system_error>

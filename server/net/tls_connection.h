@@ -1,7 +1,7 @@
 // TlsConnection: one accepted TLS 1.3 stream of length-prefixed frames (u32, little-endian).
 #pragma once
 
-#include "server/net/address.h"
+#include "server/net/socket_address.h"
 #include "shared/wire/seal.h"
 
 #include <asio/ip/tcp.hpp>

@@ -1,7 +1,7 @@
 // UdpEndpoint: one UDP socket; datagrams come and go in batches of 64 per system call.
 #pragma once
 
-#include "server/net/address.h"
+#include "server/net/socket_address.h"
 
 #include <asio/io_context.hpp>
 

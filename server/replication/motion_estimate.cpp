@@ -23,7 +23,7 @@ constexpr float kLeastTurn = 0.02F;
 void MotionEstimate::observe(Tick now,
                              Tick discontinuity_tick,
                              const motion::KinematicState& truth,
-                             const ReplicationSettings& settings) {
+                             const EstimateSettings& settings) {
     if (tick_ != now - 1 || discontinuity_tick >= now) {
         known_ = 0;
     }
@@ -52,7 +52,7 @@ void MotionEstimate::observe(Tick now,
     }
 }
 
-void MotionEstimate::find_turn(const ReplicationSettings& settings) {
+void MotionEstimate::find_turn(const EstimateSettings& settings) {
     const Vec3& last = velocities_[static_cast<std::size_t>(tick_ % kKept)];
     const Vec3& middle = velocities_[static_cast<std::size_t>((tick_ + kKept - kWindow) % kKept)];
     const Vec3& first = velocities_[static_cast<std::size_t>((tick_ + 1) % kKept)];

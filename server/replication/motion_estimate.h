@@ -16,7 +16,7 @@ class MotionEstimate {
     /// Velocities are compared over windows of so many ticks: an eighth of a second at 30 Hz.
     static constexpr int kWindow = 4;
 
-    struct ReplicationSettings {
+    struct EstimateSettings {
         float tick_s = 1.0F / 30.0F;
         float gravity_mps2 = kGravity;
         float least_mps2 = 0.1F;  ///< accelerations below this are not looked at
@@ -27,7 +27,7 @@ class MotionEstimate {
     void observe(Tick now,
                  Tick discontinuity_tick,
                  const motion::KinematicState& truth,
-                 const ReplicationSettings& settings);
+                 const EstimateSettings& settings);
 
     /// It rests: nothing is known of what it will do.
     void rest() {
@@ -57,7 +57,7 @@ class MotionEstimate {
     [[nodiscard]] const Vec3& turn() const { return turn_; }  ///< rad/s
 
   private:
-    void find_turn(const ReplicationSettings& settings);
+    void find_turn(const EstimateSettings& settings);
 
     static constexpr int kKept = 2 * kWindow + 1;
     std::array<Vec3, kKept> velocities_;  // of tick t at t modulo kKept

@@ -2,7 +2,6 @@
 
 #include "server/rules/agreement.h"
 #include "server/rules/peer_messages.h"
-#include "server/rules/weather.h"
 
 #include <algorithm>
 #include <cmath>

@@ -121,4 +121,12 @@ bool within_rate(Tick& due, Tick now, Tick interval, Tick burst) {
     return true;
 }
 
+void throw_debris(const Game& game, RulesContext& context, const Vec3& point, const Vec3& normal) {
+    constexpr float kDebrisSpeed_mps = 4.0F;
+    const auto count = static_cast<std::uint32_t>(game.settings.debris_count);
+    if (count > 0 && !game.settings.debris_system.empty()) {
+        context.emit(game.settings.debris_system, point, normal * kDebrisSpeed_mps, count);
+    }
+}
+
 }  // namespace zoned::rules

@@ -105,4 +105,8 @@ void deny_malformed(Game& game, RulesContext& context, const Actor& actor);
 /// and then one per `interval`; `due` is the theoretical arrival time.
 bool within_rate(Tick& due, Tick now, Tick interval, Tick burst);
 
+/// Debris flies off a surface at `point` along its outward `normal`, where the world has such a
+/// system: cosmetic, clients are told; simulated, nobody is.
+void throw_debris(const Game& game, RulesContext& context, const Vec3& point, const Vec3& normal);
+
 }  // namespace zoned::rules

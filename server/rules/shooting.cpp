@@ -1,7 +1,6 @@
 #include "server/rules/shooting.h"
 
 #include "server/rules/combat.h"
-#include "server/rules/weather.h"
 
 #include <algorithm>
 #include <array>

@@ -11,16 +11,8 @@ namespace {
 
 constexpr float kHailEvery_s = 0.25F;  ///< avatars take turns: each is looked at so often
 constexpr float kHailReach_m = 1.0F;
-constexpr float kDebrisSpeed_mps = 4.0F;
 
 }  // namespace
-
-void throw_debris(const Game& game, RulesContext& context, const Vec3& point, const Vec3& normal) {
-    const auto count = static_cast<std::uint32_t>(game.settings.debris_count);
-    if (count > 0 && !game.settings.debris_system.empty()) {
-        context.emit(game.settings.debris_system, point, normal * kDebrisSpeed_mps, count);
-    }
-}
 
 void hail(Game& game, RulesContext& context) {
     if (game.settings.hail_system.empty() || game.settings.hail_damage <= 0.0F) {

@@ -1,5 +1,6 @@
 #include "tests/bench/npc_zone.h"
 
+#include "server/config/expand/load_settings.h"
 #include "tests/bench/cpu_clock.h"
 
 #include <algorithm>

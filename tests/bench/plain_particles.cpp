@@ -1,3 +1,4 @@
+// build: hot loops
 #include "tests/bench/plain_particles.h"
 
 namespace zoned::bench {

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "tests/bench/plain_sentry.h"
 
 #include "tests/scenario/sentry.h"

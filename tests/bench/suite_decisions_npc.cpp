@@ -1,6 +1,7 @@
 // Scene `npc_100k`: a hundred thousand agents of a town's types, a tenth of which players can see.
 #include "tests/bench/suite_decisions_npc.h"
 
+#include "server/config/expand/load_settings.h"
 #include "tests/bench/npc_world.h"
 #include "tests/bench/npc_zone.h"
 #include "tests/bench/statistics.h"

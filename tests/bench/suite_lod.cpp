@@ -2,6 +2,7 @@
 // outcome has to be the same.
 #include "server/ai/agent/decision.h"
 #include "server/app/world/world.h"
+#include "server/config/expand/load_settings.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/statistics.h"

@@ -1,6 +1,7 @@
 // Suite `representation`: what far props are off by when they are simulated as less than they are,
 // and what that saves; zones step, nobody is near.
 #include "server/app/world/world.h"
+#include "server/config/expand/load_settings.h"
 #include "server/physics/method_selection/cost_table.h"
 #include "server/zone/simulation/representation.h"
 #include "server/zone/zone_context.h"

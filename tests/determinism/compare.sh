@@ -28,7 +28,7 @@ for compiler in g++ "$second"; do
         echo "== $name"
         # Without a build type nothing but these flags decides on the optimisation.
         cmake -S "$source_dir" -B "$dir" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=None \
-            -DCMAKE_CXX_FLAGS="-$level" -DZONED_WERROR=OFF "${launcher[@]}" >"$dir.log" 2>&1 ||
+            -DCMAKE_CXX_FLAGS="-$level" -DZONED_WERROR=OFF -DZONED_UNITY=ON "${launcher[@]}" >"$dir.log" 2>&1 ||
             { cat "$dir.log" >&2; exit 3; }
         cmake --build "$dir" --parallel "$jobs" --target determinism_hashes >>"$dir.log" 2>&1 ||
             { tail -n 40 "$dir.log" >&2; exit 1; }

@@ -1,5 +1,5 @@
 // Fuzzing of the config parser: any text is either good or has mistakes that are reported.
-#include "server/config/settings.h"
+#include "server/config/expand/load_settings.h"
 #include "tests/fuzz/fuzz.h"
 #include "shared/core/assert.h"
 

@@ -1,6 +1,7 @@
 #include "tests/harness/virtual_server.h"
 
 #include "server/app/runtime/host_settings.h"
+#include "server/config/expand/load_settings.h"
 #include "tests/harness/virtual_transport.h"
 
 #include <algorithm>

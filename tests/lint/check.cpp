@@ -88,15 +88,13 @@ std::string restriction_violation(const Layer& from,
                 return !place.empty() && path.starts_with(place);
             });
         if (!allowed) {
-            return std::string(from.folder) + " must not include <" + std::string(target) +
-                   ">: it replays bit for bit, without network, logs, threads or a clock";
+            return std::string(from.folder) + " must not include <" + std::string(target) + ">: " +
+                   (restricted.last_row == kLastRow
+                        ? "only " + std::string(restricted.allowed[0]) + " knows it"
+                        : "it replays bit for bit, without network, logs, threads or a clock");
         }
     }
     return {};
-}
-
-bool is_word_character(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
 }
 
 bool has_word(std::string_view line, std::string_view word) {

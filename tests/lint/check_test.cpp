@@ -30,7 +30,7 @@ TEST(CheckIncludes, LetsAFolderIncludeItselfAndWhatStandsAboveIt) {
     expect_allowed("server/rules/a.cpp", "\"server/zone/rules.h\"");
     expect_allowed("server/session/a.cpp", "\"server/zone/rules.h\"");
     expect_allowed("server/main.cpp", "\"server/app/serve.h\"");
-    expect_allowed("server/config/settings.cpp", "\"proto/config.pb.h\"");
+    expect_allowed("server/config/settings.cpp", "\"proto/config/config.pb.h\"");
     expect_allowed("server/session/a.cpp", "\"proto/session.pb.h\"");
     expect_allowed("server/physics/a.cpp", "\"kernels/include/particle.h\"");
 }
@@ -44,6 +44,7 @@ TEST(CheckIncludes, RefusesWhatStandsBelow) {
     expect_refused("server/zone/zone.cpp", "\"server/config/settings.h\"");
     expect_refused("server/rules/a.cpp", "\"server/net/udp.h\"");
     expect_refused("server/session/a.cpp", "\"server/app/serve.h\"");
+    expect_refused("server/app/a.cpp", "\"proto/config/config.pb.h\"");
 }
 
 TEST(CheckIncludes, RefusesSiblings) {

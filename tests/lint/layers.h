@@ -24,6 +24,9 @@ struct Layer {
 /// bit.
 inline constexpr int kLastPureRow = 9;
 
+/// No row is farther down.
+inline constexpr int kLastRow = 100;
+
 /// proto stands between the zone and the folders of row 10, which all may read it.
 inline constexpr int kProtoRow = 10;
 
@@ -100,6 +103,7 @@ inline constexpr std::array kRestrictedIncludes{
     RestrictedInclude{"time.h", kLastPureRow, {}},
     RestrictedInclude{"sys/", kLastPureRow, {}},
     RestrictedInclude{"random", kLastPureRow, {}},
+    RestrictedInclude{"proto/config/", kLastRow, {"server/config/"}},
 };
 
 /// Headers and sources that a folder of the product may hold.

@@ -16,8 +16,8 @@ namespace zoned::lint {
 ///   the first header that it includes.
 /// - A source reaches the kernels whose paths it names in quotes.
 /// - Sources of server/rules register themselves: the linker takes them as a whole.
-/// A header whose opening comment says kUnreachedNote is left out, with the sources of its name; a
-/// source may say it as well. A note on what is reached is a finding too.
+/// A file whose opening comment says kUnreachedNote is left out, and a source all of whose headers
+/// say it. A note on what is reached is a finding too.
 [[nodiscard]] std::vector<Finding> check_reached(const std::vector<SourceFile>& files);
 
 inline constexpr std::string_view kUnreachedNote = "Reached by no program yet: ";

@@ -92,6 +92,11 @@ TEST(CheckReached, ExceptsWhatSaysSoAndItsSource) {
     EXPECT_EQ(unreached({{"server/zone/idle.cpp", include("server/zone/idle.h")},
                          {"server/zone/idle.h", note}}),
               Paths{});
+    const std::string broken = "// Idle. Reached by no\n// program yet: a game will use it.\n";
+    EXPECT_EQ(unreached({{"server/zone/idle_device.cpp", include("server/zone/idle.h")},
+                         {"server/zone/idle.h", broken}}),
+              Paths{})
+        << "a source without a header of its name";
     EXPECT_EQ(unreached({{"server/zone/idle.h", "// Idle.\n#pragma once\n" + note}}),
               Paths{"server/zone/idle.h"})
         << "it stands in the opening comment";

@@ -283,7 +283,7 @@ TradeResult settle_trades(Agent& agent,
                           PointsOfInterest& points_of_interest,
                           Tick now) {
     const std::vector<Trade>& trades = brain.states[agent.current_action].trades;
-    TradeResult bargain;
+    TradeResult result;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const unsigned bit = 1U << t;
         if ((agent.wants & bit) == 0 ||
@@ -291,7 +291,7 @@ TradeResult settle_trades(Agent& agent,
             continue;
         }
         if (!able(agent, brain, trades[t], now) || !points_of_interest.can(trades[t], now)) {
-            ++bargain.refused;
+            ++result.refused;
             continue;
         }
         grow(agent, brain, now);
@@ -300,9 +300,9 @@ TradeResult settle_trades(Agent& agent,
         }
         points_of_interest.commit(trades[t], now);
         agent.wants = static_cast<std::uint8_t>(agent.wants & ~bit);
-        ++bargain.done;
+        ++result.done;
     }
-    return bargain;
+    return result;
 }
 
 Tick decision_period(const CompiledBrain& brain, float dt) {

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/crowd/orca_avoidance.h"
 
 #include "server/ai/crowd/orca_lines.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/crowd/orca_lines.h"
 
 namespace zoned::ai::steering {

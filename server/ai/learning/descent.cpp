@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/learning/descent.h"
 
 #include "shared/core/assert.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/learning/neural_network.h"
 
 #include "shared/core/assert.h"

@@ -159,15 +159,15 @@ void TradeUpdate::trade(const AiContext& ai, AiTurn& turn, std::uint32_t number)
     Agent& agent = ai.agents.at(due.slot);
     const Vec3& position = ai.entities.position[due.row];
     const Vec2 body(position.x(), position.z());
-    const TradeResult bargain = ai::settle_trades(agent,
-                                                  brain_of(agent, ai.settings),
-                                                  whereabouts(agent, body, ai.now, ai.dt),
-                                                  ai.points_of_interest,
-                                                  ai.now);
-    turn.report.trades += bargain.done;
-    turn.report.trades_refused += bargain.refused;
-    due.changed = due.changed || bargain.done > 0;
-    if (bargain.done > 0) {
+    const TradeResult result = ai::settle_trades(agent,
+                                                 brain_of(agent, ai.settings),
+                                                 whereabouts(agent, body, ai.now, ai.dt),
+                                                 ai.points_of_interest,
+                                                 ai.now);
+    turn.report.trades += result.done;
+    turn.report.trades_refused += result.refused;
+    due.changed = due.changed || result.done > 0;
+    if (result.done > 0) {
         look_at_stock(ai, due.entity);
     }
 }

@@ -107,7 +107,7 @@ std::string why_none(const config::Settings& settings) {
     if (settings.particles.empty()) {
         return "particles: none is simulated, no device is looked for";
     }
-    if (settings.config.compute().device() == "none") {
+    if (settings.server.compute.device == "none") {
         return "particles: on the CPU, as compute.device says";
     }
     const double us = particle_step_us(settings);
@@ -149,18 +149,18 @@ ParticleDevice open_particle_device(const config::Settings& settings,
                                     unsigned threads,
                                     compute::DeviceSettings with) {
     ParticleDevice out;
-    const proto::Config::Compute& wish = settings.config.compute();
+    const config::ComputeSettings& wish = settings.server.compute;
     out.text = why_none(settings);
     if (!out.text.empty()) {
         return out;
     }
     out.needed = true;
-    with.wish = wish.device();
-    with.cache_folder = wish.cache_folder();
+    with.wish = wish.device;
+    with.cache_folder = wish.cache_folder;
     auto device = compute::Device::open(with);
-    const std::string asked = "particles: on the CPU, compute.device \"" + wish.device() + "\": ";
+    const std::string asked = "particles: on the CPU, compute.device \"" + wish.device + "\": ";
     if (!device.ok()) {
-        out.failed = wish.device() != "auto";
+        out.failed = wish.device != "auto";
         out.text = one_line(asked + device.error());
         return out;
     }

@@ -1,5 +1,6 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
+#include "server/config/expand/load_settings.h"
 #include "server/config/expand/stability_report.h"
 #include "server/config/world/pathfinding_config.h"
 #include "server/config/world/spline_config.h"

@@ -1,6 +1,7 @@
 #include "server/app/commands/commands.h"
 #include "server/app/world/agent_reload.h"
 #include "server/app/world/world.h"
+#include "server/config/expand/load_settings.h"
 #include "server/recording/recorder.h"
 
 #include <cstdio>

@@ -28,7 +28,7 @@ constexpr auto kFarewell = std::chrono::seconds(2);
 constexpr auto kStatusEvery = std::chrono::seconds(10);
 
 unsigned thread_count(const config::Settings& settings) {
-    const unsigned asked = settings.config.run().threads();
+    const unsigned asked = settings.server.run.threads;
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
     const auto zones = static_cast<unsigned>(settings.zones.size());
     return asked > 0 ? asked : std::min(cores, zones);
@@ -42,7 +42,7 @@ void set_up_log(const config::Settings& settings) {
         logger = spdlog::stderr_color_mt("zoned");
     }
     spdlog::set_default_logger(logger);
-    spdlog::set_level(kLevels[settings.config.run().log_level()]);
+    spdlog::set_level(kLevels[static_cast<std::size_t>(settings.server.run.log_level)]);
 }
 
 recording::RecordingHeader record_header(const config::Settings& settings) {
@@ -71,8 +71,8 @@ class Server {
         open_device();
         LoopSettings loop;
         loop.rate_hz = settings.tick_rate_hz;
-        loop.max_catch_up = settings.config.run().max_catch_up_ticks();
-        loop.mailbox_capacity = settings.config.run().mailbox_capacity() * settings.zones.size();
+        loop.max_catch_up = settings.server.run.max_catch_up_ticks;
+        loop.mailbox_capacity = settings.server.run.mailbox_capacity * settings.zones.size();
         loop_ = std::make_unique<TickLoop>(
             world_,
             loop,
@@ -161,12 +161,12 @@ class Server {
     }
 
     void open_recording() {
-        const auto& recording = settings_.config.recording();
-        if (!recording.has_file()) {
+        const std::string& file = settings_.server.recording_file;
+        if (file.empty()) {
             return;
         }
         recorder_ = std::make_unique<recording::RecordingWriter>();
-        const auto opened = recorder_->open(recording.file(), record_header(settings_));
+        const auto opened = recorder_->open(file, record_header(settings_));
         if (!opened.ok()) {
             throw std::runtime_error(opened.error());
         }
@@ -189,7 +189,7 @@ class Server {
 
     void announce() {
         spdlog::info("world {}: {} zones, {} entities, {} threads, certificate sha256 {}",
-                     settings_.config.world().name(),
+                     settings_.world_name,
                      settings_.zones.size(),
                      settings_.initial.size(),
                      world_.pool().threads(),

@@ -1,6 +1,7 @@
 #include "server/app/commands/commands.h"
 #include "server/app/training/trainer.h"
 #include "server/compute/worker_pool.h"
+#include "server/config/text/config_error.h"
 #include "server/config/training/policy_file.h"
 
 #include <csignal>

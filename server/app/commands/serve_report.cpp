@@ -98,8 +98,8 @@ recording::TrafficFigures traffic_figures(const ServeFigures& figures, const Loo
     const session::HostStats& s = figures.network.sessions();
     recording::TrafficFigures traffic;
     traffic.table = loop.traffic;
-    for (const auto& type : figures.settings.config.type()) {
-        traffic.types.push_back(type.name());
+    for (const world::EntityType& type : figures.settings.types) {
+        traffic.types.push_back(type.name);
     }
     traffic.sent_packets = s.packets_out + s.tunnelled;
     traffic.sent_bytes = s.bytes_out + s.tunnelled_bytes;
@@ -155,7 +155,7 @@ void log_summary(const ServeFigures& figures) {
 void write_serve_report(const std::string& file, const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
     recording::ServerReport report;
-    report.world = figures.settings.config.world().name();
+    report.world = figures.settings.world_name;
     report.config_digest = figures.settings.digest;
     report.seconds = figures.seconds;
     report.tick_rate_hz = figures.settings.tick_rate_hz;

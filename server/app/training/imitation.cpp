@@ -1,6 +1,7 @@
 #include "server/app/training/imitation.h"
 
 #include "server/app/world/world.h"
+#include "server/config/expand/load_settings.h"
 #include "server/config/training/policy_file.h"
 #include "server/recording/recorder.h"
 

@@ -1,5 +1,6 @@
 #include "server/app/world/agent_reload.h"
 
+#include "server/config/expand/load_settings.h"
 #include "server/config/expand/reload_diff.h"
 
 #include <utility>

@@ -80,11 +80,7 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
     }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);
-    std::vector<interest::HistoryRule> histories;
-    for (const proto::Config::Topic& topic : settings.config.topic()) {
-        histories.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
-    }
-    topics_.keep(std::move(histories));
+    topics_.keep(settings.server.topics);
 }
 
 World::~World() = default;

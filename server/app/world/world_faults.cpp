@@ -24,50 +24,21 @@ void turn_clocks_wrong(double share, mailbox::Bytes& payload) {
 }  // namespace
 
 zone::FaultSettings zone_faults(const config::Settings& settings, ZoneId id) {
-    zone::FaultSettings faults;
-    if (!settings.config.has_testing()) {
-        return faults;
-    }
-    const proto::Config::Testing& testing = settings.config.testing();
-    if (testing.has_corrupt_position()) {
-        const auto& corrupt = testing.corrupt_position();
-        faults.corrupt = {corrupt.probability(), static_cast<Tick>(corrupt.from_tick())};
-        faults.corrupt_offset_m = static_cast<float>(corrupt.offset_m());
-    }
-    if (testing.has_hide_entity()) {
-        faults.hide = {testing.hide_entity().probability(),
-                       static_cast<Tick>(testing.hide_entity().from_tick())};
-    }
-    if (testing.has_leak_entity()) {
-        faults.leak = {testing.leak_entity().probability(),
-                       static_cast<Tick>(testing.leak_entity().from_tick())};
-    }
-    if (testing.has_leak_filtered()) {
-        faults.leak_filtered = {testing.leak_filtered().probability(),
-                                static_cast<Tick>(testing.leak_filtered().from_tick())};
-    }
-    if (testing.has_drop_decision()) {
-        faults.drop_decision = {testing.drop_decision().probability(),
-                                static_cast<Tick>(testing.drop_decision().from_tick())};
-    }
-    if (testing.has_stall_zone()) {
-        const auto& stall = testing.stall_zone();
-        const std::string& name = settings.zones[id.value - 1U].name;
-        if (stall.has_zone() ? stall.zone() == name : id.value == 1) {
-            faults.stall_from = static_cast<Tick>(stall.at_tick());
-            faults.stall_ticks = static_cast<Tick>(stall.ticks());
+    const config::TestingSettings& testing = settings.server.testing;
+    zone::FaultSettings faults = testing.faults;
+    if (testing.stall) {
+        const std::string& asked = testing.stall->zone;
+        if (asked.empty() ? id.value == 1 : asked == settings.zones[id.value - 1U].name) {
+            faults.stall_from = testing.stall->at_tick;
+            faults.stall_ticks = testing.stall->ticks;
         }
     }
-    faults.silent_bound = testing.silent_bound();
     return faults;
 }
 
-WorldFaults::WorldFaults(const proto::Config::Testing& testing)
-    : wrong_clock_(testing.wrong_clock()) {
-    if (testing.has_leak_topic()) {
-        leak_topic_ = {testing.leak_topic().probability(),
-                       static_cast<Tick>(testing.leak_topic().from_tick())};
-    }
+WorldFaults::WorldFaults(const config::TestingSettings& testing)
+    : leak_topic_(testing.leak_topic),
+      wrong_clock_(testing.wrong_clock) {
 }
 
 void WorldFaults::alter(Tick now,
@@ -96,9 +67,9 @@ void WorldFaults::alter(Tick now,
 }
 
 std::unique_ptr<const WorldFaults> make_world_faults(const config::Settings& settings) {
-    return settings.config.has_testing()
-               ? std::make_unique<const WorldFaults>(settings.config.testing())
-               : nullptr;
+    const config::TestingSettings& testing = settings.server.testing;
+    const bool any = testing.leak_topic != zone::ShareFault{} || testing.wrong_clock != 0.0;
+    return any ? std::make_unique<const WorldFaults>(testing) : nullptr;
 }
 
 }  // namespace zoned::app

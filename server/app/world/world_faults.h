@@ -19,7 +19,7 @@ zone::FaultSettings zone_faults(const config::Settings& settings, ZoneId id);
 /// Alters what a world sends to clients.
 class WorldFaults {
   public:
-    explicit WorldFaults(const proto::Config::Testing& testing);
+    explicit WorldFaults(const config::TestingSettings& testing);
 
     /// `zone_of`: by client, of all who are there.
     void alter(Tick now,
@@ -31,7 +31,7 @@ class WorldFaults {
     double wrong_clock_ = 0.0;     ///< share by which the rates of shared clocks are off
 };
 
-/// nullptr where the config has no `testing` settings.
+/// nullptr where no `testing` setting is about a world.
 std::unique_ptr<const WorldFaults> make_world_faults(const config::Settings& settings);
 
 }  // namespace zoned::app

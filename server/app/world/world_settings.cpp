@@ -108,14 +108,11 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.physics = settings.physics;
     z.ai = settings.ai;
     z.interest = settings.interest;
-    z.visibility_filter = {settings.config.interest().filter_checks_per_tick(),
-                           settings.config.interest().filter_stale_ticks(),
-                           settings.config.interest().filter_grace_ticks()};
-    z.rewind = {std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
-                static_cast<float>(settings.config.rewind().slack_m())};
+    z.visibility_filter = settings.visibility_filter;
+    z.rewind = settings.rewind;
     z.stances = settings.stances;
     z.replication = settings.replication;
-    z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};
+    z.audit = settings.audit;
     return z;
 }
 

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/compute/stages/constraint_stage.h"
 
 #include "server/compute/device.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/compute/stages/device_columns.h"
 
 #include <utility>

@@ -1,3 +1,4 @@
+// build: hot loops
 // The step of a flock: sorted on the host, moved on the lanes of a team or on a device.
 #include "server/compute/device.h"
 #include "server/compute/stages/device_columns.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/compute/stages/flock_stage.h"
 
 #include "shared/core/assert.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 // Particles on a device: buffers over the columns, a kernel per kind of scene, and what is left to
 // do when it fails.
 #include "server/compute/device.h"

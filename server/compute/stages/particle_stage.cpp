@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/compute/stages/particle_stage.h"
 
 #include <algorithm>

@@ -1,5 +1,8 @@
 #include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/types/stances.h"
+#include "proto/config/config.pb.h"
 
 #include <arpa/inet.h>
 
@@ -15,7 +18,7 @@ namespace {
 
 /// What is heard across a border must be a ghost there: a viewer may stand handoff_hysteresis_m
 /// behind the border and keeps what it hears up to (1 + hysteresis) x the radius.
-void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
+void check_margin(const proto::config::Config& config, Diagnostics& diagnostics) {
     // A nanometre of tolerance: 1.1 x 50 m is a little more than 55 m in binary.
     const double margin = config.zones().ghost_margin_m() + 1e-9;
     const double grow = 1.0 + config.interest().hysteresis();
@@ -53,7 +56,7 @@ void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-void check_lods(const proto::Config& config, Diagnostics& diagnostics) {
+void check_lods(const proto::config::Config& config, Diagnostics& diagnostics) {
     const double quantum =
         0.5 * std::sqrt(3.0) * config.replication().quantization().position_step_m();
     double before = 0.0;
@@ -82,7 +85,7 @@ void check_lods(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-void check_extent(const proto::Config& config,
+void check_extent(const proto::config::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics) {
     const auto& q = config.replication().quantization();
@@ -143,7 +146,7 @@ bool serves_loopback(const std::string& address) {
 
 /// Somebody must be able to log in: by a ticket, or in development mode by loopback with the right
 /// to play.
-void check_entrance(const proto::Config& config, Diagnostics& diagnostics) {
+void check_entrance(const proto::config::Config& config, Diagnostics& diagnostics) {
     const auto& session = config.session();
     if (session.ticket_public_key_file_size() > 0) {
         return;
@@ -156,7 +159,7 @@ void check_entrance(const proto::Config& config, Diagnostics& diagnostics) {
     }
     const bool plays =
         session.dev_rights_size() == 0 ||
-        std::find(session.dev_rights().begin(), session.dev_rights().end(), proto::Config::PLAY) !=
+        std::find(session.dev_rights().begin(), session.dev_rights().end(), proto::config::PLAY) !=
             session.dev_rights().end();
     if (!plays) {
         diagnostics.add("session.dev_rights[0]",
@@ -172,7 +175,7 @@ void check_entrance(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-void check_session(const proto::Config::Session& session, Diagnostics& diagnostics) {
+void check_session(const proto::config::Session& session, Diagnostics& diagnostics) {
     if (session.has_tls_certificate_file() != session.has_tls_key_file()) {
         const bool key = session.has_tls_key_file();
         diagnostics.add(key ? "session.tls_key_file" : "session.tls_certificate_file",
@@ -199,7 +202,7 @@ void check_session(const proto::Config::Session& session, Diagnostics& diagnosti
     }
 }
 
-void check_testing(const proto::Config& config,
+void check_testing(const proto::config::Config& config,
                    const std::vector<ZoneRegion>& zones,
                    Diagnostics& diagnostics) {
     const auto& testing = config.testing();
@@ -214,7 +217,7 @@ void check_testing(const proto::Config& config,
     }
     if (testing.wrong_limit().has_type()) {
         const bool known = std::any_of(
-            config.type().begin(), config.type().end(), [&](const proto::Config::Type& type) {
+            config.type().begin(), config.type().end(), [&](const proto::config::Type& type) {
                 return type.name() == testing.wrong_limit().type();
             });
         if (!known) {
@@ -226,7 +229,7 @@ void check_testing(const proto::Config& config,
 
 }  // namespace
 
-void check_replication(const proto::Config& config,
+void check_replication(const proto::config::Config& config,
                        const std::vector<ZoneRegion>& zones,
                        Diagnostics& diagnostics) {
     if (zones.size() > 1) {
@@ -248,7 +251,7 @@ void check_replication(const proto::Config& config,
     }
 }
 
-void check_server(const proto::Config& config,
+void check_server(const proto::config::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics) {
     const auto& network = config.network();

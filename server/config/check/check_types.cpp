@@ -1,7 +1,9 @@
 #include "server/config/check/config_checks.h"
+#include "server/config/text/check_name.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <map>
@@ -12,8 +14,8 @@ namespace {
 
 /// Whatever moves falls; characters accelerate and jump on their own: the declared limits must
 /// allow it.
-void check_limits(const proto::Config& config,
-                  const proto::Config::Type& type,
+void check_limits(const proto::config::Config& config,
+                  const proto::config::Type& type,
                   const std::string& path,
                   Diagnostics& diagnostics) {
     const double declared = type.max_acceleration_mps2();
@@ -24,7 +26,7 @@ void check_limits(const proto::Config& config,
                                 declared,
                                 config.physics().gravity_mps2()));
     }
-    if (type.kind() != proto::Config::CHARACTER) {
+    if (type.kind() != proto::config::CHARACTER) {
         return;
     }
     const auto& character = type.character();
@@ -56,12 +58,12 @@ void check_limits(const proto::Config& config,
     }
 }
 
-void check_shape(const proto::Config& config,
-                 const proto::Config::Type& type,
+void check_shape(const proto::config::Config& config,
+                 const proto::config::Type& type,
                  const std::string& path,
                  Diagnostics& diagnostics) {
-    const bool character = type.kind() == proto::Config::CHARACTER;
-    if (type.shape_case() == proto::Config::Type::SHAPE_NOT_SET) {
+    const bool character = type.kind() == proto::config::CHARACTER;
+    if (type.shape_case() == proto::config::Type::SHAPE_NOT_SET) {
         diagnostics.add(
             path,
             character
@@ -91,8 +93,8 @@ void check_shape(const proto::Config& config,
 }
 
 /// Stepping up from a point may move a prop by its own size: nobody must hear of it there.
-void check_representation(const proto::Config& config,
-                          const proto::Config::Type& type,
+void check_representation(const proto::config::Config& config,
+                          const proto::config::Type& type,
                           const std::string& path,
                           Diagnostics& diagnostics) {
     if (!type.has_representation()) {
@@ -101,7 +103,7 @@ void check_representation(const proto::Config& config,
     const std::string here = path + ".representation";
     const double single = type.representation().single_beyond_m();
     const double particle = type.representation().particle_beyond_m();
-    if (type.kind() == proto::Config::CHARACTER) {
+    if (type.kind() == proto::config::CHARACTER) {
         diagnostics.add(here, "belongs to props only");
     }
     if (single > 0.0 && !type.has_compound() && !type.has_soft()) {
@@ -131,7 +133,7 @@ void check_representation(const proto::Config& config,
 
 }  // namespace
 
-void check_types(const proto::Config& config, Diagnostics& diagnostics) {
+void check_types(const proto::config::Config& config, Diagnostics& diagnostics) {
     check_stances(config, diagnostics);
     std::map<std::string, int> names;
     std::map<std::string, int> brains;

@@ -1,4 +1,7 @@
 #include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cctype>
@@ -30,7 +33,7 @@ std::size_t index_of(const std::vector<double>& edges, double value) {
 
 /// Cuts the world along all zone edges and names the first piece that belongs to nobody. The zones
 /// must not overlap and lie inside the world.
-void check_gaps(const proto::Config::World& world,
+void check_gaps(const proto::config::World& world,
                 const std::vector<ZoneRegion>& zones,
                 Diagnostics& diagnostics) {
     std::vector<double> xs;
@@ -66,7 +69,7 @@ void check_gaps(const proto::Config::World& world,
     diagnostics.add("zones", text);
 }
 
-std::vector<ZoneRegion> expand_grid(const proto::Config& config) {
+std::vector<ZoneRegion> expand_grid(const proto::config::Config& config) {
     const auto& world = config.world();
     const auto& grid = config.zones().zone_grid();
     const auto cut = [](double low, double high, std::uint32_t i, std::uint32_t n) {
@@ -89,7 +92,7 @@ std::vector<ZoneRegion> expand_grid(const proto::Config& config) {
 }
 
 /// False when the zone cannot take part in the checks of pairs.
-bool check_zone(const proto::Config& config, int i, Diagnostics& diagnostics) {
+bool check_zone(const proto::config::Config& config, int i, Diagnostics& diagnostics) {
     const auto& world = config.world();
     const auto& zone = config.zones().zone(i);
     const std::string path = join_path("zones", "zone", i);
@@ -114,7 +117,7 @@ bool check_zone(const proto::Config& config, int i, Diagnostics& diagnostics) {
     return good;
 }
 
-std::vector<ZoneRegion> expand_list(const proto::Config& config,
+std::vector<ZoneRegion> expand_list(const proto::config::Config& config,
                                     bool& good,
                                     Diagnostics& diagnostics) {
     std::vector<ZoneRegion> zones;
@@ -152,31 +155,8 @@ std::vector<ZoneRegion> expand_list(const proto::Config& config,
 
 }  // namespace
 
-std::string text_of(const char* format, double a, double b, double c) {
-    char text[300];
-    std::snprintf(text, sizeof(text), format, a, b, c);
-    return text;
-}
-
-bool check_name(const std::string& name,
-                const std::string& what,
-                const std::string& path,
-                Diagnostics& diagnostics) {
-    if (name.empty()) {
-        diagnostics.add(path + ".name", what + " needs a name");
-        return false;
-    }
-    const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.';
-    });
-    if (!plain) {
-        diagnostics.add(path + ".name",
-                        "a name consists of letters, digits, '_', '-' and '.' only");
-    }
-    return plain;
-}
-
-std::vector<ZoneRegion> expand_zones(const proto::Config& config, Diagnostics& diagnostics) {
+std::vector<ZoneRegion> expand_zones(const proto::config::Config& config,
+                                     Diagnostics& diagnostics) {
     const auto& world = config.world();
     bool good = true;
     if (!(world.min_x_m() < world.max_x_m())) {

@@ -2,42 +2,37 @@
 #pragma once
 
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <string>
 #include <vector>
 
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct ZoneRegion;
 
 /// The zones of the config (a grid is expanded), index = ZoneId - 1. Reports rectangles without
 /// area, overlaps, gaps, doubled names.
-std::vector<ZoneRegion> expand_zones(const proto::Config& config, Diagnostics& diagnostics);
+std::vector<ZoneRegion> expand_zones(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// Types: names, shapes, machines, declared limits against abilities.
-void check_types(const proto::Config& config, Diagnostics& diagnostics);
+void check_types(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// Radii against the ghost margin, levels of detail, quantisation against zones and bounds,
 /// silence. `zones` as expanded.
-void check_replication(const proto::Config& config,
+void check_replication(const proto::config::Config& config,
                        const std::vector<ZoneRegion>& zones,
                        Diagnostics& diagnostics);
 
 /// Integrators that cannot move bodies.
-void check_physics(const proto::Config& config, Diagnostics& diagnostics);
+void check_physics(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// Addresses, ports, certificate and key files, rules settings, names that `testing` speaks of.
-void check_server(const proto::Config& config,
+void check_server(const proto::config::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);
-
-/// printf of two or three numbers, cut at 299 characters.
-std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0);
-
-/// Names travel, stand in logs and in paths: letters, digits, '_', '-' and '.' only. Reports a
-/// missing or bad name under `path`.name.
-bool check_name(const std::string& name,
-                const std::string& what,
-                const std::string& path,
-                Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -3,11 +3,13 @@
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"
 #include "server/config/world/pathfinding_config.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +21,8 @@ namespace zoned::config {
 
 namespace {
 
-std::array<float, world::kStances> expand_radii(const proto::Config& config,
-                                                const proto::Config::Radii& radii) {
+std::array<float, world::kStances> expand_radii(const proto::config::Config& config,
+                                                const proto::config::Radii& radii) {
     std::array<float, world::kStances> out{};
     out.fill(narrow(radii.normal()));
     if (radii.has_idle()) {
@@ -41,8 +43,8 @@ std::array<float, world::kStances> expand_radii(const proto::Config& config,
     return out;
 }
 
-std::array<world::Cone, world::kStances> expand_cones(const proto::Config& config,
-                                                      const proto::Config::Radii& radii) {
+std::array<world::Cone, world::kStances> expand_cones(const proto::config::Config& config,
+                                                      const proto::config::Radii& radii) {
     std::array<world::Cone, world::kStances> out{};
     for (const auto& named : radii.named()) {
         const int stance = find_stance(config, named.stance());
@@ -55,8 +57,8 @@ std::array<world::Cone, world::kStances> expand_cones(const proto::Config& confi
     return out;
 }
 
-motion::CharacterLimits expand_character(const proto::Config& config,
-                                         const proto::Config::Type& type) {
+motion::CharacterLimits expand_character(const proto::config::Config& config,
+                                         const proto::config::Type& type) {
     const auto& character = type.character();
     motion::CharacterLimits out;
     out.radius = narrow(type.capsule().radius_m());
@@ -73,7 +75,7 @@ motion::CharacterLimits expand_character(const proto::Config& config,
     return out;
 }
 
-std::uint16_t brain_of(const proto::Config& config, const std::string& brain) {
+std::uint16_t brain_of(const proto::config::Config& config, const std::string& brain) {
     for (int m = 0; m < config.brain_size(); ++m) {
         if (!brain.empty() && config.brain(m).name() == brain) {
             return static_cast<std::uint16_t>(m + 1);
@@ -82,8 +84,8 @@ std::uint16_t brain_of(const proto::Config& config, const std::string& brain) {
     return 0;
 }
 
-void expand_solid(const proto::Config& config,
-                  const proto::Config::Type& type,
+void expand_solid(const proto::config::Config& config,
+                  const proto::config::Type& type,
                   world::EntityType& out,
                   Settings& settings) {
     const auto solid = build_solid(type);
@@ -100,8 +102,8 @@ void expand_solid(const proto::Config& config,
     settings.outers.push_back(out.single_beyond_m > 0.0F ? solid->outer : physics::Shape());
 }
 
-void expand_soft(const proto::Config& config,
-                 const proto::Config::Type& type,
+void expand_soft(const proto::config::Config& config,
+                 const proto::config::Type& type,
                  world::EntityType& out,
                  Settings& settings) {
     auto soft = build_soft(type);
@@ -120,14 +122,14 @@ void expand_soft(const proto::Config& config,
     settings.softs.push_back(std::make_shared<const physics::soft::SoftDef>(std::move(soft->def)));
 }
 
-world::EntityType expand_type(const proto::Config& config,
-                              const proto::Config::Type& type,
+world::EntityType expand_type(const proto::config::Config& config,
+                              const proto::config::Type& type,
                               Settings& settings) {
     world::EntityType out;
     out.name = type.name();
     out.rewindable = type.rewindable();
     out.visibility_filter = static_cast<world::VisibilityFilter>(type.visibility_filter());
-    if (type.kind() == proto::Config::CHARACTER) {
+    if (type.kind() == proto::config::CHARACTER) {
         out.kind = world::EntityKind::kCharacter;
         out.character = expand_character(config, type);
     }
@@ -164,17 +166,17 @@ world::EntityType expand_type(const proto::Config& config,
 }
 
 // The enums of the config and of the stages have the same numbers, so that casts are exact.
-static_assert(static_cast<int>(world::Stance::kRiding) == proto::Config::RIDING);
-static_assert(static_cast<int>(world::VisibilityFilter::kRules) == proto::Config::RULES);
+static_assert(static_cast<int>(world::Stance::kRiding) == proto::config::RIDING);
+static_assert(static_cast<int>(world::VisibilityFilter::kRules) == proto::config::RULES);
 
 /// Steps of rates that are not set follow from the nearest level's bounds; publications are half a
 /// heartbeat apart in the mean where prediction is at its best.
-wire::Quantization expand_quantization(const proto::Config& config) {
+wire::Quantization expand_quantization(const proto::config::Config& config) {
     const auto& q = config.replication().quantization();
     const double horizon_s =
         0.5 * config.replication().heartbeat_ticks() / config.world().tick_rate_hz();
     const auto& nearest =
-        config.lod_size() > 0 ? config.lod(0) : proto::Config::Lod::default_instance();
+        config.lod_size() > 0 ? config.lod(0) : proto::config::Lod::default_instance();
     const wire::RateSteps steps = wire::rate_steps(narrow(nearest.position_bound_m()),
                                                    narrow(nearest.orientation_bound_rad()),
                                                    narrow(horizon_s));
@@ -195,7 +197,8 @@ wire::Quantization expand_quantization(const proto::Config& config) {
     return out;
 }
 
-void expand_replication(const proto::Config& config, replication::ReplicationSettings& out) {
+void expand_replication(const proto::config::Config& config,
+                        replication::ReplicationSettings& out) {
     const auto& from = config.replication();
     out.quantization = expand_quantization(config);
     out.quantization.gravity_mps2 = narrow(config.physics().gravity_mps2());
@@ -224,7 +227,7 @@ void expand_replication(const proto::Config& config, replication::ReplicationSet
 }
 
 /// The enumerations of the schema list their values in the engine's order: see the checks below.
-void expand_methods(const proto::Config::MethodParameters& from, physics::VariantSettings& out) {
+void expand_methods(const proto::config::MethodParameters& from, physics::VariantSettings& out) {
     out.iterations = static_cast<int>(from.iterations());
     out.tolerance_mps = narrow(from.tolerance_mps());
     out.omega = narrow(from.omega());
@@ -249,39 +252,39 @@ constexpr bool same(int theirs, Ours ours) {
     return theirs == static_cast<int>(ours);
 }
 
-static_assert(same(proto::Config::SHARED, replication::Codec::kShared) &&
-              same(proto::Config::PER_CLIENT, replication::Codec::kPerClient) &&
-              same(proto::Config::AUTO, replication::Codec::kAuto));
-static_assert(same(proto::Config::SOFT_STEP, physics::SolverVariant::kSoftStep) &&
-              same(proto::Config::JACOBI, physics::SolverVariant::kJacobi) &&
-              same(proto::Config::GAUSS_SEIDEL, physics::SolverVariant::kGaussSeidel) &&
-              same(proto::Config::OVER_RELAXATION, physics::SolverVariant::kOverRelaxation) &&
-              same(proto::Config::CONJUGATE_GRADIENT, physics::SolverVariant::kConjugateGradient) &&
-              same(proto::Config::DIRECT, physics::SolverVariant::kDirect) &&
-              same(proto::Config::IMPULSE, physics::SolverVariant::kImpulse) &&
-              same(proto::Config::PROJECTION, physics::SolverVariant::kProjection) &&
-              same(proto::Config::PENALTY, physics::SolverVariant::kPenalty));
-static_assert(same(proto::Config::CONE, physics::FrictionModel::kCone) &&
-              same(proto::Config::PYRAMID, physics::FrictionModel::kPyramid) &&
-              same(proto::Config::WEIGHT, physics::FrictionModel::kWeight));
-static_assert(same(proto::Config::POINTS, physics::ManifoldMode::kPoints) &&
-              same(proto::Config::DIVIDED, physics::ManifoldMode::kDivided));
-static_assert(same(proto::Config::BAUMGARTE, physics::Stabilisation::kBaumgarte) &&
-              same(proto::Config::SOFT, physics::Stabilisation::kSoft) &&
-              same(proto::Config::SPLIT, physics::Stabilisation::kSplit));
-static_assert(same(proto::Config::SEMI_IMPLICIT_EULER,
+static_assert(same(proto::config::SHARED, replication::Codec::kShared) &&
+              same(proto::config::PER_CLIENT, replication::Codec::kPerClient) &&
+              same(proto::config::AUTO, replication::Codec::kAuto));
+static_assert(same(proto::config::SOFT_STEP, physics::SolverVariant::kSoftStep) &&
+              same(proto::config::JACOBI, physics::SolverVariant::kJacobi) &&
+              same(proto::config::GAUSS_SEIDEL, physics::SolverVariant::kGaussSeidel) &&
+              same(proto::config::OVER_RELAXATION, physics::SolverVariant::kOverRelaxation) &&
+              same(proto::config::CONJUGATE_GRADIENT, physics::SolverVariant::kConjugateGradient) &&
+              same(proto::config::DIRECT, physics::SolverVariant::kDirect) &&
+              same(proto::config::IMPULSE, physics::SolverVariant::kImpulse) &&
+              same(proto::config::PROJECTION, physics::SolverVariant::kProjection) &&
+              same(proto::config::PENALTY, physics::SolverVariant::kPenalty));
+static_assert(same(proto::config::CONE, physics::FrictionModel::kCone) &&
+              same(proto::config::PYRAMID, physics::FrictionModel::kPyramid) &&
+              same(proto::config::WEIGHT, physics::FrictionModel::kWeight));
+static_assert(same(proto::config::POINTS, physics::ManifoldMode::kPoints) &&
+              same(proto::config::DIVIDED, physics::ManifoldMode::kDivided));
+static_assert(same(proto::config::BAUMGARTE, physics::Stabilisation::kBaumgarte) &&
+              same(proto::config::SOFT, physics::Stabilisation::kSoft) &&
+              same(proto::config::SPLIT, physics::Stabilisation::kSplit));
+static_assert(same(proto::config::SEMI_IMPLICIT_EULER,
                    physics::PenaltyIntegrator::kSemiImplicitEuler) &&
-              same(proto::Config::VELOCITY_VERLET, physics::PenaltyIntegrator::kVelocityVerlet));
+              same(proto::config::VELOCITY_VERLET, physics::PenaltyIntegrator::kVelocityVerlet));
 
-static_assert(same(proto::Config::AUTOMATIC, physics::BroadphaseKind::kAutomatic) &&
-              same(proto::Config::ALL_PAIRS, physics::BroadphaseKind::kAllPairs) &&
-              same(proto::Config::GRID, physics::BroadphaseKind::kGrid) &&
-              same(proto::Config::OCTREE, physics::BroadphaseKind::kOctree) &&
-              same(proto::Config::QUADTREE, physics::BroadphaseKind::kQuadtree) &&
-              same(proto::Config::SORT_AND_SWEEP, physics::BroadphaseKind::kSortAndSweep) &&
-              same(proto::Config::TREE, physics::BroadphaseKind::kTree));
+static_assert(same(proto::config::AUTOMATIC, physics::BroadphaseKind::kAutomatic) &&
+              same(proto::config::ALL_PAIRS, physics::BroadphaseKind::kAllPairs) &&
+              same(proto::config::GRID, physics::BroadphaseKind::kGrid) &&
+              same(proto::config::OCTREE, physics::BroadphaseKind::kOctree) &&
+              same(proto::config::QUADTREE, physics::BroadphaseKind::kQuadtree) &&
+              same(proto::config::SORT_AND_SWEEP, physics::BroadphaseKind::kSortAndSweep) &&
+              same(proto::config::TREE, physics::BroadphaseKind::kTree));
 
-using Flight = proto::Config::Physics;
+using Flight = proto::config::Physics;
 static_assert(same(Flight::DEFAULT, physics::IntegratorKind::kDefault) &&
               same(Flight::EXPLICIT_EULER, physics::IntegratorKind::kExplicitEuler) &&
               same(Flight::IMPLICIT_EULER, physics::IntegratorKind::kImplicitEuler) &&
@@ -292,7 +295,7 @@ static_assert(same(Flight::DEFAULT, physics::IntegratorKind::kDefault) &&
               same(Flight::RK4, physics::IntegratorKind::kRk4) &&
               same(Flight::ADAPTIVE, physics::IntegratorKind::kAdaptive));
 
-void expand_physics(const proto::Config::Physics& from, physics::PhysicsSettings& out) {
+void expand_physics(const proto::config::Physics& from, physics::PhysicsSettings& out) {
     out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
     out.substeps = static_cast<int>(from.substeps());
     out.velocity_iterations = static_cast<int>(from.velocity_iterations());
@@ -328,11 +331,12 @@ float farthest_sight(const Settings& settings, float hysteresis) {
     return std::max(std::min(nimbus, aura) * (1.0F + hysteresis), perception);
 }
 
-std::optional<ai::steering::AvoidanceSettings> expand_avoidance(const proto::Config& config) {
+std::optional<ai::steering::AvoidanceSettings> expand_avoidance(
+    const proto::config::Config& config) {
     if (!config.ai().has_avoidance()) {
         return std::nullopt;
     }
-    const proto::Config::Avoidance& from = config.ai().avoidance();
+    const proto::config::Avoidance& from = config.ai().avoidance();
     ai::steering::AvoidanceSettings out;
     out.horizon_s = narrow(from.horizon_s());
     out.wall_horizon_s = narrow(from.wall_horizon_s());
@@ -345,7 +349,8 @@ std::optional<ai::steering::AvoidanceSettings> expand_avoidance(const proto::Con
 
 }  // namespace
 
-void expand_stages(const proto::Config& config, Settings& settings) {
+void expand_stages(const proto::config::Config& config, Settings& settings) {
+    settings.world_name = config.world().name();
     settings.tick_rate_hz = config.world().tick_rate_hz();
     settings.seed = config.world().seed();
     settings.ground_height_m = narrow(config.world().ground_height_m());
@@ -383,6 +388,13 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     }
     expand_replication(config, settings.replication);
     expand_physics(config.physics(), settings.physics);
+    settings.visibility_filter = {config.interest().filter_checks_per_tick(),
+                                  config.interest().filter_stale_ticks(),
+                                  config.interest().filter_grace_ticks()};
+    settings.rewind = {
+        static_cast<Tick>(std::lround(config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz)),
+        narrow(config.rewind().slack_m())};
+    settings.audit = {config.audit().enabled(), config.audit().period_ticks()};
     settings.rules.clear();
     for (const auto& rule : config.rules()) {
         settings.rules.emplace_back(rule.name(), rule.value());

@@ -1,6 +1,7 @@
 #include "server/config/expand/method_plan.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/soft_types.h"
 #include "server/physics/method_selection/cost_table.h"
@@ -8,6 +9,7 @@
 #include "server/physics/method_selection/particle_choice.h"
 #include "server/physics/method_selection/soft_choice.h"
 #include "server/physics/soft/soft_body.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <array>
@@ -65,10 +67,11 @@ struct FlightPart {
 
 /// One flight for each drag among the props that are asked for.
 template <class Wanted>
-std::vector<selection::Flight> flights_of(const proto::Config& config, const Wanted& wanted) {
+std::vector<selection::Flight> flights_of(const proto::config::Config& config,
+                                          const Wanted& wanted) {
     std::vector<selection::Flight> flights;
     for (const auto& type : config.type()) {
-        const bool rigid = type.kind() == proto::Config::PROP && !type.has_soft();
+        const bool rigid = type.kind() == proto::config::PROP && !type.has_soft();
         const bool known = std::any_of(flights.begin(), flights.end(), [&](const auto& f) {
             return f.linear_drag == type.drag_ps();
         });
@@ -101,7 +104,7 @@ void keep_flight(const FlightPart& part,
     }
 }
 
-void choose_flights(const proto::Config& config,
+void choose_flights(const proto::config::Config& config,
                     const FlightPart& part,
                     double tick_s,
                     MethodPlan& plan,
@@ -137,7 +140,7 @@ void choose_flights(const proto::Config& config,
     plan.choice = std::move(choice);
 }
 
-MethodPlan plan_flight(const proto::Config& config,
+MethodPlan plan_flight(const proto::config::Config& config,
                        const FlightPart& part,
                        double tick_s,
                        Diagnostics& diagnostics) {
@@ -155,7 +158,7 @@ MethodPlan plan_flight(const proto::Config& config,
 
 /// A soft type, the lattice that is tried in its place, and the choice.
 selection::MethodChoice choose_for(const Settings& settings,
-                                   const proto::Config::Type& type,
+                                   const proto::config::Type& type,
                                    const soft::SoftDef& whole,
                                    bool as_named) {
     auto probe = build_soft(type);
@@ -176,7 +179,7 @@ selection::MethodChoice choose_for(const Settings& settings,
                                    static_cast<int>(coarser),
                                    settings.physics.gravity,
                                    narrow(1.0 / settings.tick_rate_hz)};
-    const double share = settings.config.budget().soft_share();
+    const double share = settings.config->budget().soft_share();
     const std::array named{static_cast<soft::SoftMethod>(type.soft().method())};
     const bool one = as_named && type.soft().has_method();
     const auto methods = one ? std::span<const soft::SoftMethod>(named) : selection::kSoftMethods;
@@ -185,7 +188,7 @@ selection::MethodChoice choose_for(const Settings& settings,
 }
 
 MethodPlan plan_soft(Settings& settings,
-                     const proto::Config::Type& type,
+                     const proto::config::Type& type,
                      std::shared_ptr<const soft::SoftDef>& def,
                      const std::string& path,
                      Diagnostics& diagnostics) {
@@ -193,7 +196,7 @@ MethodPlan plan_soft(Settings& settings,
     plan.subject = "soft type " + type.name();
     const auto& from = type.soft();
     const bool named = from.has_method() || from.substeps() > 0;
-    if (settings.config.budget().soft_share() <= 0.0) {
+    if (settings.config->budget().soft_share() <= 0.0) {
         const int n = soft::make_body(*def).substeps(narrow(1.0 / settings.tick_rate_hz));
         plan.used = std::string(soft::name_of(def->solver.method)) + " x " + std::to_string(n);
         plan.reason = std::string(named ? "named by the config" : "the default") +
@@ -230,7 +233,7 @@ double longest_life_of(const zone::ParticleSource& source) {
 }
 
 /// Of bursts nothing is known before rules let them out: as fast as anything that is sent.
-double fastest_of(const proto::Config& config, const zone::ParticleSource& source) {
+double fastest_of(const proto::config::Config& config, const zone::ParticleSource& source) {
     double fastest = source.burst ? config.replication().quantization().max_speed_mps() : 0.0;
     for (const motion::Emitter& emitter : source.emitters) {
         fastest = std::max(fastest, static_cast<double>(emitter.speed_max));
@@ -244,7 +247,7 @@ MethodPlan plan_particles(const Settings& settings,
                           Diagnostics& diagnostics) {
     MethodPlan plan;
     plan.subject = "particle system " + source.def.name;
-    const proto::Config& config = settings.config;
+    const proto::config::Config& config = *settings.config;
     if (config.budget().particles_m() <= 0.0) {
         plan.used = "semi_implicit_euler x 1";
         plan.reason = "the default; no budget (budget.particles_m)";
@@ -272,8 +275,8 @@ MethodPlan plan_particles(const Settings& settings,
 }
 
 /// A type that is one hull far away: from where on, and why from there.
-MethodPlan plan_representation(const proto::Config& config,
-                               const proto::Config::Type& from,
+MethodPlan plan_representation(const proto::config::Config& config,
+                               const proto::config::Type& from,
                                const world::EntityType& type) {
     MethodPlan plan;
     plan.subject = "type " + type.name + " far away";
@@ -314,8 +317,8 @@ std::string candidate_text(const selection::MethodCandidate& c) {
 
 }  // namespace
 
-double single_beyond_m(const proto::Config& config,
-                       const proto::Config::Type& type,
+double single_beyond_m(const proto::config::Config& config,
+                       const proto::config::Type& type,
                        float radius,
                        bool pinned) {
     const double angle = config.budget().representation_rad();
@@ -329,7 +332,7 @@ double single_beyond_m(const proto::Config& config,
 }
 
 void plan_methods(Settings& settings, Diagnostics& diagnostics) {
-    const proto::Config& config = settings.config;
+    const proto::config::Config& config = *settings.config;
     const double tick_s = 1.0 / settings.tick_rate_hz;
     const FlightPart bodies{"bodies",
                             "physics.body_integrator",

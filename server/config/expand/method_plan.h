@@ -2,12 +2,18 @@
 // config.
 #pragma once
 
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>
 
+namespace zoned::proto::config {
+class Config;
+class Type;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct Settings;
 
 /// Fills settings.methods, and what it chooses into settings.physics and settings.softs, which have
 /// been expanded from settings.config, a config without mistakes so far. Reports a method named
@@ -19,8 +25,8 @@ void plan_methods(Settings& settings, Diagnostics& diagnostics);
 /// is one hull: as it says itself, or from where on what it is then off by (selection::
 /// kSingleErrorShare, kSoftHullErrorShare of its diameter) is seen under budget.representation_rad.
 /// 0: never.
-double single_beyond_m(const proto::Config& config,
-                       const proto::Config::Type& type,
+double single_beyond_m(const proto::config::Config& config,
+                       const proto::config::Type& type,
                        float radius,
                        bool pinned);
 

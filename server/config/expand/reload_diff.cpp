@@ -1,6 +1,8 @@
 #include "server/config/expand/reload_diff.h"
 
+#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
+#include "proto/config/config.pb.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/util/message_differencer.h>
@@ -14,7 +16,7 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::util::MessageDifferencer;
-using proto::Config;
+using proto::config::Config;
 
 /// What is left when agents are taken out.
 Config without_brains(const Config& config) {
@@ -27,7 +29,7 @@ Config without_brains(const Config& config) {
     rest.clear_behaviour();
     rest.clear_difficulty();
     rest.clear_ai();
-    for (Config::Type& type : *rest.mutable_type()) {
+    for (proto::config::Type& type : *rest.mutable_type()) {
         type.clear_brain();
         type.clear_perception();
     }
@@ -72,7 +74,7 @@ core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& r
                                                                const Settings& fresh) {
     using Reloaded = core::Result<std::shared_ptr<const ai::AiSettings>>;
     const std::string other =
-        difference(without_brains(running.config), without_brains(fresh.config), "");
+        difference(without_brains(*running.config), without_brains(*fresh.config), "");
     if (!other.empty()) {
         return Reloaded::failure(other +
                                  " differs: only brains can be read anew, the rest takes a "

@@ -2,13 +2,18 @@
 // else.
 #pragma once
 
-#include "server/config/settings.h"
 #include "shared/core/result.h"
 
 #include <memory>
 #include <string>
 
+namespace zoned::ai {
+struct AiSettings;
+}
+
 namespace zoned::config {
+
+struct Settings;
 
 /// Agents of `fresh` for a world that was made of `running`: brains, behaviours, parameters,
 /// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their agents. Fails,

@@ -1,8 +1,9 @@
 #include "server/config/expand/stability_report.h"
 
 #include "server/assets/geometry_survey.h"
+#include "server/config/settings.h"
 #include "server/physics/scene/stability_warnings.h"
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 
 #include <algorithm>
 

@@ -1,12 +1,12 @@
 // Stability report: what in a good config the physics cannot simulate within the error budget.
 #pragma once
 
-#include "server/config/settings.h"
-
 #include <string>
 #include <vector>
 
 namespace zoned::config {
+
+struct Settings;
 
 /// One sentence each, with the setting that it is about and the figures; empty when there is
 /// nothing to say. Looks at the step itself, each type's body, the heaviest prop on the lightest

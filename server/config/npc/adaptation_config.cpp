@@ -1,11 +1,13 @@
 #include "server/config/npc/adaptation_config.h"
 
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/behaviours.h"
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/difficulty_names.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -17,76 +19,7 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
-
-constexpr const char* kAdaptation = "ai.adaptation";
-
-/// Number in the list, -1: it is not there.
-int find_level(const Config::Adaptation& adaptation, const std::string& name) {
-    const auto& names = adaptation.difficulty();
-    const auto at = std::find(names.begin(), names.end(), name);
-    return at == names.end() ? -1 : static_cast<int>(at - names.begin());
-}
-
-/// What is not set is the first that it may be.
-struct LevelRange {
-    int least = 0;
-    int most = 0;
-    int start = 0;
-};
-
-LevelRange level_range(const Config::Adaptation& adaptation) {
-    LevelRange range;
-    range.least = adaptation.has_least() ? find_level(adaptation, adaptation.least()) : 0;
-    range.most = adaptation.has_most() ? find_level(adaptation, adaptation.most())
-                                       : adaptation.difficulty_size() - 1;
-    range.start = adaptation.has_start() ? find_level(adaptation, adaptation.start()) : range.least;
-    return range;
-}
-
-void check_level_names(const Config& config, Diagnostics& diagnostics) {
-    std::set<std::string> seen;
-    const Config::Adaptation& adaptation = config.ai().adaptation();
-    for (int k = 0; k < adaptation.difficulty_size(); ++k) {
-        const std::string& name = adaptation.difficulty(k);
-        const std::string path = join_path(kAdaptation, "difficulty", k);
-        const bool known = std::any_of(config.difficulty().begin(),
-                                       config.difficulty().end(),
-                                       [&](const auto& of) { return of.name() == name; });
-        if (!known) {
-            diagnostics.add(path, "there is no difficulty named '" + name + "'");
-        } else if (!seen.insert(name).second) {
-            diagnostics.add(path, "'" + name + "' is in the list already");
-        }
-    }
-}
-
-void check_level_range(const Config::Adaptation& adaptation, Diagnostics& diagnostics) {
-    const LevelRange range = level_range(adaptation);
-    const std::string path = kAdaptation;
-    bool listed = true;
-    const auto check = [&](int level, const char* field, const std::string& name) {
-        if (level < 0) {
-            diagnostics.add(path + "." + field,
-                            "'" + name + "' is not in the list of difficulties");
-            listed = false;
-        }
-    };
-    check(range.least, "least", adaptation.least());
-    check(range.most, "most", adaptation.most());
-    if (adaptation.has_start()) {
-        check(range.start, "start", adaptation.start());
-    }
-    if (!listed) {
-        return;
-    }
-    if (range.least >= range.most) {
-        diagnostics.add(path + (adaptation.has_least() ? ".least" : ".most"),
-                        "the least must come before the most, or it would never change");
-    } else if (range.start < range.least || range.start > range.most) {
-        diagnostics.add(path + ".start", "lies outside of least and most");
-    }
-}
+using proto::config::Config;
 
 /// What differs between the parameters of two difficulties, by type.
 std::set<std::string> differing_types(const std::vector<ParameterChoice>& a,
@@ -131,7 +64,7 @@ bool same_names(const std::vector<ai::Brain>& a, const std::vector<ai::Brain>& b
 }
 
 void expand_staircase(const Config& config, double tick_rate_hz, ai::DifficultyLevels& difficulty) {
-    const Config::Adaptation& adaptation = config.ai().adaptation();
+    const proto::config::Adaptation& adaptation = config.ai().adaptation();
     const LevelRange range = level_range(adaptation);
     difficulty.staircase = {narrow(adaptation.success()),
                             narrow(adaptation.step()),
@@ -145,29 +78,6 @@ void expand_staircase(const Config& config, double tick_rate_hz, ai::DifficultyL
 
 }  // namespace
 
-std::string first_difficulty(const Config& config) {
-    const Config::Adaptation& adaptation = config.ai().adaptation();
-    if (config.ai().has_difficulty() || !config.ai().has_adaptation()) {
-        return config.ai().difficulty();
-    }
-    const int start = level_range(adaptation).start;
-    return start >= 0 && start < adaptation.difficulty_size() ? adaptation.difficulty(start) : "";
-}
-
-void check_adaptation(const Config& config, Diagnostics& diagnostics) {
-    if (!config.ai().has_adaptation()) {
-        return;
-    }
-    if (config.ai().has_difficulty()) {
-        diagnostics.add("ai.difficulty", "is chosen by ai.adaptation: say `start` there");
-    }
-    const std::size_t before = diagnostics.size();
-    check_level_names(config, diagnostics);
-    if (diagnostics.size() == before) {  // else what is not in the list is a consequence
-        check_level_range(config.ai().adaptation(), diagnostics);
-    }
-}
-
 void expand_adaptation(const Config& written,
                        const Policies& policies,
                        Settings& settings,
@@ -177,7 +87,7 @@ void expand_adaptation(const Config& written,
     if (!written.ai().has_adaptation()) {
         return;
     }
-    const Config::Adaptation& adaptation = written.ai().adaptation();
+    const proto::config::Adaptation& adaptation = written.ai().adaptation();
     expand_staircase(written, settings.tick_rate_hz, difficulty);
     std::set<std::string> varying;
     std::vector<ParameterChoice> before;
@@ -187,7 +97,7 @@ void expand_adaptation(const Config& written,
         ai::DifficultyLevel level =
             expand_level(written, adaptation.difficulty(k), policies, choices, diagnostics);
         if (diagnostics.size() != mistakes) {
-            diagnostics.add(join_path(kAdaptation, "difficulty", k),
+            diagnostics.add(join_path(kAdaptationPath, "difficulty", k),
                             "by '" + adaptation.difficulty(k) +
                                 "' brains get mistakes that they do not have at the start");
             difficulty = {};
@@ -198,7 +108,7 @@ void expand_adaptation(const Config& written,
         const std::set<std::string> types =
             k == 0 ? std::set<std::string>() : differing_types(before, choices);
         if (k > 0 && types.empty()) {
-            diagnostics.add(join_path(kAdaptation, "difficulty", k),
+            diagnostics.add(join_path(kAdaptationPath, "difficulty", k),
                             "is the same as '" + adaptation.difficulty(k - 1) + "' for all types");
         }
         varying.insert(types.begin(), types.end());

@@ -3,6 +3,8 @@
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <map>
@@ -12,13 +14,13 @@ namespace zoned::config {
 namespace {
 
 using ai::state_machine::StateMachineDefectKind;
-using proto::Config;
+using proto::config::Config;
 
 void collect(const Config& config, int brain, BrainParts& parts) {
     if (brain < 0 || !parts.brains.insert(brain).second) {
         return;
     }
-    for (const Config::State& state : config.brain(brain).state()) {
+    for (const proto::config::State& state : config.brain(brain).state()) {
         if (state.has_brain()) {
             collect(config, find_brain(config, state.brain()), parts);
         }
@@ -39,14 +41,14 @@ void collect(const Config& config, int brain, BrainParts& parts) {
 
 /// A transition between behaviours, and where in the file it comes from.
 struct Crossing {
-    Config::Transition transition;
+    proto::config::Transition transition;
     std::vector<std::string> origins;  ///< of its conditions
     bool spare = false;  ///< joins an end and a beginning: may go where it can never fire
 };
 
-void add_cue(const Config::Cue& cue, const std::string& path, Crossing& out) {
+void add_cue(const proto::config::Cue& cue, const std::string& path, Crossing& out) {
     for (int w = 0; w < cue.when_size(); ++w) {
-        const Config::Condition& when = cue.when(w);
+        const proto::config::Condition& when = cue.when(w);
         if (out.origins.empty()) {
             out.transition.set_sensor(when.sensor());
             out.transition.set_compare(when.compare());
@@ -126,7 +128,8 @@ constexpr std::size_t kMostCrossings = 1000;
 void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& crossings) {
     const auto write = [&] {
         for (std::size_t s = 0; s < crossings.size(); ++s) {
-            Config::State& state = *config.mutable_brain(index)->mutable_state(static_cast<int>(s));
+            proto::config::State& state =
+                *config.mutable_brain(index)->mutable_state(static_cast<int>(s));
             state.clear_transition();
             for (const Crossing& crossing : crossings[s]) {
                 *state.add_transition() = crossing.transition;
@@ -158,6 +161,21 @@ void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& c
 }
 
 }  // namespace
+
+void BrainParts::for_each(const Config& config, const LookAtPart& work) const {
+    for (const int b : brains) {
+        work(config.brain(b), join_path("", "brain", b));
+    }
+    for (const int t : trees) {
+        work(config.tree(t), join_path("", "tree", t));
+    }
+    for (const int d : domains) {
+        work(config.domain(d), join_path("", "domain", d));
+    }
+    for (const int b : blends) {
+        work(config.blend(b), join_path("", "blend", b));
+    }
+}
 
 BrainParts parts_of(const Config& config, const std::string& brain) {
     BrainParts parts;
@@ -191,31 +209,31 @@ std::string copy_with_parameters(Config& config,
     };
     for (const int t : parts.trees) {
         origin("tree", config.tree_size(), t);
-        Config::Tree copy = config.tree(t);
+        proto::config::Tree copy = config.tree(t);
         copy.set_name(prefix + copy.name());
         put_parameters(values, copy);
         *config.add_tree() = std::move(copy);
     }
     for (const int d : parts.domains) {
         origin("domain", config.domain_size(), d);
-        Config::Domain copy = config.domain(d);
+        proto::config::Domain copy = config.domain(d);
         copy.set_name(prefix + copy.name());
         put_parameters(values, copy);
         *config.add_domain() = std::move(copy);
     }
     for (const int b : parts.blends) {
         origin("blend", config.blend_size(), b);
-        Config::Blend copy = config.blend(b);
+        proto::config::Blend copy = config.blend(b);
         copy.set_name(prefix + copy.name());
         put_parameters(values, copy);
         *config.add_blend() = std::move(copy);
     }
     for (const int m : parts.brains) {
         origin("brain", config.brain_size(), m);
-        Config::Brain copy = config.brain(m);
+        proto::config::Brain copy = config.brain(m);
         copy.set_name(prefix + copy.name());
         put_parameters(values, copy);
-        for (Config::State& state : *copy.mutable_state()) {
+        for (proto::config::State& state : *copy.mutable_state()) {
             // Names that mean nothing stay as they are, and are reported as such.
             if (state.has_brain() && find_brain(config, state.brain()) >= 0) {
                 state.set_brain(prefix + state.brain());

@@ -4,15 +4,24 @@
 
 #include "server/config/npc/parameters.h"
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
+#include "proto/config/brains.pb.h"
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
 
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
 
-/// Machines with all that is inside them, and the trees, domains and blends by which states choose,
+/// A brain, tree, domain or blend, and its path.
+using LookAtPart =
+    std::function<void(const google::protobuf::Message& part, const std::string& path)>;
+
+/// Brains with all that is inside them, and the trees, domains and blends by which states choose,
 /// by index.
 struct BrainParts {
     std::set<int> brains;
@@ -27,33 +36,19 @@ struct BrainParts {
         blends.merge(other.blends);
     }
 
-    /// Calls `work(message, path)` for each.
-    template <class Work>
-    void for_each(const proto::Config& config, const Work& work) const {
-        for (const int m : brains) {
-            work(config.brain(m), join_path("", "brain", m));
-        }
-        for (const int t : trees) {
-            work(config.tree(t), join_path("", "tree", t));
-        }
-        for (const int d : domains) {
-            work(config.domain(d), join_path("", "domain", d));
-        }
-        for (const int b : blends) {
-            work(config.blend(b), join_path("", "blend", b));
-        }
-    }
+    /// Calls `work` for each.
+    void for_each(const proto::config::Config& config, const LookAtPart& work) const;
 };
 
 /// Of the brain of that name, which exists.
-BrainParts parts_of(const proto::Config& config, const std::string& brain);
+BrainParts parts_of(const proto::config::Config& config, const std::string& brain);
 
 /// Whether a parameter stands anywhere in it.
-bool takes_parameters(const proto::Config& config, const std::string& brain);
+bool takes_parameters(const proto::config::Config& config, const std::string& brain);
 
 /// Name of a brain that is `brain` with `values` in the place of parameters: itself, where it
 /// takes none, or a copy with `prefix` before all names, appended to the config.
-std::string copy_with_parameters(proto::Config& config,
+std::string copy_with_parameters(proto::config::Config& config,
                                  const std::string& brain,
                                  const std::string& prefix,
                                  const ParameterValues& values,
@@ -62,7 +57,7 @@ std::string copy_with_parameters(proto::Config& config,
 
 /// A behaviour of a type, with the type's numbers.
 struct BrainLayer {
-    proto::Config::Behaviour part;
+    proto::config::Behaviour part;
     std::string path;        ///< of the behaviour
     std::string use_path;    ///< of the type's setting that names it
     bool remembers = false;  ///< its brain has more than one place to go on at
@@ -71,7 +66,7 @@ struct BrainLayer {
 /// Adds to brain `index`, whose states are the last layer and then all others in order, the
 /// transitions between them. Where a behaviour ends while a cue of another holds it goes there at
 /// once, unless both exclude each other. Reports layers that never begin or never end.
-void add_transitions(proto::Config& config,
+void add_transitions(proto::config::Config& config,
                      int index,
                      const std::vector<BrainLayer>& layers,
                      Diagnostics& diagnostics,

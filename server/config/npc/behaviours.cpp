@@ -1,11 +1,14 @@
 #include "server/config/npc/behaviours.h"
 
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/behaviour_parts.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/npc/parameters.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/types/type_families.h"
+#include "proto/config/config.pb.h"
 
 #include <google/protobuf/descriptor.h>
 
@@ -17,7 +20,7 @@ namespace zoned::config {
 namespace {
 
 using google::protobuf::FieldDescriptor;
-using proto::Config;
+using proto::config::Config;
 
 /// Copies included.
 constexpr int kMostBrains = 20000;
@@ -42,7 +45,7 @@ class PartsCheck {
         std::set<std::string> names;
         for (int b = 0; b < config_.behaviour_size(); ++b) {
             const std::string path = join_path("", "behaviour", b);
-            const Config::Behaviour& part = config_.behaviour(b);
+            const proto::config::Behaviour& part = config_.behaviour(b);
             if (check_name(part.name(), "behaviour", path, diagnostics_) &&
                 !names.insert(part.name()).second) {
                 diagnostics_.add(path + ".name",
@@ -60,7 +63,7 @@ class PartsCheck {
     }
 
   private:
-    void parameters(const Config::Behaviour& part, const std::string& path) {
+    void parameters(const proto::config::Behaviour& part, const std::string& path) {
         std::set<std::string> used;
         const LookAtParameter look = [&](const FieldDescriptor* number,
                                          const std::string& name,
@@ -94,7 +97,7 @@ class PartsCheck {
     }
 
     void bears(const FieldDescriptor& number,
-               const Config::Parameter& parameter,
+               const proto::config::Parameter& parameter,
                const std::string& path) {
         const proto::FieldRange& range = number.options().GetExtension(proto::range);
         if (parameter.low() < range.min() || parameter.high() > range.max()) {
@@ -169,14 +172,14 @@ class BrainOfType {
         if (broken_) {
             return {};
         }
-        Config::Brain brain;
+        proto::config::Brain brain;
         brain.set_name(type_ + ".brain");
         perceive(brain);
         merge_variables(uses, brain);
         for (std::size_t k = 0; k < layers_.size(); ++k) {
             // It starts with the last: the one that needs no cue.
             const BrainLayer& layer = layers_[(k + layers_.size() - 1) % layers_.size()];
-            Config::State* state = brain.add_state();
+            proto::config::State* state = brain.add_state();
             state->set_name(layer.part.name());
             state->set_brain(layer.part.brain());
             if (layer.remembers) {
@@ -221,7 +224,7 @@ class BrainOfType {
         layer.path = join_path("", "behaviour", index);
         layer.use_path = use.path;
         put_parameters(values, layer.part);
-        const Config::Brain& first = config_.brain(find_brain(config_, layer.part.brain()));
+        const proto::config::Brain& first = config_.brain(find_brain(config_, layer.part.brain()));
         layer.remembers =
             first.state_size() > 1 || (first.state_size() > 0 && first.state(0).has_brain());
         layer.part.set_brain(copy_with_parameters(
@@ -229,11 +232,11 @@ class BrainOfType {
         layers_.push_back(std::move(layer));
     }
 
-    void perceive(Config::Brain& brain) const {
+    void perceive(proto::config::Brain& brain) const {
         double perception = 0.0;
         double period = 60.0;
         for (const BrainLayer& layer : layers_) {
-            const Config::Brain& of = config_.brain(find_brain(config_, layer.part.brain()));
+            const proto::config::Brain& of = config_.brain(find_brain(config_, layer.part.brain()));
             perception = std::max(perception, of.perception_m());
             period = std::min(period, of.decide_every_s());
             if (of.has_perception() && !brain.has_perception()) {
@@ -244,10 +247,11 @@ class BrainOfType {
         brain.set_decide_every_s(period);
     }
 
-    void merge_variables(const std::vector<BehaviourUse>& uses, Config::Brain& brain) {
+    void merge_variables(const std::vector<BehaviourUse>& uses, proto::config::Brain& brain) {
         for (std::size_t k = 0; k < layers_.size(); ++k) {
-            const Config::Brain& of = config_.brain(find_brain(config_, layers_[k].part.brain()));
-            for (const Config::Variable& variable : of.variable()) {
+            const proto::config::Brain& of =
+                config_.brain(find_brain(config_, layers_[k].part.brain()));
+            for (const proto::config::Variable& variable : of.variable()) {
                 const int known = find_variable(brain, variable.name());
                 if (known < 0) {
                     *brain.add_variable() = variable;
@@ -279,7 +283,7 @@ class BrainOfType {
 
 /// What a type says of its perception holds in place of what its brain says.
 void perceive_as_type(Config& config, int type, Diagnostics& diagnostics) {
-    const Config::Type& of = config.type(type);
+    const proto::config::Type& of = config.type(type);
     const int brain = find_brain(config, of.brain());
     if (!of.has_perception()) {
         return;
@@ -292,7 +296,7 @@ void perceive_as_type(Config& config, int type, Diagnostics& diagnostics) {
     int own = brain;
     if (of.brain() != of.name() + ".brain") {
         own = config.brain_size();
-        Config::Brain copy = config.brain(brain);
+        proto::config::Brain copy = config.brain(brain);
         copy.set_name(of.name() + ".brain");
         config.mutable_type(type)->set_brain(copy.name());
         *config.add_brain() = std::move(copy);

@@ -2,14 +2,18 @@
 // made of them.
 #pragma once
 
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <string>
 #include <vector>
 
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct ParameterChoice;
 
 /// Makes types complete (type_families.h), and for each that has behaviours a brain "TYPE.brain":
 /// its states are the behaviours, with the type's numbers in the place of parameters. Precedence is
@@ -27,6 +31,7 @@ namespace zoned::config {
 /// Reports, at the place in the file: behaviours and parameters that are none, parameters that no
 /// setting takes or whose bounds it does not bear, behaviours that never begin or never end,
 /// variables of one name that differ. Returns what all parameters are.
-std::vector<ParameterChoice> build_behaviours(proto::Config& config, Diagnostics& diagnostics);
+std::vector<ParameterChoice> build_behaviours(proto::config::Config& config,
+                                              Diagnostics& diagnostics);
 
 }  // namespace zoned::config

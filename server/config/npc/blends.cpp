@@ -1,8 +1,11 @@
 #include "server/config/npc/blends.h"
 
-#include "server/config/check/config_checks.h"
-#include "server/config/npc/brain_config.h"
+#include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
+#include "server/config/npc/fuzzy_config.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <set>
@@ -11,19 +14,19 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
+using proto::config::Config;
 
 /// A fuzzy system with the blend's inputs and a rule for each of its transitions: what fuzzy
 /// systems and blends have in common is judged, and expanded, in one way.
-Config::Fuzzy system_of(const Config::Blend& blend) {
-    Config::Fuzzy out;
+proto::config::Fuzzy system_of(const proto::config::Blend& blend) {
+    proto::config::Fuzzy out;
     out.set_name("blend");
     *out.mutable_input() = blend.input();
-    Config::FuzzyOutput* output = out.add_output();
+    proto::config::FuzzyOutput* output = out.add_output();
     output->set_name("fires");
     output->add_value()->set_name("yes");
-    for (const Config::BlendTransition& transition : blend.transition()) {
-        Config::FuzzyRule* rule = out.add_rule();
+    for (const proto::config::BlendTransition& transition : blend.transition()) {
+        proto::config::FuzzyRule* rule = out.add_rule();
         *rule->mutable_when() = transition.when();
         rule->set_any(transition.any());
         rule->set_then("yes");
@@ -31,7 +34,7 @@ Config::Fuzzy system_of(const Config::Blend& blend) {
     return out;
 }
 
-int find_state(const Config::Blend& blend, const std::string& name) {
+int find_state(const proto::config::Blend& blend, const std::string& name) {
     for (int s = 0; s < blend.state_size(); ++s) {
         if (blend.state(s).name() == name) {
             return s;
@@ -40,26 +43,31 @@ int find_state(const Config::Blend& blend, const std::string& name) {
     return -1;
 }
 
-void check_actions(const Config::Blend& blend, const std::string& path, Diagnostics& diagnostics) {
+void check_actions(const proto::config::Blend& blend,
+                   const std::string& path,
+                   Diagnostics& diagnostics) {
     std::set<int> seen;
     for (int s = 0; s < blend.state_size(); ++s) {
-        const Config::ActionKind action = blend.state(s).do_().action();
+        const proto::config::ActionKind action = blend.state(s).do_().action();
         const std::string here = join_path(path, "state", s) + ".do";
-        if (action == Config::FLOCK) {
+        if (action == proto::config::FLOCK) {
             diagnostics.add(here, "FLOCK cannot be blended: herds steer by decisions alone");
         }
-        if (action == Config::FORM_UP || action == Config::FORAGE) {
+        if (action == proto::config::FORM_UP || action == proto::config::FORAGE) {
             diagnostics.add(here, "cannot be blended: its places are kept by one action");
         }
         // Round and post are remembered in one place.
-        const int kind = action == Config::GUARD ? static_cast<int>(Config::PATROL) : action;
-        if (!seen.insert(kind).second && action != Config::IDLE) {
+        const int kind =
+            action == proto::config::GUARD ? static_cast<int>(proto::config::PATROL) : action;
+        if (!seen.insert(kind).second && action != proto::config::IDLE) {
             diagnostics.add(here, "another state of the blend does this already");
         }
     }
 }
 
-void check_blend(const Config::Blend& blend, const std::string& path, Diagnostics& diagnostics) {
+void check_blend(const proto::config::Blend& blend,
+                 const std::string& path,
+                 Diagnostics& diagnostics) {
     std::set<std::string> names;
     for (int s = 0; s < blend.state_size(); ++s) {
         const std::string here = join_path(path, "state", s);
@@ -72,7 +80,7 @@ void check_blend(const Config::Blend& blend, const std::string& path, Diagnostic
     check_actions(blend, path, diagnostics);
     std::set<int> reached{0};
     for (int t = 0; t < blend.transition_size(); ++t) {
-        const Config::BlendTransition& transition = blend.transition(t);
+        const proto::config::BlendTransition& transition = blend.transition(t);
         const std::string here = join_path(path, "transition", t);
         diagnostics.set_origin(join_path(path, "rule", t), here, "");
         for (const bool from : {true, false}) {
@@ -97,18 +105,9 @@ void check_blend(const Config::Blend& blend, const std::string& path, Diagnostic
 
 }  // namespace
 
-int find_blend(const Config& config, const std::string& name) {
-    for (int b = 0; b < config.blend_size(); ++b) {
-        if (config.blend(b).name() == name) {
-            return b;
-        }
-    }
-    return -1;
-}
-
 void expand_blend(const Config& config,
-                  const Config::Blend& blend,
-                  const std::function<ai::SenseIndex(const Config::FuzzyInput&)>& sense_of,
+                  const proto::config::Blend& blend,
+                  const std::function<ai::SenseIndex(const proto::config::FuzzyInput&)>& sense_of,
                   const VariableOf& variable_of,
                   ai::BrainState& out) {
     const ai::fuzzy::FuzzyDef system = expand_fuzzy(system_of(blend));
@@ -116,10 +115,10 @@ void expand_blend(const Config& config,
     choice.def.name = blend.name();
     choice.def.inputs = system.inputs;
     choice.def.response_s = narrow(blend.response_s());
-    for (const Config::FuzzyInput& input : blend.input()) {
+    for (const proto::config::FuzzyInput& input : blend.input()) {
         choice.inputs.push_back(sense_of(input));
     }
-    for (const Config::BlendState& state : blend.state()) {
+    for (const proto::config::BlendState& state : blend.state()) {
         choice.def.states.push_back({state.name(), {}});
         out.actions.push_back(expand_action(config, state.name(), state.do_(), variable_of));
     }

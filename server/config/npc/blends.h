@@ -2,26 +2,28 @@
 // wrong with them.
 #pragma once
 
-#include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <string>
 
+namespace zoned::proto::config {
+class Blend;
+class Config;
+class FuzzyInput;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
 
-/// Index of the blend of that name, -1: none.
-int find_blend(const proto::Config& config, const std::string& name);
-
 /// Fills in the state's choice and actions; `sense_of` gives the sense of an input.
-void expand_blend(const proto::Config& config,
-                  const proto::Config::Blend& blend,
-                  const std::function<ai::SenseIndex(const proto::Config::FuzzyInput&)>& sense_of,
+void expand_blend(const proto::config::Config& config,
+                  const proto::config::Blend& blend,
+                  const std::function<ai::SenseIndex(const proto::config::FuzzyInput&)>& sense_of,
                   const VariableOf& variable_of,
                   ai::BrainState& out);
 
 /// Names, inputs and terms, propositions, states that nothing leads to, actions that cannot be done
 /// at the same time.
-void check_blends(const proto::Config& config, Diagnostics& diagnostics);
+void check_blends(const proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -2,10 +2,13 @@
 
 #include "server/config/npc/blends.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
+#include "server/config/npc/fuzzy_config.h"
 #include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/stances.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <set>
@@ -14,7 +17,7 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
+using proto::config::Config;
 
 constexpr std::uint16_t kNowhere = 0xFFFE;
 
@@ -50,7 +53,7 @@ class BrainExpansion {
     }
 
     ai::Brain run() {
-        const Config::Brain& brain = config_.brain(index_);
+        const proto::config::Brain& brain = config_.brain(index_);
         ai::Brain out;
         out.name = brain.name();
         out.perception_m = narrow(brain.perception_m());
@@ -99,10 +102,10 @@ class BrainExpansion {
                     use(condition.sense());
                 }
             }
-            for_each_choice_condition(
-                config_, state, [&use](const Config::Condition& condition, const std::string&) {
-                    use(condition.sense());
-                });
+            for_each_choice_condition(config_,
+                                      state,
+                                      [&use](const proto::config::Condition& condition,
+                                             const std::string&) { use(condition.sense()); });
             const int blend = state.has_blend() ? find_blend(config_, state.blend()) : -1;
             for (int i = 0; blend >= 0 && i < config_.blend(blend).input_size(); ++i) {
                 use(config_.blend(blend).input(i).sense());
@@ -113,7 +116,7 @@ class BrainExpansion {
         }
     }
 
-    [[nodiscard]] ai::SenseIndex sense(const Config::Condition& condition) const {
+    [[nodiscard]] ai::SenseIndex sense(const proto::config::Condition& condition) const {
         const ai::SenseIndex named = named_sense(condition.has_sense(), condition.sense());
         return named != 0 ? named : ai::sense_of(static_cast<ai::Sensor>(condition.sensor()));
     }
@@ -122,7 +125,7 @@ class BrainExpansion {
         return static_cast<std::uint16_t>(std::max(find_variable(config_.brain(index_), name), 0));
     }
 
-    [[nodiscard]] ai::SenseIndex input_sense(const Config::FuzzyInput& input) const {
+    [[nodiscard]] ai::SenseIndex input_sense(const proto::config::FuzzyInput& input) const {
         return input.has_sense() ? named_sense(true, input.sense())
                                  : ai::sense_of(static_cast<ai::Sensor>(input.sensor()));
     }
@@ -153,7 +156,8 @@ class BrainExpansion {
                          static_cast<std::size_t>(std::distance(place_senses_.begin(), of_place)));
     }
 
-    ai::Transition transition(const Config::Brain& brain, const Config::Transition& from) const {
+    ai::Transition transition(const proto::config::Brain& brain,
+                              const proto::config::Transition& from) const {
         ai::Transition out;
         out.to = kNowhere;
         for (int s = 0; s < brain.state_size(); ++s) {
@@ -173,7 +177,7 @@ class BrainExpansion {
         return out;
     }
 
-    std::vector<ai::BrainState> states(const Config::Brain& brain, std::size_t depth) {
+    std::vector<ai::BrainState> states(const proto::config::Brain& brain, std::size_t depth) {
         std::vector<ai::BrainState> out;
         for (const auto& state : brain.state()) {
             ai::BrainState s;
@@ -190,7 +194,7 @@ class BrainExpansion {
             }
             s.history = static_cast<ai::state_machine::StateHistory>(state.history());
             if (state.has_rubber_band()) {
-                const Config::RubberBand& band = state.rubber_band();
+                const proto::config::RubberBand& band = state.rubber_band();
                 s.rubber_band = {narrow(band.gap_m()),
                                  narrow(band.gain()),
                                  narrow(band.least()),
@@ -214,14 +218,14 @@ class BrainExpansion {
                 expand_blend(
                     config_,
                     config_.blend(find_blend(config_, state.blend())),
-                    [this](const Config::FuzzyInput& input) { return input_sense(input); },
+                    [this](const proto::config::FuzzyInput& input) { return input_sense(input); },
                     [this](const std::string& name) { return variable(name); },
                     s);
             } else {
                 expand_choice(
                     config_,
                     state,
-                    [this](const Config::Condition& condition) { return sense(condition); },
+                    [this](const proto::config::Condition& condition) { return sense(condition); },
                     [this](const std::string& name) { return variable(name); },
                     s);
             }
@@ -246,28 +250,29 @@ class BrainExpansion {
 };
 
 // The enums of the config and of agents have the same numbers, so that casts are exact.
-static_assert(static_cast<int>(ai::ActionKind::kReturn) == Config::RETURN);
-static_assert(static_cast<int>(ai::ActionKind::kFlock) == Config::FLOCK);
-static_assert(static_cast<int>(ai::ActionKind::kGo) == Config::GO);
-static_assert(static_cast<int>(ai::Sensor::kRandom) == Config::RANDOM);
-static_assert(static_cast<int>(ai::Sensor::kTimeOfDay) == Config::TIME_OF_DAY);
-static_assert(static_cast<int>(ai::ActionKind::kGuard) == Config::GUARD);
-static_assert(static_cast<int>(ai::ActionKind::kFollowTrack) == Config::FOLLOW_TRACK);
-static_assert(static_cast<int>(ai::ActionKind::kForage) == Config::FORAGE);
-static_assert(static_cast<int>(ai::ActionKind::kFormUp) == Config::FORM_UP);
-static_assert(static_cast<int>(ai::FormationShape::kRing) == Config::RING);
-static_assert(static_cast<int>(ai::Sensor::kFoes) == Config::FOES);
-static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
-static_assert(static_cast<int>(ai::state_machine::StateHistory::kShallow) == Config::SHALLOW);
-static_assert(static_cast<int>(ai::state_machine::StateHistory::kDeep) == Config::DEEP);
+static_assert(static_cast<int>(ai::ActionKind::kReturn) == proto::config::RETURN);
+static_assert(static_cast<int>(ai::ActionKind::kFlock) == proto::config::FLOCK);
+static_assert(static_cast<int>(ai::ActionKind::kGo) == proto::config::GO);
+static_assert(static_cast<int>(ai::Sensor::kRandom) == proto::config::RANDOM);
+static_assert(static_cast<int>(ai::Sensor::kTimeOfDay) == proto::config::TIME_OF_DAY);
+static_assert(static_cast<int>(ai::ActionKind::kGuard) == proto::config::GUARD);
+static_assert(static_cast<int>(ai::ActionKind::kFollowTrack) == proto::config::FOLLOW_TRACK);
+static_assert(static_cast<int>(ai::ActionKind::kForage) == proto::config::FORAGE);
+static_assert(static_cast<int>(ai::ActionKind::kFormUp) == proto::config::FORM_UP);
+static_assert(static_cast<int>(ai::FormationShape::kRing) == proto::config::RING);
+static_assert(static_cast<int>(ai::Sensor::kFoes) == proto::config::FOES);
+static_assert(static_cast<int>(ai::Compare::kAbove) == proto::config::ABOVE);
+static_assert(static_cast<int>(ai::state_machine::StateHistory::kShallow) ==
+              proto::config::SHALLOW);
+static_assert(static_cast<int>(ai::state_machine::StateHistory::kDeep) == proto::config::DEEP);
 
 }  // namespace
 
-ai::Brain expand_brain(const proto::Config& config, int index) {
+ai::Brain expand_brain(const proto::config::Config& config, int index) {
     return BrainExpansion(config, index).run();
 }
 
-std::vector<ai::Brain> expand_brains(const proto::Config& config) {
+std::vector<ai::Brain> expand_brains(const proto::config::Config& config) {
     std::vector<ai::Brain> brains;
     const std::vector<int> roots = root_brains(config);
     for (int m = 0; m < config.brain_size(); ++m) {
@@ -277,7 +282,7 @@ std::vector<ai::Brain> expand_brains(const proto::Config& config) {
     return brains;
 }
 
-std::vector<int> root_brains(const proto::Config& config) {
+std::vector<int> root_brains(const proto::config::Config& config) {
     std::set<std::string> held;
     for (const auto& brain : config.brain()) {
         for (const auto& state : brain.state()) {
@@ -303,26 +308,10 @@ std::vector<int> root_brains(const proto::Config& config) {
     return roots;
 }
 
-int find_brain(const proto::Config& config, const std::string& name) {
-    for (int m = 0; m < config.brain_size(); ++m) {
-        if (config.brain(m).name() == name) {
-            return m;
-        }
-    }
-    return -1;
-}
-
-int find_variable(const proto::Config::Brain& brain, const std::string& name) {
-    for (int v = 0; v < brain.variable_size(); ++v) {
-        if (brain.variable(v).name() == name) {
-            return v;
-        }
-    }
-    return -1;
-}
-
-std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense) {
-    const Config::Brain& brain = config.brain(root);
+std::string why_not_sensed(const proto::config::Config& config,
+                           int root,
+                           const std::string& sense) {
+    const proto::config::Brain& brain = config.brain(root);
     if (find_variable(brain, sense) >= 0) {
         return {};
     }

@@ -1,10 +1,12 @@
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/behaviour_parts.h"
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/check_name.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <set>
@@ -15,11 +17,11 @@ namespace zoned::config {
 namespace {
 
 using ai::state_machine::StateMachineDefectKind;
-using proto::Config;
+using proto::config::Config;
 
 /// What a state does is said in one way. False where it names a tree or plan that is none.
 bool check_pathfinding(const Config& config,
-                       const Config::State& state,
+                       const proto::config::State& state,
                        const std::string& here,
                        Diagnostics& diagnostics) {
     if (static_cast<int>(state.has_brain()) + static_cast<int>(state.has_tree()) +
@@ -58,7 +60,7 @@ bool check_pathfinding(const Config& config,
 
 /// Names of one brain's states, and of the brains that they are. False where one is wrong.
 bool check_states(const Config& config,
-                  const Config::Brain& brain,
+                  const proto::config::Brain& brain,
                   const std::string& path,
                   Diagnostics& diagnostics) {
     std::set<std::string> names;
@@ -92,7 +94,7 @@ bool check_states(const Config& config,
     return right;
 }
 
-void check_variables(const Config::Brain& brain,
+void check_variables(const proto::config::Brain& brain,
                      const std::string& path,
                      Diagnostics& diagnostics) {
     std::set<std::string> names;
@@ -115,7 +117,7 @@ void check_variables(const Config::Brain& brain,
 void check_condition(const Config& config,
                      bool has_sense,
                      const std::string& sense,
-                     Config::Sensor sensor,
+                     proto::config::Sensor sensor,
                      double threshold,
                      int root,
                      const std::string& path,
@@ -129,21 +131,21 @@ void check_condition(const Config& config,
     }
     const double perception_m =
         std::max(config.brain(root).perception_m(), config.brain(root).perception().hearing_m());
-    if (sensor == Config::PLAYER_DISTANCE && threshold > perception_m) {
+    if (sensor == proto::config::PLAYER_DISTANCE && threshold > perception_m) {
         diagnostics.add(path + ".threshold",
                         text_of("%g m is beyond perception_m, %g: players there are not noticed",
                                 threshold,
                                 perception_m));
     }
-    if (sensor == Config::RANDOM && threshold > 1.0) {
+    if (sensor == proto::config::RANDOM && threshold > 1.0) {
         diagnostics.add(path + ".threshold", "RANDOM is drawn from [0, 1)");
     }
 }
 
 /// False where it leads nowhere.
 bool check_transition(const Config& config,
-                      const Config::Brain& brain,
-                      const Config::Transition& transition,
+                      const proto::config::Brain& brain,
+                      const proto::config::Transition& transition,
                       int root,
                       const std::string& path,
                       Diagnostics& diagnostics) {
@@ -210,7 +212,7 @@ class RootCheck {
         path_.push_back(index);
         looked_at_[static_cast<std::size_t>(index)] = true;
         broken_ = broken_ || !named_[static_cast<std::size_t>(index)];
-        const Config::Brain& brain = config_.brain(index);
+        const proto::config::Brain& brain = config_.brain(index);
         const std::string path = join_path("", "brain", index);
         for (int s = 0; s < brain.state_size(); ++s) {
             const auto& state = brain.state(s);
@@ -226,11 +228,11 @@ class RootCheck {
             }
             check_action(state, here);
             for_each_choice_action(
-                config_, state, [this](const Config::Action& action, const std::string& at) {
+                config_, state, [this](const proto::config::Action& action, const std::string& at) {
                     check_action(action, at);
                 });
             for_each_choice_condition(
-                config_, state, [this](const Config::Condition& of, const std::string& at) {
+                config_, state, [this](const proto::config::Condition& of, const std::string& at) {
                     check_condition(config_,
                                     of.has_sense(),
                                     of.sense(),
@@ -264,10 +266,10 @@ class RootCheck {
         check_action_details(config_, root_, of, path, diagnostics_);
     }
 
-    void blend_inputs(const Config::State& state) {
+    void blend_inputs(const proto::config::State& state) {
         const int blend = state.has_blend() ? find_blend(config_, state.blend()) : -1;
         for (int i = 0; blend >= 0 && i < config_.blend(blend).input_size(); ++i) {
-            const Config::FuzzyInput& input = config_.blend(blend).input(i);
+            const proto::config::FuzzyInput& input = config_.blend(blend).input(i);
             const std::string wrong =
                 input.has_sense() ? why_not_sensed(config_, root_, input.sense()) : std::string();
             if (!wrong.empty()) {
@@ -281,7 +283,7 @@ class RootCheck {
         }
     }
 
-    void change(const Config::Change& of, const std::string& path) {
+    void change(const proto::config::Change& of, const std::string& path) {
         if (find_variable(config_.brain(root_), of.variable()) < 0) {
             diagnostics_.add(path + ".variable",
                              "brain '" + config_.brain(root_).name() + "' has no variable named '" +
@@ -312,7 +314,7 @@ class RootCheck {
         // What types say of perception stands in brains of their own: those that nobody has are
         // not judged by it.
         const auto& types = config_.type();
-        if (std::any_of(types.begin(), types.end(), [&brain](const Config::Type& type) {
+        if (std::any_of(types.begin(), types.end(), [&brain](const proto::config::Type& type) {
                 return type.brain() == brain.name;
             })) {
             check_company(brain, join_path("", "brain", root_), diagnostics_);
@@ -372,7 +374,7 @@ class RootCheck {
 
 }  // namespace
 
-void check_brains(const proto::Config& config, Diagnostics& diagnostics) {
+void check_brains(const proto::config::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
     std::vector<bool> named;
     for (int m = 0; m < config.brain_size(); ++m) {

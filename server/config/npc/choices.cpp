@@ -1,9 +1,11 @@
 #include "server/config/npc/choices.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/npc/poi_config.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/stances.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <set>
@@ -12,17 +14,7 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
-
-template <class List>
-int index_of(const List& list, const std::string& name) {
-    for (int i = 0; i < list.size(); ++i) {
-        if (list[i].name() == name) {
-            return i;
-        }
-    }
-    return -1;
-}
+using proto::config::Config;
 
 /// "not x" is x, negated.
 std::pair<std::string, bool> literal(const std::string& text) {
@@ -31,7 +23,7 @@ std::pair<std::string, bool> literal(const std::string& text) {
 }
 
 template <class Names>
-ai::goap::Literals literals(const Config::Domain& domain, const Names& names) {
+ai::goap::Literals literals(const proto::config::Domain& domain, const Names& names) {
     ai::goap::Literals out;
     for (const std::string& text : names) {
         const auto [name, negated] = literal(text);
@@ -43,7 +35,7 @@ ai::goap::Literals literals(const Config::Domain& domain, const Names& names) {
     return out;
 }
 
-ai::goap::Domain expand_domain(const Config::Domain& domain) {
+ai::goap::Domain expand_domain(const proto::config::Domain& domain) {
     ai::goap::Domain out;
     for (const auto& fact : domain.fact()) {
         out.facts.push_back(fact.name());
@@ -61,7 +53,7 @@ ai::goap::Domain expand_domain(const Config::Domain& domain) {
 }
 
 /// With the senses that `sense_of` gives; actions are numbered by node.
-ai::tree::TreeDef expand_tree(const Config::Tree& tree, const SenseOf& sense_of) {
+ai::tree::TreeDef expand_tree(const proto::config::Tree& tree, const SenseOf& sense_of) {
     ai::tree::TreeDef out;
     out.name = tree.name();
     for (int n = 0; n < tree.node_size(); ++n) {
@@ -96,15 +88,17 @@ void unique(const std::string& name,
     }
 }
 
-void check_untimed(const Config::Condition& condition,
+void check_untimed(const proto::config::Condition& condition,
                    const std::string& path,
                    Diagnostics& diagnostics) {
-    if (!condition.has_sense() && condition.sensor() == Config::TIME_IN_STATE) {
+    if (!condition.has_sense() && condition.sensor() == proto::config::TIME_IN_STATE) {
         diagnostics.add(path, "the time in a state is known to transitions alone: set `sensor`");
     }
 }
 
-void check_tree(const Config::Tree& tree, const std::string& path, Diagnostics& diagnostics) {
+void check_tree(const proto::config::Tree& tree,
+                const std::string& path,
+                Diagnostics& diagnostics) {
     std::set<std::string> names;
     bool named = true;
     for (int n = 0; n < tree.node_size(); ++n) {
@@ -135,7 +129,7 @@ void check_tree(const Config::Tree& tree, const std::string& path, Diagnostics& 
     // Which senses there are is judged with the brains that use the tree; here each name counts
     // as one, so that questions about the same can be compared.
     std::vector<std::string> seen;
-    const SenseOf sense_of = [&seen](const Config::Condition& condition) {
+    const SenseOf sense_of = [&seen](const proto::config::Condition& condition) {
         const std::string name =
             condition.has_sense() ? condition.sense() : std::to_string(condition.sensor());
         const auto at = std::find(seen.begin(), seen.end(), name);
@@ -153,7 +147,7 @@ void check_tree(const Config::Tree& tree, const std::string& path, Diagnostics& 
 
 /// Whether all names are facts.
 template <class Names>
-bool check_facts(const Config::Domain& domain,
+bool check_facts(const proto::config::Domain& domain,
                  const Names& names,
                  const std::string& path,
                  const std::string& what,
@@ -170,7 +164,9 @@ bool check_facts(const Config::Domain& domain,
     return right;
 }
 
-void check_domain(const Config::Domain& domain, const std::string& path, Diagnostics& diagnostics) {
+void check_domain(const proto::config::Domain& domain,
+                  const std::string& path,
+                  Diagnostics& diagnostics) {
     std::set<std::string> facts;
     for (int f = 0; f < domain.fact_size(); ++f) {
         const std::string here = join_path(path, "fact", f);
@@ -208,26 +204,10 @@ void check_domain(const Config::Domain& domain, const std::string& path, Diagnos
 
 }  // namespace
 
-int find_tree(const proto::Config& config, const std::string& name) {
-    return index_of(config.tree(), name);
-}
-
-int find_policy(const proto::Config& config, const std::string& name) {
-    return index_of(config.policy(), name);
-}
-
-int find_domain(const proto::Config& config, const std::string& name) {
-    return index_of(config.domain(), name);
-}
-
-int find_goal(const proto::Config::Domain& domain, const proto::Config::State& state) {
-    return state.has_goal() ? index_of(domain.goal(), state.goal()) : 0;
-}
-
 void for_each_choice_condition(
-    const proto::Config& config,
-    const proto::Config::State& state,
-    const std::function<void(const proto::Config::Condition&, const std::string&)>& look) {
+    const proto::config::Config& config,
+    const proto::config::State& state,
+    const std::function<void(const proto::config::Condition&, const std::string&)>& look) {
     const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
     for (int n = 0; tree >= 0 && n < config.tree(tree).node_size(); ++n) {
         if (config.tree(tree).node(n).has_ask()) {
@@ -246,9 +226,9 @@ void for_each_choice_condition(
 }
 
 void for_each_choice_action(
-    const proto::Config& config,
-    const proto::Config::State& state,
-    const std::function<void(const proto::Config::Action&, const std::string&)>& look) {
+    const proto::config::Config& config,
+    const proto::config::State& state,
+    const std::function<void(const proto::config::Action&, const std::string&)>& look) {
     const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
     for (int n = 0; tree >= 0 && n < config.tree(tree).node_size(); ++n) {
         look(config.tree(tree).node(n).do_(),
@@ -261,7 +241,7 @@ void for_each_choice_action(
     }
 }
 
-ai::VariableChange expand_change(const proto::Config::Change& change,
+ai::VariableChange expand_change(const proto::config::Change& change,
                                  const VariableOf& variable_of) {
     ai::VariableChange out;
     out.variable = variable_of(change.variable());
@@ -272,9 +252,9 @@ ai::VariableChange expand_change(const proto::Config::Change& change,
     return out;
 }
 
-ai::BrainState expand_action(const proto::Config& config,
+ai::BrainState expand_action(const proto::config::Config& config,
                              const std::string& name,
-                             const proto::Config::Action& action,
+                             const proto::config::Action& action,
                              const VariableOf& variable_of) {
     ai::BrainState out;
     out.name = name;
@@ -295,8 +275,8 @@ ai::BrainState expand_action(const proto::Config& config,
     return out;
 }
 
-void expand_choice(const proto::Config& config,
-                   const proto::Config::State& state,
+void expand_choice(const proto::config::Config& config,
+                   const proto::config::State& state,
                    const SenseOf& sense_of,
                    const VariableOf& variable_of,
                    ai::BrainState& out) {
@@ -330,7 +310,7 @@ void expand_choice(const proto::Config& config,
     }
 }
 
-void check_choices(const proto::Config& config, Diagnostics& diagnostics) {
+void check_choices(const proto::config::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> trees;
     for (int t = 0; t < config.tree_size(); ++t) {
         const std::string path = join_path("", "tree", t);

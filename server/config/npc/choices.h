@@ -3,62 +3,56 @@
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
+#include "server/config/npc/find_by_name.h"
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <functional>
 #include <string>
 
-namespace zoned::config {
+namespace zoned::proto::config {
+class Action;
+class Change;
+class Condition;
+class Config;
+class Domain;
+class State;
+}  // namespace zoned::proto::config
 
-/// The sense that a condition reads, among those of the brain in question.
-using SenseOf = std::function<ai::SenseIndex(const proto::Config::Condition&)>;
-/// The variable of that name, likewise.
-using VariableOf = std::function<std::uint16_t(const std::string&)>;
+namespace zoned::config {
 
 /// A guard that says no leash has one of this many radii.
 inline constexpr double kLeash = 1.5;
 
 /// Calls `look(condition, path)` for what the tree or domain of a state reads.
 void for_each_choice_condition(
-    const proto::Config& config,
-    const proto::Config::State& state,
-    const std::function<void(const proto::Config::Condition&, const std::string&)>& look);
+    const proto::config::Config& config,
+    const proto::config::State& state,
+    const std::function<void(const proto::config::Condition&, const std::string&)>& look);
 
 /// Likewise for its actions.
 void for_each_choice_action(
-    const proto::Config& config,
-    const proto::Config::State& state,
-    const std::function<void(const proto::Config::Action&, const std::string&)>& look);
+    const proto::config::Config& config,
+    const proto::config::State& state,
+    const std::function<void(const proto::config::Action&, const std::string&)>& look);
 
-ai::VariableChange expand_change(const proto::Config::Change& change,
+ai::VariableChange expand_change(const proto::config::Change& change,
                                  const VariableOf& variable_of);
 
 /// ActionKind, speed and all else that an action says.
-ai::BrainState expand_action(const proto::Config& config,
+ai::BrainState expand_action(const proto::config::Config& config,
                              const std::string& name,
-                             const proto::Config::Action& action,
+                             const proto::config::Action& action,
                              const VariableOf& variable_of);
 
 /// Fills in what an innermost state chooses among, where it does. Names that mean nothing lead
 /// nowhere.
-void expand_choice(const proto::Config& config,
-                   const proto::Config::State& state,
+void expand_choice(const proto::config::Config& config,
+                   const proto::config::State& state,
                    const SenseOf& sense_of,
                    const VariableOf& variable_of,
                    ai::BrainState& out);
 
 /// Trees and domains by themselves: names, ways, effects, goals.
-void check_choices(const proto::Config& config, Diagnostics& diagnostics);
-
-/// Index of the tree or domain of that name, -1: none.
-int find_tree(const proto::Config& config, const std::string& name);
-int find_domain(const proto::Config& config, const std::string& name);
-
-/// Index of the policy of that name, -1: none.
-int find_policy(const proto::Config& config, const std::string& name);
-
-/// Index of the goal, -1: none. Not set: the first.
-int find_goal(const proto::Config::Domain& domain, const proto::Config::State& state);
+void check_choices(const proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -1,7 +1,9 @@
 #include "server/config/npc/parameters.h"
 
-#include "server/config/check/config_checks.h"
-#include "server/config/npc/adaptation_config.h"
+#include "server/config/npc/difficulty_names.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
+#include "proto/config/config.pb.h"
 
 #include <google/protobuf/descriptor.h>
 
@@ -16,7 +18,7 @@ using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
-using proto::Config;
+using proto::config::Config;
 
 constexpr std::string_view kFrom = "_from";
 
@@ -60,17 +62,17 @@ void within(AnyMessage& message, const std::string& path, const Work& work) {
     work(message, path);
 }
 
-const Config::Parameter* find_parameter(const Config::Behaviour& behaviour,
-                                        const std::string& name) {
+const proto::config::Parameter* find_parameter(const proto::config::Behaviour& behaviour,
+                                               const std::string& name) {
     const auto& all = behaviour.parameter();
     const auto at =
         std::find_if(all.begin(), all.end(), [&](const auto& p) { return p.name() == name; });
     return at == all.end() ? nullptr : &*at;
 }
 
-const Config::Difficulty* chosen_difficulty(const Config& config) {
+const proto::config::Difficulty* chosen_difficulty(const Config& config) {
     const std::string name = first_difficulty(config);
-    for (const Config::Difficulty& difficulty : config.difficulty()) {
+    for (const proto::config::Difficulty& difficulty : config.difficulty()) {
         if (!name.empty() && difficulty.name() == name) {
             return &difficulty;
         }
@@ -79,7 +81,7 @@ const Config::Difficulty* chosen_difficulty(const Config& config) {
 }
 
 void check_set(const Config& config,
-               const Config::DifficultySet& set,
+               const proto::config::DifficultySet& set,
                const std::string& path,
                Diagnostics& diagnostics) {
     if (set.has_value() == set.has_factor()) {
@@ -97,11 +99,13 @@ void check_set(const Config& config,
                         "there is no behaviour named '" + set.behaviour() + "'");
         return;
     }
-    const bool known = std::any_of(
-        config.behaviour().begin(), config.behaviour().end(), [&](const Config::Behaviour& of) {
-            return (!set.has_behaviour() || set.behaviour() == of.name()) &&
-                   find_parameter(of, set.name()) != nullptr;
-        });
+    const bool known =
+        std::any_of(config.behaviour().begin(),
+                    config.behaviour().end(),
+                    [&](const proto::config::Behaviour& of) {
+                        return (!set.has_behaviour() || set.behaviour() == of.name()) &&
+                               find_parameter(of, set.name()) != nullptr;
+                    });
     if (!known) {
         diagnostics.add(path,
                         (set.has_behaviour() ? "behaviour '" + set.behaviour() + "' has"
@@ -155,7 +159,7 @@ void check_parameters(const Config& config, Diagnostics& diagnostics) {
     for (int b = 0; b < config.behaviour_size(); ++b) {
         std::set<std::string> names;
         for (int p = 0; p < config.behaviour(b).parameter_size(); ++p) {
-            const Config::Parameter& parameter = config.behaviour(b).parameter(p);
+            const proto::config::Parameter& parameter = config.behaviour(b).parameter(p);
             const std::string path = join_path(join_path("", "behaviour", b), "parameter", p);
             if (check_name(parameter.name(), "parameter", path, diagnostics) &&
                 !names.insert(parameter.name()).second) {
@@ -172,7 +176,7 @@ void check_parameters(const Config& config, Diagnostics& diagnostics) {
     }
     std::set<std::string> names;
     for (int d = 0; d < config.difficulty_size(); ++d) {
-        const Config::Difficulty& difficulty = config.difficulty(d);
+        const proto::config::Difficulty& difficulty = config.difficulty(d);
         const std::string path = join_path("", "difficulty", d);
         if (check_name(difficulty.name(), "difficulty", path, diagnostics) &&
             !names.insert(difficulty.name()).second) {
@@ -196,9 +200,9 @@ ParameterValues values_of(const Config& config,
                           const BehaviourUse& use,
                           std::vector<ParameterChoice>& choices,
                           Diagnostics& diagnostics) {
-    const Config::Behaviour& behaviour = config.behaviour(index);
+    const proto::config::Behaviour& behaviour = config.behaviour(index);
     for (const auto& [name, value] : use.set) {
-        const Config::Parameter* parameter = find_parameter(behaviour, name);
+        const proto::config::Parameter* parameter = find_parameter(behaviour, name);
         if (parameter == nullptr) {
             diagnostics.add(value.path + ".name",
                             "behaviour '" + use.name + "' has no parameter named '" + name + "'");
@@ -211,7 +215,7 @@ ParameterValues values_of(const Config& config,
         }
     }
     ParameterValues values;
-    for (const Config::Parameter& parameter : behaviour.parameter()) {
+    for (const proto::config::Parameter& parameter : behaviour.parameter()) {
         ParameterChoice choice{
             type, use.name, parameter.name(), parameter.value(), "as the behaviour says"};
         const auto set = use.set.find(parameter.name());
@@ -219,9 +223,9 @@ ParameterValues values_of(const Config& config,
             choice.value = set->second.value;
             choice.reason = "as type " + set->second.type + " says";
         }
-        const Config::Difficulty* difficulty = chosen_difficulty(config);
+        const proto::config::Difficulty* difficulty = chosen_difficulty(config);
         for (int s = 0; difficulty != nullptr && s < difficulty->set_size(); ++s) {
-            const Config::DifficultySet& of = difficulty->set(s);
+            const proto::config::DifficultySet& of = difficulty->set(s);
             if (of.name() != parameter.name() || (of.has_type() && of.type() != type) ||
                 (of.has_behaviour() && of.behaviour() != use.name)) {
                 continue;
@@ -258,10 +262,10 @@ std::string parameters_text(const Settings& settings) {
         }
     }
     if (!text.empty()) {
-        const std::string first = first_difficulty(settings.config);
+        const std::string first = first_difficulty(*settings.config);
         text = "behaviours of types, what takes precedence first (difficulty: " +
                (first.empty() ? std::string("none") : first) +
-               (settings.config.ai().has_adaptation() ? ", to begin with" : "") + ")\n" + text;
+               (settings.config->ai().has_adaptation() ? ", to begin with" : "") + ")\n" + text;
     }
     return text;
 }

@@ -3,13 +3,24 @@
 
 #include "server/config/text/diagnostics.h"
 #include "server/config/types/type_families.h"
-#include "proto/config.pb.h"
 
 #include <functional>
 #include <map>
 #include <string>
 
+namespace google::protobuf {
+class FieldDescriptor;
+class Message;
+}  // namespace google::protobuf
+
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct ParameterChoice;
+struct Settings;
 
 /// By name of a parameter.
 using ParameterValues = std::map<std::string, double>;
@@ -28,12 +39,12 @@ void for_each_parameter(const google::protobuf::Message& message,
 void put_parameters(const ParameterValues& values, google::protobuf::Message& message);
 
 /// Parameters by themselves: names, bounds; difficulties: names, what they set.
-void check_parameters(const proto::Config& config, Diagnostics& diagnostics);
+void check_parameters(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// What the parameters of behaviour `index` are for a type: as the behaviour says, as the type and
 /// its bases say, and then as the difficulty of the config says. Reports values without a
 /// parameter, or beyond its bounds. Appends to `choices` what holds and who says so.
-ParameterValues values_of(const proto::Config& config,
+ParameterValues values_of(const proto::config::Config& config,
                           int index,
                           const std::string& type,
                           const BehaviourUse& use,

@@ -1,6 +1,7 @@
 #include "server/config/npc/perceptions.h"
 
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,7 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
+using proto::config::Config;
 
 int find_type(const Config& config, const std::string& name) {
     for (int t = 0; t < config.type_size(); ++t) {
@@ -41,12 +42,12 @@ bool any_does(const std::vector<ai::BrainState>& states, ai::ActionKind action) 
 
 }  // namespace
 
-ai::Perception expand_perception(const Config& config, const Config::Brain& brain) {
+ai::Perception expand_perception(const Config& config, const proto::config::Brain& brain) {
     ai::Perception out;
     if (!brain.has_perception()) {
         return out;
     }
-    const Config::Perception& from = brain.perception();
+    const proto::config::Perception& from = brain.perception();
     out.given = true;
     out.players = from.players();
     out.targets = expand_types(config, from.target());
@@ -66,7 +67,7 @@ ai::Perception expand_perception(const Config& config, const Config::Brain& brai
 }
 
 void check_perception(const Config& config,
-                      const Config::Perception& perception,
+                      const proto::config::Perception& perception,
                       const std::string& path,
                       Diagnostics& diagnostics) {
     const auto types = [&](const auto& names, const std::string& list) {

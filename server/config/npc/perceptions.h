@@ -3,18 +3,24 @@
 
 #include "server/ai/agent/brain/brain.h"
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <string>
+
+namespace zoned::proto::config {
+class Brain;
+class Config;
+class Perception;
+}  // namespace zoned::proto::config
 
 namespace zoned::config {
 
 /// Of the brain's agents. Names that mean nothing are left out.
-ai::Perception expand_perception(const proto::Config& config, const proto::Config::Brain& brain);
+ai::Perception expand_perception(const proto::config::Config& config,
+                                 const proto::config::Brain& brain);
 
 /// Names of types; at `path`.
-void check_perception(const proto::Config& config,
-                      const proto::Config::Perception& perception,
+void check_perception(const proto::config::Config& config,
+                      const proto::config::Perception& perception,
                       const std::string& path,
                       Diagnostics& diagnostics);
 

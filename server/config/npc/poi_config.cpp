@@ -1,7 +1,9 @@
 #include "server/config/npc/poi_config.h"
 
-#include "server/config/npc/brain_config.h"
+#include "server/config/npc/find_by_name.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +13,9 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
+using proto::config::Config;
 
-int find_stock(const Config::PointOfInterest& place, const std::string& good) {
+int find_stock(const proto::config::PointOfInterest& place, const std::string& good) {
     for (int s = 0; s < place.stock_size(); ++s) {
         if (place.stock(s).good() == good) {
             return s;
@@ -24,7 +26,7 @@ int find_stock(const Config::PointOfInterest& place, const std::string& good) {
 
 void check_trade(const Config& config,
                  int root,
-                 const Config::Trade& trade,
+                 const proto::config::Trade& trade,
                  const std::string& path,
                  Diagnostics& diagnostics) {
     if (find_point_of_interest(config, trade.point_of_interest()) < 0) {
@@ -56,7 +58,8 @@ void check_trade(const Config& config,
 /// Cells from a nest to the side of its map, at most.
 constexpr double kMostCells = 500.0;
 
-bool in_one_zone(const Config::PointOfInterest& place, const std::vector<ZoneRegion>& zones) {
+bool in_one_zone(const proto::config::PointOfInterest& place,
+                 const std::vector<ZoneRegion>& zones) {
     const double r = place.radius_m();
     return zones.size() < 2 ||
            std::any_of(
@@ -70,16 +73,7 @@ bool in_one_zone(const Config::PointOfInterest& place, const std::vector<ZoneReg
 
 }  // namespace
 
-int find_point_of_interest(const proto::Config& config, const std::string& name) {
-    for (int p = 0; p < config.point_of_interest_size(); ++p) {
-        if (config.point_of_interest(p).name() == name) {
-            return p;
-        }
-    }
-    return -1;
-}
-
-ai::PoiSettings expand_points_of_interest(const proto::Config& config) {
+ai::PoiSettings expand_points_of_interest(const proto::config::Config& config) {
     ai::PoiSettings out;
     out.day_s = config.ai().day_s();
     out.dawn_s = config.ai().dawn_s();
@@ -100,7 +94,7 @@ ai::PoiSettings expand_points_of_interest(const proto::Config& config) {
     return out;
 }
 
-std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::Config& config,
+std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::config::Config& config,
                                                        const std::string& sense) {
     // Names may have dots of their own: whatever fits.
     for (int p = 0; p < config.point_of_interest_size(); ++p) {
@@ -118,13 +112,13 @@ std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::Config& conf
     return std::nullopt;
 }
 
-ai::Trade expand_trade(const proto::Config& config,
-                       const proto::Config::Trade& trade,
+ai::Trade expand_trade(const proto::config::Config& config,
+                       const proto::config::Trade& trade,
                        const VariableOf& variable_of) {
     ai::Trade out;
     const int place = find_point_of_interest(config, trade.point_of_interest());
     out.place = static_cast<std::uint16_t>(std::max(place, 0));
-    const auto add = [&](const Config::Amount& amount, float sign) {
+    const auto add = [&](const proto::config::Amount& amount, float sign) {
         ai::TradeItem item;
         item.variable = variable_of(amount.good());
         item.amount = sign * narrow(amount.amount());
@@ -143,7 +137,8 @@ ai::Trade expand_trade(const proto::Config& config,
     return out;
 }
 
-ai::ForageDef expand_forage(const proto::Config& config, const Config::Forage& forage) {
+ai::ForageDef expand_forage(const proto::config::Config& config,
+                            const proto::config::Forage& forage) {
     ai::ForageDef out;
     const auto place = [&config](const std::string& name) {
         return static_cast<std::uint16_t>(std::max(find_point_of_interest(config, name), 0));
@@ -161,7 +156,7 @@ ai::ForageDef expand_forage(const proto::Config& config, const Config::Forage& f
     return out;
 }
 
-ai::FormationDef expand_formation(const Config::Formation& formation) {
+ai::FormationDef expand_formation(const proto::config::Formation& formation) {
     ai::FormationDef out;
     out.shape = static_cast<ai::FormationShape>(formation.shape());
     out.columns = static_cast<std::uint16_t>(formation.columns());
@@ -171,7 +166,7 @@ ai::FormationDef expand_formation(const Config::Formation& formation) {
     return out;
 }
 
-void check_points_of_interest(const proto::Config& config,
+void check_points_of_interest(const proto::config::Config& config,
                               const std::vector<ZoneRegion>& zones,
                               Diagnostics& diagnostics) {
     std::set<std::string> names;
@@ -213,7 +208,7 @@ namespace {
 
 /// That nest and food exist, and lie where they are looked for.
 void check_forage(const Config& config,
-                  const Config::Forage& forage,
+                  const proto::config::Forage& forage,
                   const std::string& path,
                   Diagnostics& diagnostics) {
     const int nest = find_point_of_interest(config, forage.nest());
@@ -243,7 +238,43 @@ void check_forage(const Config& config,
 }  // namespace
 
 template <class ActionSpec>
-void check_action_details(const proto::Config& config,
+void expand_action_details(const proto::config::Config& config,
+                           const ActionSpec& action,
+                           const VariableOf& variable_of,
+                           ai::BrainState& out) {
+    if (action.action() == proto::config::GO) {
+        out.place = static_cast<std::uint16_t>(
+            std::max(find_point_of_interest(config, action.point_of_interest()), 0));
+    }
+    if (action.action() == proto::config::FORM_UP) {
+        out.formation = expand_formation(action.formation());
+    }
+    if (action.action() == proto::config::FORAGE) {
+        out.forage = expand_forage(config, action.forage());
+    }
+    if (action.action() == proto::config::FOLLOW_TRACK) {
+        out.follow = expand_follow(config, action.follow());
+    }
+    for (const std::string& place : action.along()) {
+        out.along.push_back(
+            static_cast<std::uint16_t>(std::max(find_point_of_interest(config, place), 0)));
+    }
+    for (const auto& trade : action.trade()) {
+        out.trades.push_back(expand_trade(config, trade, variable_of));
+    }
+}
+
+template void expand_action_details(const proto::config::Config& config,
+                                    const proto::config::State& action,
+                                    const VariableOf& variable_of,
+                                    ai::BrainState& out);
+template void expand_action_details(const proto::config::Config& config,
+                                    const proto::config::Action& action,
+                                    const VariableOf& variable_of,
+                                    ai::BrainState& out);
+
+template <class ActionSpec>
+void check_action_details(const proto::config::Config& config,
                           int root,
                           const ActionSpec& action,
                           const std::string& path,
@@ -252,27 +283,27 @@ void check_action_details(const proto::Config& config,
         find_point_of_interest(config, action.point_of_interest()) < 0) {
         diagnostics.add(path + ".point_of_interest",
                         "there is no place named '" + action.point_of_interest() + "'");
-    } else if (action.action() == Config::GO && !action.has_point_of_interest()) {
+    } else if (action.action() == proto::config::GO && !action.has_point_of_interest()) {
         diagnostics.add(path + ".action", "says nowhere to go: `place` is not set");
-    } else if (action.action() != Config::GO && action.has_point_of_interest()) {
+    } else if (action.action() != proto::config::GO && action.has_point_of_interest()) {
         diagnostics.add(path + ".point_of_interest", "is of GO alone");
     }
-    if (action.has_formation() && action.action() != Config::FORM_UP) {
+    if (action.has_formation() && action.action() != proto::config::FORM_UP) {
         diagnostics.add(path + ".formation", "is of FORM_UP alone");
     } else if (action.formation().taken_back_m() > action.formation().straggler_m()) {
         diagnostics.add(path + ".formation", "taken_back_m is above straggler_m");
     }
-    if (action.action() == Config::FORAGE) {
+    if (action.action() == proto::config::FORAGE) {
         check_forage(config, action.forage(), path + ".forage", diagnostics);
     } else if (action.has_forage()) {
         diagnostics.add(path + ".forage", "is of FORAGE alone");
     }
-    if (action.action() == Config::FOLLOW_TRACK) {
+    if (action.action() == proto::config::FOLLOW_TRACK) {
         check_follow(config, action.follow(), path + ".follow", diagnostics);
     } else if (action.has_follow()) {
         diagnostics.add(path + ".follow", "is of FOLLOW_TRACK alone");
     }
-    if (action.along_size() > 0 && action.action() != Config::FLOCK) {
+    if (action.along_size() > 0 && action.action() != proto::config::FLOCK) {
         diagnostics.add(join_path(path, "along", 0), "is of FLOCK alone");
     }
     if (action.along_size() == 2) {
@@ -290,14 +321,14 @@ void check_action_details(const proto::Config& config,
     }
 }
 
-template void check_action_details(const proto::Config& config,
+template void check_action_details(const proto::config::Config& config,
                                    int root,
-                                   const Config::State& action,
+                                   const proto::config::State& action,
                                    const std::string& path,
                                    Diagnostics& diagnostics);
-template void check_action_details(const proto::Config& config,
+template void check_action_details(const proto::config::Config& config,
                                    int root,
-                                   const Config::Action& action,
+                                   const proto::config::Action& action,
                                    const std::string& path,
                                    Diagnostics& diagnostics);
 

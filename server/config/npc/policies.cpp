@@ -1,10 +1,11 @@
 #include "server/config/npc/policies.h"
 
-#include "server/config/check/config_checks.h"
 #include "server/config/npc/brain_config.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/text/sha256.h"
 #include "server/config/training/policy_file.h"
-#include "server/config/world/world_description.h"
+#include "proto/config/config.pb.h"
 
 #include <fstream>
 #include <set>
@@ -15,9 +16,9 @@ namespace zoned::config {
 
 namespace {
 
-using proto::Config;
+using proto::config::Config;
 
-ai::learning::Guard guard_of(const Config::Policy& from) {
+ai::learning::Guard guard_of(const proto::config::Policy& from) {
     ai::learning::Guard guard;
     guard.max_speed = narrow(from.max_speed());
     guard.max_turn_radps = narrow(from.max_turn_degps() * kRadians);
@@ -26,7 +27,7 @@ ai::learning::Guard guard_of(const Config::Policy& from) {
     return guard;
 }
 
-std::shared_ptr<const ai::GuardedPolicy> load_policy(Config::Policy& from,
+std::shared_ptr<const ai::GuardedPolicy> load_policy(proto::config::Policy& from,
                                                      const std::string& path,
                                                      Diagnostics& diagnostics) {
     if (from.file().empty()) {
@@ -112,7 +113,7 @@ Policies load_policies(Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
     for (int p = 0; p < config.policy_size(); ++p) {
         const std::string path = join_path("", "policy", p);
-        Config::Policy& policy = *config.mutable_policy(p);
+        proto::config::Policy& policy = *config.mutable_policy(p);
         if (check_name(policy.name(), "policy", path, diagnostics) &&
             !names.insert(policy.name()).second) {
             diagnostics.add(path + ".name",

@@ -1,4 +1,5 @@
 #include "server/config/text/config_set.h"
+#include "proto/range.pb.h"
 
 #include <google/protobuf/descriptor.h>
 
@@ -125,7 +126,7 @@ class RangeCheck {
             return;
         }
         const proto::FieldRange& range = field.options().GetExtension(proto::range);
-        const std::string wish = desired_velocity(range);
+        const std::string wish = interval_text(range);
         if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
             const Reflection& r = *message.GetReflection();
             const std::string value = index < 0 ? r.GetString(message, &field)
@@ -158,7 +159,7 @@ class RangeCheck {
             diagnostics_.add(
                 size == 0 ? join_path(path, field.name()) : join_path(path, field.name(), size - 1),
                 "there are " + std::to_string(size) + " of " + field.name() +
-                    "; their number must lie in " + desired_velocity(range));
+                    "; their number must lie in " + interval_text(range));
         }
         for (int i = size; i > range.max(); --i) {
             reflection.RemoveLast(&message, &field);
@@ -182,7 +183,7 @@ class RangeCheck {
         }
     }
 
-    static std::string desired_velocity(const proto::FieldRange& range) {
+    static std::string interval_text(const proto::FieldRange& range) {
         return "[" + number_text(range.min()) + ".." + number_text(range.max()) + "]";
     }
 

@@ -1,6 +1,7 @@
 #include "server/config/text/config_set.h"
 
 #include "server/config/text/config_text.h"
+#include "proto/config/config.pb.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/tokenizer.h>
@@ -227,10 +228,9 @@ bool assign(Message& config,
         const Component& component = components[c];
         const FieldDescriptor* field = message->GetDescriptor()->FindFieldByName(component.name);
         if (field == nullptr) {
-            const std::string similar = similar_field(*message->GetDescriptor(), component.name);
             reason = "there is no setting '" + component.name + "' in " +
                      (here.empty() ? std::string("the config") : here) +
-                     (similar.empty() ? "" : "; did you mean '" + similar + "'?");
+                     advice_on(*message->GetDescriptor(), component.name);
             return false;
         }
         if (c + 1 == components.size()) {
@@ -258,7 +258,9 @@ bool assign(Message& config,
 
 }  // namespace
 
-void apply_set(const std::string& assignment, proto::Config& config, Diagnostics& diagnostics) {
+void apply_set(const std::string& assignment,
+               proto::config::Config& config,
+               Diagnostics& diagnostics) {
     // The first '=' outside brackets: names in brackets may hold one.
     std::size_t equals = 0;
     int depth = 0;
@@ -278,7 +280,7 @@ void apply_set(const std::string& assignment, proto::Config& config, Diagnostics
             0, 0, path, "--set: '" + path + "' is not a path such as zones.zone[1].name");
         return;
     }
-    proto::Config changed = config;
+    proto::config::Config changed = config;
     std::string here;
     std::string reason;
     if (!assign(changed, components, assignment.substr(equals + 1), here, reason)) {

@@ -2,9 +2,16 @@
 #pragma once
 
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <string>
+
+namespace google::protobuf {
+class Message;
+}  // namespace google::protobuf
+
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
 
 namespace zoned::config {
 
@@ -12,10 +19,12 @@ namespace zoned::config {
 /// "zones.zone[1].name=north", "type[player].mass_kg=70"; the index one past the last appends.
 /// A list without index takes comma-separated values. Messages take "{...}" in text format; an
 /// empty value clears. Mistakes go to `diagnostics` with the path.
-void apply_set(const std::string& assignment, proto::Config& config, Diagnostics& diagnostics);
+void apply_set(const std::string& assignment,
+               proto::config::Config& config,
+               Diagnostics& diagnostics);
 
 /// Reports every number, string length and list length outside the range that its schema
-/// (proto/config.proto) states for it, and every number that is not finite. What it reports it also
+/// (proto/config/) states for it, and every number that is not finite. What it reports it also
 /// replaces (numbers by their default or the nearest end, lists that are too long are cut), so that
 /// the checks of relations can go on. `complete`: the text was read to its end; otherwise lists may
 /// be short without a mistake.

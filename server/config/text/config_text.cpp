@@ -1,5 +1,6 @@
 #include "server/config/text/config_text.h"
 
+#include "server/config/text/renamed_words.h"
 #include "server/config/text/text_repair.h"
 
 #include <google/protobuf/descriptor.h>
@@ -38,8 +39,11 @@ class Collector : public google::protobuf::io::ErrorCollector {
     std::vector<Remark> warnings;
 };
 
-void report_unknown(const std::string& text, const Remark& remark, Diagnostics& diagnostics) {
-    // 'Message type "zoned.proto.Config.World" has no field named "tickrate".'
+void report_unknown(const std::string& text,
+                    const Remark& remark,
+                    const Message& config,
+                    Diagnostics& diagnostics) {
+    // 'Message type "zoned.proto.config.World" has no field named "tickrate".'
     const std::string type = quoted(remark.text, 0);
     const std::string name = quoted(remark.text, 1);
     if (remark.text.find("has no field named") == std::string::npos) {
@@ -58,9 +62,8 @@ void report_unknown(const std::string& text, const Remark& remark, Diagnostics& 
         google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(type);
     std::string what = "unknown setting";
     if (message != nullptr) {
-        const std::string similar = similar_field(*message, name);
-        what += " in " + (message == proto::Config::descriptor() ? "the config" : message->name());
-        what += similar.empty() ? "" : "; did you mean '" + similar + "'?";
+        what += " in " + (message == config.GetDescriptor() ? "the config" : message->name());
+        what += advice_on(*message, name);
     }
     diagnostics.add_at(line, column, name, what);
 }
@@ -140,6 +143,15 @@ std::string similar_field(const Descriptor& message, const std::string& name) {
     return best;
 }
 
+std::string advice_on(const Descriptor& message, const std::string& name) {
+    const std::string_view now = word_now(message.full_name(), name);
+    if (!now.empty()) {
+        return "; it is called '" + std::string(now) + "' now";
+    }
+    const std::string similar = similar_field(message, name);
+    return similar.empty() ? "" : "; did you mean '" + similar + "'?";
+}
+
 bool parse_config_text(const std::string& text,
                        google::protobuf::Message& config,
                        Diagnostics& diagnostics) {
@@ -158,7 +170,7 @@ bool parse_config_text(const std::string& text,
                               find_culprit(remaining, collector.errors.front(), culprit);
         if (!repaired) {
             for (const Remark& remark : collector.warnings) {
-                report_unknown(remaining, remark, diagnostics);
+                report_unknown(remaining, remark, config, diagnostics);
             }
             for (const Remark& remark : collector.errors) {
                 diagnostics.add_at(remark.line, remark.column, "", "syntax: " + remark.text);
@@ -169,7 +181,10 @@ bool parse_config_text(const std::string& text,
         int line = 0;
         int column = 0;
         place_of(remaining, culprit.begin, line, column);
-        diagnostics.add_at(line, column, culprit.name, explain(collector.errors.front(), culprit));
+        diagnostics.add_at(line,
+                           column,
+                           culprit.name,
+                           explain(collector.errors.front(), culprit, *config.GetDescriptor()));
         for (std::size_t i = culprit.begin; i < culprit.end; ++i) {
             if (remaining[i] != '\n') {
                 remaining[i] = ' ';

@@ -3,9 +3,13 @@
 #pragma once
 
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <string>
+
+namespace google::protobuf {
+class Descriptor;
+class Message;
+}  // namespace google::protobuf
 
 namespace zoned::config {
 
@@ -19,5 +23,9 @@ bool parse_config_text(const std::string& text,
 
 /// Nearest of the message's field names, or empty when none is similar: for "did you mean".
 std::string similar_field(const google::protobuf::Descriptor& message, const std::string& name);
+
+/// What to say of a field that the message lacks: "; it is called 'x' now", "; did you mean 'x'?"
+/// or nothing.
+std::string advice_on(const google::protobuf::Descriptor& message, const std::string& name);
 
 }  // namespace zoned::config

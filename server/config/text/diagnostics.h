@@ -1,7 +1,7 @@
 // Diagnostics: collects the mistakes of a config and knows where in the file each setting stands.
 #pragma once
 
-#include "server/config/settings.h"
+#include "server/config/text/config_error.h"
 
 #include <map>
 #include <set>

@@ -1,11 +1,12 @@
 #include "server/config/text/text_repair.h"
 
-#include "proto/config.pb.h"
+#include "server/config/text/renamed_words.h"
 
 #include <google/protobuf/descriptor.h>
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 namespace zoned::config {
 
@@ -121,13 +122,21 @@ bool statement_before(const std::string& text,
     return false;
 }
 
-const FieldDescriptor* find_field_named(const Descriptor& message, const std::string& name) {
-    if (const FieldDescriptor* field = message.FindFieldByName(name)) {
-        return field;
+/// The first field of that name with a choice of values, in the message and what it holds.
+const FieldDescriptor* find_choice_named(const Descriptor& message,
+                                         const std::string& name,
+                                         std::set<const Descriptor*>& seen) {
+    const FieldDescriptor* own = message.FindFieldByName(name);
+    if (own != nullptr && own->enum_type() != nullptr) {
+        return own;
     }
-    for (int i = 0; i < message.nested_type_count(); ++i) {
-        if (const FieldDescriptor* field = find_field_named(*message.nested_type(i), name)) {
-            return field;
+    seen.insert(&message);
+    for (int i = 0; i < message.field_count(); ++i) {
+        const Descriptor* inner = message.field(i)->message_type();
+        if (inner != nullptr && seen.count(inner) == 0) {
+            if (const FieldDescriptor* field = find_choice_named(*inner, name, seen)) {
+                return field;
+            }
         }
     }
     return nullptr;
@@ -207,14 +216,16 @@ bool find_culprit(const std::string& text, const Remark& remark, Statement& out)
     return repairable && statement_at(text, offset, out);
 }
 
-std::string explain(const Remark& remark, const Statement& statement) {
+std::string explain(const Remark& remark, const Statement& statement, const Descriptor& root) {
     const std::string& text = remark.text;
     if (text.find("Unknown enumeration value of") == 0) {
         std::string out = "'" + quoted(text, 0) + "' is not a value of " + statement.name;
-        const FieldDescriptor* field =
-            find_field_named(*proto::Config::descriptor(), statement.name);
-        if (field != nullptr && field->enum_type() != nullptr) {
-            out += "; choose one of " + values_of(*field->enum_type());
+        std::set<const Descriptor*> seen;
+        const FieldDescriptor* field = find_choice_named(root, statement.name, seen);
+        if (field != nullptr) {
+            const std::string_view now = word_now(field->enum_type()->full_name(), quoted(text, 0));
+            out += now.empty() ? "; choose one of " + values_of(*field->enum_type())
+                               : "; it is called '" + std::string(now) + "' now";
         }
         return out;
     }

@@ -3,6 +3,10 @@
 
 #include <string>
 
+namespace google::protobuf {
+class Descriptor;
+}
+
 namespace zoned::config {
 
 /// What the parser said, and where (from 1).
@@ -32,7 +36,9 @@ std::string quoted(const std::string& text, int n);
 /// The statement that `remark` is about; false where there is none that could be left out.
 bool find_culprit(const std::string& text, const Remark& remark, Statement& out);
 
-/// The parser's words, in the words of this project.
-std::string explain(const Remark& remark, const Statement& statement);
+/// The parser's words, in the words of this project; `root` is the message that was read.
+std::string explain(const Remark& remark,
+                    const Statement& statement,
+                    const google::protobuf::Descriptor& root);
 
 }  // namespace zoned::config

@@ -1,7 +1,7 @@
 #include "server/config/training/policy_file.h"
 
 #include "server/config/text/config_numbers.h"
-#include "server/config/world/world_description.h"
+#include "server/config/text/sha256.h"
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/tokenizer.h>

@@ -1,6 +1,6 @@
+#include "server/config/text/sha256.h"
 #include "server/config/training/policy_file.h"
 #include "server/config/training/training_file.h"
-#include "server/config/world/world_description.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -4,7 +4,7 @@
 #include "server/config/text/config_set.h"
 #include "server/config/text/config_text.h"
 #include "server/config/text/read_text.h"
-#include "server/config/world/world_description.h"
+#include "server/config/text/sha256.h"
 
 #include <google/protobuf/text_format.h>
 

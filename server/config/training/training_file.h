@@ -3,7 +3,7 @@
 
 #include "server/ai/learning/descent.h"
 #include "server/ai/learning/evolution.h"
-#include "server/config/settings.h"
+#include "server/config/text/config_error.h"
 #include "proto/training.pb.h"
 #include "shared/core/result.h"
 

@@ -1,8 +1,9 @@
 #include "server/config/types/soft_types.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/physics/soft/builders.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,7 @@ namespace {
 
 namespace soft = physics::soft;
 
-using Soft = proto::Config::Soft;
+using Soft = proto::config::Soft;
 using SoftResult = core::Result<soft::SoftDef>;
 
 static_assert(static_cast<int>(soft::SoftMethod::kXpbd) == Soft::XPBD);
@@ -24,7 +25,7 @@ int count_of(std::uint32_t value) {
     return static_cast<int>(value);
 }
 
-SoftResult cloth_of(const proto::Config::Type& type) {
+SoftResult cloth_of(const proto::config::Type& type) {
     const auto& from = type.soft().cloth();
     soft::ClothDef def;
     def.size_x = narrow(from.width_m());
@@ -54,7 +55,7 @@ SoftResult cloth_of(const proto::Config::Type& type) {
     return out;
 }
 
-SoftResult rope_of(const proto::Config::Type& type) {
+SoftResult rope_of(const proto::config::Type& type) {
     const auto& from = type.soft().rope();
     soft::RopeDef def;
     const Vec3 along = from.level() ? Vec3(Vec3::UnitX()) : Vec3(-Vec3::UnitY());
@@ -69,7 +70,7 @@ SoftResult rope_of(const proto::Config::Type& type) {
     return soft::build_rope(def);
 }
 
-SoftResult jelly_of(const proto::Config::Type& type) {
+SoftResult jelly_of(const proto::config::Type& type) {
     const auto& from = type.soft().jelly();
     soft::JellyDef def;
     def.size =
@@ -82,7 +83,7 @@ SoftResult jelly_of(const proto::Config::Type& type) {
     return soft::build_jelly(def);
 }
 
-SoftResult balloon_of(const proto::Config::Type& type) {
+SoftResult balloon_of(const proto::config::Type& type) {
     const auto& from = type.soft().balloon();
     soft::BalloonDef def;
     def.radius = narrow(from.radius_m());
@@ -94,7 +95,7 @@ SoftResult balloon_of(const proto::Config::Type& type) {
     return soft::build_balloon(def);
 }
 
-SoftResult form_of(const proto::Config::Type& type) {
+SoftResult form_of(const proto::config::Type& type) {
     switch (type.soft().form_case()) {
         case Soft::kCloth:
             return cloth_of(type);
@@ -110,7 +111,7 @@ SoftResult form_of(const proto::Config::Type& type) {
     return SoftResult::failure("it needs a form: cloth, rope, jelly or balloon { ... }");
 }
 
-void set_material(const proto::Config::Type& type, soft::SoftDef& def) {
+void set_material(const proto::config::Type& type, soft::SoftDef& def) {
     const Soft& from = type.soft();
     def.material.drag = narrow(from.drag_ps());
     def.material.tear_strain = narrow(from.tear_strain());
@@ -154,7 +155,7 @@ std::uint32_t moved(std::uint32_t place, std::uint32_t nodes, std::uint32_t left
     return (2 * place * (left - 1) + nodes - 1) / (2 * (nodes - 1));
 }
 
-void coarsen_cloth(proto::Config::Cloth& cloth, std::uint32_t coarser) {
+void coarsen_cloth(proto::config::Cloth& cloth, std::uint32_t coarser) {
     const std::uint32_t columns = fewer(cloth.columns(), coarser);
     const std::uint32_t rows = fewer(cloth.rows(), coarser);
     for (auto& pin : *cloth.mutable_pin()) {
@@ -175,7 +176,7 @@ double least_distance(const soft::SoftDef& def) {
 
 }  // namespace
 
-core::Result<SoftShape> build_soft(const proto::Config::Type& type) {
+core::Result<SoftShape> build_soft(const proto::config::Type& type) {
     SoftResult def = form_of(type);
     if (!def) {
         return core::Result<SoftShape>::failure(def.error());
@@ -187,8 +188,8 @@ core::Result<SoftShape> build_soft(const proto::Config::Type& type) {
     return centred(std::move(*def));
 }
 
-proto::Config::Type coarsened(const proto::Config::Type& type, std::uint32_t coarser) {
-    proto::Config::Type out = type;
+proto::config::Type coarsened(const proto::config::Type& type, std::uint32_t coarser) {
+    proto::config::Type out = type;
     Soft& soft = *out.mutable_soft();
     // Springs side by side do not change with the lattice, springs in a row grow softer with their
     // length, and what fills a volume has both: stiffer by the width, softer by the length.
@@ -220,8 +221,8 @@ proto::Config::Type coarsened(const proto::Config::Type& type, std::uint32_t coa
     return out;
 }
 
-void check_soft(const proto::Config& config,
-                const proto::Config::Type& type,
+void check_soft(const proto::config::Config& config,
+                const proto::config::Type& type,
                 const std::string& path,
                 Diagnostics& diagnostics) {
     const Soft& from = type.soft();

@@ -3,11 +3,15 @@
 
 #include "server/config/text/diagnostics.h"
 #include "server/physics/soft/soft_def.h"
-#include "proto/config.pb.h"
 #include "shared/core/result.h"
 #include "shared/math/aabb.h"
 
 #include <string>
+
+namespace zoned::proto::config {
+class Config;
+class Type;
+}  // namespace zoned::proto::config
 
 namespace zoned::config {
 
@@ -20,16 +24,16 @@ struct SoftShape {
 
 /// Of a type with a soft { ... }. Fails with the reason where it has no form, a pin lies outside
 /// the cloth, or the physics refuses it (see physics::soft::why_unfit).
-core::Result<SoftShape> build_soft(const proto::Config::Type& type);
+core::Result<SoftShape> build_soft(const proto::config::Type& type);
 
 /// The same matter on a lattice whose nodes lie `coarser` >= 1 times as far apart (of a balloon:
 /// the next power of two): the same mass, stiffness and damping per length, area or volume. A pin
 /// goes to the nearest node.
-proto::Config::Type coarsened(const proto::Config::Type& type, std::uint32_t coarser);
+proto::config::Type coarsened(const proto::config::Type& type, std::uint32_t coarser);
 
 /// What is wrong with the soft { ... } of a type, that it has, and what contradicts it.
-void check_soft(const proto::Config& config,
-                const proto::Config::Type& type,
+void check_soft(const proto::config::Config& config,
+                const proto::config::Type& type,
                 const std::string& path,
                 Diagnostics& diagnostics);
 

@@ -1,6 +1,7 @@
 #include "server/config/types/stances.h"
 
 #include "server/world/entity_type.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <array>
@@ -20,7 +21,7 @@ constexpr int kMostNamed = world::kStances - world::kFirstNamedStance;
 
 }  // namespace
 
-int find_stance(const proto::Config& config, const std::string& name) {
+int find_stance(const proto::config::Config& config, const std::string& name) {
     for (std::size_t i = 0; i < kBuiltIn.size(); ++i) {
         if (kBuiltIn[i] == name) {
             return static_cast<int>(i);
@@ -34,7 +35,7 @@ int find_stance(const proto::Config& config, const std::string& name) {
     return -1;
 }
 
-double largest_radius(const proto::Config::Radii& radii) {
+double largest_radius(const proto::config::Radii& radii) {
     double largest = std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
     for (const auto& named : radii.named()) {
         largest = std::max({largest, named.radius_m(), named.cone().length_m()});
@@ -42,7 +43,7 @@ double largest_radius(const proto::Config::Radii& radii) {
     return largest;
 }
 
-void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
+void check_stances(const proto::config::Config& config, Diagnostics& diagnostics) {
     for (int b = 0; b < config.stance_size(); ++b) {
         if (b >= kMostNamed) {
             diagnostics.add(join_path("", "stance", b), "a config names at most 4 stances");
@@ -63,13 +64,13 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
         }
     };
     for (int t = 0; t < config.type_size(); ++t) {
-        const auto check_radii = [&](const proto::Config::Radii& radii, const std::string& field) {
+        const auto check_radii = [&](const proto::config::Radii& radii, const std::string& field) {
             for (int r = 0; r < radii.named_size(); ++r) {
                 const std::string path =
                     join_path(join_path("", "type", t) + "." + field, "named", r);
                 check(radii.named(r).stance(), path + ".stance");
                 if (radii.named(r).has_cone() &&
-                    (field == "aura_m" || config.type(t).kind() != proto::Config::CHARACTER)) {
+                    (field == "aura_m" || config.type(t).kind() != proto::config::CHARACTER)) {
                     diagnostics.add(path + ".cone", "only the nimbus of characters has a cone");
                 }
             }
@@ -86,7 +87,7 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
             }
         }
     }
-    const auto check_action = [&check](const proto::Config::Action& action,
+    const auto check_action = [&check](const proto::config::Action& action,
                                        const std::string& path) {
         if (action.has_named_stance()) {
             check(action.named_stance(), path + ".do.named_stance");

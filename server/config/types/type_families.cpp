@@ -1,5 +1,7 @@
 #include "server/config/types/type_families.h"
 
+#include "proto/config/config.pb.h"
+
 #include <google/protobuf/descriptor.h>
 
 #include <algorithm>
@@ -12,7 +14,7 @@ namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-using proto::Config;
+using proto::config::Config;
 
 /// What `over` says is so in `out`; lists are replaced as a whole.
 void overlay(const Message& over, Message& out) {
@@ -41,7 +43,7 @@ class TypeFamilies {
           done_(static_cast<std::size_t>(config.type_size())) {}
 
     struct Resolved {
-        Config::Type type;
+        proto::config::Type type;
         std::vector<BehaviourUse> uses;
     };
 
@@ -50,7 +52,7 @@ class TypeFamilies {
         if (done) {
             return *done;
         }
-        const Config::Type& own = config_.type(index);
+        const proto::config::Type& own = config_.type(index);
         const std::string path = join_path("", "type", index);
         Resolved out;
         path_.push_back(index);
@@ -69,7 +71,7 @@ class TypeFamilies {
             }
         }
         add_uses(own, path, out.uses);
-        Config::Type over = own;
+        proto::config::Type over = own;
         over.clear_base();
         over.clear_behaviour();
         out.type.clear_name();
@@ -80,14 +82,15 @@ class TypeFamilies {
 
   private:
     /// Index of the base; -1 where there is none that it could be made of.
-    int base_of(const Config::Type& type, const std::string& path) {
+    int base_of(const proto::config::Type& type, const std::string& path) {
         if (!type.has_base()) {
             return -1;
         }
         const auto& types = config_.type();
-        const auto at = std::find_if(types.begin(), types.end(), [&](const Config::Type& other) {
-            return other.name() == type.base();
-        });
+        const auto at =
+            std::find_if(types.begin(), types.end(), [&](const proto::config::Type& other) {
+                return other.name() == type.base();
+            });
         if (at == types.end()) {
             diagnostics_.add(path + ".base", "there is no type named '" + type.base() + "'");
             diagnostics_.silence_line_of(path);  // what it lacks, it lacks for that
@@ -108,13 +111,13 @@ class TypeFamilies {
         return -1;
     }
 
-    void add_uses(const Config::Type& own,
+    void add_uses(const proto::config::Type& own,
                   const std::string& path,
                   std::vector<BehaviourUse>& uses) {
         std::size_t front = 0;
         std::vector<std::string> named;
         for (int b = 0; b < own.behaviour_size(); ++b) {
-            const Config::TypeBehaviour& from = own.behaviour(b);
+            const proto::config::TypeBehaviour& from = own.behaviour(b);
             const std::string here = join_path(path, "behaviour", b);
             if (std::find(named.begin(), named.end(), from.name()) != named.end()) {
                 diagnostics_.add(here + ".name",
@@ -157,8 +160,8 @@ class TypeFamilies {
         }
     }
 
-    void add_values(const Config::Type& own,
-                    const Config::TypeBehaviour& from,
+    void add_values(const proto::config::Type& own,
+                    const proto::config::TypeBehaviour& from,
                     const std::string& here,
                     BehaviourUse& use) {
         std::vector<std::string> named;
@@ -187,9 +190,9 @@ class TypeFamilies {
 
 }  // namespace
 
-BehaviourUses resolve_types(proto::Config& config, Diagnostics& diagnostics) {
+BehaviourUses resolve_types(proto::config::Config& config, Diagnostics& diagnostics) {
     BehaviourUses uses(static_cast<std::size_t>(config.type_size()));
-    const auto plain = [](const Config::Type& type) {
+    const auto plain = [](const proto::config::Type& type) {
         return !type.has_base() && type.behaviour_size() == 0;
     };
     if (std::all_of(config.type().begin(), config.type().end(), plain)) {

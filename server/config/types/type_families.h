@@ -2,11 +2,14 @@
 #pragma once
 
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <map>
 #include <string>
 #include <vector>
+
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
 
 namespace zoned::config {
 
@@ -31,6 +34,6 @@ using BehaviourUses = std::vector<std::vector<BehaviourUse>>;
 /// behaviours that the base has keep their place and take further values, others come before them.
 /// A type that names a brain has no behaviours, and one that names behaviours no brain.
 /// Reports bases that are none, types that are their own base, and behaviours named twice.
-BehaviourUses resolve_types(proto::Config& config, Diagnostics& diagnostics);
+BehaviourUses resolve_types(proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -5,6 +5,7 @@
 #include "server/physics/shapes/compound/compound.h"
 #include "server/physics/shapes/compound/outer_hull.h"
 #include "server/physics/shapes/convex/hull.h"
+#include "proto/config/config.pb.h"
 
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@ namespace zoned::config {
 
 namespace {
 
-core::Result<physics::BuiltHull> hull_of_points(const proto::Config::Hull& hull) {
+core::Result<physics::BuiltHull> hull_of_points(const proto::config::Hull& hull) {
     std::vector<Vec3> points;
     for (const auto& point : hull.point()) {
         points.emplace_back(narrow(point.x_m()), narrow(point.y_m()), narrow(point.z_m()));
@@ -21,8 +22,8 @@ core::Result<physics::BuiltHull> hull_of_points(const proto::Config::Hull& hull)
     return physics::build_hull(points);
 }
 
-core::Result<physics::CompoundPart> part_of(const proto::Config::Part& part,
-                                            const proto::Config::Type& type) {
+core::Result<physics::CompoundPart> part_of(const proto::config::Part& part,
+                                            const proto::config::Type& type) {
     physics::CompoundPart out;
     out.frame.position = Vec3(narrow(part.x_m()), narrow(part.y_m()), narrow(part.z_m()));
     out.frame.rotation = narrow(turn(part.yaw_deg(), part.pitch_deg(), part.roll_deg()));
@@ -30,19 +31,19 @@ core::Result<physics::CompoundPart> part_of(const proto::Config::Part& part,
     out.material.restitution = narrow(type.restitution());
     out.material.density = narrow(part.density_kgpm3());
     switch (part.shape_case()) {
-        case proto::Config::Part::kBox:
+        case proto::config::Part::kBox:
             out.shape = physics::Shape::box(0.5F * Vec3(narrow(part.box().x_m()),
                                                         narrow(part.box().y_m()),
                                                         narrow(part.box().z_m())));
             return out;
-        case proto::Config::Part::kSphere:
+        case proto::config::Part::kSphere:
             out.shape = physics::Shape::sphere(narrow(part.sphere().radius_m()));
             return out;
-        case proto::Config::Part::kCapsule:
+        case proto::config::Part::kCapsule:
             out.shape = physics::Shape::capsule(narrow(part.capsule().radius_m()),
                                                 narrow(0.5 * part.capsule().length_m()));
             return out;
-        case proto::Config::Part::kHull: {
+        case proto::config::Part::kHull: {
             auto hull = hull_of_points(part.hull());
             if (!hull) {
                 return core::Result<physics::CompoundPart>::failure(hull.error());
@@ -51,7 +52,7 @@ core::Result<physics::CompoundPart> part_of(const proto::Config::Part& part,
             out.frame = out.frame * hull->frame;
             return out;
         }
-        case proto::Config::Part::SHAPE_NOT_SET:
+        case proto::config::Part::SHAPE_NOT_SET:
             break;
     }
     return core::Result<physics::CompoundPart>::failure(
@@ -69,7 +70,7 @@ Solid solid_of(const physics::Shape& shape, const physics::Frame& frame, float r
 
 }  // namespace
 
-core::Result<Solid> build_solid(const proto::Config::Type& type) {
+core::Result<Solid> build_solid(const proto::config::Type& type) {
     if (type.has_hull()) {
         const auto built = hull_of_points(type.hull());
         if (!built) {

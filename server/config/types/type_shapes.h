@@ -2,9 +2,12 @@
 #pragma once
 
 #include "server/physics/shapes/shape.h"
-#include "proto/config.pb.h"
 #include "shared/core/result.h"
 #include "shared/math/aabb.h"
+
+namespace zoned::proto::config {
+class Type;
+}  // namespace zoned::proto::config
 
 namespace zoned::config {
 
@@ -21,6 +24,6 @@ struct Solid {
 
 /// Of a type with a hull or a compound. Fails with the reason where points lie in a plane, sizes
 /// are out of range or a part has no shape.
-core::Result<Solid> build_solid(const proto::Config::Type& type);
+core::Result<Solid> build_solid(const proto::config::Type& type);
 
 }  // namespace zoned::config

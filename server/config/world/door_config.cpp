@@ -1,7 +1,9 @@
 #include "server/config/world/door_config.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/world/statics.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,17 +22,17 @@ struct Opening {
     int setting = 0;
 };
 
-Tick ticks_of(const proto::Config& config, double seconds) {
+Tick ticks_of(const proto::config::Config& config, double seconds) {
     return static_cast<Tick>(std::llround(seconds * config.world().tick_rate_hz()));
 }
 
 /// How long the door's period is, s.
-double period_of(const proto::Config& config, const proto::Config::Door& door) {
+double period_of(const proto::config::Config& config, const proto::config::Door& door) {
     return door.has_period_s() ? door.period_s() : config.ai().day_s();
 }
 
 /// Empty, or what is wrong with one time of opening, and at which of its settings.
-std::string defect_of_time(const proto::Config::OpenTime& time, double period, std::string& at) {
+std::string defect_of_time(const proto::config::OpenTime& time, double period, std::string& at) {
     at = ".from_s";
     if (time.from_s() >= period) {
         return text_of("is not within the period of %g s", period);
@@ -45,8 +47,8 @@ std::string defect_of_time(const proto::Config::OpenTime& time, double period, s
     return time.to_s() == time.from_s() ? "is where it opens: that is never, or always" : "";
 }
 
-std::vector<Opening> openings_of(const proto::Config& config,
-                                 const proto::Config::Door& door,
+std::vector<Opening> openings_of(const proto::config::Config& config,
+                                 const proto::config::Door& door,
                                  const std::string& path,
                                  Tick period,
                                  Diagnostics& diagnostics) {
@@ -78,8 +80,8 @@ std::vector<Opening> openings_of(const proto::Config& config,
     return out;
 }
 
-motion::Timetable expand_times(const proto::Config& config,
-                               const proto::Config::Door& door,
+motion::Timetable expand_times(const proto::config::Config& config,
+                               const proto::config::Door& door,
                                const std::string& path,
                                Diagnostics& diagnostics) {
     motion::Timetable out;
@@ -106,7 +108,7 @@ motion::Timetable expand_times(const proto::Config& config,
 
 }  // namespace
 
-std::vector<NamedDoor> expand_doors(const proto::Config& config, Diagnostics& diagnostics) {
+std::vector<NamedDoor> expand_doors(const proto::config::Config& config, Diagnostics& diagnostics) {
     std::vector<NamedDoor> out;
     std::set<std::string> names;
     for (int i = 0; i < config.door_size(); ++i) {

@@ -1,5 +1,7 @@
 #include "server/config/world/environment_config.h"
 
+#include "server/config/text/check_name.h"
+#include "proto/config/config.pb.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -8,7 +10,7 @@
 
 namespace zoned::config {
 
-void check_shared_environment(const proto::Config& config, Diagnostics& diagnostics) {
+void check_shared_environment(const proto::config::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
     const auto check_name = [&](const std::string& name, const std::string& path) {
         if (name.empty()) {
@@ -36,7 +38,7 @@ void check_shared_environment(const proto::Config& config, Diagnostics& diagnost
     }
 }
 
-clock::EnvironmentDefs expand_shared_environment(const proto::Config& config) {
+clock::EnvironmentDefs expand_shared_environment(const proto::config::Config& config) {
     clock::EnvironmentDefs out;
     out.sync_ticks =
         std::max<Tick>(1,

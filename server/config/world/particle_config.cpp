@@ -1,7 +1,9 @@
 #include "server/config/world/particle_config.h"
 
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -16,12 +18,12 @@ namespace zoned::config {
 
 namespace {
 
-using System = proto::Config::ParticleSystem;
+using System = proto::config::ParticleSystem;
 
 /// Particles of a cosmetic system alive at a time: a client computes each of them for each picture.
 constexpr double kMostCosmetic = 1e6;
 
-double highest_speed(const proto::Config::Emitter& e) {
+double highest_speed(const proto::config::Emitter& e) {
     return e.has_speed_max_mps() ? e.speed_max_mps() : e.speed_min_mps();
 }
 
@@ -31,13 +33,13 @@ double longest_life(const Message& m) {
     return m.has_lifetime_max_s() ? m.lifetime_max_s() : m.lifetime_min_s();
 }
 
-double alive(const proto::Config::Emitter& e) {
+double alive(const proto::config::Emitter& e) {
     const double most = e.most() > 0 ? static_cast<double>(e.most()) : kMostCosmetic * 1e6;
     return std::min(most, e.rate_hz() * longest_life(e));
 }
 
-void check_emitter(const proto::Config::World& world,
-                   const proto::Config::Emitter& e,
+void check_emitter(const proto::config::World& world,
+                   const proto::config::Emitter& e,
                    bool cosmetic,
                    const std::string& path,
                    Diagnostics& diagnostics) {
@@ -92,7 +94,7 @@ void check_cosmetic(const System& system, const std::string& path, Diagnostics& 
     }
 }
 
-void check_burst(const proto::Config::Burst& burst,
+void check_burst(const proto::config::Burst& burst,
                  bool cosmetic,
                  const std::string& path,
                  Diagnostics& diagnostics) {
@@ -108,7 +110,7 @@ void check_burst(const proto::Config::Burst& burst,
                             "leave it out, or set cosmetic: true");
         }
     }
-    if (burst.visibility_filter() == proto::Config::RULES) {
+    if (burst.visibility_filter() == proto::config::RULES) {
         diagnostics.add(path + ".conceal", "rules are asked about entities, not about places");
     }
     if (longest_life(burst) < burst.lifetime_min_s()) {
@@ -123,14 +125,14 @@ float cosine_of(double degrees) {
     return narrow(std::cos(degrees * std::numbers::pi / 180.0));
 }
 
-Vec3 axis_of(const proto::Config::Emitter& e) {
+Vec3 axis_of(const proto::config::Emitter& e) {
     const double yaw = e.yaw_deg() * std::numbers::pi / 180.0;
     const double pitch = e.pitch_deg() * std::numbers::pi / 180.0;
     return Vec3d(std::cos(pitch) * std::sin(yaw), std::sin(pitch), std::cos(pitch) * std::cos(yaw))
         .cast<float>();
 }
 
-motion::Emitter emitter_of(const proto::Config::Emitter& e, std::uint64_t seed) {
+motion::Emitter emitter_of(const proto::config::Emitter& e, std::uint64_t seed) {
     motion::Emitter out;
     out.seed = core::mix(seed ^ core::mix(e.seed()));
     out.start = static_cast<Tick>(e.start_tick());
@@ -155,7 +157,7 @@ std::optional<motion::BurstKind> burst_of(const System& system) {
     if (!system.has_burst()) {
         return std::nullopt;
     }
-    const proto::Config::Burst& burst = system.burst();
+    const proto::config::Burst& burst = system.burst();
     return motion::BurstKind{cosine_of(burst.cone_deg()),
                              narrow(burst.slowest()),
                              narrow(burst.spread_m()),
@@ -183,7 +185,7 @@ zone::ParticleSource source_of(const System& system) {
 
 }  // namespace
 
-void check_particles(const proto::Config& config, Diagnostics& diagnostics) {
+void check_particles(const proto::config::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
     for (int s = 0; s < config.particles_size(); ++s) {
         const System& system = config.particles(s);
@@ -213,7 +215,7 @@ void check_particles(const proto::Config& config, Diagnostics& diagnostics) {
     }
 }
 
-void expand_particles(const proto::Config& config, Settings& settings) {
+void expand_particles(const proto::config::Config& config, Settings& settings) {
     settings.particles.clear();
     settings.cosmetics.clear();
     settings.cosmetic_bursts.clear();
@@ -238,7 +240,7 @@ void expand_particles(const proto::Config& config, Settings& settings) {
                      *burst_of(system),
                      narrow(system.burst().aura_m()),
                      narrow(system.burst().events_per_s()),
-                     system.burst().visibility_filter() == proto::Config::LINE_OF_SIGHT});
+                     system.burst().visibility_filter() == proto::config::LINE_OF_SIGHT});
             }
             settings.cosmetics.push_back({system.name(),
                                           gravity,

@@ -1,9 +1,11 @@
 #include "server/config/world/pathfinding_config.h"
 
 #include "server/ai/pathfinding/grid/ground_grid.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/text/read_text.h"
 #include "server/zone/zone_settings.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,21 +17,21 @@ namespace zoned::config {
 namespace {
 
 using ai::pathfinding::WaypointGraph;
-using proto::Config;
+using proto::config::Config;
 
 /// Waypoints that a warning names.
 constexpr std::size_t kNamedWaypoints = 5;
 
-float map_cell_m(const Config::Pathfinding& paths) {
-    return narrow(paths.map() == Config::Pathfinding::WAYPOINT_GRAPH ? paths.spacing_m()
-                                                                     : paths.cell_m());
+float map_cell_m(const proto::config::Pathfinding& paths) {
+    return narrow(paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH ? paths.spacing_m()
+                                                                            : paths.cell_m());
 }
 
-void check_waypoints(const Config::Pathfinding& paths, Diagnostics& diagnostics) {
+void check_waypoints(const proto::config::Pathfinding& paths, Diagnostics& diagnostics) {
     if (!paths.has_waypoints()) {
         return;
     }
-    if (paths.map() != Config::Pathfinding::WAYPOINT_GRAPH) {
+    if (paths.map() != proto::config::Pathfinding::WAYPOINT_GRAPH) {
         diagnostics.add("ai.pathfinding.waypoints",
                         "waypoints are used with map: WAYPOINT_GRAPH alone");
     } else if (const auto graph = ai::pathfinding::parse_waypoints(paths.waypoints()); !graph) {
@@ -87,7 +89,7 @@ void load_waypoints(Config& config, Diagnostics& diagnostics) {
     if (!config.ai().pathfinding().has_waypoints_file()) {
         return;
     }
-    Config::Pathfinding& paths = *config.mutable_ai()->mutable_pathfinding();
+    proto::config::Pathfinding& paths = *config.mutable_ai()->mutable_pathfinding();
     if (paths.has_waypoints()) {
         diagnostics.add("ai.pathfinding.waypoints_file", "waypoints are given inline already");
         return;
@@ -108,12 +110,12 @@ void check_ground_maps(const Config& config,
     if (!config.ai().has_pathfinding()) {
         return;
     }
-    const Config::Pathfinding& paths = config.ai().pathfinding();
+    const proto::config::Pathfinding& paths = config.ai().pathfinding();
     check_waypoints(paths, diagnostics);
-    if (paths.has_crowding() && paths.map() != Config::Pathfinding::GRID) {
+    if (paths.has_crowding() && paths.map() != proto::config::Pathfinding::GRID) {
         diagnostics.add("ai.pathfinding.crowding", "is of map: GRID alone");
     }
-    if (paths.map() == Config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints()) {
+    if (paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints()) {
         return;  // nothing is baked
     }
     const float cell_m = map_cell_m(paths);
@@ -125,7 +127,7 @@ void check_ground_maps(const Config& config,
                              cell_m),
             cell_m);
         if (!defect.empty()) {
-            diagnostics.add(paths.map() == Config::Pathfinding::WAYPOINT_GRAPH
+            diagnostics.add(paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH
                                 ? "ai.pathfinding.spacing_m"
                                 : "ai.pathfinding.cell_m",
                             "zone '" + zone.name + "': " + defect);
@@ -137,7 +139,7 @@ void check_ground_maps(const Config& config,
 namespace {
 
 ai::pathfinding::CrowdPathSettings expand_crowding(const Config& config) {
-    const Config::Crowding& from = config.ai().pathfinding().crowding();
+    const proto::config::Crowding& from = config.ai().pathfinding().crowding();
     ai::pathfinding::CrowdPathSettings out;
     const double ticks = from.look_s() * config.world().tick_rate_hz();
     out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
@@ -153,7 +155,7 @@ ai::pathfinding::CrowdPathSettings expand_crowding(const Config& config) {
 }  // namespace
 
 ai::PathfindingSettings expand_pathfinding(const Config& config) {
-    const Config::Pathfinding& from = config.ai().pathfinding();
+    const proto::config::Pathfinding& from = config.ai().pathfinding();
     ai::PathfindingSettings paths;
     paths.cell_m = map_cell_m(from);
     paths.work_per_tick = from.work_per_tick();
@@ -162,13 +164,13 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
         paths.crowding = expand_crowding(config);
     }
     switch (from.map()) {
-        case Config::Pathfinding::GRID:
+        case proto::config::Pathfinding::GRID:
             paths.map = ai::PathMapKind::kGrid;
             break;
-        case Config::Pathfinding::NAVMESH:
+        case proto::config::Pathfinding::NAVMESH:
             paths.map = ai::PathMapKind::kNavmesh;
             break;
-        case Config::Pathfinding::WAYPOINT_GRAPH:
+        case proto::config::Pathfinding::WAYPOINT_GRAPH:
             paths.map = ai::PathMapKind::kWaypointGraph;
             break;
     }

@@ -1,5 +1,6 @@
 #include "server/config/world/scatter.h"
 
+#include "proto/config/config.pb.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -142,7 +143,7 @@ std::uint16_t yaw_from(double degrees) {
 
 class Placer {
   public:
-    Placer(const proto::Config& config,
+    Placer(const proto::config::Config& config,
            const Terrain& terrain,
            Settings& settings,
            Diagnostics& diagnostics)
@@ -156,7 +157,7 @@ class Placer {
         }
     }
 
-    void place_one(const proto::Config::Placement& placement, const std::string& path) {
+    void place_one(const proto::config::Placement& placement, const std::string& path) {
         if (!placement.has_x_m() || !placement.has_z_m()) {
             diagnostics_.add(path, "an entity needs x_m and z_m");
             return;
@@ -194,7 +195,7 @@ class Placer {
             placement.asleep() && (placement.has_y_m() || !slopes(x, z, pose.radius)));
     }
 
-    void scatter(const proto::Config::Scatter& entry, int number, const std::string& path) {
+    void scatter(const proto::config::Scatter& entry, int number, const std::string& path) {
         const int type = type_named(entry.type(), path + ".type");
         Rectangle region;
         if (!region_of(entry, path, region) || type < 0) {
@@ -232,7 +233,7 @@ class Placer {
         return type;
     }
 
-    bool region_of(const proto::Config::Scatter& entry, const std::string& path, Rectangle& out) {
+    bool region_of(const proto::config::Scatter& entry, const std::string& path, Rectangle& out) {
         const auto& world = config_.world();
         if (!entry.has_region()) {
             out = {static_cast<float>(world.min_x_m()),
@@ -261,7 +262,7 @@ class Placer {
         return true;
     }
 
-    bool scatter_one(const proto::Config::Scatter& entry,
+    bool scatter_one(const proto::config::Scatter& entry,
                      int type,
                      const Pose& pose,
                      const Rectangle& region,
@@ -333,7 +334,7 @@ class Placer {
                          terrain_.height(x, z - d)});
     }
 
-    const proto::Config& config_;
+    const proto::config::Config& config_;
     const Terrain& terrain_;
     Settings& settings_;
     Diagnostics& diagnostics_;
@@ -362,7 +363,7 @@ int find_type(const Settings& settings, const std::string& name) {
     return -1;
 }
 
-void place_entities(const proto::Config& config,
+void place_entities(const proto::config::Config& config,
                     const Terrain& terrain,
                     Settings& settings,
                     Diagnostics& diagnostics) {
@@ -375,7 +376,7 @@ void place_entities(const proto::Config& config,
     }
 }
 
-void place_spawn_points(const proto::Config& config,
+void place_spawn_points(const proto::config::Config& config,
                         const Terrain& terrain,
                         Settings& settings,
                         Diagnostics& diagnostics) {

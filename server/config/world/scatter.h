@@ -6,19 +6,23 @@
 
 #include <vector>
 
+namespace zoned::proto::config {
+class Config;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
 
 /// Expands single placements, then scatter entries, in their order. Needs settings.types and
 /// settings.seed. The same config and seed give the same entities. What cannot be placed is a
 /// mistake.
-void place_entities(const proto::Config& config,
+void place_entities(const proto::config::Config& config,
                     const Terrain& terrain,
                     Settings& settings,
                     Diagnostics& diagnostics);
 
 /// Fills settings.spawn_points: y is where the centre of the tallest mindless character stands.
 /// Needs settings.types.
-void place_spawn_points(const proto::Config& config,
+void place_spawn_points(const proto::config::Config& config,
                         const Terrain& terrain,
                         Settings& settings,
                         Diagnostics& diagnostics);

@@ -1,9 +1,11 @@
 #include "server/config/world/spline_config.h"
 
 #include "server/ai/splines/lane_numbers.h"
-#include "server/config/check/config_checks.h"
+#include "server/config/settings.h"
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/world/terrain.h"
+#include "proto/config/config.pb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +21,7 @@ using ai::splines::LaneId;
 using ai::splines::NamedSpline;
 using ai::splines::SplineLanes;
 using ai::splines::SplineNetwork;
-using proto::Config;
+using proto::config::Config;
 
 int find_track(const Config& config, const std::string& name) {
     for (int t = 0; t < config.track_size(); ++t) {
@@ -32,20 +34,21 @@ int find_track(const Config& config, const std::string& name) {
 
 std::vector<SplineLanes> lanes_of(const Config& config) {
     std::vector<SplineLanes> out;
-    for (const Config::Track& track : config.track()) {
+    for (const proto::config::Track& track : config.track()) {
         out.push_back({static_cast<std::uint16_t>(track.lanes()), track.has_racing_line()});
     }
     return out;
 }
 
-NamedSpline track_of(const Config::Track& track) {
+NamedSpline track_of(const proto::config::Track& track) {
     NamedSpline out;
     out.name = track.name();
-    for (const Config::Point& point : track.point()) {
+    for (const proto::config::Point& point : track.point()) {
         out.def.points.emplace_back(narrow(point.x_m()), narrow(point.z_m()));
     }
-    out.def.curve = track.curve() == Config::Track::B_SPLINE ? ai::splines::Curve::kBSpline
-                                                             : ai::splines::Curve::kCatmullRom;
+    out.def.curve = track.curve() == proto::config::Track::B_SPLINE
+                        ? ai::splines::Curve::kBSpline
+                        : ai::splines::Curve::kCatmullRom;
     out.def.closed = track.closed();
     out.def.width_m = narrow(track.width_m());
     out.def.lanes = track.lanes();
@@ -57,7 +60,7 @@ NamedSpline track_of(const Config::Track& track) {
 }
 
 void check_track(const Config& config, int index, Diagnostics& diagnostics) {
-    const Config::Track& track = config.track(index);
+    const proto::config::Track& track = config.track(index);
     const std::string path = join_path("", "track", index);
     const auto& world = config.world();
     for (int p = 0; p < track.point_size(); ++p) {
@@ -92,7 +95,7 @@ class LaneSurvey {
         : settings_(settings),
           net_(net),
           terrain_(settings.boxes, settings.ground_height_m, settings.surfaces) {
-        for (const Config::Track& track : settings.config.track()) {
+        for (const proto::config::Track& track : settings.config->track()) {
             const SplineLanes has{static_cast<std::uint16_t>(track.lanes()),
                                   track.has_racing_line()};
             for (unsigned k = 0; k < 2 * has.each_way(); ++k) {
@@ -188,7 +191,7 @@ std::shared_ptr<const SplineNetwork> build_tracks(const Config& config, Diagnost
     const std::size_t before = diagnostics.size();
     for (int t = 0; t < config.track_size(); ++t) {
         const std::string path = join_path("", "track", t);
-        const Config::Track& track = config.track(t);
+        const proto::config::Track& track = config.track(t);
         if (check_name(track.name(), "track", path, diagnostics) &&
             !names.insert(track.name()).second) {
             diagnostics.add(path + ".name", "'" + track.name() + "' is the name of another track");
@@ -214,10 +217,10 @@ std::shared_ptr<const SplineNetwork> build_tracks(const Config& config, Diagnost
     return std::make_shared<const SplineNetwork>(std::move(net).value());
 }
 
-ai::FollowDef expand_follow(const Config& config, const Config::FollowTrack& follow) {
+ai::FollowDef expand_follow(const Config& config, const proto::config::FollowTrack& follow) {
     ai::FollowDef out;
     const std::vector<SplineLanes> lanes = lanes_of(config);
-    for (const Config::TrackChoice& choice : follow.choice()) {
+    for (const proto::config::TrackChoice& choice : follow.choice()) {
         const int track = find_track(config, choice.track());
         ai::LaneDraw draw;
         draw.weight = narrow(choice.weight());
@@ -239,7 +242,7 @@ ai::FollowDef expand_follow(const Config& config, const Config::FollowTrack& fol
 }
 
 void check_follow(const Config& config,
-                  const Config::FollowTrack& follow,
+                  const proto::config::FollowTrack& follow,
                   const std::string& path,
                   Diagnostics& diagnostics) {
     if (follow.choice_size() == 0) {
@@ -248,7 +251,7 @@ void check_follow(const Config& config,
     }
     double weights = 0.0;
     for (int c = 0; c < follow.choice_size(); ++c) {
-        const Config::TrackChoice& choice = follow.choice(c);
+        const proto::config::TrackChoice& choice = follow.choice(c);
         const std::string here = join_path(path, "choice", c);
         weights += choice.weight();
         const int track = find_track(config, choice.track());
@@ -258,7 +261,7 @@ void check_follow(const Config& config,
                                                : "says no track");
             continue;
         }
-        const Config::Track& of = config.track(track);
+        const proto::config::Track& of = config.track(track);
         if (choice.racing_line() && choice.has_lane()) {
             diagnostics.add(here + ".lane", "takes either a lane or the racing line");
         } else if (choice.racing_line() && !of.has_racing_line()) {

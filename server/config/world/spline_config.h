@@ -3,27 +3,33 @@
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
-#include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
-#include "proto/config.pb.h"
 
 #include <memory>
 #include <string>
 #include <vector>
 
+namespace zoned::proto::config {
+class Config;
+class FollowTrack;
+}  // namespace zoned::proto::config
+
 namespace zoned::config {
+
+struct Settings;
 
 /// Tracks by themselves: names, that they lie in the world, that each can be followed. nullptr
 /// where there are none, or some are wrong.
-std::shared_ptr<const ai::splines::SplineNetwork> build_tracks(const proto::Config& config,
+std::shared_ptr<const ai::splines::SplineNetwork> build_tracks(const proto::config::Config& config,
                                                                Diagnostics& diagnostics);
 
 /// Names that mean nothing become the first lane of the first track.
-ai::FollowDef expand_follow(const proto::Config& config, const proto::Config::FollowTrack& follow);
+ai::FollowDef expand_follow(const proto::config::Config& config,
+                            const proto::config::FollowTrack& follow);
 
 /// That what is followed is there; at `path`.
-void check_follow(const proto::Config& config,
-                  const proto::Config::FollowTrack& follow,
+void check_follow(const proto::config::Config& config,
+                  const proto::config::FollowTrack& follow,
                   const std::string& path,
                   Diagnostics& diagnostics);
 

@@ -1,6 +1,7 @@
 #include "server/config/world/statics.h"
 
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 
 #include <cmath>
 #include <cstdio>
@@ -34,7 +35,7 @@ StaticBox make_box(const Vec3d& centre,
 
 /// A hill's boxes. Terrace i (from 0) is a slab from i h to (i + 1) h above the ground; its ramp
 /// rises from the tread below (or the ground) to its top.
-void add_hill(const proto::Config::Hill& hill, double ground, std::vector<StaticBox>& out) {
+void add_hill(const proto::config::Hill& hill, double ground, std::vector<StaticBox>& out) {
     const double h = hill.terrace_height_m();
     const double slope = hill.ramp_slope_deg() * kRadians;
     const double run = h / std::tan(slope);
@@ -68,7 +69,7 @@ void add_hill(const proto::Config::Hill& hill, double ground, std::vector<Static
     }
 }
 
-void check_hill(const proto::Config::Hill& hill,
+void check_hill(const proto::config::Hill& hill,
                 const std::string& path,
                 Diagnostics& diagnostics) {
     const double run = hill.terrace_height_m() / std::tan(hill.ramp_slope_deg() * kRadians);
@@ -91,7 +92,7 @@ void check_hill(const proto::Config::Hill& hill,
 }
 
 /// Boxes along the polyline, each at most segment_m long, with gap_m between one and the next.
-void add_wall(const proto::Config::Wall& wall, double ground, std::vector<StaticBox>& out) {
+void add_wall(const proto::config::Wall& wall, double ground, std::vector<StaticBox>& out) {
     for (int p = 0; p + 1 < wall.point_size(); ++p) {
         const Vec3d from(wall.point(p).x_m(), ground, wall.point(p).z_m());
         const Vec3d to(wall.point(p + 1).x_m(), ground, wall.point(p + 1).z_m());
@@ -116,7 +117,7 @@ void add_wall(const proto::Config::Wall& wall, double ground, std::vector<Static
     }
 }
 
-void check_wall(const proto::Config::Wall& wall,
+void check_wall(const proto::config::Wall& wall,
                 const std::string& path,
                 Diagnostics& diagnostics) {
     for (int p = 0; p < wall.point_size(); ++p) {
@@ -133,7 +134,7 @@ void check_wall(const proto::Config::Wall& wall,
 
 }  // namespace
 
-StaticBox static_box(const proto::Config::Box& box) {
+StaticBox static_box(const proto::config::Box& box) {
     return make_box(Vec3d(box.x_m(), box.y_m(), box.z_m()),
                     Vec3d(box.size().x_m(), box.size().y_m(), box.size().z_m()),
                     turn(box.yaw_deg(), box.pitch_deg(), box.roll_deg()),
@@ -141,7 +142,7 @@ StaticBox static_box(const proto::Config::Box& box) {
                     box.restitution());
 }
 
-void check_inside(const proto::Config::World& world,
+void check_inside(const proto::config::World& world,
                   const StaticBox& box,
                   const std::string& path,
                   Diagnostics& diagnostics) {
@@ -154,7 +155,8 @@ void check_inside(const proto::Config::World& world,
     }
 }
 
-std::vector<StaticBox> expand_statics(const proto::Config& config, Diagnostics& diagnostics) {
+std::vector<StaticBox> expand_statics(const proto::config::Config& config,
+                                      Diagnostics& diagnostics) {
     std::vector<StaticBox> out;
     const double ground = config.world().ground_height_m();
     const auto& statics = config.statics();

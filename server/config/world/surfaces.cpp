@@ -2,9 +2,12 @@
 
 #include "server/assets/baked_geometry.h"
 #include "server/assets/geometry_files.h"
+#include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/text/sha256.h"
 #include "server/config/world/world_description.h"
 #include "server/physics/shapes/compound/body_checks.h"
+#include "proto/config/config.pb.h"
 
 #include <cmath>
 #include <map>
@@ -16,7 +19,7 @@ namespace zoned::config {
 
 namespace {
 
-using SurfaceConfig = proto::Config::Surface;
+using SurfaceConfig = proto::config::Surface;
 
 constexpr std::size_t kObjMistakesShown = 3;
 
@@ -173,7 +176,7 @@ SurfaceSettings place(const SurfaceConfig& s,
 
 /// What is wrong with where it stands.
 void check_place(const SurfaceSettings& surface,
-                 const proto::Config& config,
+                 const proto::config::Config& config,
                  Diagnostics& diagnostics) {
     const motion::PlacedSurface placed(surface.around(Vec3d::Zero()));
     const Vec3d lower = placed.bounds().lower.cast<double>();
@@ -247,7 +250,8 @@ class SurfaceLoader {
 
 }  // namespace
 
-std::vector<SurfaceSettings> load_surfaces(proto::Config& config, Diagnostics& diagnostics) {
+std::vector<SurfaceSettings> load_surfaces(proto::config::Config& config,
+                                           Diagnostics& diagnostics) {
     std::vector<SurfaceSettings> out;
     SurfaceLoader loader(diagnostics);
     std::size_t replicated = 0;

@@ -1,9 +1,9 @@
 #include "server/config/world/world_description.h"
 
-#include "shared/core/hex.h"
+#include "server/config/settings.h"
+#include "server/config/text/sha256.h"
 
 #include <google/protobuf/text_format.h>
-#include <openssl/evp.h>
 
 namespace zoned::config {
 
@@ -222,25 +222,14 @@ proto::WorldDescription describe_world(const Settings& settings) {
                               *out.mutable_surfaces(static_cast<int>(s)));
         }
     }
-    if (!settings.config.testing().has_wrong_limit()) {
-        return out;
-    }
-    const auto& wrong = settings.config.testing().wrong_limit();
+    const std::optional<WrongLimitSettings>& wrong = settings.server.testing.wrong_limit;
     for (proto::EntityType& type : *out.mutable_types()) {
-        if (!wrong.has_type() || wrong.type() == type.name()) {
-            type.set_max_acceleration_mps2(static_cast<float>(wrong.max_acceleration_mps2()));
-            type.set_max_velocity_jump_mps(static_cast<float>(wrong.max_velocity_jump_mps()));
+        if (wrong && (wrong->type.empty() || wrong->type == type.name())) {
+            type.set_max_acceleration_mps2(wrong->max_acceleration_mps2);
+            type.set_max_velocity_jump_mps(wrong->max_velocity_jump_mps);
         }
     }
     return out;
-}
-
-std::string sha256_hex(std::string_view bytes) {
-    unsigned char digest[EVP_MAX_MD_SIZE];
-    unsigned int size = 0;
-    ZONED_ASSERT(EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr) == 1,
-                 "SHA-256 is part of every OpenSSL");
-    return core::to_hex({digest, size});
 }
 
 std::string world_digest(const Settings& settings) {

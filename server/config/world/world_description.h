@@ -1,7 +1,6 @@
 // world_description: the constants of a world that clients are told at login, and their digest.
 #pragma once
 
-#include "server/config/settings.h"
 #include "proto/session.pb.h"
 #include "shared/motion/ground_surface.h"
 
@@ -10,15 +9,14 @@
 
 namespace zoned::config {
 
+struct Settings;
+
 /// Appends what a client needs of a surface to predict its avatar on it.
 void describe_geometry(const motion::Surface& from, proto::StaticSurface& out);
 
 /// What Welcome.world holds. The limits are the declared ones (testing.wrong_limit replaces them
 /// here and nowhere else).
 proto::WorldDescription describe_world(const Settings& settings);
-
-/// SHA-256 (FIPS 180-4) in lower-case hex.
-std::string sha256_hex(std::string_view bytes);
 
 /// Settings::digest: the hash of the description in text format, honest limits included; of each
 /// surface its content's hash stands for the geometry, told or not. Two configs have the same

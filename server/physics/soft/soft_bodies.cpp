@@ -394,6 +394,15 @@ void SoftBodies::pin(SoftId id, std::size_t node, bool pinned) {
     wake(id);
 }
 
+void SoftBodies::move_node(SoftId id, std::size_t node, const Vec3& position) {
+    ZONED_SOFT_BODY(id);
+    if (fit_position(position)) {
+        body.x[node].head<3>() = position;
+        fit_box(body);
+        wake(id);
+    }
+}
+
 void SoftBodies::wake(SoftId id) {
     ZONED_SOFT_BODY(id);
     body.asleep = false;

@@ -112,6 +112,10 @@ class SoftBodies {
     /// Pins a node where it is, or frees it; wakes the body.
     void pin(SoftId id, std::size_t node, bool pinned);
 
+    /// Puts a node elsewhere, with the velocity that it has; wakes the body. Ignored where the
+    /// place is not finite.
+    void move_node(SoftId id, std::size_t node, const Vec3& position);
+
     void wake(SoftId id);
     /// At rest where it is until something moves it, whatever forces act within it.
     void sleep(SoftId id);

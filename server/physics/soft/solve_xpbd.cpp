@@ -1,3 +1,4 @@
+// build: hot loops
 // XPBD with one pass of Gauss-Seidel per substep: Macklin, Mueller, Chentanez, "XPBD:
 // Position-Based Simulation of Compliant Constrained Dynamics" (2016), equation 26 for the damped
 // multiplier; Macklin et al., "Small Steps in Physics Simulation" (2019) for substeps instead of

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/physics/solver/contact_solver.h"
 
 #include "server/physics/simd/lane_body.h"

@@ -1,7 +1,7 @@
 #include "server/zone/simulation/spawning.h"
 
+#include "server/zone/simulation/type_body.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
-#include "server/zone/type_body.h"
 #include "shared/core/assert.h"
 
 namespace zoned::zone {

@@ -1,7 +1,7 @@
 #include "server/zone/simulation/zone_doors.h"
 
 #include "server/physics/query/shape_ray.h"
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 #include "shared/core/assert.h"
 #include "shared/motion/apply_input.h"
 

@@ -1,8 +1,8 @@
 #include "server/zone/viewers/lag_compensation.h"
 
 #include "server/physics/query/shape_ray.h"
+#include "server/zone/simulation/type_body.h"
 #include "server/zone/simulation/zone_doors.h"
-#include "server/zone/type_body.h"
 
 #include <algorithm>
 #include <cmath>

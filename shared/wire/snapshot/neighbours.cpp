@@ -1,3 +1,4 @@
+// build: hot loops
 #include "shared/wire/snapshot/neighbours.h"
 
 #include <Eigen/Core>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/app/world/world.h"
+#include "server/config/expand/load_settings.h"
 #include "server/zone/zone_state.h"
 
 #include <gtest/gtest.h>

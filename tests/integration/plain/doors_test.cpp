@@ -26,7 +26,7 @@ class DoorInAZone : public testing::Test {
         gate.door.times.open = {{60, 120}};
         settings_.doors = {gate};
         settings_.types[scenario::kBall].rewindable = true;
-        settings_.config.mutable_rewind()->set_most_ms(1000.0);
+        settings_.rewind.most_ticks = 30;
     }
 
     void begin() { world_.emplace(settings_, 1); }

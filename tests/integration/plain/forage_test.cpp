@@ -1,4 +1,5 @@
 // Ants in a zone: they find food, find the way home, and another way when a door shuts.
+#include "server/config/expand/load_settings.h"
 #include "tests/integration/plain/crowd_world.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Agents that form up around a captain, and herds that go along a path, in a zone.
+#include "server/config/expand/load_settings.h"
 #include "server/zone/simulation/spawning.h"
 #include "tests/integration/plain/crowd_world.h"
 

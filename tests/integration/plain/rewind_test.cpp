@@ -21,8 +21,8 @@ class Rewinding : public testing::Test {
     void begin(int columns, bool rewindable = true) {
         config::Settings s = scenario::small_world(columns, 1, 100.0);
         s.types[scenario::kBall].rewindable = rewindable;
-        s.config.mutable_rewind()->set_most_ms(400.0);  // 12 ticks
-        s.config.mutable_rewind()->set_slack_m(0.1);
+        s.rewind.most_ticks = 12;
+        s.rewind.slack_m = 0.1F;
         plain_log() = std::make_shared<scenario::PlainLog>();
         world_.emplace(s, 1);
         mailbox::Join join;

@@ -30,10 +30,7 @@ class WithHistory {
     WithHistory(std::uint32_t events, std::uint32_t bytes) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         config::Settings s = scenario::small_world(2, 1, 120.0);
-        proto::Config::Topic& topic = *s.config.add_topic();
-        topic.set_name("news/*");
-        topic.set_history_events(events);
-        topic.set_history_bytes(bytes);
+        s.server.topics = {{"news/*", events, bytes}};
         s.spawn_points = {Vec3d(-30.0, 0.9, 0.0), Vec3d(30.0, 0.9, 0.0)};
         world_.emplace(s, 1);
     }

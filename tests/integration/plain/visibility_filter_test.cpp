@@ -95,8 +95,8 @@ TEST(FilteredVisibility, AWallHidesWhatStandsBehindItAndNothingElse) {
 
 TEST(FilteredVisibility, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnnouncesIsNotSent) {
     config::Settings s = walled(world::VisibilityFilter::kLineOfSight);
-    s.config.mutable_interest()->set_filter_stale_ticks(4);
-    s.config.mutable_interest()->set_filter_grace_ticks(6);
+    s.visibility_filter.stale_ticks = 4;
+    s.visibility_filter.grace_ticks = 6;
     s.initial = {crate_at(8.0F, 20.0F)};
     FilteredWorld c(s);
     c.join();
@@ -153,7 +153,7 @@ TEST(FilteredVisibility, RulesMayKeepAnEntityFromAViewer) {
 
 TEST(FilteredVisibility, KeepsItsBudgetAndTellsNobodyUnasked) {
     config::Settings s = walled(world::VisibilityFilter::kLineOfSight);
-    s.config.mutable_interest()->set_filter_checks_per_tick(5);
+    s.visibility_filter.checks_per_tick = 5;
     for (int i = 0; i < 40; ++i) {
         s.initial.push_back(crate_at(-6.0F - 2.0F * static_cast<float>(i % 8),
                                      -10.0F + 4.0F * static_cast<float>(i / 8)));

@@ -1,5 +1,6 @@
 // The world `hills`: what walks and what falls meets surfaces from files, on both sides of the
 // wire.
+#include "server/config/expand/load_settings.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 

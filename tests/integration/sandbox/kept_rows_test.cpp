@@ -1,5 +1,6 @@
 // Passes that go over what changed alone leave nothing out that a look at all rows finds.
 #include "server/app/world/world.h"
+#include "server/config/expand/load_settings.h"
 #include "server/zone/border/ghosts.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // Particles in zones: what rules ask about is simulated, what only looks nice is not.
 #include "client-sim/view/world_info.h"
 #include "server/compute/device.h"
+#include "server/config/expand/load_settings.h"
 #include "server/config/world/world_description.h"
 #include "server/zone/zone_context.h"
 #include "tests/harness/game_test.h"

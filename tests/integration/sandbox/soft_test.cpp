@@ -1,4 +1,5 @@
 // Soft bodies in worlds: what clients see of them, on how many threads, over borders, and at rest.
+#include "server/config/expand/load_settings.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/zone_context.h"
 #include "tests/harness/game_test.h"

@@ -9,20 +9,20 @@ namespace zoned::ai::test {
 namespace {
 
 /// In and out of a state by one threshold: right at it, every decision changes its agent.
-Machine nervous() {
-    Machine machine = single(ActionKind::kIdle);
-    machine.name = "nervous";
-    machine.states[0].name = "calm";
-    machine.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 0.1F}};
-    machine.states.push_back(machine.states[0]);
-    machine.states[1].name = "upset";
-    machine.states[1].transitions = {{0, Sensor::kRandom, Compare::kBelow, 2.0F}};
-    return machine;
+Brain nervous() {
+    Brain brain = single(ActionKind::kIdle);
+    brain.name = "nervous";
+    brain.states[0].name = "calm";
+    brain.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 0.1F}};
+    brain.states.push_back(brain.states[0]);
+    brain.states[1].name = "upset";
+    brain.states[1].transitions = {{0, Sensor::kRandom, Compare::kBelow, 2.0F}};
+    return brain;
 }
 
 TEST(StateFlapping, IsFoundWithItsTransitionsAndWhoDoesIt) {
     Field field;
-    field.settings.machines = {single(ActionKind::kIdle), nervous()};
+    field.settings.brains = {single(ActionKind::kIdle), nervous()};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_npc(7, kGuard, 1, Vec3::Zero());
     // Decisions every 0.2 s, each a change: the sixth is at 1.2 s.
@@ -34,17 +34,17 @@ TEST(StateFlapping, IsFoundWithItsTransitionsAndWhoDoesIt) {
     EXPECT_EQ(found.agent, 7U);
     EXPECT_EQ(found.count, 1U);
     EXPECT_TRUE(field.agents.state_flapping(0).empty());
-    const Machine& machine = field.settings.machines[1];
+    const Brain& brain = field.settings.brains[1];
     const CompiledBrain& compiled = field.settings.compiled[1];
-    EXPECT_EQ(transition_text(machine, compiled, found.a, found.b, found.a_to_b),
+    EXPECT_EQ(transition_text(brain, compiled, found.a, found.b, found.a_to_b),
               "calm -> upset where time in state above 0.1");
-    EXPECT_EQ(transition_text(machine, compiled, found.b, found.a, found.b_to_a),
+    EXPECT_EQ(transition_text(brain, compiled, found.b, found.a, found.b_to_a),
               "upset -> calm where random below 2");
 }
 
 TEST(StateFlapping, FollowsAnAgentWhenOthersComeAndGo) {
     Field field;
-    field.settings.machines = {nervous()};
+    field.settings.brains = {nervous()};
     field.add_npc(7, kGuard, 0, Vec3::Zero());
     field.run(0.6F);
     field.add_npc(3, kGuard, 0, Vec3::Zero());  // before it: every index moves

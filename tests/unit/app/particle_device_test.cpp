@@ -4,7 +4,7 @@
 
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/world.h"
-#include "server/config/settings.h"
+#include "server/config/expand/load_settings.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>

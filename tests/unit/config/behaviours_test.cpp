@@ -158,7 +158,7 @@ TEST(TypesOfBehaviours, ActByPrecedenceAndGoOnWhereTheyWere) {
 TEST(TypesOfBehaviours, OverrideWhatTheirBaseSays) {
     const Outcome out = parse(kTown);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const auto& types = out.settings.config.type();
+    const auto& types = out.settings.config->type();
     const auto& glutton = types[3];
     ASSERT_EQ(glutton.name(), "glutton");
     EXPECT_EQ(glutton.character().speed_mps(), 2.0);
@@ -195,7 +195,8 @@ TEST(TypesOfBehaviours, AreTheSameWhenTheirConfigIsReadAgain) {
     const Outcome again = parse(once.settings.text);
     ASSERT_TRUE(again.ok) << format_errors("test", again.errors);
     EXPECT_EQ(again.settings.text, once.settings.text);
-    EXPECT_EQ(again.settings.config.SerializeAsString(), once.settings.config.SerializeAsString());
+    EXPECT_EQ(again.settings.config->SerializeAsString(),
+              once.settings.config->SerializeAsString());
 }
 
 TEST(Difficulties, SetParametersWhateverTypesSay) {

@@ -1,4 +1,4 @@
-#include "server/config/settings.h"
+#include "server/config/expand/load_settings.h"
 
 #include <gtest/gtest.h>
 
@@ -22,21 +22,21 @@ Settings minimal_with(const std::vector<std::string>& sets) {
 TEST(FilesOfAConfig, AreRelativeToItsFolder) {
     const Settings settings =
         minimal_with({"session.state_folder=\"run/here\"", "recording.file=run.zrec"});
-    EXPECT_EQ(settings.config.session().state_folder(), kFolder + "/run/here");
-    EXPECT_EQ(settings.config.recording().file(), kFolder + "/run.zrec");
+    EXPECT_EQ(settings.server.session.state_folder, kFolder + "/run/here");
+    EXPECT_EQ(settings.server.recording_file, kFolder + "/run.zrec");
 }
 
 TEST(FilesOfAConfig, OfTheDefaultAreThereToo) {
     const Settings settings = minimal_with({});
-    EXPECT_EQ(settings.config.session().state_folder(), kFolder + "/state");
-    EXPECT_FALSE(settings.config.recording().has_file());
+    EXPECT_EQ(settings.server.session.state_folder, kFolder + "/state");
+    EXPECT_TRUE(settings.server.recording_file.empty());
 }
 
 TEST(FilesOfAConfig, StayWhereTheyAreWhenTheirPathsAreWhole) {
     const Settings settings =
         minimal_with({"session.state_folder=\"/var/lib/zoned\"", "recording.file=\"/tmp/a.zrec\""});
-    EXPECT_EQ(settings.config.session().state_folder(), "/var/lib/zoned");
-    EXPECT_EQ(settings.config.recording().file(), "/tmp/a.zrec");
+    EXPECT_EQ(settings.server.session.state_folder, "/var/lib/zoned");
+    EXPECT_EQ(settings.server.recording_file, "/tmp/a.zrec");
 }
 
 /// A config of the folder in which the server runs has no folder to name.
@@ -48,8 +48,8 @@ TEST(FilesOfAConfig, OfTheCurrentFolderAreNamedFromThere) {
     const bool good = load_settings("minimal.txtpb", {"recording.file=run.zrec"}, settings, errors);
     std::filesystem::current_path(before);
     ASSERT_TRUE(good);
-    EXPECT_EQ(settings.config.session().state_folder(), "state");
-    EXPECT_EQ(settings.config.recording().file(), "run.zrec");
+    EXPECT_EQ(settings.server.session.state_folder, "state");
+    EXPECT_EQ(settings.server.recording_file, "run.zrec");
 }
 
 }  // namespace

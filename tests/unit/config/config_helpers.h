@@ -2,7 +2,7 @@
 // reported.
 #pragma once
 
-#include "server/config/settings.h"
+#include "server/config/expand/load_settings.h"
 
 #include <gtest/gtest.h>
 

@@ -16,7 +16,7 @@ TEST(Set, ReplacesASingleSetting) {
     const Outcome out = parse(kValid, {"world.tick_rate_hz=60", "world.name=other"});
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     EXPECT_EQ(out.settings.tick_rate_hz, 60.0);
-    EXPECT_EQ(out.settings.config.world().name(), "other");
+    EXPECT_EQ(out.settings.config->world().name(), "other");
     EXPECT_FLOAT_EQ(out.settings.replication.tick_s, 1.0F / 60.0F);
 }
 
@@ -48,8 +48,8 @@ TEST(Set, TakesBlocksListsAndTextWithSpecialSigns) {
                                "rules[0]={name: \"motto\"}",
                                "rules[motto].value=a=b, [c] \"d\""});
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    EXPECT_EQ(out.settings.config.testing().stall_zone().at_tick(), 9u);
-    EXPECT_EQ(out.settings.config.session().dev_rights_size(), 2);
+    EXPECT_EQ(out.settings.config->testing().stall_zone().at_tick(), 9u);
+    EXPECT_EQ(out.settings.config->session().dev_rights_size(), 2);
     ASSERT_EQ(out.settings.rules.size(), 1u);
     EXPECT_EQ(out.settings.rules[0].second, "a=b, [c] \"d\"");
 }
@@ -145,7 +145,7 @@ void set_every_leaf(const google::protobuf::Descriptor& message,
             continue;
         }
         SCOPED_TRACE(here);
-        proto::Config config;
+        proto::config::Config config;
         Diagnostics diagnostics;
         apply_set(here + "=" + sample_value(field), config, diagnostics);
         EXPECT_TRUE(diagnostics.empty()) << format_errors("", diagnostics.sorted());
@@ -156,7 +156,7 @@ void set_every_leaf(const google::protobuf::Descriptor& message,
 
 TEST(Set, ReachesEverySettingOfTheSchema) {
     int leaves = 0;
-    set_every_leaf(*proto::Config::descriptor(), "", leaves);
+    set_every_leaf(*proto::config::Config::descriptor(), "", leaves);
     EXPECT_GT(leaves, 150);
 }
 

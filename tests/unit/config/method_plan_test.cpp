@@ -3,7 +3,7 @@
 
 #include "server/config/types/soft_types.h"
 #include "server/physics/method_selection/cost_table.h"
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <algorithm>
@@ -243,7 +243,7 @@ type { name: "balloon" soft { balloon { splits: 4 } } mass_kg: 2 }
 )";
     const Outcome out = parse(kValid + forms);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    for (const auto& type : out.settings.config.type()) {
+    for (const auto& type : out.settings.config->type()) {
         if (!type.has_soft()) {
             continue;
         }

@@ -1,4 +1,5 @@
 // Mistakes in a config: each kind is found at its line and column, and all of them at once.
+#include "server/config/expand/load_settings.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "server/config/training/policy_file.h"
 
-#include "server/config/settings.h"
+#include "server/config/expand/load_settings.h"
 #include "server/config/training/training_file.h"
 
 #include <gtest/gtest.h>

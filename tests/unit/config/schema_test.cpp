@@ -1,5 +1,5 @@
 // The schema of the settings: every number has a range that its default keeps.
-#include "proto/config.pb.h"
+#include "proto/config/config.pb.h"
 
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ void check(const Descriptor& message, std::set<const Descriptor*>& seen, int& nu
 TEST(ConfigSchema, GivesEveryNumberARangeThatItsDefaultKeeps) {
     std::set<const Descriptor*> seen;
     int numbers = 0;
-    check(*proto::Config::descriptor(), seen, numbers);
+    check(*proto::config::Config::descriptor(), seen, numbers);
     // A guard against a test that walks nothing: the schema has far more numbers than this.
     EXPECT_GT(numbers, 100);
 }

@@ -1,6 +1,7 @@
 // What warnings the physics is named for each config, and nothing is said of those that do not.
 #include "server/config/expand/stability_report.h"
 
+#include "server/config/expand/load_settings.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <gmock/gmock.h>

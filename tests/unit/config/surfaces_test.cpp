@@ -4,6 +4,7 @@
 
 #include "server/assets/baked_geometry.h"
 #include "server/assets/geometry_files.h"
+#include "server/config/expand/load_settings.h"
 #include "server/config/expand/stability_report.h"
 #include "server/config/world/world_description.h"
 #include "tests/unit/assets/geometry_samples.h"

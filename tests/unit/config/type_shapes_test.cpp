@@ -4,7 +4,7 @@
 #include "server/config/settings.h"
 #include "server/config/world/scatter.h"
 #include "server/physics/scene/scene.h"
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <cmath>

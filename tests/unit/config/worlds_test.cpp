@@ -1,6 +1,7 @@
 // The worlds that come with the server: they load, hold what they promise, and expand alike each
 // time.
-#include "server/config/settings.h"
+#include "server/config/expand/load_settings.h"
+#include "server/config/text/sha256.h"
 #include "server/config/world/terrain.h"
 #include "server/config/world/world_description.h"
 #include "shared/core/state_hash.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/decision/fuzzy/fuzzy_system.h"
 
 #include "shared/core/assert.h"

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/decision/state_machine/coded_state_machine.h"
 
 namespace zoned::ai::state_machine {

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "shared/core/assert.h"
 

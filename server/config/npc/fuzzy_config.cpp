@@ -1,6 +1,8 @@
-#include "server/config/check/config_checks.h"
-#include "server/config/npc/brain_config.h"
+#include "server/config/npc/fuzzy_config.h"
+
+#include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
 
 #include <limits>
 #include <set>
@@ -11,7 +13,7 @@ namespace {
 
 using ai::fuzzy::FuzzyDefectKind;
 using ai::fuzzy::FuzzyPart;
-using proto::Config;
+using proto::config::Config;
 
 constexpr std::uint16_t kUnnamed = 0xFFFF;
 
@@ -25,7 +27,7 @@ std::uint16_t find_by_name(const List& list, const std::string& name) {
     return kUnnamed;
 }
 
-ai::fuzzy::Term expand_term(const Config::FuzzyTerm& term) {
+ai::fuzzy::Term expand_term(const proto::config::FuzzyTerm& term) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     ai::fuzzy::Term out;
     out.name = term.name();
@@ -36,7 +38,8 @@ ai::fuzzy::Term expand_term(const Config::FuzzyTerm& term) {
     return out;
 }
 
-ai::fuzzy::Rule expand_rule(const Config::Fuzzy& fuzzy, const Config::FuzzyRule& rule) {
+ai::fuzzy::Rule expand_rule(const proto::config::Fuzzy& fuzzy,
+                            const proto::config::FuzzyRule& rule) {
     ai::fuzzy::Rule out;
     out.any = rule.any();
     out.weight = narrow(rule.weight());
@@ -54,8 +57,9 @@ ai::fuzzy::Rule expand_rule(const Config::Fuzzy& fuzzy, const Config::FuzzyRule&
     out.then = kUnnamed;
     if (out.output < fuzzy.output_size()) {
         const auto& output = fuzzy.output(out.output);
-        out.then = output.inference() == Config::SUGENO ? find_by_name(output.value(), rule.then())
-                                                        : find_by_name(output.term(), rule.then());
+        out.then = output.inference() == proto::config::SUGENO
+                       ? find_by_name(output.value(), rule.then())
+                       : find_by_name(output.term(), rule.then());
     }
     return out;
 }
@@ -63,7 +67,7 @@ ai::fuzzy::Rule expand_rule(const Config::Fuzzy& fuzzy, const Config::FuzzyRule&
 /// Names of one system.
 class FuzzyNames {
   public:
-    FuzzyNames(const Config::Fuzzy& fuzzy, std::string path, Diagnostics& diagnostics)
+    FuzzyNames(const proto::config::Fuzzy& fuzzy, std::string path, Diagnostics& diagnostics)
         : fuzzy_(fuzzy),
           path_(std::move(path)),
           diagnostics_(diagnostics) {}
@@ -75,7 +79,8 @@ class FuzzyNames {
             const std::string here = join_path(path_, "input", i);
             unique(fuzzy_.input(i).term(), here, "term");
             corners(fuzzy_.input(i).term(), here);
-            if (!fuzzy_.input(i).has_sense() && fuzzy_.input(i).sensor() == Config::TIME_IN_STATE) {
+            if (!fuzzy_.input(i).has_sense() &&
+                fuzzy_.input(i).sensor() == proto::config::TIME_IN_STATE) {
                 diagnostics_.add(here + ".sensor",
                                  "the time in a state is known to transitions alone");
             }
@@ -111,8 +116,8 @@ class FuzzyNames {
         }
     }
 
-    void output(const Config::FuzzyOutput& output, const std::string& here) {
-        const bool sugeno = output.inference() == Config::SUGENO;
+    void output(const proto::config::FuzzyOutput& output, const std::string& here) {
+        const bool sugeno = output.inference() == proto::config::SUGENO;
         unique(output.value(), here, "value");
         unique(output.term(), here, "term");
         corners(output.term(), here);
@@ -133,7 +138,7 @@ class FuzzyNames {
         }
     }
 
-    void rule(const Config::FuzzyRule& rule, const std::string& here) {
+    void rule(const proto::config::FuzzyRule& rule, const std::string& here) {
         for (int w = 0; w < rule.when_size(); ++w) {
             const auto& when = rule.when(w);
             const std::string at = join_path(here, "when", w);
@@ -160,12 +165,12 @@ class FuzzyNames {
         }
     }
 
-    const Config::Fuzzy& fuzzy_;
+    const proto::config::Fuzzy& fuzzy_;
     std::string path_;
     Diagnostics& diagnostics_;
 };
 
-std::string path_of(const Config::Fuzzy& fuzzy,
+std::string path_of(const proto::config::Fuzzy& fuzzy,
                     const std::string& path,
                     const ai::fuzzy::FuzzyDefect& defect) {
     switch (defect.part) {
@@ -175,7 +180,7 @@ std::string path_of(const Config::Fuzzy& fuzzy,
         }
         case FuzzyPart::kOutput: {
             const std::string here = join_path(path, "output", defect.index);
-            const bool sugeno = fuzzy.output(defect.index).inference() == Config::SUGENO;
+            const bool sugeno = fuzzy.output(defect.index).inference() == proto::config::SUGENO;
             return defect.element < 0 ? here
                                       : join_path(here, sugeno ? "value" : "term", defect.element);
         }
@@ -188,7 +193,7 @@ std::string path_of(const Config::Fuzzy& fuzzy,
 
 }  // namespace
 
-ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy) {
+ai::fuzzy::FuzzyDef expand_fuzzy(const proto::config::Fuzzy& fuzzy) {
     ai::fuzzy::FuzzyDef out;
     out.name = fuzzy.name();
     for (const auto& input : fuzzy.input()) {
@@ -229,7 +234,7 @@ ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy) {
     return out;
 }
 
-void check_fuzzy_system(const proto::Config::Fuzzy& fuzzy,
+void check_fuzzy_system(const proto::config::Fuzzy& fuzzy,
                         const std::string& path,
                         Diagnostics& diagnostics) {
     FuzzyNames(fuzzy, path, diagnostics).run();
@@ -240,11 +245,11 @@ void check_fuzzy_system(const proto::Config::Fuzzy& fuzzy,
     }
 }
 
-void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics) {
-    static_assert(static_cast<int>(ai::fuzzy::Inference::kMamdani) == Config::MAMDANI);
+void check_fuzzy(const proto::config::Config& config, Diagnostics& diagnostics) {
+    static_assert(static_cast<int>(ai::fuzzy::Inference::kMamdani) == proto::config::MAMDANI);
     std::set<std::string> names;
     for (int f = 0; f < config.fuzzy_size(); ++f) {
-        const Config::Fuzzy& fuzzy = config.fuzzy(f);
+        const proto::config::Fuzzy& fuzzy = config.fuzzy(f);
         const std::string path = join_path("", "fuzzy", f);
         if (check_name(fuzzy.name(), "fuzzy system", path, diagnostics) &&
             !names.insert(fuzzy.name()).second) {

@@ -1,4 +1,4 @@
-#include "server/net/address.h"
+#include "server/net/socket_address.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -1,14 +1,17 @@
+#include "server/config/expand/load_settings.h"
+
 #include "server/config/check/config_checks.h"
 #include "server/config/expand/config_expand.h"
+#include "server/config/expand/expand_server.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/adaptation_config.h"
 #include "server/config/npc/behaviours.h"
 #include "server/config/npc/blends.h"
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
+#include "server/config/npc/fuzzy_config.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/npc/policies.h"
-#include "server/config/settings.h"
 #include "server/config/text/config_set.h"
 #include "server/config/text/config_text.h"
 #include "server/config/text/read_text.h"
@@ -21,6 +24,7 @@
 #include "server/config/world/surfaces.h"
 #include "server/config/world/terrain.h"
 #include "server/config/world/world_description.h"
+#include "proto/config/config.pb.h"
 
 #include <google/protobuf/text_format.h>
 
@@ -31,6 +35,8 @@ namespace zoned::config {
 
 namespace {
 
+using proto::config::Config;
+
 /// Files that a config names are relative to the config's own folder.
 void resolve(std::string& file, const std::filesystem::path& folder) {
     const std::filesystem::path path(file);
@@ -39,7 +45,7 @@ void resolve(std::string& file, const std::filesystem::path& folder) {
     }
 }
 
-void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
+void resolve_files(const std::filesystem::path& folder, Config& config) {
     if (config.session().has_tls_certificate_file()) {
         resolve(*config.mutable_session()->mutable_tls_certificate_file(), folder);
     }
@@ -76,15 +82,18 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
 }
 
 /// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
-/// `written`: the config with the contents of its files, before brains are made of behaviours.
-void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& diagnostics) {
-    const proto::Config& config = settings.config;
-    settings.surfaces = load_surfaces(settings.config, diagnostics);
-    const Policies policies = load_policies(settings.config, diagnostics);
-    load_waypoints(settings.config, diagnostics);
+/// `config` is that of the settings; `written`: the config with the contents of its files, before
+/// brains are made of behaviours.
+void check_and_expand(Config& config,
+                      Config& written,
+                      Settings& settings,
+                      Diagnostics& diagnostics) {
+    settings.surfaces = load_surfaces(config, diagnostics);
+    const Policies policies = load_policies(config, diagnostics);
+    load_waypoints(config, diagnostics);
     written = config;
     settings.zones = expand_zones(config, diagnostics);
-    settings.parameters = build_behaviours(settings.config, diagnostics);
+    settings.parameters = build_behaviours(config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
     check_points_of_interest(config, settings.zones, diagnostics);
@@ -98,6 +107,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_shared_environment(config, diagnostics);
     check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
+    settings.server = expand_server(config);
     settings.ai.points_of_interest.tracks = build_tracks(config, diagnostics);
     give_policies(config, policies, settings.ai.brains, diagnostics);
     expand_particles(config, settings);
@@ -126,16 +136,18 @@ bool parse_in_folder(const std::string& text,
                      std::vector<ConfigError>& errors) {
     Diagnostics diagnostics;
     settings = Settings();
-    const bool complete = parse_config_text(text, settings.config, diagnostics);
+    const auto config = std::make_shared<Config>();
+    settings.config = config;
+    const bool complete = parse_config_text(text, *config, diagnostics);
     for (const std::string& set : sets) {
-        apply_set(set, settings.config, diagnostics);
+        apply_set(set, *config, diagnostics);
     }
-    resolve_files(folder, settings.config);
-    check_ranges(settings.config, complete, diagnostics);
-    proto::Config written;
+    resolve_files(folder, *config);
+    check_ranges(*config, complete, diagnostics);
+    Config written;
     if (complete) {
         diagnostics.silence_reported_lines();
-        check_and_expand(settings, written, diagnostics);
+        check_and_expand(*config, written, settings, diagnostics);
     }
     errors = diagnostics.sorted();
     if (!errors.empty()) {
@@ -166,22 +178,6 @@ bool parse_settings(const std::string& text,
                     Settings& settings,
                     std::vector<ConfigError>& errors) {
     return parse_in_folder(text, sets, {}, settings, errors);
-}
-
-std::string format_errors(const std::string& file, const std::vector<ConfigError>& errors) {
-    std::string out;
-    for (const ConfigError& error : errors) {
-        out += file + ":";
-        if (error.line > 0) {
-            out += std::to_string(error.line) + ":" + std::to_string(error.column) + ":";
-        }
-        out += " ";
-        if (!error.path.empty()) {
-            out += error.path + ": ";
-        }
-        out += error.text + "\n";
-    }
-    return out;
 }
 
 }  // namespace zoned::config

@@ -1,4 +1,4 @@
-#include "server/zone/type_body.h"
+#include "server/zone/simulation/type_body.h"
 
 namespace zoned::zone {
 

@@ -1,5 +1,7 @@
 // What paths lead over: what a config may say of it, and what is wrong with it.
 #include "server/config/world/pathfinding_config.h"
+
+#include "server/config/expand/load_settings.h"
 #include "tests/unit/config/config_helpers.h"
 
 #include <gtest/gtest.h>
@@ -96,8 +98,8 @@ TEST(PathfindingInConfigs, ReadWaypointsFromAFileBesideTheConfig) {
     ASSERT_NE(settings.ai.pathfinding.waypoints, nullptr);
     EXPECT_EQ(settings.ai.pathfinding.waypoints->size(), 2U);
     // A recording holds them: the config needs no file any more.
-    EXPECT_FALSE(settings.config.ai().pathfinding().has_waypoints_file());
-    EXPECT_NE(settings.config.ai().pathfinding().waypoints().find("node 2 5 0 0"),
+    EXPECT_FALSE(settings.config->ai().pathfinding().has_waypoints_file());
+    EXPECT_NE(settings.config->ai().pathfinding().waypoints().find("node 2 5 0 0"),
               std::string::npos);
     std::filesystem::remove_all(folder);
 }

@@ -1,0 +1,127 @@
+#include "server/config/expand/expand_server.h"
+
+#include "server/config/text/config_numbers.h"
+#include "proto/config/config.pb.h"
+
+namespace zoned::config {
+
+namespace {
+
+NetworkSettings expand_network(const proto::config::Network& from) {
+    NetworkSettings out;
+    out.bind_address = from.bind_address();
+    out.tcp_port = static_cast<std::uint16_t>(from.tcp_port());
+    out.udp_port = static_cast<std::uint16_t>(from.udp_port());
+    out.max_clients = from.max_clients();
+    out.socket_buffer_bytes = from.socket_buffer_bytes();
+    out.max_frame_bytes = from.max_frame_bytes();
+    out.silence_timeout_s = from.silence_timeout_s();
+    return out;
+}
+
+SessionSettings expand_session(const proto::config::Session& from,
+                               const proto::config::Replication& replication) {
+    SessionSettings out;
+    out.grace_s = from.grace_s();
+    out.login_timeout_s = from.login_timeout_s();
+    out.tls_certificate_file = from.tls_certificate_file();
+    out.tls_key_file = from.tls_key_file();
+    out.state_folder = from.state_folder();
+    out.dev_mode_loopback = from.dev_mode_loopback();
+    if (from.dev_rights_size() > 0) {
+        out.dev_rights = 0;
+        for (const int right : from.dev_rights()) {
+            *out.dev_rights |= static_cast<std::uint32_t>(right);
+        }
+    }
+    out.ticket_public_key_files.assign(from.ticket_public_key_file().begin(),
+                                       from.ticket_public_key_file().end());
+    out.max_commands_per_s = from.max_commands_per_s();
+    out.max_datagrams_per_s = from.max_datagrams_per_s();
+    out.max_unacked_events = from.max_unacked_events();
+    out.input_window_ticks = from.input_window_ticks();
+    out.bandwidth = {replication.budget_bytes_per_s(),
+                     replication.least_bytes_per_s(),
+                     replication.congestion_control()};
+    return out;
+}
+
+RunSettings expand_run(const proto::config::Run& from) {
+    return {from.threads(),
+            from.max_catch_up_ticks(),
+            from.mailbox_capacity(),
+            static_cast<LogLevel>(from.log_level())};
+}
+
+/// Of a message with `probability` and `from_tick`.
+template <class Fault>
+zone::ShareFault share_of(const Fault& fault) {
+    return {fault.probability(), static_cast<Tick>(fault.from_tick())};
+}
+
+zone::FaultSettings expand_faults(const proto::config::Testing& testing) {
+    zone::FaultSettings out;
+    if (testing.has_corrupt_position()) {
+        out.corrupt = share_of(testing.corrupt_position());
+        out.corrupt_offset_m = narrow(testing.corrupt_position().offset_m());
+    }
+    if (testing.has_hide_entity()) {
+        out.hide = share_of(testing.hide_entity());
+    }
+    if (testing.has_leak_entity()) {
+        out.leak = share_of(testing.leak_entity());
+    }
+    if (testing.has_leak_filtered()) {
+        out.leak_filtered = share_of(testing.leak_filtered());
+    }
+    if (testing.has_drop_decision()) {
+        out.drop_decision = share_of(testing.drop_decision());
+    }
+    out.silent_bound = testing.silent_bound();
+    return out;
+}
+
+TestingSettings expand_testing(const proto::config::Testing& testing) {
+    TestingSettings out;
+    out.faults = expand_faults(testing);
+    if (testing.has_stall_zone()) {
+        const auto& stall = testing.stall_zone();
+        out.stall = StallSettings{
+            stall.zone(), static_cast<Tick>(stall.at_tick()), static_cast<Tick>(stall.ticks())};
+    }
+    if (testing.has_leak_topic()) {
+        out.leak_topic = share_of(testing.leak_topic());
+    }
+    if (testing.has_drop_event()) {
+        out.drop_event_probability = testing.drop_event().probability();
+    }
+    if (testing.has_double_event()) {
+        out.double_event_probability = testing.double_event().probability();
+    }
+    if (testing.has_wrong_limit()) {
+        const auto& wrong = testing.wrong_limit();
+        out.wrong_limit = WrongLimitSettings{wrong.type(),
+                                             narrow(wrong.max_acceleration_mps2()),
+                                             narrow(wrong.max_velocity_jump_mps())};
+    }
+    out.wrong_clock = testing.wrong_clock();
+    return out;
+}
+
+}  // namespace
+
+ServerSettings expand_server(const proto::config::Config& config) {
+    ServerSettings out;
+    out.network = expand_network(config.network());
+    out.session = expand_session(config.session(), config.replication());
+    out.run = expand_run(config.run());
+    out.compute = {config.compute().device(), config.compute().cache_folder()};
+    for (const proto::config::Topic& topic : config.topic()) {
+        out.topics.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
+    }
+    out.recording_file = config.recording().file();
+    out.testing = expand_testing(config.testing());
+    return out;
+}
+
+}  // namespace zoned::config

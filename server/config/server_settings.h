@@ -1,0 +1,117 @@
+// Server settings: what of a config is neither the world's nor a stage's, as plain structs:
+// network, sessions, threads, topics, faults on purpose.
+#pragma once
+
+#include "server/interest/topics.h"
+#include "server/zone/faults/fault_settings.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::config {
+
+// Defaults are those of the schema (a test compares them).
+
+struct NetworkSettings {
+    std::string bind_address = "::";
+    std::uint16_t tcp_port = 0;  ///< 0: any free one
+    std::uint16_t udp_port = 0;
+    std::uint32_t max_clients = 20000;
+    std::size_t socket_buffer_bytes = 4194304;
+    std::size_t max_frame_bytes = 65536;
+    double silence_timeout_s = 15.0;
+
+    bool operator==(const NetworkSettings&) const = default;
+};
+
+/// Bytes per second that a client is sent.
+struct BandwidthSettings {
+    std::uint32_t ceiling_bytes_per_s = 16000;
+    std::uint32_t floor_bytes_per_s = 2000;
+    bool congestion_control = true;
+
+    bool operator==(const BandwidthSettings&) const = default;
+};
+
+struct SessionSettings {
+    double grace_s = 30.0;
+    double login_timeout_s = 10.0;
+    std::string tls_certificate_file;  ///< empty: one is made in state_folder
+    std::string tls_key_file;
+    std::string state_folder = "state";
+    bool dev_mode_loopback = false;
+    std::optional<std::uint32_t> dev_rights;  ///< bits of proto::config::Right; none: to play
+    std::vector<std::string> ticket_public_key_files;
+    std::uint32_t max_commands_per_s = 20;
+    std::uint32_t max_datagrams_per_s = 120;
+    std::uint32_t max_unacked_events = 4096;
+    std::uint32_t input_window_ticks = 32;
+    BandwidthSettings bandwidth;
+
+    bool operator==(const SessionSettings&) const = default;
+};
+
+enum class LogLevel : std::uint8_t {
+    kDebug,
+    kInfo,
+    kWarning,
+    kError,
+};
+
+struct RunSettings {
+    unsigned threads = 0;  ///< 0: one per core, at most one per zone
+    std::uint32_t max_catch_up_ticks = 3;
+    std::size_t mailbox_capacity = 65536;  ///< messages per zone and tick
+    LogLevel log_level = LogLevel::kInfo;
+
+    bool operator==(const RunSettings&) const = default;
+};
+
+/// Which device computes large particle systems.
+struct ComputeSettings {
+    std::string device = "auto";
+    std::string cache_folder;  ///< of built programs; empty: none is kept
+
+    bool operator==(const ComputeSettings&) const = default;
+};
+
+/// One zone does not step for a while.
+struct StallSettings {
+    std::string zone;  ///< empty: the first
+    Tick at_tick = 300;
+    Tick ticks = 60;
+};
+
+/// Limits told to clients in place of the declared ones.
+struct WrongLimitSettings {
+    std::string type;  ///< empty: all
+    float max_acceleration_mps2 = 0.1F;
+    float max_velocity_jump_mps = 0.0F;
+};
+
+/// Faults on purpose, to check the checkers.
+struct TestingSettings {
+    zone::FaultSettings faults;          ///< of all zones
+    zone::ShareFault leak_topic;         ///< these clients hear of all topics
+    std::optional<StallSettings> stall;  ///< of one
+    double drop_event_probability = 0.0;
+    double double_event_probability = 0.0;
+    std::optional<WrongLimitSettings> wrong_limit;
+    double wrong_clock = 0.0;  ///< by which share rates of shared clocks are off
+};
+
+/// All of these.
+struct ServerSettings {
+    NetworkSettings network;
+    SessionSettings session;
+    RunSettings run;
+    ComputeSettings compute;
+    std::vector<interest::HistoryRule> topics;  ///< those that keep events for who comes late
+    std::string recording_file;                 ///< empty: nothing is recorded
+    TestingSettings testing;
+};
+
+}  // namespace zoned::config

@@ -1,0 +1,20 @@
+// check_name: names in configs, and numbers in what is said of them.
+#pragma once
+
+#include "server/config/text/diagnostics.h"
+
+#include <string>
+
+namespace zoned::config {
+
+/// printf of two or three numbers, cut at 299 characters.
+std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0);
+
+/// Names travel, stand in logs and in paths: letters, digits, '_', '-' and '.' only. Reports a
+/// missing or bad name under `path`.name.
+bool check_name(const std::string& name,
+                const std::string& what,
+                const std::string& path,
+                Diagnostics& diagnostics);
+
+}  // namespace zoned::config
