@@ -79,15 +79,15 @@ ZonedScene build_scene(const scenario::Description& description,
 std::vector<NamedMethod> contact_methods() {
     using physics::SolverVariant;
     const auto points = physics::ManifoldMode::kPoints;
-    return {{"jacobi", Method::kJacobi, points},
-            {"gauss_seidel", Method::kGaussSeidel, points},
-            {"over_relaxation", Method::kOverRelaxation, points},
-            {"conjugate_gradient", Method::kConjugateGradient, points},
-            {"direct", Method::kDirect, points},
-            {"direct_divided", Method::kDirect, physics::ManifoldMode::kDivided},
-            {"impulse", Method::kImpulse, points},
-            {"projection", Method::kProjection, points},
-            {"penalty", Method::kPenalty, points}};
+    return {{"jacobi", SolverVariant::kJacobi, points},
+            {"gauss_seidel", SolverVariant::kGaussSeidel, points},
+            {"over_relaxation", SolverVariant::kOverRelaxation, points},
+            {"conjugate_gradient", SolverVariant::kConjugateGradient, points},
+            {"direct", SolverVariant::kDirect, points},
+            {"direct_divided", SolverVariant::kDirect, physics::ManifoldMode::kDivided},
+            {"impulse", SolverVariant::kImpulse, points},
+            {"projection", SolverVariant::kProjection, points},
+            {"penalty", SolverVariant::kPenalty, points}};
 }
 
 }  // namespace zoned::bench

@@ -54,7 +54,7 @@ std::string adapting_with(const std::string& from, const std::string& to) {
 }
 
 float notice_m(const ai::CompiledBrain& brain) {
-    for (const ai::Watch& watch : brain.watches) {
+    for (const ai::WatchedCondition& watch : brain.watches) {
         if (watch.sense == ai::kSensePlayerDistance) {
             return watch.threshold;
         }

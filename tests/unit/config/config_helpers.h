@@ -3,6 +3,8 @@
 #pragma once
 
 #include "server/config/expand/load_settings.h"
+#include "proto/config/config.pb.h"
+#include "proto/range.pb.h"
 
 #include <gtest/gtest.h>
 

@@ -37,7 +37,7 @@ TEST(PointsOfInterestInConfigs, AreBuiltAsWritten) {
     const Outcome out = parse(kMill);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::PoiSettings& points_of_interest = out.settings.ai.points_of_interest;
-    ASSERT_EQ(places.points_of_interest.size(), 1U);
+    ASSERT_EQ(points_of_interest.points_of_interest.size(), 1U);
     EXPECT_EQ(points_of_interest.points_of_interest[0].at, Vec2d(5.0, -7.0));
     EXPECT_EQ(points_of_interest.points_of_interest[0].stock[0].good, "flour");
     EXPECT_EQ(points_of_interest.points_of_interest[0].stock[0].per_s, 0.5F);

@@ -65,7 +65,9 @@ TEST(LineReader, KeepsTheFirstFailureWithItsLine) {
 TEST(Quoted, ShowsAsMuchOfAWordAsAMessageHolds) {
     EXPECT_EQ(quoted("abc"), "'abc'");
     EXPECT_EQ(quoted("abcdef", 3), "'abc...'");
-    EXPECT_EQ(quoted("a\n\x80"), "'a??'");
+    EXPECT_EQ(quoted("a\n\x80"),
+              "'a?"
+              "?'");
 }
 
 TEST(Trimmed, TakesBlanksOffBothEnds) {
