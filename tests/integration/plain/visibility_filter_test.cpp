@@ -166,9 +166,10 @@ TEST(FilteredVisibility, KeepsItsBudgetAndTellsNobodyUnasked) {
         EXPECT_LE(c.state().filtered.checks, 5U);
         known = std::max(known, c.state().visibility[0].visible.size());
         for (const world::Visible& v : c.state().visibility[0].visible) {
-            const zone::FilteredPair* sight = zone::find_sight(c.state(), ClientId(1), v.entity);
-            ASSERT_NE(sight, nullptr);
-            EXPECT_GE(sight->asked, 0);
+            const zone::FilteredPair* pair =
+                zone::find_filtered_pair(c.state(), ClientId(1), v.entity);
+            ASSERT_NE(pair, nullptr);
+            EXPECT_GE(pair->asked, 0);
         }
     }
     EXPECT_GT(known, 5U);

@@ -1,5 +1,8 @@
 #include "server/app/runtime/host_settings.h"
 
+#include "server/config/expand/load_settings.h"
+#include "server/config/text/config_error.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
