@@ -20,7 +20,7 @@ using ai::state_machine::StateMachineDefectKind;
 using proto::config::Config;
 
 /// What a state does is said in one way. False where it names a tree or plan that is none.
-bool check_pathfinding(const Config& config,
+bool check_single_decider(const Config& config,
                        const proto::config::State& state,
                        const std::string& here,
                        Diagnostics& diagnostics) {
@@ -74,7 +74,7 @@ bool check_states(const Config& config,
             diagnostics.add(here + ".name", "'" + state.name() + "' is the name of another state");
             right = false;
         }
-        right = check_pathfinding(config, state, here, diagnostics) && right;
+        right = check_single_decider(config, state, here, diagnostics) && right;
         if (state.has_leash_m() && state.leash_m() < state.radius_m()) {
             diagnostics.add(here + ".leash_m", "is shorter than radius_m");
         }

@@ -96,7 +96,7 @@ class SymbolModel {
     }
 
     void learning(int symbol) {
-        const PointsOfInterest& sure = kSure[static_cast<std::size_t>(symbol)];
+        const Cumulative& sure = kSure[static_cast<std::size_t>(symbol)];
         for (std::size_t i = 0; i < kSymbols; ++i) {
             const auto away = static_cast<std::int16_t>(sure[i] - place_[i]);
             place_[i] =
@@ -106,16 +106,16 @@ class SymbolModel {
 
   private:
     static constexpr int kRate = 7;
-    // PointsOfInterest are of 14 bits: differences of two then fit into 16.
+    // Cumulative sums are of 14 bits: differences of two then fit into 16.
     static constexpr int kWhole = 1 << (kProbabilityBits - 1);
     // An estimate never falls below this: what is rare costs 11 bits at most.
     static constexpr int kLeast = 8;
 
-    using PointsOfInterest = std::array<std::int16_t, kSymbols>;
+    using Cumulative = std::array<std::int16_t, kSymbols>;
 
     /// Where symbols begin when one of them is as sure as it gets.
-    static constexpr std::array<PointsOfInterest, kSymbols> kSure = [] {
-        std::array<PointsOfInterest, kSymbols> all{};
+    static constexpr std::array<Cumulative, kSymbols> kSure = [] {
+        std::array<Cumulative, kSymbols> all{};
         for (int symbol = 0; symbol < kSymbols; ++symbol) {
             for (int i = 0; i < kSymbols; ++i) {
                 const int place = i <= symbol ? i * kLeast : kWhole - (kSymbols - i) * kLeast;
@@ -134,7 +134,7 @@ class SymbolModel {
         return symbol + 1 < kSymbols ? begin(symbol + 1) : kProbabilityOne;
     }
 
-    PointsOfInterest place_;  // place 0 is 0
+    Cumulative place_;  // place 0 is 0
 };
 
 }  // namespace zoned::wire::entropy

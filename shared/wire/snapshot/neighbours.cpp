@@ -62,7 +62,7 @@ MotionResidual Neighbours::near(const std::array<std::int32_t, 3>& position) con
     const std::array<float, 3> here = from_origin(position);
     Lanes heaviest = Lanes::Zero();
     for (std::size_t i = 0; i < count_; i += kLanes) {
-        const PointsOfInterest& place = places_[i / kLanes];
+        const LanePositions& place = places_[i / kLanes];
         const Lanes dx = Eigen::Map<const Lanes>(place[0].data()) - here[0];
         const Lanes dy = Eigen::Map<const Lanes>(place[1].data()) - here[1];
         const Lanes dz = Eigen::Map<const Lanes>(place[2].data()) - here[2];

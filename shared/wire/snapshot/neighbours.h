@@ -41,13 +41,13 @@ class Neighbours {
     static constexpr std::size_t kLanes = 8;
 
     /// Where eight bodies were, axis by axis.
-    using PointsOfInterest = std::array<std::array<float, kLanes>, 3>;
+    using LanePositions = std::array<std::array<float, kLanes>, 3>;
 
     [[nodiscard]] std::array<float, 3> from_origin(
         const std::array<std::int32_t, 3>& position) const;
 
     std::array<std::int32_t, 3> origin_{};  // where the first body noted was
-    std::vector<PointsOfInterest> places_;
+    std::vector<LanePositions> places_;
     std::vector<MotionResidual> motion_residuals_;
     mutable std::vector<float> weights_;  // of one call of near(), kept for its memory
     std::size_t count_ = 0;
