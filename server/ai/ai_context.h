@@ -1,4 +1,4 @@
-// AiContext: what an update of the agents of a zone reads and moves.
+// AiContext: the input and the output of one update of a zone's agents.
 #pragma once
 
 #include "server/world/entities.h"
@@ -30,7 +30,7 @@ class PathService;
 class PointsOfInterest;
 struct AiSettings;
 
-/// One for all passes of an update. Not owned.
+/// All passes of an update share one context. It owns nothing.
 struct AiContext {
     AgentStore& agents;
     const AiSettings& settings;  ///< compiled for `dt`
@@ -38,18 +38,19 @@ struct AiContext {
     const world::TypeTable& types;
     PointsOfInterest& points_of_interest;
     const motion::StaticGeometry& statics;
-    compute::Team& team;  ///< helps; results do not depend on it
-    /// x, z: an agent that has left the square of this half size around the origin is resumed, m.
+    compute::Team& team;  ///< helper threads; results do not depend on them
+    /// Half size in x and z of a square around the origin, m. An agent outside it is resumed.
     Vec2 half_size;
     Tick now;
     float dt;  ///< s
-    /// Indexes entities.position by row; asked for at most once, and only where an agent needs to
-    /// know of others than players.
+    /// Indexes entities.position by row. An update asks for it at most once, and only where an
+    /// agent looks for other entities than players.
     std::function<const spatial::PointGrid&()> make_grid{};
-    const physics::Query* query = nullptr;  ///< what lines of sight meet; null: nothing
-    PathService* paths = nullptr;           ///< null: none are planned
-    float shared_m = 0.0F;  ///< so far within half_size entities may belong to other zones
-    /// What make_grid() has answered in this update; null: no agent looks for others than players.
+    const physics::Query* query = nullptr;  ///< for lines of sight; null: nothing blocks them
+    PathService* paths = nullptr;           ///< null: no paths are planned
+    float shared_m = 0.0F;                  ///< so near half_size, entities may be of other zones
+    /// The result of make_grid() in this update; null: no agent looks for other entities than
+    /// players.
     const spatial::PointGrid* near = nullptr;
 };
 

@@ -74,7 +74,7 @@ void AiUpdate::steer_active(const AiContext& ai) {
     });
 }
 
-/// Of active agents.
+/// Gives the commands of active agents.
 void AiUpdate::give_commands(const AiContext& ai) {
     const std::span<const Slot> active = ai.agents.active();
     turn_.in_lanes(ai.team, active.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
@@ -128,7 +128,7 @@ void AiUpdate::hash(const AgentStore& agents, core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(agents.size()));
     nests().hash(hash);
     for (const DueAgent& due : turn_.due) {
-        // It may have gone to another zone since.
+        // The agent may have gone to another zone since.
         const Agent& agent = agents.at(due.slot);
         if (agent.entity != due.entity) {
             continue;

@@ -1,4 +1,4 @@
-// AiUpdate: perception, decisions and steering of all agents of a zone; its output is one
+// AiUpdate: perception, decisions and steering of all agents of a zone. Its output is one
 // InputCommand per character.
 #pragma once
 
@@ -18,35 +18,38 @@
 
 namespace zoned::ai {
 
-/// What an update knows of those before it, for snapshots.
+/// State that an update keeps from earlier updates, for snapshots.
 struct SavedAiState {
     SavedViewers viewers;
-    DifficultyState difficulty;  ///< on which level, and what players have done there
+    DifficultyState difficulty;  ///< the zone's level, and the outcomes of its players there
 };
 
-/// The order of the passes, and what they keep from tick to tick, so that a tick allocates nothing.
+/// Runs the passes in order. It keeps its buffers from tick to tick, so a tick allocates nothing.
 class AiUpdate {
   public:
-    /// Writes `command` and `stance` of the rows of active agents, and places those of suspended
-    /// ones. Players are the rows with a client and without kHidden. Rows of hidden or removed
-    /// entities and of ghosts are left alone. With n agents that decide in every tick and a budget
-    /// of b decisions none waits longer than ceil(n / b) ticks. Results depend neither on the order
-    /// of rows, nor on the history of add() and take(), nor on threads. A budget of 0 counts as 1,
-    /// and one of less than kRaysPerLook rays as that: an agent that finds no rays left waits, and
-    /// goes on with what it knew, at most ceil(n / (rays / kRaysPerLook)) ticks. Steps of herds
-    /// that nobody sees are no decisions.
+    /// Writes `command` and `stance` of the rows of active agents, and places suspended agents.
+    /// Players are the rows with a client and without kHidden. Rows of hidden or removed entities
+    /// and of ghosts are left alone.
+    ///
+    /// Let n agents decide in every tick, with a budget of b decisions: no agent waits longer than
+    /// ceil(n / b) ticks. A budget of 0 counts as 1. A ray budget below kRaysPerLook counts as
+    /// kRaysPerLook. An agent that finds no rays left waits at most ceil(n / (rays / kRaysPerLook))
+    /// ticks, and meanwhile goes on with its last percept. Steps of suspended herds are no
+    /// decisions.
+    ///
+    /// Results do not depend on the order of rows, the history of add() and take(), or threads.
     AiReport run(const AiContext& context);
 
-    /// Changes of tier in the last update, ascending by entity id: the entity of a suspended agent
-    /// needs no body, that of a resumed one does.
+    /// Agents suspended and resumed in the last update, ascending by entity id. The entity of a
+    /// suspended agent needs no body; the entity of a resumed agent does.
     [[nodiscard]] std::span<const EntityId> suspended() const { return offscreen_.suspended(); }
 
     [[nodiscard]] std::span<const EntityId> resumed() const { return offscreen_.resumed(); }
 
-    /// The nests of creatures that forage: their scents are part of the zone's state.
+    /// The nests of creatures that forage. Their pheromones are part of the zone's state.
     [[nodiscard]] const Nests& nests() const { return forage_.nests(); }
 
-    /// Chains what the agents are that had something to decide or an event in the last update.
+    /// Adds to `hash` the state of each agent that had a decision or an event in the last update.
     void hash(const AgentStore& agents, core::StateHash& hash) const;
 
     [[nodiscard]] const DifficultyState& difficulty() const { return difficulty_; }
@@ -55,13 +58,13 @@ class AiUpdate {
 
     [[nodiscard]] SavedAiState save() const { return {viewers_.save(), difficulty_}; }
 
-    /// `agents` are those that the state belongs to.
+    /// `agents` are the agents that the state belongs to.
     void load(const SavedAiState& saved,
               const Nests::SavedNests& nests,
               const AgentStore& agents,
               const AiSettings& settings);
 
-    /// After `paths` were read: tells them where those who wait are.
+    /// After `paths` were loaded: tells the path service where the waiting agents are.
     void wait_for(const PathService& paths, const AgentStore& agents) {
         paths_.wait_for(paths, agents);
     }

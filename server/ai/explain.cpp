@@ -9,7 +9,7 @@ namespace {
 
 using core::print;
 
-/// Writes about one agent.
+/// Writes the explanation of one agent.
 class Account {
   public:
     Account(const Agent& agent,
@@ -68,7 +68,7 @@ class Account {
         }
     }
 
-    /// Where on its track it is.
+    /// Writes where on its spline the agent is.
     void track(float dt) {
         if (compiled_.states[agent_.current_action].action != ActionKind::kFollowTrack ||
             agent_.entered) {
@@ -95,7 +95,7 @@ class Account {
         }
     }
 
-    /// What a policy is allowed, and what adapts.
+    /// Writes the envelope of a policy, and the values that adapt.
     void learned() {
         const BrainState& state = compiled_.states[agent_.current_action];
         if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
@@ -117,7 +117,7 @@ class Account {
         }
     }
 
-    /// Of a blend, by state.
+    /// Writes the degrees of a blend, by state.
     void degrees() {
         const std::uint16_t leaf = agent_.state_machine.state();
         const CompiledBrain::LeafChoice& choice = compiled_.choices[leaf];

@@ -1,4 +1,4 @@
-// Explain: what an agent is in the middle of, and what it waits for, in words for a person.
+// explain(): tells a person what an agent is doing, and what it waits for.
 #pragma once
 
 #include "server/ai/agent/decision.h"
@@ -8,20 +8,24 @@
 
 namespace zoned::ai {
 
-/// Names of what a brain's conditions read, by SenseIndex.
+/// Names of the senses that a brain's conditions read, by SenseIndex.
 std::vector<std::string> sense_names(const Brain& brain);
 
-/// "walk -> stand where player distance above 20": transition `number` of a brain's table.
+/// Text such as "walk -> stand where player distance above 20", for transition `number` of a
+/// brain's table.
 std::string transition_text(const Brain& brain,
                             const CompiledBrain& compiled,
-                            std::uint16_t from,  ///< innermost states, as a change has them
+                            std::uint16_t from,  ///< innermost states, as in a StateChange
                             std::uint16_t to,
                             std::uint16_t number);
 
-/// Several lines: its states from the outermost in and since when, what it senses, the rules of its
-/// fuzzy systems that fire and how much, and each transition of its states with what its conditions
-/// read now, and how long it has held. `brain` as written and `compiled` are of the agent;
-/// `random` is what the next decision would draw. `dt` in s.
+/// Explains one agent in several lines:
+/// - its states from the outermost in, and since when;
+/// - its senses, and the fuzzy rules that fire with their degrees;
+/// - each transition of its states, with the current values of its conditions and how long it has
+///   held.
+/// `brain` (as written) and `compiled` belong to the agent. `random` is the number that the next
+/// decision would draw. `dt` in s.
 std::string explain(const Agent& agent,
                     const Brain& brain,
                     const CompiledBrain& compiled,

@@ -17,7 +17,7 @@ void shift(Agent& agent, const Vec3& offset) {
 
 void hash(core::StateHash& hash, const Agent& agent) {
     core::BlockHash block;
-    // Inlined, so that which chain a number enters is known when this is compiled.
+    // Inlined, so that the hash chain of each number is known at compile time.
     visit_fields(
         agent, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
     hash.add(block.value());

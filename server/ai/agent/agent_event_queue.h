@@ -1,4 +1,4 @@
-// AgentEventQueue: at which tick each of many slots has something to do next.
+// AgentEventQueue: the tick of the next event of each of many slots.
 #pragma once
 
 #include "server/ai/agent/agent.h"
@@ -9,24 +9,24 @@
 
 namespace zoned::ai {
 
-/// A calendar queue (Brown, "Calendar Queues: A Fast O(1) Priority Queue Implementation for the
-/// Simulation Event Set Problem", CACM 31, 1988, section 2) whose days are ticks: a tick takes what
-/// its day holds, and leaves what is of a later year. Each slot has at most one event, so that days
-/// are lists through the slots and nothing is allocated but where slots are new.
+/// A calendar queue whose days are ticks. (Brown, "Calendar Queues: A Fast O(1) Priority Queue
+/// Implementation for the Simulation Event Set Problem", CACM 31, 1988, section 2.) A tick takes
+/// the events of its day, and leaves the events of later years. Each slot has at most one event, so
+/// days are lists through the slots. Only new slots allocate memory.
 class AgentEventQueue {
   public:
     using Slot = std::uint32_t;
 
-    /// Slots below `slots` exist, new ones without an event.
+    /// Makes the slots below `slots` exist; new ones have no event.
     void grow(std::size_t slots) { nodes_.resize(std::max(nodes_.size(), slots)); }
 
-    /// Instead of what the slot had planned; kNever: nothing.
+    /// Replaces the slot's event; kNever: no event.
     void schedule(Slot slot, Tick at) {
         cancel(slot);
         if (at == kNever) {
             return;
         }
-        // What should have been done before is found in the next tick that asks.
+        // An event in the past happens in the next tick that asks.
         const std::uint32_t day = day_of(std::max(at, asked_ + 1));
         QueueNode& node = nodes_[slot];
         node = {at, heads_[day], kFirst | day};
@@ -52,10 +52,10 @@ class AgentEventQueue {
         node.at = kNever;
     }
 
-    /// Asks for what schedule() and cancel() read of the slot soon.
+    /// Prefetches the data that schedule() and cancel() read of the slot.
     void prefetch(Slot slot) const { __builtin_prefetch(&nodes_[slot], 1); }
 
-    /// Asks for the slots that stand beside it in its day; once it was asked for itself.
+    /// Prefetches the slots beside this one in its day. Prefetch the slot itself earlier.
     void prefetch_neighbours(Slot slot) const {
         const QueueNode& node = nodes_[slot];
         if (node.at == kNever) {
@@ -69,11 +69,11 @@ class AgentEventQueue {
         }
     }
 
-    /// kNever: nothing.
+    /// kNever: no event.
     [[nodiscard]] Tick at(Slot slot) const { return nodes_[slot].at; }
 
-    /// Forgets what is due at `now`, and calls visit(slot, at) for each, in no order. `visit` may
-    /// plan for later ticks than `now`. Ticks ascend from call to call.
+    /// Removes the events due at `now`, and calls visit(slot, at) for each, in no order. `visit`
+    /// may schedule events after `now`. Ticks ascend from call to call.
     template <class Visit>
     void take_due(Tick now, Visit&& visit) {
         const Tick first = std::max(asked_ + 1, now - static_cast<Tick>(kDays) + 1);
@@ -92,7 +92,7 @@ class AgentEventQueue {
 
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-    static constexpr std::uint32_t kFirst = 0x80000000U;  ///< of its day, whose number follows
+    static constexpr std::uint32_t kFirst = 0x80000000U;  ///< a day's first; its number follows
     static constexpr std::size_t kDays = 4096;            ///< a power of two
 
     struct QueueNode {

@@ -1,4 +1,4 @@
-// Agent fields: all that an agent is, field by field, for whoever hashes, writes or reads agents.
+// Agent fields: visits every field of an agent, for code that hashes, writes or reads agents.
 #pragma once
 
 #include "server/ai/agent/agent.h"
@@ -10,8 +10,8 @@
 
 namespace zoned::ai {
 
-/// Calls visit(array[0]), visit(array[1]) and so on. Inlined, with its callers, so that where each
-/// number goes is known when this is compiled.
+/// Calls visit(array[0]), visit(array[1]) and so on. Inlined, like its callers, so that the place
+/// of each number is known at compile time.
 template <class Array, class Visit, std::size_t... kIndex>
 [[gnu::always_inline]] inline void visit_each(Array& array,
                                               Visit& visit,
@@ -32,7 +32,8 @@ template <class Vector, class Visit>
                std::make_index_sequence<static_cast<std::size_t>(Vector::SizeAtCompileTime)>());
 }
 
-/// Calls `visit(number)` for each number of an agent, in one order; `agent` may be const.
+/// Calls `visit(number)` for each number of an agent, always in the same order. `agent` may be
+/// const.
 template <class AgentOf, class Visit>
 [[gnu::always_inline]] inline void visit_fields(AgentOf& agent, Visit&& visit) {
     const auto column = [&visit](auto& array) __attribute__((always_inline)) {
@@ -104,8 +105,8 @@ template <class AgentOf, class Visit>
     visit(agent.wait.trades);
 }
 
-/// Of these those that become other where a segment ends and nothing is decided, large and small
-/// ones so that they fill words (core::BlockHash::pack()).
+/// Visits the fields that change at the end of a segment without a decision. Large and small fields
+/// are ordered so that they fill words (core::BlockHash::pack()).
 template <class AgentOf, class Visit>
 [[gnu::always_inline]] inline void visit_walk_fields(AgentOf& agent, Visit&& visit) {
     visit(agent.rng.state);

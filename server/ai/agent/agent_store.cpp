@@ -10,7 +10,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// A change back that comes later than this is no state_flapping, s.
+/// A change back after more than this is no flapping, s.
 constexpr float kToAndFroS = 2.0F;
 
 }  // namespace
@@ -158,7 +158,7 @@ void AgentStore::take_due(Tick now, std::vector<Event>& due) {
     }
 }
 
-/// They are anywhere in memory, and all of one is used.
+/// Agents lie scattered in memory, and an agent is used whole.
 void AgentStore::prefetch(Slot slot) const {
     constexpr std::size_t kLine = 64;
     const char* const agent = reinterpret_cast<const char*>(&agents_[slot]);

@@ -1,4 +1,4 @@
-// AgentStore: all agents of one zone, and which of them have something to do.
+// AgentStore: all agents of one zone, and the ticks of their next events.
 #pragma once
 
 #include "server/ai/agent/agent.h"
@@ -14,29 +14,29 @@
 
 namespace zoned::ai {
 
-/// AgentPlace of an agent in memory; stays while the agent is here.
+/// Place of an agent in memory. It stays the same while the agent is in this zone.
 using Slot = std::uint32_t;
 
 class AgentStore {
   public:
-    /// An event that was planned.
+    /// A scheduled event.
     struct Event {
         Tick at;
         EntityId entity;
         Slot slot;
-        bool waited = false;  ///< for stock
+        bool waited = false;  ///< it waited for stock
     };
 
-    /// An entity has one agent; its `brain` must exist in the settings.
+    /// An entity has one agent. Its `brain` must exist in the settings.
     void add(const Agent& agent);
 
-    /// Removes and returns (for a handoff); the entity must have one.
+    /// Removes and returns an agent (for a handoff). The entity must have one.
     Agent take(EntityId entity);
 
     [[nodiscard]] const Agent* find(EntityId entity) const;
     [[nodiscard]] Agent* find(EntityId entity);
 
-    /// Of an entity that has one.
+    /// The entity must have an agent.
     [[nodiscard]] Slot slot_of(EntityId entity) const { return order_[place_of(entity)].slot; }
 
     [[nodiscard]] std::size_t size() const { return order_.size(); }
@@ -45,37 +45,37 @@ class AgentStore {
 
     [[nodiscard]] const Agent& at(Slot slot) const { return agents_[slot]; }
 
-    /// Slots of the agents of the active tier, ascending by entity id.
+    /// Slots of the active agents, ascending by entity id.
     [[nodiscard]] std::span<const Slot> active() const { return active_; }
 
-    /// Slots are smaller than this.
+    /// All slots are smaller than this.
     [[nodiscard]] std::size_t slots() const { return agents_.size(); }
 
     /// The n-th agent by entity id, n < size().
     [[nodiscard]] Slot nth(std::size_t n) const { return order_[n].slot; }
 
-    /// Changes the tier.
+    /// Makes the agent active.
     void resume(Slot slot);
     void resume(EntityId entity);
     void suspend(Slot slot);
 
-    /// Of a suspended agent: it is among the due ones at `agent.next_event`, as that is now, and
-    /// waits for `agent.wait`. `period` is that of its decisions, ticks.
+    /// Schedules a suspended agent's event at `agent.next_event`, and lets it wait for the stock in
+    /// `agent.wait`. `period` is the period of its decisions, ticks.
     void schedule(Slot slot, Tick period);
 
-    /// Appends what is due at `now`, in no order, and forgets that it is, and what it waited for;
-    /// who did wait decides as well when its decision is due. Ticks ascend.
+    /// Appends the events due at `now`, in no order. Removes them and what their agents waited for.
+    /// An agent that waited also decides when its decision is due. Ticks ascend.
     void take_due(Tick now, std::vector<Event>& due);
 
-    /// Asks for all that is linked with a suspended agent; take_due() and take_left() have asked
-    /// for the agent itself.
+    /// Prefetches all that is linked to a suspended agent. take_due() and take_left() prefetch the
+    /// agent itself.
     void prefetch_neighbours(Slot slot) const {
         leaving_.prefetch_neighbours(slot);
         cells_.prefetch_neighbours(slot);
     }
 
-    /// The agents that wait for stock; `period_of` tells the period of an agent's decisions, ticks,
-    /// for those that came with what they wait for.
+    /// The agents that wait for stock. `period_of` gives the decision period of an agent, ticks. It
+    /// is needed for agents that were already waiting when they were added.
     template <class PeriodOf>
     const StockWaitList& waits(PeriodOf&& period_of) {
         for (const Slot slot : newly_waiting_) {
@@ -87,13 +87,13 @@ class AgentStore {
         return waits_;
     }
 
-    /// A suspended agent that waits for stock decides at `now`: it waits no more, and nothing else
-    /// is planned for it.
+    /// Lets a suspended agent that waits for stock decide at `now`. It stops waiting, and has no
+    /// other event scheduled.
     void call_up(Slot slot, Tick now);
 
-    /// Of a suspended agent whose segment is another one than before, or was left: the squares that
-    /// it comes through, and when it leaves them, OffscreenGrid::left_at(). `dt` in s. `late`: it
-    /// should have had an event before.
+    /// Updates the squares of a suspended agent whose segment has changed, or that has left its
+    /// squares. `left`: when it leaves the new squares (OffscreenGrid::left_at()). `dt` in s.
+    /// `late`: its event should have come before.
     void settle(Slot slot, Tick left, float dt, bool late = false) {
         cells_.put(slot, agents_[slot].segment, agents_[slot].placed, dt, late);
         if (leaving_.at(slot) != left) {
@@ -101,38 +101,37 @@ class AgentStore {
         }
     }
 
-    /// When it leaves them, as settle() was told.
+    /// The tick given to settle().
     [[nodiscard]] Tick left(Slot slot) const { return leaving_.at(slot); }
 
-    /// Appends the suspended agents that leave their squares by `now` or were never settled, in no
-    /// order; they have to be settled again. Ticks ascend.
+    /// Appends the suspended agents that leave their squares by `now`, or were never settled, in no
+    /// order. Settle them again. Ticks ascend.
     void take_left(Tick now, std::vector<Slot>& left);
 
-    /// Calls visit(slot) for the suspended agents that were settled to come through a square, in no
-    /// order.
+    /// Calls visit(slot) for each suspended agent whose walk leads through the square, in no order.
     template <class Visit>
     void visit(OffscreenGrid::Cell cell, Visit&& visit) const {
         cells_.visit(cell, visit);
     }
 
-    /// The same for those that may be anywhere.
+    /// Does the same for agents that may be anywhere.
     template <class Visit>
     void visit_anywhere(Visit&& visit) const {
         cells_.visit_anywhere(visit);
     }
 
-    /// The agent changed its state: remembered for state_flapping(). `dt` in s.
+    /// Records a change of state for state_flapping(). `dt` in s.
     void watch(Slot slot, state_machine::StateChange change, Tick now, float dt);
 
-    /// Pairs of states between which agents of that brain have gone to and fro, six times within
-    /// 2 s each; `agent` is an entity's id. For reports: no state of the zone.
+    /// Pairs of states between which agents of that brain have flapped: six changes, each within 2
+    /// s. `agent` is an entity's id. For reports; not part of the zone's state.
     [[nodiscard]] std::span<const state_machine::FlappingPair> state_flapping(
         std::size_t brain) const;
 
-    /// Forgets what watch() saw: brains have become others.
+    /// Forgets all recorded changes, since the brains have changed.
     void forget_flapping();
 
-    /// All agents, ascending by entity id.
+    /// Hashes all agents, ascending by entity id.
     void hash(core::StateHash& hash) const;
 
   private:
@@ -159,7 +158,7 @@ class AgentStore {
     AgentEventQueue leaving_;
     OffscreenGrid cells_;
     StockWaitList waits_;
-    std::vector<Slot> newly_waiting_;  // who was added with something to wait for
+    std::vector<Slot> newly_waiting_;  // agents that were already waiting when they were added
 };
 
 }  // namespace zoned::ai

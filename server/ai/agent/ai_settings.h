@@ -1,4 +1,4 @@
-// AiSettings: what the agents of a world live by.
+// AiSettings: the brains and limits of a world's agents.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -16,27 +16,27 @@ namespace zoned::ai {
 
 struct AiSettings {
     std::vector<Brain> brains;              ///< as written
-    std::vector<CompiledBrain> compiled{};  ///< the same for the world's time step: compile()
+    std::vector<CompiledBrain> compiled{};  ///< for the world's time step: compile()
     /// By type of entity: brain + 1 of its agent, 0: none. Empty: as the types say.
     std::vector<std::uint16_t> brain_of_type{};
     std::uint32_t max_decisions_per_tick =
-        4096;  ///< counted units of work; what does not fit waits, the longest waiting first
+        4096;                ///< work units; work beyond this waits, the longest waiting first
     bool reduce_far = true;  ///< agents farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
-    std::uint32_t max_plan_nodes = 1024;           ///< that one search for a plan may create
-    std::uint32_t max_sight_rays_per_tick = 8192;  ///< kRaysPerLook for each that looks along lines
-    /// Agents farther than this from every player go from event to event; infinity: none does.
-    /// Beyond it nobody may hear of an entity.
+    std::uint32_t max_plan_nodes = 1024;           ///< nodes that one search for a plan may create
+    std::uint32_t max_sight_rays_per_tick = 8192;  ///< kRaysPerLook per agent with line of sight
+    /// Agents farther than this from every player are suspended; infinity: none is. No client may
+    /// receive an entity beyond it.
     float viewer_range_m = std::numeric_limits<float>::infinity();
-    float suspend_after_s = 2.0F;  ///< only after so long out of sight
+    float suspend_after_s = 2.0F;  ///< time off screen before an agent is suspended
     PoiSettings points_of_interest{};
     PathfindingSettings pathfinding{};
-    /// How agents make way for each other; its step is the world's: compile(). None: they do not.
+    /// Local avoidance between agents, with the world's step: compile(). None: no avoidance.
     std::optional<steering::AvoidanceSettings> avoidance{};
     DifficultyLevels difficulty{};
 };
 
-/// Fills in `compiled`, also of the difficulty's levels; inner brains stay empty. `dt` in s.
+/// Fills in `compiled`, also for the difficulty levels. Inner brains stay empty. `dt` in s.
 void compile(AiSettings& settings, float dt);
 
 }  // namespace zoned::ai

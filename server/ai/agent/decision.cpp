@@ -12,7 +12,7 @@ void add(Agent& agent, const CompiledBrain& brain, std::size_t variable, float a
     agent.variables[variable] = std::clamp(agent.variables[variable] + amount, of.low, of.high);
 }
 
-/// What states from `level` on give to those who enter them.
+/// Makes the changes to variables of the entered states from `level` on.
 void gain(Agent& agent, const CompiledBrain& brain, std::size_t level) {
     const state_machine::FlatStateMachine& table = brain.table;
     const std::uint16_t* path = &table.path[agent.state_machine.state() * table.levels];
@@ -32,7 +32,7 @@ bool all_hold(const std::vector<Condition>& conditions, Known senses) {
     });
 }
 
-/// The action that a plan begins with, or `otherwise`.
+/// The first action of a plan, or `otherwise`.
 std::uint16_t planned_action(Agent& agent,
                              const CompiledBrain::Plans& plans,
                              std::uint16_t first,
@@ -67,8 +67,8 @@ std::uint16_t planned_action(Agent& agent,
     return otherwise;
 }
 
-/// Moves the degrees of a blend's states on; the action of the most active one, of equals the
-/// first.
+/// Updates the degrees of a blend's states. Returns the action of the most active state; of equal
+/// states, the first.
 std::uint16_t blended_action(Agent& agent,
                              const CompiledBrain::Blend& blend,
                              std::uint16_t first,
@@ -87,7 +87,7 @@ std::uint16_t blended_action(Agent& agent,
     return static_cast<std::uint16_t>(first + (most - degrees.begin()));
 }
 
-/// What to do in the state. `entered`: it was entered just now.
+/// Chooses the action of the state. `entered`: the state was entered just now.
 void choose(Agent& agent,
             const CompiledBrain& brain,
             bool entered,

@@ -9,10 +9,10 @@
 
 namespace zoned::ai {
 
-/// What decisions need while they are made, and count; holds no state.
+/// Buffers and counters of decisions; holds no state.
 struct DecisionScratch {
     std::uint32_t max_plan_nodes = 1024;
-    std::optional<goap::GoapPlanner> planner{};  ///< once some agent plans
+    std::optional<goap::GoapPlanner> planner{};  ///< created when some agent plans
     goap::Plan plan{};
     std::optional<state_machine::StateChange> change{};  ///< of the last decision
     std::uint32_t plans = 0;
@@ -20,25 +20,25 @@ struct DecisionScratch {
     std::uint32_t plans_unreachable = 0;
 };
 
-/// What an agent senses at a decision.
+/// The senses of an agent at a decision.
 using Senses = std::array<float, state_machine::kMaxSenses>;
 
-/// BrainVariable v at `now`, not before variables_at: it has grown at the rate of what the agent
-/// does. A function of what it was when that began, so that it is the same to the last bit however
-/// often it was asked for.
+/// Variable v at `now`, which is not before variables_at. It grows at the rate of the agent's
+/// action. It is computed from its value at the start of the action. So the result is the same to
+/// the last bit however often it is read.
 float variable_at(const Agent& agent, const CompiledBrain& brain, std::size_t v, Tick now);
 
-/// Writes the variables down as they are at `now`: before what the agent does changes.
+/// Stores the values of the variables at `now`. Call it before the agent's action changes.
 void grow(Agent& agent, const CompiledBrain& brain, Tick now);
 
-/// The number that the agent draws at a decision, in [0, 1): of the tick alone, so that decisions
-/// which change nothing can be left out.
+/// The random number of the agent's decision at `now`, in [0, 1). It depends on the tick alone, so
+/// decisions that change nothing can be left out.
 float drawn_at(const Agent& agent, Tick now);
 
-/// Fills in what `brain` reads at `now`: its own senses, the variables, the outputs of its fuzzy
-/// systems, then what it knows of points_of_interest. `here`: x, z where it takes itself to be,
-/// zone-local, m. Of fuzzy outputs and points of interest only those `wanted`, by bit; others stay
-/// as they are.
+/// Fills in the senses that `brain` reads at `now`: its own, its variables, the outputs of its
+/// fuzzy systems, then points_of_interest. `here`: x, z where the agent takes itself to be,
+/// zone-local, m. Only the fuzzy outputs and points of interest in `wanted` (by bit) are filled in;
+/// others stay as they are.
 void sense(const Agent& agent,
            const CompiledBrain& brain,
            const Percept& percept,
@@ -48,7 +48,7 @@ void sense(const Agent& agent,
            Senses& senses,
            std::uint64_t wanted = ~std::uint64_t{0});
 
-/// Of what sense() left out, those `wanted`.
+/// Fills in the senses of `wanted` that sense() has left out.
 void sense_more(const Agent& agent,
                 const CompiledBrain& brain,
                 const Vec2& here,
@@ -57,13 +57,13 @@ void sense_more(const Agent& agent,
                 Senses& senses,
                 std::uint64_t wanted);
 
-/// Keeps what a decision needs of a percept.
+/// Stores the parts of a percept that a decision needs.
 void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
 
-/// Senses, and takes the transition that fires, if any (state_machine::step_one); what
-/// the states that it enters give is added. Then finds what to do: as the state says, its tree or
-/// its plan, which is made anew when a fact has changed since; where no plan is found, the state's
-/// own action. Returns whether a transition fired.
+/// Senses, and takes the transition that fires, if any (state_machine::step_one). Entered states
+/// make their changes to variables. Then chooses the action: by the state itself, its tree or its
+/// plan. A plan is made anew when a fact has changed. Without a plan, the state's own action is
+/// done. Returns whether a transition fired.
 bool decide(Agent& agent,
             const CompiledBrain& brain,
             const Percept& percept,
@@ -72,22 +72,21 @@ bool decide(Agent& agent,
             Tick now,
             DecisionScratch& scratch);
 
-/// Who has come to its spot is within so much of it, m.
+/// An agent within this distance of its spot has arrived, m.
 inline constexpr float kAtPointM = 2.0F;
 
-/// Whether the agent has at `now` what it gives and room for what it takes.
+/// Whether at `now` the agent has the goods that it gives, and room for those that it takes.
 bool able(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now);
 
-/// All trades that what is done asks for, by bit.
+/// All trades that the action asks for, by bit.
 std::uint8_t all_trades(const BrainState& state);
 
 struct TradeResult {
     std::uint32_t done = 0;
-    std::uint32_t refused = 0;  ///< of those at whose place it is
+    std::uint32_t refused = 0;  ///< of the trades at the agent's place
 };
 
-/// Does those trades that the agent still wants and that can be done by somebody at `here` (x, z,
-/// m).
+/// Does those trades that the agent still wants and that can be done at `here` (x, z, m).
 TradeResult settle_trades(Agent& agent,
                           const CompiledBrain& brain,
                           const Vec2& here,
@@ -97,8 +96,8 @@ TradeResult settle_trades(Agent& agent,
 /// Ticks between decisions, >= 1.
 Tick decision_period(const CompiledBrain& brain, float dt);
 
-/// The next tick after `now` at which the agent decides: entities are spread over the period by id,
-/// so that a herd that was born in one tick does not decide in one tick for ever.
+/// The next tick after `now` at which the agent decides. Entities are spread over the period by id,
+/// so that agents created in one tick do not all decide in one tick.
 Tick next_decision(EntityId entity, Tick period, Tick now);
 
 }  // namespace zoned::ai

@@ -11,7 +11,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// Exchanges the brains of the settings and those kept at a level.
+/// Exchanges the brains of the settings and those stored at a level.
 void exchange_brains(AiSettings& settings, std::uint16_t level) {
     DifficultyLevel& kept = settings.difficulty.levels[level];
     std::swap(settings.brains, kept.brains);
@@ -101,7 +101,7 @@ LevelChange change_level(AgentStore& agents,
                      "an agent that is to live by another brain was resumed");
         migrate_from_level(agent, settings, change.from, now, dt);
     }
-    agents.forget_flapping();  // the numbers of transitions may be others
+    agents.forget_flapping();  // the numbers of transitions may differ
     difficulty.level = level;
     difficulty.successes = 0;
     difficulty.failures = 0;

@@ -1,5 +1,5 @@
-// DifficultyState: difficulties from the easiest to the hardest, and on which of them a zone
-// stands, as its players do.
+// DifficultyState: the difficulty level of a zone, which adapts to its players. Levels go from the
+// easiest to the hardest.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -18,7 +18,8 @@ class AgentStore;
 struct Agent;
 struct AiSettings;
 
-/// All brains as one difficulty has them: as many, of the same names, as every other's.
+/// All brains at one difficulty level. Each level has the same number of brains, with the same
+/// names.
 struct DifficultyLevel {
     std::string name;
     std::vector<Brain> brains{};
@@ -26,17 +27,17 @@ struct DifficultyLevel {
 };
 
 struct DifficultyLevels {
-    /// The easiest first; none: difficulty stays as it is. The brains of level `active` are those
-    /// of the settings themselves, and its own are empty.
+    /// The easiest level first; none: difficulty stays as it is. The brains of level `active` are
+    /// in the settings themselves, and its own list is empty.
     std::vector<DifficultyLevel> levels{};
-    std::vector<bool> varies{};       ///< by brain: some level has it otherwise than another
+    std::vector<bool> varies{};       ///< by brain: it differs between levels
     learning::Staircase staircase{};  ///< in levels: position 1 is the second
     std::uint16_t start = 0;          ///< level, within the staircase's cap
     std::uint16_t active = 0;         ///< level
-    Tick between = 0;                 ///< at least, from one change of level to the next
+    Tick between = 0;                 ///< the shortest time from one change of level to the next
 };
 
-/// Where a zone stands.
+/// The difficulty of a zone.
 struct DifficultyState {
     std::uint16_t level = 0;
     float position = 0.0F;        ///< in levels
@@ -45,7 +46,8 @@ struct DifficultyState {
     Tick changed_at = 0;
 };
 
-/// Calls `visit(number)` for each number of a difficulty, in one order; `difficulty` may be const.
+/// Calls `visit(number)` for each number of a difficulty, always in the same order. `difficulty`
+/// may be const.
 template <class StateOf, class Visit>
 void visit_fields(StateOf& difficulty, Visit&& visit)
     requires std::same_as<std::remove_const_t<StateOf>, DifficultyState>
@@ -57,7 +59,7 @@ void visit_fields(StateOf& difficulty, Visit&& visit)
     visit(difficulty.changed_at);
 }
 
-/// For people: what a change came of.
+/// The cause of a change of level, for people.
 struct LevelChange {
     std::uint16_t from = 0;
     std::uint16_t to = 0;
@@ -66,33 +68,33 @@ struct LevelChange {
     std::uint32_t failures = 0;
 };
 
-/// Where a zone begins.
+/// The difficulty with which a zone begins.
 DifficultyState first_of(const DifficultyLevels& settings);
 
-/// A player has succeeded at what the agents made difficult, or failed. Nothing where there are no
-/// levels.
+/// Records that a player has succeeded or failed at a task that the agents made difficult. Does
+/// nothing where there are no levels.
 void note_outcome(DifficultyState& difficulty,
                   const DifficultyLevels& settings,
                   bool player_succeeded);
 
-/// The level to stand on now. Another one is taken once the position has come all the way to it, so
-/// that two are a whole level of outcomes apart, and not before `between` is over. As the position
-/// stays within its cap, the share of successes over n outcomes is that wanted to within
-/// (most - least) / (step n), unless the position meets the cap.
+/// The level that the zone should be on now. It changes only once the position has fully reached
+/// another level, and `between` has passed. So two changes are a whole level of outcomes apart. Let
+/// the position stay within its cap: over n outcomes the share of successes is the desired one to
+/// within (most - least) / (step n).
 std::uint16_t level_due(const DifficultyState& difficulty,
                         const DifficultyLevels& settings,
                         Tick now);
 
-/// Brain `index` as level `level` has it.
+/// Brain `index` at level `level`.
 const CompiledBrain& brain_at_level(const AiSettings& settings,
                                     std::uint16_t level,
                                     std::size_t index);
 
-/// Gives the settings the brains of a level. Nothing is copied or allocated.
+/// Exchanges the brains of the settings for those of a level. Copies and allocates nothing.
 void put_on_level(AiSettings& settings, std::uint16_t level);
 
-/// The zone goes to another level: the agents of brains that vary, which are all active, go on with
-/// those of that level (migrate.h). `dt` in s.
+/// Moves the zone to another level. The agents of brains that vary, all active, go on with the
+/// brains of that level (hot_reload_migration.h). `dt` in s.
 LevelChange change_level(AgentStore& agents,
                          AiSettings& settings,
                          DifficultyState& difficulty,
@@ -100,15 +102,16 @@ LevelChange change_level(AgentStore& agents,
                          Tick now,
                          float dt);
 
-/// An agent that lived by the brains of another level goes on by those of the settings.
+/// Moves an agent from the brains of another level to those of the settings.
 void migrate_from_level(Agent& agent,
                         const AiSettings& settings,
                         std::uint16_t level,
                         Tick now,
                         float dt);
 
-/// For settings that have come in the place of `before` in a zone that runs: puts them on the level
-/// of the same name, or else where they begin, and the difficulty with them.
+/// Moves a running zone from the settings `before` to new settings. The new settings and the
+/// difficulty go to the level of the same name, or else to the level at which the new settings
+/// begin.
 void go_on_with(DifficultyState& difficulty,
                 const DifficultyLevels& before,
                 AiSettings& settings,

@@ -17,7 +17,7 @@ std::uint16_t node_of(const state_machine::FlatStateMachine& table, const std::s
     return state_machine::kNone;
 }
 
-/// The state `leaf` of `after`, with what `from` remembers of it. All levels that both ways share
+/// The state `leaf` of `after`, with the memory of `from`. All levels that both state paths share
 /// keep their times.
 state_machine::ActiveState carry_state(const state_machine::ActiveState& from,
                                        const state_machine::FlatStateMachine& before,
@@ -54,7 +54,8 @@ bool same_pace(const BrainState& a, const BrainState& b) {
     return a.speed_factor == b.speed_factor && a.sprint == b.sprint;
 }
 
-/// By name. `entered`: the first state was, and what that gave stays.
+/// Carries variables over by name. `entered`: the first state was entered, and its changes to
+/// variables stay.
 void carry_variables(const Agent& from,
                      const CompiledBrain& before,
                      const CompiledBrain& after,
@@ -102,7 +103,7 @@ void migrate(Agent& agent,
                               d < after.choices[leaf].first + after.states[leaf].actions.size());
             if (of_leaf && after.states[d].name == did.name) {
                 agent.current_action = static_cast<std::uint16_t>(d);
-                // The same action goes on where it is.
+                // An unchanged action goes on where it is.
                 agent.entered = old.entered || after.states[d].action != did.action;
                 if (!same_pace(after.states[d], did)) {
                     agent.timed = false;  // its segment ends at another time
@@ -110,7 +111,7 @@ void migrate(Agent& agent,
                 }
                 agent.degrees = {};
                 if (after.choices[leaf].blend >= 0 && d != leaf) {
-                    agent.degrees[d - after.choices[leaf].first] = 1.0F;  // the most active alone
+                    agent.degrees[d - after.choices[leaf].first] = 1.0F;  // only the most active
                 }
             }
         }

@@ -1,4 +1,4 @@
-// HotReloadMigration: agents go on with brains that have become others.
+// HotReloadMigration: moves agents to changed brains.
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
@@ -6,14 +6,15 @@
 
 namespace zoned::ai {
 
-/// Of all agents that lived by `before` and whose brains are now those of `after`, both compiled
-/// for `dt` s; `brain_of` names the new brain of an agent, by index into after.brains.
+/// Moves all agents from the brains of `before` to those of `after`, both compiled for `dt` s.
+/// `brain_of` names the new brain of an agent, by index into after.brains.
 ///
-/// What has a name keeps it: the state, the action within it and how long it has been in it, the
-/// places that histories remember, and variables, within their new bounds. An agent whose state is
-/// no more begins anew, as do variables that are new. A hold that was under way begins again, and a
-/// plan is made anew at the next decision, which comes when the new brain's period has it. Who
-/// walks at another pace now does so at once. Agents are active.
+/// State is matched by name. An agent keeps its state, the action within it and the time spent in
+/// it. It keeps the states that histories remember, and its variables within their new bounds.
+///
+/// An agent whose state is gone begins anew, and so do new variables. A hold in progress begins
+/// again. A plan is made anew at the next decision, which follows the new brain's period. A new
+/// walking speed applies at once. All agents are active.
 template <class BrainOf>
 void migrate(AgentStore& agents,
              const AiSettings& before,
@@ -22,7 +23,7 @@ void migrate(AgentStore& agents,
              Tick now,
              float dt);
 
-/// One agent of `before` becomes one of brain `index`, `after`.
+/// Turns an agent of `before` into an agent of brain `index` of `after`.
 void migrate(Agent& agent,
              const CompiledBrain& before,
              const CompiledBrain& after,

@@ -9,19 +9,19 @@ namespace zoned::ai {
 
 namespace {
 
-/// Who brakes or turns is looked at once that is over, or after so many ticks.
+/// A walker that brakes or turns is checked when that is over, or after this many ticks.
 constexpr float kBent = 8.0F;
-/// Who has come to the end of its segment has an event in the next tick; squares reach so many
-/// steps further.
+/// A walker at the end of its segment has an event in the next tick. Squares reach this many steps
+/// further.
 constexpr float kStepsBeyond = 3.0F;
 
-/// Of cells, not of metres; far away and what is no number it is as good as any.
+/// Takes cells, not metres. For far places and NaN any line will do.
 std::int32_t line_of(float coordinate) {
     const float line = std::floor(coordinate / OffscreenGrid::kCell_m);
     return std::abs(line) < 1e9F ? static_cast<std::int32_t>(line) : 0;
 }
 
-/// The way along `direction` from `from` to where it leaves [low, high], which lies ahead, m.
+/// The distance along `direction` from `from` to where it leaves [low, high], which lies ahead, m.
 float straight_exit(float from, float direction, float low, float high) {
     if (direction == 0.0F) {
         return std::numeric_limits<float>::infinity();
@@ -29,8 +29,8 @@ float straight_exit(float from, float direction, float low, float high) {
     return ((direction > 0.0F ? high : low) - from) / direction;
 }
 
-/// Where the turn at the beginning of a segment begins and ends, and what it leads towards in
-/// between: it is a parabola, a Bezier curve of second order with these control points.
+/// The control points of the turn at the beginning of a segment. The turn is a parabola, a Bezier
+/// curve of second order.
 struct Turn {
     explicit Turn(const PathSegment& segment)
         : start(segment.from + segment.bend * (segment.bend_s * segment.bend_s)),
@@ -48,13 +48,13 @@ bool turns_far(const PathSegment& segment) {
     return !(std::max(start_m, segment.speed * segment.bend_s) < OffscreenGrid::kPiece_m);
 }
 
-/// A piece of the walk at full speed: between these paths along the segment, m.
+/// A piece of the walk at full speed, between these distances along the segment, m.
 struct Piece {
     float begin_m = 0.0F;
     float end_m = 0.0F;
 };
 
-/// The one that `at` lies in; of who turns far all of the walk.
+/// The piece that contains `at`; the whole walk if its turn leads beyond the first piece.
 Piece piece_at(const PathSegment& segment, const Vec2& at) {
     constexpr float kMostPieces = 1e6F;
     if (turns_far(segment)) {
@@ -72,19 +72,19 @@ std::uint32_t cell_of(std::int32_t x, std::int32_t z, std::uint32_t side) {
 
 }  // namespace
 
-/// Squares, each once, as long as there are few.
+/// Collects squares, each once, as long as there are few.
 class OffscreenGrid::Squares {
   public:
     [[nodiscard]] std::span<const Cell> found() const { return {cells_.data(), count_}; }
 
-    /// Too many, or nobody can tell.
+    /// There are too many squares, or they are not known.
     void add_anywhere() {
         many_ = true;
         cells_[0] = kAnywhere;
         count_ = 1;
     }
 
-    /// All that a straight way touches.
+    /// Adds all squares that a straight walk touches.
     void add_path(const Vec2& a, const Vec2& b) {
         const Vec2 low = a.cwiseMin(b);
         const Vec2 high = a.cwiseMax(b);
@@ -92,11 +92,11 @@ class OffscreenGrid::Squares {
         const std::int32_t last = line_of(high.y());
         const std::int32_t column = line_of(low.x());
         if (first == last && column == line_of(high.x())) {
-            add(cell_of(column, first, kSide));  // most paths
+            add(cell_of(column, first, kSide));  // most walks
             return;
         }
         for (std::int32_t z = first; z <= last && !many_; ++z) {
-            // Where the way is within this row of squares.
+            // The part of the walk within this row of squares.
             float first_x = a.x();
             float last_x = b.x();
             if (a.y() != b.y()) {
@@ -109,7 +109,7 @@ class OffscreenGrid::Squares {
         }
     }
 
-    /// All that a box touches.
+    /// Adds all squares that a box touches.
     void add_box(const Vec2& low, const Vec2& high) {
         const std::int32_t last = line_of(high.y());
         for (std::int32_t z = line_of(low.y()); z <= last && !many_; ++z) {
@@ -169,7 +169,7 @@ Tick OffscreenGrid::left_at(const PathSegment& segment,
     }
     const float bent = std::ceil(segment.bend_s / dt);
     const float ticks = std::max(std::ceil(way / step_m), std::min(bent, kBent));
-    // Written so that what is no number is late.
+    // Written so that NaN is late.
     return segment.since + 1 + static_cast<Tick>(ticks < 1e9F ? std::max(0.0F, ticks) : 1e9F);
 }
 
@@ -180,8 +180,8 @@ void OffscreenGrid::grow(std::size_t slots) {
     }
 }
 
-/// A turn is within the box of its control points, and an eighth of the change of velocity x its
-/// time from its chord at most.
+/// A turn lies within the box of its control points. Its distance from its chord is at most an
+/// eighth of the change of velocity times its duration.
 void OffscreenGrid::put(Slot slot,
                         const PathSegment& segment,
                         const Vec2& at,
@@ -190,7 +190,7 @@ void OffscreenGrid::put(Slot slot,
     Piece piece = piece_at(segment, at);
     const float step_m = segment.speed * dt;
     if (!goes_on) {
-        // Without a length it steps with a herd, to its goal.
+        // A segment without a length is a step with a herd, to its goal.
         const float length =
             segment.length > 0.0F ? segment.length : (segment.goal - segment.from).norm();
         piece.end_m = std::clamp(length + kStepsBeyond * step_m, piece.begin_m, piece.end_m);
@@ -216,7 +216,7 @@ void OffscreenGrid::put(Slot slot,
     if (turns_far(segment) || squares.found().empty()) {
         squares.add_anywhere();
     }
-    // Many go to and fro in one square; its list is anywhere in memory.
+    // Many agents go to and fro in one square. Prefetch its list, which lies scattered in memory.
     const std::span<const GridNode> nodes(&nodes_[std::size_t{slot} * kMost], puts_[slot].squares);
     const std::span<const Cell> found = squares.found();
     if (!std::equal(

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kNoTime = std::numeric_limits<double>::infinity();
 
-/// How far places of a walk and their distances are off by floats, of the numbers that
-/// they are made of: a product, two sums and a norm round six times, each by half of 2^-23.
+/// The relative rounding error of places of a walk and their distances. A product, two sums and a
+/// norm round six times, each by half of 2^-23.
 constexpr double kRounded = 0x1.0p-20;
 
 /// A walk at constant velocity, seen from the middle of a circle; m, s.
@@ -20,7 +20,7 @@ struct Passage {
     Vec2d velocity;
     double radius;
 
-    /// The first time from `now` on at which it comes as near to the circle as `margin`; kNoTime:
+    /// The first time from `now` on at which the walker is within `margin` of the circle; kNoTime:
     /// never.
     [[nodiscard]] double meets(double now, double margin) const {
         const Vec2d at = from + velocity * now;
@@ -57,7 +57,7 @@ Tick stays_until(const PathSegment& segment,
         kRounded * static_cast<double>(segment.from.norm() + centre.norm() + std::abs(radius_m));
     const double step = static_cast<double>(dt);
     const double since = static_cast<double>(now - 1 - segment.since) * step;
-    // While it turns it is beside the walk at full speed by so much at most.
+    // During the turn it is at most this far from the walk at full speed.
     const double turns = std::max(0.0, static_cast<double>(segment.bend_s) - since);
     const double aside = static_cast<double>(segment.bend.norm()) * turns * turns;
     double meets = passage.meets(since, rounded + aside);

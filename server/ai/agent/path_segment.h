@@ -1,5 +1,5 @@
-// PathSegment: a straight walk by a timetable, or standing; where its walker is at any tick follows
-// from it.
+// PathSegment: a straight walk by a timetable, or standing still. It gives the walker's position at
+// any tick.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -10,32 +10,33 @@ namespace zoned::ai {
 /// Later than any tick.
 inline constexpr Tick kNever = Tick{1} << 62U;
 
-/// What motion::apply_input makes of a command that is held where nothing is in the way: constant
-/// acceleration from the velocity before to that commanded, which it keeps. With T the time that
-/// takes, v the velocity commanded, d the change to it, the place t after the beginning is
-/// from + v t + (d / 2T) max(0, T - t)^2.
+/// The motion that motion::apply_input makes of a held command with nothing in the way.
+/// Acceleration is constant from the first velocity to the commanded one, which is then kept.
+///
+/// Let T be the time of the acceleration, v the commanded velocity, and d the change to it. The
+/// position at time t after the beginning is from + v t + (d / 2T) max(0, T - t)^2.
 struct PathSegment {
-    Vec2 from = Vec2::Zero();       ///< x, z: where the walk at full speed leads back to, m
+    Vec2 from = Vec2::Zero();  ///< x, z: start of the walk at full speed, extended backwards, m
     Vec2 direction = Vec2::Zero();  ///< unit length
     float speed = 0.0F;             ///< m/s; 0: it stands, once it has come to a halt
-    float length = 0.0F;            ///< to where the goal counts as reached, m; 0: it has none
+    float length = 0.0F;            ///< to where the goal counts as reached, m; 0: no goal
     Vec2 bend = Vec2::Zero();       ///< half the acceleration at the beginning, m/s2
-    float bend_s = 0.0F;            ///< and how long that takes
+    float bend_s = 0.0F;            ///< duration of that acceleration
     Tick since = 0;                 ///< it begins at the end of this tick
-    Vec2 goal = Vec2::Zero();       ///< where the walk leads, on from the end of this segment maybe
+    Vec2 goal = Vec2::Zero();       ///< end of the walk, which may lie beyond this segment
 };
 
-/// Where a segment that has one ends.
+/// The end of a segment that has a goal.
 inline Vec2 end_of(const PathSegment& segment) {
     return segment.from + segment.direction * segment.length;
 }
 
-/// s from the beginning of a segment to the end of `tick`, not before it.
+/// Time from the beginning of a segment to the end of `tick`, which is not before it, s.
 inline float time_on(const PathSegment& segment, Tick tick, float dt) {
     return static_cast<float>(tick - segment.since) * dt;
 }
 
-/// Position x, z of the end of `tick`, m; `dt` in s. Whoever walks walks on.
+/// Position x, z at the end of `tick`, m; `dt` in s. A walk goes on beyond its end.
 inline Vec2 position_at(const PathSegment& segment, Tick tick, float dt) {
     const float t = time_on(segment, tick, dt);
     const Vec2 steady = segment.from + segment.direction * (segment.speed * t);
@@ -50,8 +51,8 @@ inline Vec2 velocity_at(const PathSegment& segment, Tick tick, float dt) {
     return left > 0.0F ? Vec2(steady - segment.bend * (2.0F * left)) : steady;
 }
 
-/// A segment from `here` at the end of `tick` that goes over from `velocity` to that along
-/// `direction` (unit length) at `speed`, by `acceleration` (m/s2; 0: at once). Without a goal.
+/// A segment from `here` at the end of `tick`, without a goal. It changes from `velocity` to
+/// `speed` along `direction` (unit length) by `acceleration` (m/s2; 0: at once).
 PathSegment segment_from(const Vec2& here,
                          const Vec2& velocity,
                          const Vec2& direction,
@@ -59,9 +60,9 @@ PathSegment segment_from(const Vec2& here,
                          float acceleration,
                          Tick tick);
 
-/// A tick > `now` before which who goes on along the segment, and is there at the end of `now` - 1,
-/// does not come into the circle around `centre` (x, z, m), or does not leave it where it is
-/// inside; what floats make of either is allowed for. kNever: it will not.
+/// A tick > `now` before which a walker along the segment does not cross the circle around `centre`
+/// (x, z, m). It does not enter from outside, or does not leave from inside. The walker is on the
+/// segment at the end of `now` - 1. Rounding of floats is allowed for. kNever: it will not cross.
 Tick stays_until(const PathSegment& segment,
                  const Vec2& centre,
                  float radius_m,

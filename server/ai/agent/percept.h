@@ -1,4 +1,4 @@
-// Percept: what an agent noticed at one look around.
+// Percept: the result of one look around by an agent.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -12,14 +12,14 @@ struct Percept {
     EntityId prey;              ///< the target: noticed, or remembered; or none
     float distance = 0.0F;      ///< to it, horizontally, m; infinity when there is none
     bool player_far = true;     ///< no player within far_m
-    bool noticed = true;        ///< the target was, else it is remembered
+    bool noticed = true;        ///< the target was noticed; false: it is remembered
     Vec3 place = Vec3::Zero();  ///< of the target, where it is or was noticed last
-    float confidence = 0.0F;    ///< [0, 1]: 1 of one that is noticed, 0 of none
+    float confidence = 0.0F;    ///< [0, 1]: 1 for a noticed target, 0 for none
     float allies = 0.0F;        ///< within perception
-    float foes = 0.0F;          ///< whom it looks for and could see or hear, were nothing between
-    EntityId ward;              ///< the one that it looks after, or none
+    float foes = 0.0F;          ///< targets that it could see or hear if nothing were in between
+    EntityId ward;              ///< the entity that it looks after, or none
 
-    /// Nobody is there.
+    /// The percept of an agent that notices no entity.
     static Percept none() {
         Percept percept;
         percept.distance = std::numeric_limits<float>::infinity();

@@ -1,5 +1,5 @@
-// StockWaitList: which suspended agents wait for what stock, so that who waits costs nothing until
-// it is there.
+// StockWaitList: which suspended agents wait for which stock. A waiting agent costs nothing until
+// the stock is there.
 #pragma once
 
 #include "server/ai/agent/agent.h"
@@ -12,16 +12,16 @@
 
 namespace zoned::ai {
 
-/// Agents that wait for the same are a group, which one look at the stock answers for in a
-/// tick; within it they lie by the ticks at which they decide. As long as nothing is new, a tick
-/// costs a look at each group of which somebody decides in it, and those alone come up for whom
-/// stock has become other than they wait for at a tick at which they decide: as if all of them had
-/// looked at each of their decisions.
+/// Agents that wait for the same stock form a group, and one check of the stock per tick answers
+/// for all of it. Within a group agents are sorted by the ticks at which they decide. Without
+/// changes a tick costs one check for each group with a decision in it. It calls up only agents
+/// whose stock differs from what they wait for at a tick of their decision. The result is the same
+/// as if all had checked at each of their decisions.
 class StockWaitList {
   public:
     using Slot = std::uint32_t;
 
-    /// What a group has in common.
+    /// The properties that a group shares.
     struct WaitKey {
         std::uint16_t brain = 0;
         std::uint16_t leaf = 0;
@@ -43,7 +43,8 @@ class StockWaitList {
 
         [[nodiscard]] const WaitKey& key() const { return key_; }
 
-        /// Who may decide at `tick`, in no order: all who do, see decides_at().
+        /// Agents that may decide at `tick`, in no order. All that do are among them, see
+        /// decides_at().
         [[nodiscard]] std::span<const WaitMember> near(Tick tick) const {
             return phases_[static_cast<std::size_t>(tick % key_.period) % phases_.size()];
         }
@@ -59,14 +60,14 @@ class StockWaitList {
         std::vector<std::vector<WaitMember>> phases_;
     };
 
-    /// Slots below `slots` exist, new ones wait for nothing.
+    /// Makes the slots below `slots` exist; new ones wait for nothing.
     void grow(std::size_t slots);
 
-    /// Leaves the group that it was in.
+    /// Leaves the agent's former group, and joins another.
     void join(Slot slot, EntityId entity, const WaitKey& key);
     void leave(Slot slot);
 
-    /// Asks for what group_of() and leave() read of the slot soon.
+    /// Prefetches the data that group_of() and leave() read of the slot.
     void prefetch(Slot slot) const { __builtin_prefetch(&places_[slot], 1); }
 
     /// Null: it waits for nothing.
@@ -74,7 +75,7 @@ class StockWaitList {
         return places_[slot].group == kNone ? nullptr : &groups_[places_[slot].group];
     }
 
-    /// In no order that means anything; some may be empty.
+    /// In arbitrary order; some may be empty.
     [[nodiscard]] std::span<const WaitGroup> groups() const { return groups_; }
 
   private:

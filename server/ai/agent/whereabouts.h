@@ -5,17 +5,16 @@
 
 namespace zoned::ai {
 
-/// Whose body is farther than this from where its segment says was pushed or held up, m: the
-/// segment is made anew from where it is.
+/// A body farther than this from its place on its segment was pushed or held up, m. The segment is
+/// then made anew from the body.
 inline constexpr float kDriftM = 1.0F;
 
-/// Whether the agent goes by its segment, and its body, which is at `body` (x, z, m), has not gone
-/// astray.
+/// Whether the agent follows its segment, and its body at `body` (x, z, m) has not gone astray.
 bool keeps_to_segment(const Agent& agent, const Vec2& body, Tick now, float dt);
 
-/// Where an agent takes itself to be, x, z at the end of the last tick: where its segment says,
-/// unless its body, which is at `body`, has gone astray. What it senses of itself follows from this
-/// alone, so that it decides alike whether its body is simulated or not.
+/// Where an agent takes itself to be, x, z at the end of the last tick. It is its place on its
+/// segment, unless its body at `body` has gone astray. Its senses of itself follow from this alone.
+/// So it decides alike whether its body is simulated or not.
 Vec2 whereabouts(const Agent& agent, const Vec2& body, Tick now, float dt);
 
 }  // namespace zoned::ai

@@ -10,7 +10,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// So far from where it goes counts as led astray, in cells.
+/// An agent this far from its target counts as led astray, in cells.
 constexpr float kAstrayCells = 2.5F;
 constexpr std::uint8_t kDirectionBits = 0x07;
 
@@ -33,15 +33,15 @@ void aim_at(Agent& agent, const Vec2& at) {
     agent.target = Vec3(at.x(), agent.target.y(), at.y());
 }
 
-/// Its segment is over: whoever steers it, or goes on with it unseen, makes one to its new target.
+/// Ends the agent's segment. Steering or the off-screen update then makes one to its new target.
 void end_segment(Agent& agent, Tick now) {
     agent.segment.length = 0.0F;
     agent.again_at = now;
     agent.next_steering = now;
 }
 
-/// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
-/// to where there is no path any more.
+/// Whether pheromones guide the agent. They do not guide scouts. They guide an agent that has been
+/// walking for long only half of the time, since old pheromones may lead to a path that is gone.
 bool is_guided(const Agent& agent, const ForageDef& def) {
     const bool scouts = (agent.corner & (kCarries | kScouts)) == kScouts;
     return !scouts && (agent.steps / def.trails.patience) % 2 == 0;
@@ -104,7 +104,7 @@ void Nests::load(const SavedNests& memory) {
     remembered_ = memory.nests;
 }
 
-/// With doors as they were at the end of the last step.
+/// Doors are as they were at the end of the last step.
 void Nests::restore(const AiContext& ai) {
     const bool turned = turned_;
     for (const Scents& scents : remembered_) {
@@ -132,7 +132,7 @@ void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick
     turned_ = turned_ || !changes_.empty();
 }
 
-/// On to a cell beside the one that it is in, or to the nearest that can be walked.
+/// Sends the agent on to a neighbour of its cell, or to the nearest cell that can be walked.
 void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
     const pathfinding::GroundGrid& grid = nest.ground.grid;
     const pathfinding::Cell here = grid.cell(place_of_target(at));
@@ -163,7 +163,8 @@ void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
     aim_at(agent, Vec2(to.x, to.z));
 }
 
-/// In the middle of a cell: a mark, food or home, and on.
+/// Handles an agent in the middle of a cell: it marks the cell, takes food or brings it home, and
+/// goes on.
 void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const AiContext& ai) {
     const ForageDef& def = *nest.def;
     const pathfinding::Cell here = nest.ground.grid.cell(place_of_target(at));
@@ -209,12 +210,12 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const A
         arrive(agent, nest, at, ai);
     } else if ((target - at).norm() > kAstrayCells * cell_m ||
                !nest.ground.cells.passable(nest.ground.grid.cell(place_of_target(target)))) {
-        // Pushed away, or a door has shut before it.
+        // The agent was pushed away, or a door has shut in front of it.
         choose(agent, nest, at);
     }
 }
 
-/// Nothing happens to who is on a segment, unless doors have turned.
+/// An agent on a segment does nothing, unless doors have moved.
 void Nests::take_turn(Agent& agent, const Forager& forager, const AiContext& ai) {
     const ForageDef& def = *ai.settings.compiled[agent.brain].states[agent.current_action].forage;
     const Vec3& position = ai.entities.position[forager.row];

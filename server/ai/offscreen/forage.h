@@ -1,4 +1,4 @@
-// Forage: creatures that look for food around a nest, and find the shortest path by scents.
+// Forage: creatures that look for food around a nest, and find the shortest path by pheromones.
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
@@ -23,30 +23,33 @@ struct Forager {
     Slot slot = 0;
 };
 
-/// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
-/// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
-/// that of the next by a timetable (walk.h), and what they smell and mark happens at the ends of
-/// these segments, in the order of ticks and then of entities: the same whether somebody sees them
-/// or not. Where they are on their path is part of their agents (`corner`, `target`, `steps`), and
-/// goes with them to another zone: from there they walk straight home. Scents stay, and are part of
-/// the zone's state.
+/// The nests of a zone. Each nest has a map of the ground around it, and the pheromones on that
+/// map. A map is baked when an agent first forages there, and follows doors as they move.
+///
+/// Creatures walk from the middle of one cell to the middle of the next by a timetable
+/// (path_segment.h). They smell and mark at the ends of these segments, in the order of ticks and
+/// then of entities. So the result is the same on screen and off screen.
+///
+/// A creature's position on its path is part of its agent (`corner`, `target`, `steps`), and goes
+/// with it to another zone. There it walks straight home. Pheromones stay, and are part of the
+/// zone's state.
 class Nests {
   public:
     void clear() { foragers_.clear(); }
 
-    /// In any order: all whose bodies are simulated, and of the others those who have come to the
-    /// end of a segment.
+    /// Adds an agent, in any order. Each simulated body is added, and each suspended agent that has
+    /// come to the end of a segment.
     void add(const Forager& forager) { foragers_.push_back(forager); }
 
-    /// Lets those who have come to a cell mark it and choose the next: writes `target`, and ends
-    /// the segment of whoever has another one.
+    /// Lets each agent that has come to a cell mark it and choose the next. Writes `target`, and
+    /// ends the segment of an agent whose target has changed.
     void step(const AiContext& ai);
 
-    /// A door has changed the ground of a nest in the last step: all who forage have to look, in
-    /// this one, whether it has shut before them.
+    /// True where a door has changed the ground of a nest in the last step. In this step all agents
+    /// that forage check whether it has shut in front of them.
     [[nodiscard]] bool turned() const { return turned_; }
 
-    /// What is known of a nest beside its map, which is baked anew.
+    /// The saved state of a nest. Its map is baked anew.
     struct Scents {
         struct ScentCell {
             pathfinding::Place place = 0;
@@ -54,13 +57,13 @@ class Nests {
             float food = 0.0F;
         };
 
-        std::uint16_t brain = 0;  ///< some brain and what it does say where the nest is
+        std::uint16_t brain = 0;  ///< some brain and action that say where the nest is
         std::uint16_t current_action = 0;
-        TypeIndex type = 0;  ///< of the creatures that its map is for
+        TypeIndex type = 0;  ///< the type of creature that its map is for
         std::vector<ScentCell> cells{};
     };
 
-    /// For snapshots: nests in the order in which they were first used.
+    /// Saved state of all nests, in the order in which they were first used.
     struct SavedNests {
         std::uint64_t delivered = 0;
         bool turned = false;
@@ -69,17 +72,16 @@ class Nests {
 
     [[nodiscard]] SavedNests save() const;
 
-    /// Replaces everything. Maps are baked in the next step; what then is no nest of this zone, or
-    /// no cell of its map, is forgotten.
+    /// Replaces everything. The next step bakes the maps. It forgets a nest that is not in this
+    /// zone, and a cell that is not on its map.
     void load(const SavedNests& memory);
 
-    /// All that was brought home so far.
+    /// Food brought home so far.
     [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
 
     [[nodiscard]] std::size_t size() const { return nests_.size(); }
 
-    /// The scents of a nest, in the order in which nests were first used; for snapshots and
-    /// pictures.
+    /// The pheromones of a nest, numbered in the order of first use; for snapshots and pictures.
     [[nodiscard]] const pathfinding::PheromoneTrails& trails(std::size_t nest) const {
         return nests_[nest]->trails;
     }

@@ -13,21 +13,22 @@ namespace zoned::ai {
 namespace {
 
 constexpr float kRoam_s = 1.0F;
-/// Whoever ends up with another velocity than it wants, by this share of it, has met something.
+/// An animal whose velocity differs from its desired velocity by more than this share has hit
+/// something.
 constexpr float kMetShare = 0.01F;
-/// The steepest ground that is followed downwards in one piece: a rise of so much per metre.
+/// The steepest ground that one piece of a walk follows downwards: rise in m per m.
 constexpr float kSteepestRoam = 1.2F;
 constexpr int kMostPieces = 32;
-/// Who stands so near to its height on the ground plane stands on it, m.
+/// A character this near to the height of the ground plane stands on it, m.
 constexpr float kOnPlain_m = 0.005F;
-/// Who has so little left of the way is at its end, but for rounding.
+/// A character with this share of its walk left is at its end, but for rounding.
 constexpr float kAtEndShare = 1e-3F;
 
 Vec2 flat_part(const Vec3& v) {
     return {v.x(), v.z()};
 }
 
-/// Whether a way over the plain meets nothing, so that there is no need to try.
+/// Whether a walk over the plain meets nothing, so that it need not be tried.
 bool is_open(const Vec3& from,
              const Vec3& way,
              const motion::CharacterLimits& limits,
@@ -50,7 +51,7 @@ bool is_open(const Vec3& from,
     return open;
 }
 
-/// The command that leads along `way` (m) in `time_s`; `limits` say how fast it can be.
+/// The command that leads along `way` (m) in `time_s`. `limits` bound its speed.
 motion::InputCommand command_along(const Vec2& way,
                                    float time_s,
                                    const motion::CharacterLimits& limits) {

@@ -1,4 +1,4 @@
-// Herd: animals of a herd that nobody sees go on by the rule of the flock, a second at a time.
+// Herd: suspended animals of a herd go on by the flocking rule, a second at a time.
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
@@ -18,32 +18,33 @@ inline bool roams(const Agent& agent, const CompiledBrain& brain) {
     return brain.states[agent.current_action].action == ActionKind::kFlock;
 }
 
-/// The fastest that one walks who roams so, m/s.
+/// The top speed of an animal that goes with a herd, m/s.
 float roam_speed(const BrainState& state, const motion::CharacterLimits& limits);
 
-/// Of a command, as motion::apply_input() has it, x, z, m/s.
+/// The velocity that a command asks for, as in motion::apply_input(); x, z, m/s.
 Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits);
 
-/// Who got on by less than this share of what it wanted walks into something.
+/// An animal that covers less than this share of its desired distance has walked into something.
 inline constexpr float kHinderedShare = 0.9F;
 
-/// The way of its last step, m: so far it may have come from where its entity was put.
+/// The length of its last step, m. Its entity was placed at most this far from it.
 inline float step_of(const Agent& agent) {
     return (agent.segment.goal - agent.segment.from).norm();
 }
 
-/// Whether the agent is on a step with its herd: no other segment leads on without an end.
+/// Whether the agent is on a step with its herd. No other segment of a suspended agent has a speed
+/// but no length.
 inline bool on_step(const Agent& agent) {
     return agent.tier == Tier::kSuspended && agent.segment.length == 0.0F &&
            agent.segment.speed > 0.0F;
 }
 
-/// How far the entity of such a one may be from where a step of it begins, m: to place it costs
-/// whoever reads its row.
+/// The greatest distance of a suspended herd animal's entity from the beginning of its step, m.
+/// Placing an entity costs every reader of its row.
 inline constexpr float kHerdStale_m = 4.0F;
 
-/// Whether such a one is at the end of its step, where roam() has found that it will stand
-/// (agent.target), when it is at `at` (x, z, m).
+/// Whether an agent at `at` (x, z, m) is at the end of its step. roam() has found that place before
+/// (agent.target).
 bool at_step_end(const Agent& agent, const Vec2& at);
 
 /// Whether it is time for a step.
@@ -51,35 +52,35 @@ inline bool roams_on(const Agent& agent, const CompiledBrain& brain, Tick now) {
     return roams(agent, brain) && (agent.entered || now >= agent.again_at);
 }
 
-/// Until when a step leads that begins now: a tick that is a multiple of a second, or of the
-/// decisions of the brain where these are rarer, so that all animals of a kind begin the next one
+/// The end of a step that begins now. It is a tick that is a multiple of a second, or of the
+/// brain's decision period if that is longer. So all animals of a kind begin their next step
 /// together.
 Tick roams_until(const CompiledBrain& brain, Tick now, float dt);
 
-/// Where a step leads.
+/// The end of a step.
 struct StepEnd {
     Vec3 at = Vec3::Zero();  ///< m
-    bool stands = true;      ///< there; else it would leave the ground
+    bool stands = true;      ///< on the ground; false: the step would leave it
 };
 
-/// The step of an animal that is at `from` to where it leads until roams_until(). Who would leave
-/// the ground stands where it is, and is to be resumed. Where it comes to stand is agent.target.
+/// Takes the step of an animal at `from` until roams_until(). An animal that would leave the ground
+/// stays where it is, and is to be resumed. Its end position goes into agent.target.
 void take_step(Agent& agent,
                const CompiledBrain& brain,
                const AiContext& ai,
                const Vec3& from,
                const StepEnd& end);
 
-/// A character that moves along: along walls, over ledges, up and down the ground
-/// (motion::apply_input). `free`: nothing was in the way.
+/// A character after a walk along walls, over ledges, up and down the ground (motion::apply_input).
+/// `free`: nothing was in its path.
 struct Walked {
     motion::CharacterState state;
     bool free = true;
 };
 
-/// For `time_s` by a command that is held, which is longer than a tick: in one piece where the
-/// ground is even and free, else in so many as follow it; ledges are climbed, and ground that falls
-/// away is followed down, once in each.
+/// Walks for `time_s` (longer than a tick) by one held command. Even and free ground takes one
+/// piece, other ground as many pieces as follow it. Each piece climbs ledges once, and once follows
+/// ground that falls away.
 Walked walked(const motion::CharacterState& from,
               const motion::InputCommand& command,
               const motion::CharacterLimits& limits,
@@ -87,7 +88,7 @@ Walked walked(const motion::CharacterState& from,
               float time_s,
               Tick now);
 
-/// Where one comes that wants to go along `way` (x, z, m) in `time_s` from where it stands.
+/// Where a character comes that wants to walk `way` (x, z, m) in `time_s`.
 StepEnd walk_along(const motion::CharacterState& from,
                    const Vec2& way,
                    float time_s,
@@ -95,10 +96,10 @@ StepEnd walk_along(const motion::CharacterState& from,
                    const motion::StaticGeometry& statics,
                    Tick now);
 
-/// The step of an animal that is at `from`, along `way` (x, z, m) until roams_until(): as a
-/// character moves that is simulated, so along walls, over ledges, up and down the ground
-/// (motion::apply_input). False: it would leave the ground; it stands where it is, and is to be
-/// resumed. Where it comes to stand is agent.target.
+/// Takes the step of an animal at `from`, along `way` (x, z, m) until roams_until(). It moves as a
+/// simulated character does: along walls, over ledges, up and down the ground
+/// (motion::apply_input). False: it would leave the ground, stays where it is, and is to be
+/// resumed. Its end position goes into agent.target.
 bool roam(Agent& agent,
           const CompiledBrain& brain,
           const AiContext& ai,
@@ -106,40 +107,46 @@ bool roam(Agent& agent,
           const Vec3& from,
           const Vec2& way);
 
-/// Whether nothing happens to it now but that its step is over: it came on as it wanted, and
+/// Whether the end of its step is the agent's only event now: it got as far as it wanted, and
 /// decides nothing.
 bool only_steps(const Agent& agent,
                 const CompiledBrain& brain,
                 const AiContext& ai,
                 world::Row row);
 
-/// Chains what such a step changes.
+/// Adds to the hash what such a step changes.
 void hash_step(core::StateHash& hash, const Agent& agent);
 
-/// The way that it goes until then where nothing changes its heading, x, z, m.
+/// The displacement until then if nothing changes its heading, x, z, m.
 Vec2 path_ahead(const Agent& agent,
                 const CompiledBrain& brain,
                 const AiContext& ai,
                 world::Row row);
 
-/// Herds for a step: all animals that may come near each other until it is over stand in columns by
-/// cells, and the rule is asked at the very ticks at which a simulated animal would decide and
-/// steer, by where all of them are then: cells are so large that who is farther off than one is no
-/// neighbour until the step is over (Hockney and Eastwood, "Computer Simulation Using Particles",
-/// 1988, section 8-4-1, chaining mesh). In between they walk straight. Animals of the herd that are
-/// simulated are foretold by the same rule. What is left out until the step is over is that paths
-/// over surfaces may be barred, and that others turn who are not of a herd.
+/// Moves herds by one step. The animals that may come near each other during the step stand in
+/// columns, sorted by cell.
+///
+/// The flocking rule is applied at the very ticks at which a simulated animal would decide and
+/// steer. It uses the positions of all animals at that tick. In between animals walk straight.
+/// Simulated animals of the herd are predicted by the same rule.
+///
+/// Cells are large enough: an animal more than one cell away is no neighbour until the step is
+/// over. (Chaining mesh: Hockney and Eastwood, "Computer Simulation Using Particles", 1988, section
+/// 8-4-1.)
+///
+/// Two things are ignored until the step is over: barred paths over surfaces, and turns of entities
+/// outside the herd.
 class Herds {
   public:
     void clear() { roaming_.clear(); }
 
-    /// In any order: one that is at `at`, x, z, m.
+    /// Adds an animal at `at` (x, z, m), in any order.
     void add(Slot slot, world::Row row, const Vec3& at) { roaming_.push_back({slot, row, at}); }
 
-    /// Sets their aims as they are at the end of their steps.
+    /// Takes the step of all animals, and sets their aims as they are at its end.
     void step(const AiContext& ai, const HerdDrift& drift);
 
-    /// Where the n-th that was added comes.
+    /// The end of the step of the n-th added animal.
     [[nodiscard]] const StepEnd& end(std::size_t n) const { return ends_[n]; }
 
   private:
@@ -149,31 +156,31 @@ class Herds {
         Vec3 at;
     };
 
-    /// Where all of them are, m, and the farthest that one reaches.
+    /// The bounds of all positions, m, and the farthest reach of one animal.
     struct Extent {
         Vec2 low;
         Vec2 high;
         float reach = 0.0F;
     };
 
-    /// What is known of one beside the columns.
+    /// The data of an animal that is not in the columns.
     struct Animal {
         EntityId entity;
         world::Row row;
         TypeIndex type;
         const Agent* agent;    // null: it goes straight on
-        std::uint32_t number;  // of those who step; kNoNumber: it does not
-        Tick until;            // who steps: when that is over
-        Vec2 at;               // when it begins
+        std::uint32_t number;  // among the animals that step; kNoNumber: it takes no step
+        Tick until;            // end of its step, for an animal that steps
+        Vec2 at;               // position at the beginning of the step
         Vec2 velocity;         // m/s
         motion::InputCommand aim;
-        float reach;                  // m: whom it may come to know of
-        bool tries;                   // something may be in the way: it tries each piece of its way
-        motion::CharacterState body;  // then: at the end of the piece that it walks
+        float reach;  // m: animals within this may matter to it
+        bool tries;   // something may be in its path: it tries each piece of the walk
+        motion::CharacterState body;  // if it tries: at the end of the current piece
         std::uint32_t cell;
     };
 
-    /// Cells in lines; those of a type follow those of another.
+    /// Cells in lines. The cells of one type follow those of another.
     struct Mesh {
         Vec2 origin = Vec2::Zero();
         float per_m = 1.0F;
@@ -204,14 +211,14 @@ class Herds {
     void set_velocity(std::size_t n, const Vec2& velocity, float time_s);
     void leave(std::size_t n, const AiContext& ai, float time_s);
 
-    const HerdDrift* drift_ = nullptr;  // of the step that is going on
+    const HerdDrift* drift_ = nullptr;  // of the current step
     std::vector<Roaming> roaming_;
-    std::vector<TypeIndex> types_;  // of those who step, each once
+    std::vector<TypeIndex> types_;  // of the animals that step, each type once
     std::vector<Animal> found_;
-    std::vector<Animal> animals_;  // by cells
+    std::vector<Animal> animals_;  // sorted by cell
     Mesh mesh_;
     std::vector<std::uint32_t> first_;  // by cell, and one past the end
-    // By animal: where it would be when the step begins if it always walked as it does now.
+    // By animal: its position at the beginning of the step, had it always walked as it does now.
     std::vector<float> x_;
     std::vector<float> z_;
     std::vector<float> velocity_x_;
@@ -219,9 +226,9 @@ class Herds {
     std::vector<EntityId> entity_;
     std::vector<Tick> turns_at_;  // kNever: it goes straight on
     std::vector<std::uint32_t> turning_;
-    std::vector<Vec2> wanted_;   // velocities of those who turn
-    std::vector<bool> among_;    // by row: it is one of them; all false between two steps
-    std::vector<StepEnd> ends_;  // of those who step
+    std::vector<Vec2> wanted_;  // desired velocities of the animals that turn
+    std::vector<bool> among_;   // by row: whether its animal was added; all false between two steps
+    std::vector<StepEnd> ends_;  // of the animals that step
 };
 
 }  // namespace zoned::ai

@@ -13,36 +13,36 @@ namespace zoned::ai {
 
 namespace {
 
-/// More cells than this are not worth their clearing: they grow.
+/// Cells grow where there would be more than this: clearing more does not pay.
 constexpr float kMostMeshCells = 65'536.0F;
-/// Read behind the end of a column: far from everybody.
+/// Padding behind the end of a column: far from all animals.
 constexpr float kNowhere_m = 1e9F;
 
-/// The first tick from `now` on at which a simulated animal decides, and then steers by that.
+/// The first tick from `now` on at which a simulated animal decides, and then steers by it.
 Tick turn_from(const Agent& agent, Tick period, bool far, Tick now) {
     const Tick decides = next_decision(agent.entity, period, now - 1);
     const Tick late = (decides + static_cast<Tick>(agent.entity.value)) % kFarPeriod;
     return far && late != 0 ? decides + kFarPeriod - late : decides;
 }
 
-/// What sums of eight hold.
+/// Caps a velocity so that a sum of eight stays in range.
 Vec2 capped(const Vec2& velocity) {
     return velocity.cwiseMax(-kFastestOfLanes).cwiseMin(kFastestOfLanes);
 }
 
-/// Of `lines` of cells; what is no number lies in some.
+/// The line of a position among `lines` lines of cells. A NaN lies in some line.
 std::uint32_t line_at(float cells, std::uint32_t lines) {
     return cells > 0.0F ? std::min(static_cast<std::uint32_t>(cells), lines - 1) : 0U;
 }
 
-/// Of who is somewhere in the zone.
+/// Whether a position lies within the bounds.
 bool is_within(const Vec2& at, const Vec2& low, const Vec2& high) {
     return at.x() >= low.x() && at.y() >= low.y() && at.x() <= high.x() && at.y() <= high.y();
 }
 
 }  // namespace
 
-/// One that walks on along its aim, unless something held it up in its last step.
+/// Adds an animal that walks on along its aim, unless something held it up in its last step.
 void Herds::add_animal(const Agent* agent,
                        world::Row row,
                        std::uint32_t number,
@@ -63,7 +63,7 @@ void Herds::add_animal(const Agent* agent,
     animal.velocity = Vec2(e.velocity[row].x(), e.velocity[row].z());
     if (segment != nullptr) {
         animal.velocity = velocity_at(*segment, ai.now - 1, ai.dt);
-        // Who steps is where it says.
+        // An animal that takes a step stands where `at` says.
         animal.at = number != kNoNumber ? at : position_at(*segment, ai.now - 1, ai.dt);
     }
     if (agent != nullptr) {
@@ -89,7 +89,7 @@ void Herds::add_animal(const Agent* agent,
     among_[row] = true;
 }
 
-/// Whether a box or a door may be in its way as far as it may come.
+/// Whether a box or a door may be in its path, as far as it may come.
 bool Herds::is_barred(const Animal& animal, float reach_m, const AiContext& ai) const {
     const motion::CharacterLimits& limits = ai.types[animal.type].character;
     const float height = limits.radius + limits.half_segment + limits.step_up;
@@ -115,7 +115,7 @@ Herds::Extent Herds::extent_of_found() const {
     return all;
 }
 
-/// Those of the same types whom somebody who steps may come to know of.
+/// Adds other entities of the same types that an animal on a step may notice.
 void Herds::add_others(const AiContext& ai) {
     const world::Entities& e = ai.entities;
     const Extent known = extent_of_found();
@@ -163,13 +163,13 @@ void Herds::gather(const AiContext& ai) {
     }
 }
 
-/// Among those who step; their number where it is none of them.
+/// The number of a type among the types that step; their count where it is none of them.
 std::uint32_t Herds::rank_of(TypeIndex type) const {
     return static_cast<std::uint32_t>(std::find(types_.begin(), types_.end(), type) -
                                       types_.begin());
 }
 
-/// Cells as wide as anybody reaches.
+/// Lays out cells as wide as the farthest reach of any animal.
 void Herds::lay_mesh() {
     const Extent all = extent_of_found();
     const Vec2 size = all.high - all.low;
@@ -186,7 +186,8 @@ void Herds::lay_mesh() {
     mesh_.lines = static_cast<std::uint32_t>(size.y() * mesh_.per_m) + 1;
 }
 
-/// By counting; the order within a cell is that in which they were found, which sums do not tell.
+/// A counting sort. Within a cell animals keep the order in which they were found; no sum depends
+/// on it.
 void Herds::sort_by_cells() {
     first_.assign(mesh_.cells() * types_.size() + 1, 0);
     for (Animal& animal : found_) {
@@ -224,7 +225,7 @@ Vec2 Herds::place(std::size_t n, float time_s) const {
     return {x_[n] + velocity_x_[n] * time_s, z_[n] + velocity_z_[n] * time_s};
 }
 
-/// From then on.
+/// Sets the velocity from then on.
 void Herds::set_velocity(std::size_t n, const Vec2& wanted, float time_s) {
     const Vec2 velocity = capped(wanted);
     const Vec2 start = place(n, time_s) - velocity * time_s;
@@ -234,8 +235,8 @@ void Herds::set_velocity(std::size_t n, const Vec2& wanted, float time_s) {
     velocity_z_[n] = velocity.y();
 }
 
-/// The rule, as desired_velocity() and steer() ask it at a decision; by where all are at the end of
-/// the tick before.
+/// Applies the flocking rule as desired_velocity() and steer() do at a decision. It uses the
+/// positions at the end of the tick before.
 Vec2 Herds::turned(std::size_t n, const AiContext& ai, Tick now) {
     Animal& animal = animals_[n];
     const Agent& agent = *animal.agent;
@@ -283,7 +284,7 @@ Vec2 Herds::turned(std::size_t n, const AiContext& ai, Tick now) {
     return wanted_by(animal.aim, limits);
 }
 
-/// All whose turn it is at `now`: first each looks around, then they turn.
+/// Turns all animals whose turn it is at `now`: first each looks around, then they turn.
 void Herds::turn_all(const AiContext& ai, Tick now) {
     turning_.clear();
     wanted_.clear();
@@ -308,7 +309,8 @@ void Herds::turn_all(const AiContext& ai, Tick now) {
     }
 }
 
-/// The next piece of the way of one that tries: others see it go straight to where it comes.
+/// Takes the next piece of the walk of an animal that tries. To others it goes straight to the
+/// piece's end.
 void Herds::walk_on(std::size_t n, const AiContext& ai, Tick now) {
     Animal& animal = animals_[n];
     const Tick end = std::min(turns_at_[n], animal.until);
@@ -365,7 +367,7 @@ void Herds::step(const AiContext& ai, const HerdDrift& drift) {
     }
 }
 
-/// Its step is over: others see it go straight on.
+/// Ends the step of an animal. To others it goes straight on.
 void Herds::leave(std::size_t n, const AiContext& ai, float time_s) {
     Animal& animal = animals_[n];
     const Roaming& roaming = roaming_[animal.number];

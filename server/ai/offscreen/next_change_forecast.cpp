@@ -7,12 +7,12 @@ namespace zoned::ai {
 
 namespace {
 
-/// Decisions whose random numbers are looked at in advance.
+/// Number of decisions whose random numbers are looked at in advance.
 constexpr int kLookAhead = 64;
 
-/// The first tick > now at which `becomes(tick)` says yes, `ticks` from now if it were not for
-/// rounding. `becomes` says no at `now`, and goes on to say yes once it has. Where rounding puts it
-/// off, a tick before it.
+/// The first tick > now at which `becomes(tick)` is true; without rounding, this is `ticks` from
+/// now. `becomes` is false at `now`, and once true it stays true. Where rounding delays it, a tick
+/// before it.
 template <class Becomes>
 Tick first_at(Tick now, float ticks, const Becomes& becomes) {
     if (!(ticks < 1e9F)) {
@@ -23,7 +23,7 @@ Tick first_at(Tick now, float ticks, const Becomes& becomes) {
     for (int k = 0; k < kFurther && !becomes(at); ++k) {
         ++at;
     }
-    // Downwards by steps that double, then by halves.
+    // Search downwards in doubling steps, then bisect.
     Tick step = 1;
     Tick no = at - 1;
     while (no > now && becomes(no)) {
@@ -54,7 +54,7 @@ bool stock_holds(std::span<const WatchedCondition> watches,
     });
 }
 
-/// The state of one agent, asked about one clause after the other.
+/// Forecasts the state of one agent, clause by clause.
 class Forecast {
   public:
     Forecast(const Agent& agent,
@@ -73,11 +73,11 @@ class Forecast {
           places_(inputs.points_of_interest),
           segment_(inputs.segment) {}
 
-    /// What comes at this tick or later need not be told apart.
+    /// Changes at this tick or later need not be told apart.
     void look_until(Tick tick) { limit_ = tick; }
 
-    /// A tick before which the clause stays as the agent found it while `wait` lasts, to which it
-    /// adds.
+    /// A tick before which the clause stays as the agent found it, as long as `wait` lasts. Adds
+    /// its stock to `wait`.
     [[nodiscard]] Tick change_of(const Clause& clause, StockWait& wait) const {
         const std::span<const WatchedCondition> others = brain_.others(clause);
         const std::span<const WatchedCondition> stock = brain_.on_stock(clause);
@@ -97,7 +97,7 @@ class Forecast {
                 at = std::max(at, change_of(watch));
             }
         }
-        // What time alone keeps from holding for long needs no stock to be looked at.
+        // A clause that time alone keeps false for long needs no stock to be watched.
         if (stock_too != whole || (!whole && at > now_ + period_) || stock.empty()) {
             return at;
         }
@@ -123,9 +123,9 @@ class Forecast {
         return holds({watch.sense, watch.compare, watch.threshold}, value);
     }
 
-    /// Whether the agent goes on as if the clause held. Who has decided and goes on has found no
-    /// transition to hold but the one that is pending; questions of a tree are as they are, its
-    /// answer is compared as a whole.
+    /// Whether the agent goes on as if the clause held. An agent that has decided and goes on has
+    /// found no transition to hold, except the pending one. A tree's questions count as they are
+    /// now; its answer is compared as a whole.
     [[nodiscard]] bool found(const Clause& clause, bool now_holds) const {
         if (clause.transition != state_machine::kNone) {
             return agent_.state_machine.pending[0] == clause.transition;
@@ -166,8 +166,8 @@ class Forecast {
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
     }
 
-    /// Ticks until something that changes by at most `per_tick` has changed by `amount`, less one
-    /// for rounding.
+    /// Ticks until a value that changes by at most `per_tick` has changed by `amount`, less one
+    /// tick for rounding.
     [[nodiscard]] Tick after(float amount, float per_tick) const {
         if (!(per_tick > 0.0F)) {
             return kNever;
@@ -176,7 +176,7 @@ class Forecast {
         return ticks < 1e9F ? now_ + std::max<Tick>(1, static_cast<Tick>(ticks)) : kNever;
     }
 
-    /// Of a distance to `place` (x, z, m).
+    /// A tick before which a condition on the distance to `place` (x, z, m) stays as it is.
     [[nodiscard]] Tick passed(const WatchedCondition& watch, const Vec2& place) const {
         const Tick by_speed = after(std::abs(senses_[watch.sense] - watch.threshold), step_m_);
         return segment_ == nullptr
@@ -184,7 +184,7 @@ class Forecast {
                    : std::max(by_speed, stays_until(*segment_, place, watch.threshold, now_, dt_));
     }
 
-    /// Time in a state, which begins at the tick in which the state was entered, s.
+    /// Time in a state, s. It begins at the tick in which the state was entered.
     [[nodiscard]] float time_in_state(const WatchedCondition& watch, Tick at) const {
         const Tick since = agent_.state_machine.since[watch.sense - brain_.senses][0];
         return static_cast<float>(static_cast<std::int32_t>(at - since)) * dt_;
@@ -201,7 +201,7 @@ class Forecast {
         });
     }
 
-    /// Whether a variable is where its growth ends.
+    /// Whether a variable has reached its bound.
     [[nodiscard]] bool settled(std::size_t variable) const {
         const float per_tick = rate_of(agent_, brain_, variable);
         const float value = senses_[kOwnSenses + variable];
@@ -222,7 +222,7 @@ class Forecast {
         });
     }
 
-    /// The next decision at which the number drawn says otherwise.
+    /// The next decision whose random number changes the condition.
     [[nodiscard]] Tick drawn(const WatchedCondition& watch) const {
         const bool now_is = holds_now(watch);
         Tick at = next_decision(agent_.entity, period_, now_);
@@ -275,7 +275,7 @@ class Forecast {
     const PathSegment* segment_;
 };
 
-/// Whether the agent would choose what it does by what it senses and remembers.
+/// Whether the agent's senses and memory would choose its current action.
 bool does_as_chosen(const Agent& agent, const CompiledBrain& brain, const Senses& senses) {
     const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
     if (choice.tree >= 0) {
@@ -305,7 +305,7 @@ NextChange forecast_next_change(const Agent& agent,
     bool is_held = false;
     for (const Clause& clause : brain.clauses_of(agent.state_machine.state())) {
         const bool transition = clause.transition != state_machine::kNone;
-        // Of transitions with a hold the first counts that holds.
+        // Of the transitions with a hold, the first that holds counts.
         if (is_held && transition && brain.table.transitions[clause.transition].hold > 0) {
             continue;
         }

@@ -10,13 +10,14 @@ namespace zoned::ai {
 
 namespace {
 
-/// How much farther than it may be perceived one looks for who may come, m.
+/// The search range beyond the distance of perception, m.
 constexpr float kAhead_m = 96.0F;
-/// Two bodies may be so far from where their agents take themselves to be, m, and a rounding.
+/// Twice the greatest distance of a body from where its agent takes itself to be, m, and a rounding
+/// error.
 constexpr float kBodies_m = 2.0F * kDriftM + 0.1F;
-/// Who walks may be a rounding beside its squares, or what one walks in some ticks, m.
+/// A walker may be outside its squares by a rounding error, or by its walk of some ticks, m.
 constexpr float kBeside_m = 2.0F;
-/// Ticks that a bound is early: places are those of the end of the last tick.
+/// Ticks that a bound is early: positions are from the end of the last tick.
 constexpr Tick kEarly = 2;
 constexpr float kMostTicks = 1e6F;
 
@@ -31,7 +32,7 @@ float perceives_within(const CompiledBrain& brain) {
 
 }  // namespace
 
-// ---------------------------------------------------------------- who looks for whom
+// ---------------------------------------------------------------- which types look for which
 
 bool PerceptionRanges::set(std::span<const CompiledBrain> brains,
                            std::span<const std::uint16_t> brain_of_type,
@@ -97,7 +98,7 @@ bool PerceptionRanges::has_strangers(const std::vector<world::Entities::Count>& 
     return false;
 }
 
-// ---------------------------------------------------------------- who sleeps where
+// ---------------------------------------------------------------- suspended agents by square
 
 void ProximitySchedule::clear() {
     for (Slot slot = 0; slot < members_.size(); ++slot) {
@@ -161,7 +162,7 @@ void ProximitySchedule::for_each_near(const Vec2& at,
     cells_.visit_anywhere(look);
 }
 
-// ---------------------------------------------------------------- who may meet whom, and when
+// ---------------------------------------------------------------- which agents may meet, and when
 
 Tick ProximitySchedule::apart(const Body& a, const Body& b, float reach_m, float dt) {
     const float way = (a.at - b.at).norm() - reach_m - kBodies_m;

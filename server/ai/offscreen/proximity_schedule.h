@@ -1,4 +1,4 @@
-// ProximitySchedule: when agents that nobody sees may come to perceive somebody, or somebody them.
+// ProximitySchedule: when suspended agents may come to perceive an entity, or be perceived.
 #pragma once
 
 #include "server/ai/agent/agent_event_queue.h"
@@ -14,47 +14,48 @@
 
 namespace zoned::ai {
 
-/// Who looks for whom, and from how far off one may come to know of the other.
+/// Which types look for which, and from how far off one may notice the other.
 class PerceptionRanges {
   public:
-    /// As agents are of brains now, and entities of types. `brain_of_type` as in AiSettings.
-    /// Returns whether that has changed.
+    /// Reads the current brains and the brain of each type. `brain_of_type` as in AiSettings.
+    /// Returns whether anything has changed.
     bool set(std::span<const CompiledBrain> brains,
              std::span<const std::uint16_t> brain_of_type,
              const world::TypeTable& types);
 
-    /// Stands for the brain of who has none.
+    /// Stands for the brain of an entity without one.
     static constexpr std::uint16_t kNoBrain = 0xFFFF;
 
-    /// Of one who meets others.
+    /// The kind of an entity that meets others.
     struct PerceiverKind {
         TypeIndex type = 0;
         std::uint16_t brain = kNoBrain;
     };
 
-    /// Whether anybody looks for others than players.
+    /// Whether any agent looks for other entities than players.
     [[nodiscard]] bool any() const { return any_; }
 
-    /// Below 0: neither looks for the other. Else from how far off one may perceive the other, m.
+    /// The distance from which one may perceive the other, m; below 0: neither looks for the other.
     [[nodiscard]] float between(PerceiverKind a, PerceiverKind b) const {
         return std::max(looks(a.brain, b.type), looks(b.brain, a.type));
     }
 
-    /// The farthest of between() with anybody; below 0: it meets nobody.
+    /// The greatest between() with any kind; below 0: it meets no entity.
     [[nodiscard]] float farthest(PerceiverKind of) const {
         return std::max(of.brain < sees_.size() ? sees_[of.brain] : -1.0F, seen_[of.type]);
     }
 
-    /// The fastest that a character of the type goes on its own account, m/s; of others 0.
+    /// The top speed of a character of the type by its own effort, m/s; 0 for other types.
     [[nodiscard]] float top_speed(TypeIndex type) const { return top_speed_[type]; }
 
     /// Of all types.
     [[nodiscard]] float fastest() const { return fastest_; }
 
-    /// Of an entity whose agent is in another zone, or that has none.
+    /// The kind of an entity without an agent, or with its agent in another zone.
     [[nodiscard]] PerceiverKind kind_of(TypeIndex type) const { return {type, brain_of_[type]}; }
 
-    /// Whether some may be met here whose agents are not here: ghosts, and the mindless.
+    /// Whether entities without an agent in this zone may be met here: ghosts, and entities without
+    /// a brain.
     [[nodiscard]] bool has_strangers(const std::vector<world::Entities::Count>& counts) const;
 
   private:
@@ -75,24 +76,27 @@ class PerceptionRanges {
     std::vector<std::uint16_t> brain_before_;
 };
 
-/// Pairs of which one looks for the other are kept apart by time: from where both are and how fast
-/// they can go follows a tick before which neither can perceive the other, so that none of them
-/// needs to look before it (kinetic data structures: Basch, Guibas, Hershberger, "Data Structures
-/// for Mobile Data", J. Algorithms 31, 1999, whose certificates are the distances here). Suspended
-/// agents are found by the squares that their walks lead through. They are checked against each
-/// other when the first of these ticks comes. Simulated ones look around in turn for those whom
-/// they might meet until their next turn, and at once when they were put somewhere or go faster
-/// than they can by themselves. Both of a pair that may meet soon are resumed. So all that perceive
-/// or are perceived are simulated, and the others perceive nobody. The checks of an agent hang on
-/// places and speeds alone (Agent::next_proximity_check), not on the order of rows.
+/// Schedules checks between pairs of which one looks for the other. The positions and top speeds of
+/// a pair give a tick before which neither can perceive the other. So neither needs to look before
+/// that tick. (Kinetic data structures: Basch, Guibas, Hershberger, "Data Structures for Mobile
+/// Data", J. Algorithms 31, 1999. Their certificates are the distances here.)
+///
+/// - Suspended agents are indexed by the squares that their walks lead through. They are checked
+///   against each other at the first of these ticks.
+/// - Simulated agents look around in turn, for all that they might meet until their next turn. An
+///   agent that was teleported, or goes faster than its own top speed, looks at once.
+/// - Both agents of a pair that may meet soon are resumed.
+/// So every agent that perceives or is perceived is simulated, and the other agents perceive
+/// nothing. The checks of an agent depend on positions and speeds alone
+/// (Agent::next_proximity_check), not on the order of rows.
 class ProximitySchedule {
   public:
-    /// Simulated agents look around once in so many ticks, in turn.
+    /// Simulated agents look around once in this many ticks, in turn.
     static constexpr Tick kTurn = 16;
-    /// An agent that may meet somebody within so many ticks is resumed.
+    /// An agent that may meet an entity within this many ticks is resumed.
     static constexpr Tick kSoon = 8;
 
-    /// What is met: where, and how fast it may go, m/s.
+    /// A body that may be met: its position, and its top speed, m/s.
     struct Body {
         PerceptionRanges::PerceiverKind kind;
         EntityId entity;
@@ -103,25 +107,25 @@ class ProximitySchedule {
     /// Forgets all agents.
     void clear();
 
-    /// Who looks for whom.
+    /// Which types look for which.
     [[nodiscard]] PerceptionRanges& ranges() { return ranges_; }
 
     [[nodiscard]] const PerceptionRanges& ranges() const { return ranges_; }
 
     void grow(std::size_t slots);
-    /// It is suspended no more.
+    /// Forgets an agent that is no longer suspended.
     void forget(Slot slot);
 
-    /// Whether that agent is here.
+    /// Whether that agent is in the schedule.
     [[nodiscard]] bool knows(Slot slot, EntityId entity) const {
         return slot < members_.size() && members_[slot].entity == entity;
     }
 
-    /// A suspended agent that meets others: it walks by its segment as that is now, and is
-    /// checked at Agent::next_proximity_check. `late`: it goes on from the end of its segment.
+    /// Adds a suspended agent that meets others. It walks by its current segment, and is checked at
+    /// Agent::next_proximity_check. `late`: it goes on from the end of its segment.
     void put(Slot slot, TypeIndex type, const AiContext& ai, bool late);
 
-    /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.
+    /// Calls visit(slot) for the agents whose check is due, in no order. Ticks ascend.
     template <class Visit>
     void take_due(const AiContext& ai, Visit&& visit) {
         due_.clear();
@@ -133,21 +137,22 @@ class ProximitySchedule {
         }
     }
 
-    /// One of them, at the end of the last tick.
+    /// The body of a scheduled agent, at the end of the last tick.
     [[nodiscard]] Body suspended_body(Slot slot, const AiContext& ai) const;
 
-    /// Ticks within which `body` meets no suspended agent, nor what lies beyond the border; at most
-    /// those that it takes to meet one that is farther off than is looked. Appends to `near` whom
-    /// it may meet within kSoon.
+    /// Ticks within which `body` meets no suspended agent, and nothing beyond the border. The
+    /// answer is at most the ticks to meet a body just outside the search range. Appends to `near`
+    /// the agents that it may meet within kSoon.
     Tick apart(const Body& body, const AiContext& ai, std::vector<Slot>& near);
 
-    /// Appends to `near` whom a simulated agent may meet until its next turn.
+    /// Appends to `near` the agents that a simulated agent may meet until its next turn.
     void look_around(const Body& body, const AiContext& ai, std::vector<Slot>& near);
 
-    /// Ticks within which two do not meet; may be negative.
+    /// Ticks within which two bodies do not meet; may be negative.
     static Tick apart(const Body& a, const Body& b, float reach_m, float dt);
 
-    /// How near, m, whoever one may meet within so many ticks is, who goes at `speed` at most.
+    /// The greatest distance, m, of any body that one may meet within this many ticks. `speed`
+    /// bounds their closing speed.
     static float within(float reach_m, float speed, Tick ticks, float dt);
 
   private:

@@ -19,12 +19,13 @@ namespace zoned::ai {
 
 namespace {
 
-/// How much higher the ground may be after a way of 1 m (and lower, where it is looked for).
+/// The greatest rise of the ground over 1 m of walk, m (and the greatest drop that is searched).
 constexpr float kSteepest = 1.2F;
-/// Nobody rises by more at once than this, m: what is above that is a roof.
+/// The greatest rise at once, m: a surface above it is a roof.
 constexpr float kMostRise = 2.5F;
 
-/// A mesh's floors are this near to what carries, m; who stands higher above one stands on another.
+/// Navmesh layers are this near to the surface that carries, m. A character higher above a layer
+/// stands on another one.
 constexpr float kFloorOff = 0.5F;
 constexpr float kOnAnotherFloor = 1.0F;
 
@@ -49,8 +50,8 @@ Vec3 put_down(const motion::StaticGeometry& statics,
     return place;
 }
 
-/// The place at (x, z) where a character stands at `tick` that came from `before`. `floor`: of its
-/// feet as a map of several floors has it; not a number where there is none.
+/// The place at (x, z) where a character that came from `before` stands at `tick`. `floor`: height
+/// of its feet on a map of several layers; NaN where there is none.
 Vec3 standing_at(const motion::StaticGeometry& statics,
                  const motion::CharacterLimits& limits,
                  const Vec3& before,
@@ -67,7 +68,7 @@ Vec3 standing_at(const motion::StaticGeometry& statics,
     if (!(place.y() > middle + kOnAnotherFloor)) {
         return place;
     }
-    // What it was put down on is a bridge over it, unless there is no room below.
+    // The surface found is a bridge over the floor, unless there is no room below.
     const Vec3 below(at.x(), middle + kFloorOff, at.y());
     const Vec3 under =
         put_down(statics, limits, below, 2.0F * kFloorOff + limits.step_down, tick, free);
@@ -78,11 +79,11 @@ const motion::CharacterLimits& limits_of(const AiContext& ai, world::Row row) {
     return ai.types[ai.entities.type[row]].character;
 }
 
-/// How the entity walks until its next event.
+/// The walk of the entity until its next event.
 struct Course {
-    float speed = 0.0F;                    ///< the most that it walks at, m/s
-    const PathSegment* segment = nullptr;  ///< that it keeps to; null: one that goes with a herd,
-                                           ///< which sets out anew before the forecast ends
+    float speed = 0.0F;                    ///< its top speed, m/s
+    const PathSegment* segment = nullptr;  ///< the segment that it keeps to; null: it goes with a
+                                           ///< herd, which sets out anew before the forecast ends
 };
 
 Course course_of(const Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
@@ -99,8 +100,7 @@ Course course_of(const Agent& agent, const CompiledBrain& brain, const AiContext
         nullptr};
 }
 
-/// What an input of a blend is as long as the agent perceives nobody; no number where that may
-/// change.
+/// The input of a blend for an agent that perceives no entity; NaN where that may change.
 float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& brain) {
     switch (sense) {
         case kSensePlayerDistance:
@@ -119,14 +119,14 @@ float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& bra
     return constant ? agent.variables[v] : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// Who blends goes by no segments while it is simulated.
+/// A simulated agent with a blend follows no segments.
 bool blends(const Agent& agent, const CompiledBrain& brain) {
     return brain.choices[agent.state_machine.state()].blend >= 0;
 }
 
-/// Whether a blend does one action with all its heart, and goes on to: the next decision leaves its
-/// degrees as they are to the last bit, and so do all after it. Degrees come to that within
-/// response_s where inputs stay (fuzzy::FuzzyStateMachine moves them by a bounded step).
+/// Whether a blend does one action to the full, and stays so: no later decision changes its degrees
+/// by a bit. With constant inputs degrees get there within response_s (fuzzy::FuzzyStateMachine
+/// moves them by a bounded step).
 bool is_settled(const Agent& agent,
                 const CompiledBrain& brain,
                 const CompiledBrain::LeafChoice& choice) {
@@ -149,8 +149,8 @@ bool is_settled(const Agent& agent,
     return agent.degrees == only && next == only;
 }
 
-/// A tick before which a trade at the place where the agent is cannot be done while `wait` lasts,
-/// to which it adds.
+/// A tick before which a trade at the agent's place cannot be done, as long as `wait` lasts. Adds
+/// its stock to `wait`.
 Tick trade_from(const Agent& agent,
                 const CompiledBrain& brain,
                 std::size_t t,
@@ -171,7 +171,7 @@ Tick trade_from(const Agent& agent,
     return kNever;
 }
 
-/// A tick before which the agent is not at a place where it is not at now.
+/// A tick before which the agent cannot be at a place where it is not now.
 Tick at_place_from(const Agent& agent,
                    std::size_t place,
                    const Course& course,
@@ -189,8 +189,9 @@ Tick at_place_from(const Agent& agent,
                                       ai.dt));
 }
 
-/// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
-/// it adds: at other points of interest not before it can have walked there.
+/// A tick before which the agent can do no trade that it still wants, as long as `wait` lasts. Adds
+/// stock to `wait`. A trade at another point of interest has to wait until the agent can have
+/// walked there.
 Tick trades_from(const Agent& agent,
                  const CompiledBrain& brain,
                  const Course& course,
@@ -225,7 +226,7 @@ Tick segment_or_decision(const Agent& agent, const AiContext& ai) {
 bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
     const BrainState& state = brain.states[agent.current_action];
     const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
-    // A policy does a little else at each tick.
+    // A policy acts a little differently at each tick.
     const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
     return even && !agent.prey && !agent.ward;
@@ -255,7 +256,7 @@ void catch_up(Agent& agent, const AiContext& ai, world::Row row) {
     if (at != surroundings_of(ai, agent, row).body()) {
         const motion::CharacterLimits& limits = limits_of(ai, row);
         const Vec3& body = e.position[row];
-        // Where it will stand at the end of its step is nearer than where its entity was put.
+        // The end of its step is nearer to its position than where its entity was placed.
         const Vec3 from = on_step(agent) ? agent.target : body;
         const bool there = on_step(agent) && at_step_end(agent, at);
         const float floor =
@@ -303,7 +304,7 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
     agent.next_decision = next_change.until == kNever
                               ? kNever
                               : next_decision(agent.entity, period, next_change.until - 1);
-    // Who looks at its very next decision anyway need not wait as well.
+    // An agent that decides at its very next decision anyway need not wait for stock as well.
     const bool at_once = agent.next_decision == next_decision(agent.entity, period, ai.now);
     agent.wait = at_once ? StockWait{} : next_change.wait;
     return segment_or_decision(agent, ai);
@@ -329,7 +330,7 @@ void resume(Agent& agent, const CompiledBrain& brain, const AiContext& ai, world
     e.discontinuity_tick[row] = ai.now;
     agent.offscreen_since = kNever;
     agent.next_proximity_check = kNever;
-    // Who is far from players goes on at its turn, as it would have.
+    // An agent far from players steers again at its turn, as it would have done.
     const Tick over =
         agent.segment.length > 0.0F ? arrival_of(agent.segment, ai.dt) : agent.again_at;
     agent.next_steering = std::clamp(over, ai.now, next_turn(agent, ai.now - 1));

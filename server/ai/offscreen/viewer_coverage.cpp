@@ -7,9 +7,9 @@ namespace zoned::ai {
 
 namespace {
 
-/// Cells are an eighth of the radius wide, wider where the area is large.
+/// The number of cells per radius. Cells are wider where the area is large.
 constexpr float kCellsPerRadius = 8.0F;
-constexpr float kMostCells = 1024.0F;  ///< a side
+constexpr float kMostCells = 1024.0F;  ///< per side
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void ViewerCoverage::build(std::span<const Vec2> viewers, float radius_m) {
     }
 }
 
-/// Row by row the cells that the circle touches.
+/// Marks row by row the cells that the circle touches.
 void ViewerCoverage::mark(const Vec2& viewer, float radius_m) {
     const Vec2 centre = (viewer - origin_) * per_m_;
     const float radius = radius_m * per_m_;

@@ -1,4 +1,4 @@
-// ViewerCoverage: where in a zone somebody could see an entity.
+// ViewerCoverage: where in a zone a viewer could see an entity.
 #pragma once
 
 #include "shared/math/types.h"
@@ -9,17 +9,17 @@
 
 namespace zoned::ai {
 
-/// Squares around viewers, so that one look answers for a place, however many viewers there are.
+/// Squares around viewers. One look-up answers for a position, however many viewers there are.
 class ViewerCoverage {
   public:
-    /// Covers at least all within `radius_m` (> 0) of a viewer (x, z, m), and at most a cell's
-    /// diagonal more. Deterministic; allocates only where the area grows.
+    /// Covers at least every position within `radius_m` (> 0) of a viewer (x, z, m), and at most a
+    /// cell's diagonal more. Deterministic; allocates only where the area grows.
     void build(std::span<const Vec2> viewers, float radius_m);
 
     [[nodiscard]] bool covers(const Vec2& at) const {
         const float x = (at.x() - origin_.x()) * per_m_;
         const float z = (at.y() - origin_.y()) * per_m_;
-        // Written so that no number (NaN) is covered.
+        // Written so that NaN is not covered.
         return x >= 0.0F && z >= 0.0F && x < static_cast<float>(columns_) &&
                z < static_cast<float>(rows_) &&
                cells_[static_cast<std::size_t>(z) * columns_ + static_cast<std::size_t>(x)] != 0;

@@ -34,7 +34,7 @@ struct Noticed {
     }
 };
 
-/// The nearest few, ascending, whatever the order in which they come.
+/// The nearest few, ascending, in whatever order they are added.
 struct NearestFew {
     std::array<Noticed, kRaysPerLook> few;
     std::size_t size = 0;
@@ -76,8 +76,8 @@ void for_each_player(const AiContext& ai,
     });
 }
 
-/// The nearest one within perception, of equals the smaller id; near(radius, visit) calls
-/// visit(row, squared distance) for those within a radius.
+/// The nearest entity within perception; of equals, the one with the smaller id. near(radius,
+/// visit) calls visit(row, squared distance) for the entities within a radius.
 template <class Near>
 Percept nearest_player(const world::Entities& entities,
                        float perception_m,
@@ -157,14 +157,14 @@ class Looking {
     }
 
   private:
-    /// Where one is and how fast it goes.
+    /// The position and velocity at which an entity is perceived.
     struct Stand {
         Vec3 at;
         Vec2 velocity;
         bool by_segment = false;
     };
 
-    /// Null: it goes by none that is known.
+    /// Null: the entity is on no known timetable.
     [[nodiscard]] const PathSegment* timetable_of(world::Row row) const {
         const Timetables* const all = timetables_;
         if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->agents.slots()) {
@@ -223,7 +223,7 @@ class Looking {
         }
     }
 
-    /// Of those noticed without a ray and those whom a ray reaches.
+    /// Chooses among the targets noticed without a ray and the targets that a ray reaches.
     Noticed choose() {
         std::uint32_t rays = kRaysPerLook;
         if (before_.row != world::kNoRow && sees(before_.row)) {
@@ -309,8 +309,8 @@ class Looking {
     Vec3 eye_;
     Vec2 ahead_ = Vec2::Zero();
     Noticed nearest_;  ///< noticed for certain
-    Noticed kept_;     ///< the target of before, noticed for certain
-    Noticed before_;   ///< the target of before, where a ray must tell
+    Noticed kept_;     ///< the previous target, noticed for certain
+    Noticed before_;   ///< the previous target, if a ray must decide
     NearestFew others_;
     Noticed ward_;
     bool kept_ward_ = false;
@@ -335,7 +335,7 @@ Percept look(const world::Entities& entities,
 }
 
 void Players::gather(const world::Entities& entities) {
-    // Wide enough that few cells are asked for a usual radius.
+    // Wide enough that a usual radius covers few cells.
     constexpr float kCell_m = 64.0F;
     rows.clear();
     at.clear();

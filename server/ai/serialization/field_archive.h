@@ -1,5 +1,5 @@
-// FieldWriter, FieldReader: numbers written one after the other and read again.
-// Reached by no program yet: snapshots of zones will use it.
+// FieldWriter, FieldReader: write numbers one after the other, and read them again. No program uses
+// them yet; snapshots of zones will.
 #pragma once
 
 #include <bit>
@@ -45,7 +45,7 @@ class FieldWriter {
     std::vector<std::uint8_t>& out_;
 };
 
-/// Reads what FieldWriter wrote; beyond the end, all is 0.
+/// Reads the output of FieldWriter. Beyond its end, all numbers are 0.
 class FieldReader {
   public:
     explicit FieldReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -75,10 +75,10 @@ class FieldReader {
 
     [[nodiscard]] bool cut_short() const { return short_; }
 
-    /// Whether all floats so far were numbers.
+    /// Whether all floats so far were finite.
     [[nodiscard]] bool finite() const { return finite_; }
 
-    /// Whether all that is yes or no was.
+    /// Whether all booleans so far were 0 or 1.
     [[nodiscard]] bool known() const { return known_; }
 
     [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }

@@ -12,10 +12,10 @@ namespace zoned::ai {
 namespace {
 
 constexpr std::uint32_t kVersion = 5;
-/// No zone is so large, m.
+/// Larger than any zone, m.
 constexpr float kFarthest_m = 1e6F;
 
-/// The largest Agent::corner of who does that.
+/// The largest Agent::corner for the action.
 std::uint8_t most_corner(ActionKind action) {
     switch (action) {
         case ActionKind::kPatrol:
@@ -27,12 +27,12 @@ std::uint8_t most_corner(ActionKind action) {
         case ActionKind::kForage:
             return pathfinding::kDirections - 1U + kCarries + kScouts + kLost + kBegins;
         default:
-            return 0xFF;  // it has no meaning, or any is borne
+            return 0xFF;  // unused, or any value is allowed
     }
 }
 
-/// Whether it is one of `settings`: on a level, at a position within the cap. Where none adapts, it
-/// is the first.
+/// Whether the difficulty is valid for `settings`: its level exists, and its position is within the
+/// cap. Without levels its level is 0.
 bool is_difficulty(const DifficultyState& difficulty, const DifficultyLevels& settings) {
     const learning::Staircase& cap = settings.staircase;
     return settings.levels.empty()
@@ -41,7 +41,7 @@ bool is_difficulty(const DifficultyState& difficulty, const DifficultyLevels& se
                      difficulty.position <= cap.most;
 }
 
-/// Whether it is on lanes of the world that there are, at places on them.
+/// Whether the agent is at valid positions on existing lanes of the world.
 bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
     const auto known = [net](splines::LaneId id, float s) {
         return net != nullptr && id < net->lanes() && s >= 0.0F &&
@@ -51,7 +51,7 @@ bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
            (walk.from == splines::kNoLane || known(walk.from, walk.from_s));
 }
 
-/// What keeps the agent from being one of `settings` on that level; null: nothing.
+/// The first defect of the agent for `settings` on that level; null: none.
 const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint16_t level) {
     if (agent.brain >= settings.compiled.size() ||
         brain_at_level(settings, level, agent.brain).states.empty()) {
@@ -77,7 +77,7 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
             return "remembers a state that there is not";
         }
     }
-    // What has just been turned to writes it.
+    // An action that has only just been chosen sets `corner` itself.
     if (!agent.entered && agent.corner > most_corner(brain.states[agent.current_action].action)) {
         return "is at a corner that there is not";
     }
@@ -108,7 +108,7 @@ void write_nests(const Nests::SavedNests& memory, FieldWriter& write) {
     }
 }
 
-/// Whether the nest is one of `settings` and its cells ascend and have scents within 0 to 1.
+/// Whether `settings` have the nest, its cells ascend, and its pheromones are within 0 to 1.
 bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
     if (nest.brain >= settings.compiled.size()) {
         return false;

@@ -1,5 +1,5 @@
-// serialize_agents: agents as bytes, for snapshots of a zone.
-// Reached by no program yet: snapshots of zones will use it.
+// save_agents(), load_agents(): agents as bytes, for snapshots of a zone. No program uses them yet;
+// snapshots of zones will.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -12,20 +12,26 @@
 
 namespace zoned::ai {
 
-/// Appends on which difficulty they are (difficulty.h), all agents, ascending by entity, what their
-/// step remembers, what is in stock, and the scents of nests, whose maps are baked anew: little
-/// endian, field by field as agent_fields.h has them, after a version and counts. What reads them
-/// goes on bit for bit.
+/// Appends, after a version and counts:
+/// - the difficulty (difficulty.h);
+/// - all agents, ascending by entity;
+/// - the saved state of their update;
+/// - the stock;
+/// - the pheromones of nests, whose maps are baked anew.
+/// Numbers are little endian, field by field as agent_fields.h visits them. A zone that loads the
+/// bytes goes on bit for bit.
 void save_agents(const AgentStore& agents,
                  const AiUpdate& step,
                  const PointsOfInterest& points_of_interest,
                  std::vector<std::uint8_t>& out);
 
-/// Reads what save_agents() wrote into empty `agents`, `step`, and the stock into
-/// `points_of_interest`, which have those of the settings; these are put on the level on which the
-/// agents were. Empty text: done. Otherwise nothing was changed, and the text says what is wrong:
-/// another version, cut short, bytes left over, or numbers that mean nothing to `settings` (which
-/// are compiled), with the agent and the field.
+/// Reads the output of save_agents() into empty `agents` and `step`. Stock goes into
+/// `points_of_interest`, which must have the places of the settings. The settings (compiled) are
+/// put on the level of the saved agents.
+///
+/// Empty text: done. Otherwise nothing was changed, and the text names the error, with the agent
+/// and the field. Errors are another version, missing bytes, extra bytes, and numbers that are
+/// invalid for `settings`.
 std::string load_agents(std::span<const std::uint8_t> bytes,
                         AiSettings& settings,
                         AgentStore& agents,

@@ -22,7 +22,7 @@ void write_count(std::size_t count, FieldWriter& write) {
     write(static_cast<std::uint32_t>(count));
 }
 
-/// Reads elements one by one, as many as the bytes hold at most.
+/// Reads elements one by one, at most as many as the bytes can hold.
 template <class Element, class ReadElement>
 void read_list(std::vector<Element>& list, FieldReader& read, const ReadElement& read_element) {
     std::uint32_t count = 0;
@@ -43,7 +43,7 @@ void read_numbers(std::vector<std::uint32_t>& numbers, FieldReader& read) {
     read_list(numbers, read, [&](std::uint32_t& number) { read(number); });
 }
 
-/// Heights may be none.
+/// Writes a height, which may be NaN for none.
 void write_height(float metres, FieldWriter& write) {
     write(std::bit_cast<std::uint32_t>(metres));
 }
@@ -72,7 +72,7 @@ void read_end(PathEnd& end, FieldReader& read) {
     read(end.node);
 }
 
-/// All of a request that is one number.
+/// Visits all fields of a request that are one number.
 template <class RequestOf, class Visit>
 void visit_numbers(RequestOf& r, Visit& visit) {
     visit(r.number);
@@ -123,7 +123,7 @@ void read_request(SavedRequest& r, FieldReader& read) {
     });
 }
 
-/// All of a crowd's memory that is one number.
+/// Visits all fields of a crowd's saved state that are one number.
 template <class CrowdOf, class Visit>
 void visit_crowd(CrowdOf& crowd, Visit& visit) {
     visit(crowd.ticks);
@@ -212,7 +212,7 @@ void read_map(SavedPaths& map, FieldReader& read) {
     read_crowd(map.crowd, read);
 }
 
-/// Of one who has asked.
+/// Visits the fields of one requester.
 template <class AskedOf, class Visit>
 void visit_asked(AskedOf& asked, Visit& visit) {
     visit(asked.entity.value);

@@ -1,5 +1,5 @@
-// The paths of all agents of a zone, written down and read again. Reached by no program yet:
-// snapshots of zones will use it.
+// serialize_paths(), deserialize_paths(): the paths of all agents of a zone as bytes. No program
+// uses them yet; snapshots of zones will.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -11,15 +11,17 @@
 
 namespace zoned::ai {
 
-/// Appends who has asked for a path and what has become of it, between two ticks: little endian,
-/// after a version and counts. The maps themselves are baked anew.
+/// Appends all path requests and their state, between two ticks: little endian, after a version and
+/// counts. The maps themselves are baked anew.
 void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out);
 
-/// Reads what serialize_paths() wrote into `paths` that were just made for the same ground, with
-/// doors as they were, after `agents` and their `step` were read. Empty text: done, and agents go
-/// on bit for bit (but see pathfinding::SavedPaths). Otherwise it says what is wrong, with the
-/// path: another version, cut short, bytes left over, or numbers that mean nothing to these maps
-/// and agents; then the paths are of no use, and agents may be given new ones: they ask anew.
+/// Reads the output of serialize_paths() into `paths`. These must be new, for the same ground with
+/// its doors as they were. Load `agents` and their `step` first.
+///
+/// Empty text: done, and agents go on bit for bit (but see pathfinding::SavedPaths). Otherwise the
+/// text names the error, with the path. Errors are another version, missing bytes, extra bytes, and
+/// numbers that are invalid for these maps and agents. After an error discard `paths`, and give the
+/// agents new ones: they request their paths anew.
 std::string deserialize_paths(std::span<const std::uint8_t> bytes,
                               const AgentStore& agents,
                               PathService& paths,

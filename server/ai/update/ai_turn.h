@@ -1,4 +1,4 @@
-// AiTurn: what the parts of an update hand to each other within a tick.
+// AiTurn: the data that the parts of an update hand to each other within a tick.
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
@@ -24,41 +24,40 @@ struct AiReport {
     std::uint32_t agents = 0;
     std::uint32_t active = 0;
     std::uint32_t decisions = 0;
-    std::uint32_t events =
-        0;  ///< of the offscreen tier; those that are decisions count as such too
+    std::uint32_t events = 0;  ///< suspended agents; the ones that decide count as decisions too
     std::uint32_t steered = 0;
     std::uint32_t postponed = 0;  ///< decisions that a budget moved to a later tick
-    std::uint32_t blinded = 0;    ///< of these: by the budget of rays
+    std::uint32_t blinded = 0;    ///< postponed decisions that the ray budget caused
     std::uint32_t transitions = 0;
     std::uint32_t trades = 0;
-    std::uint32_t trades_refused = 0;  ///< somebody who was there had not enough, or no room
+    std::uint32_t trades_refused = 0;  ///< an agent at the place lacked goods, or room
     std::uint32_t plans = 0;
-    std::uint32_t plans_cut_off = 0;      ///< their search met its bound
+    std::uint32_t plans_cut_off = 0;      ///< their search reached its node limit
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
-    std::uint64_t delivered = 0;          ///< food that was brought to nests, so far
-    LocalAvoidanceReport avoidance;       ///< who met whom
-    bool moved = false;                   ///< some entity was placed: the grid is no longer true
+    std::uint64_t delivered = 0;          ///< food brought to nests, in total
+    LocalAvoidanceReport avoidance;       ///< pairs of agents that avoided each other
+    bool moved = false;                   ///< some entity was placed: the grid is out of date
 };
 
 /// An agent that has something to do in this tick.
 struct DueAgent {
-    Tick since;  ///< when it should have been done at the latest
+    Tick since;  ///< the tick in which it was due at the latest
     EntityId entity;
     Slot slot;
     world::Row row;
     Tier tier;
     bool decides = true;
-    bool waited = false;   ///< suspended: for stock
+    bool waited = false;   ///< suspended: it waited for stock
     bool changed = false;  ///< it has decided otherwise than before
-    bool moved = false;    ///< suspended: its row is another one than before
+    bool moved = false;    ///< suspended: its row has changed
     bool roams = false;    ///< suspended: it takes a step with its herd
-    StepEnd end{};         ///< of that
+    StepEnd end{};         ///< end of that step
     std::optional<state_machine::StateChange> change{};
     Tick next_event = kNever;
-    Tick left = kNever;  ///< suspended: when it leaves the square that it is in
+    Tick left = kNever;  ///< suspended: when it leaves its current square
 };
 
-/// A suspended agent that takes a step with its herd, and has nothing else to do.
+/// A suspended agent that takes a step with its herd, and does nothing else.
 struct HerdStep {
     EntityId entity;
     Slot slot;
@@ -70,28 +69,30 @@ struct HerdStep {
 /// One thread's share of the agents.
 struct AiLane {
     DecisionScratch scratch;
-    std::vector<Slot> asking;  ///< who needs a path
-    float drift_m = 0.0F;      ///< of herds: the longest way between two steps
+    std::vector<Slot> asking;  ///< agents that need a path
+    float drift_m = 0.0F;      ///< of herds: the longest distance between two steps
     std::uint32_t transitions = 0;
     std::uint32_t steered = 0;
 };
 
-/// Kept from tick to tick, so that a tick allocates nothing.
+/// Buffers kept from tick to tick, so that a tick allocates nothing.
 struct AiTurn {
     static constexpr std::size_t kLanes = 16;
-    static constexpr std::size_t kShared = 256;  ///< fewer agents are not worth a second thread
+    static constexpr std::size_t kShared = 256;  ///< fewer agents do not pay for a second thread
 
     AiReport report;
-    std::vector<world::Row> row_hints;  ///< by slot: where the entity was last
-    /// By row: of suspended agents that roam, and of active ones that meet others.
+    std::vector<world::Row> row_hints;  ///< by slot: the last known row of the entity
+    /// By row: slots of suspended agents that go with a herd, and of active agents that meet
+    /// others.
     std::vector<Slot> slot_hints;
-    std::vector<world::Row> rows;  ///< of active agents, in their order; kNoRow: leave it alone
+    std::vector<world::Row> rows;  ///< of active agents, in their order; kNoRow: skip the agent
     std::vector<AgentStore::Event> events;
     std::vector<DueAgent> due;
     std::vector<HerdStep> herd_steps;  ///< ascending by entity
-    std::vector<Slot> waking;          ///< who is to be resumed
+    std::vector<Slot> waking;          ///< agents to be resumed
     std::array<AiLane, kLanes> lanes;
-    /// So far may animals that nobody sees be from their rows; 0: none are.
+    /// The greatest distance of suspended herd animals from the positions in their rows; 0: no such
+    /// animals.
     float drift_m = 0.0F;
 
     /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
@@ -115,8 +116,8 @@ inline const CompiledBrain& brain_of(const Agent& agent, const AiSettings& setti
     return settings.compiled[agent.brain];
 }
 
-/// Whether an agent steers in this tick: where no player is near, it does so now and then only.
-/// A state that was just entered begins at once, so that no command is ever repeated into it.
+/// Whether an agent steers in this tick. Far from all players it steers only now and then. A newly
+/// entered state steers at once, so that no old command is repeated into it.
 inline bool steers_now(const Agent& agent, const AiSettings& settings, Tick now) {
     return !settings.reduce_far || !agent.far || agent.entered || now >= agent.next_steering;
 }
@@ -127,7 +128,7 @@ inline bool has_herds(const AiSettings& settings) {
                        [](const CompiledBrain& brain) { return brain.flocks; });
 }
 
-/// The row of an entity whose agent may do something; kNoRow: leave it alone. `hint`: where it was.
+/// The row of an entity whose agent may act; kNoRow: skip the agent. `hint`: its last known row.
 inline world::Row row_of(const world::Entities& entities,
                          EntityId entity,
                          world::Row hint = world::kNoRow) {
@@ -139,17 +140,17 @@ inline world::Row row_of(const world::Entities& entities,
                : row;
 }
 
-/// When it leaves the square that its entity is in.
+/// The tick at which the agent leaves the square that its entity is in.
 inline Tick left_at(const Agent& agent, const AiContext& ai, bool goes_on = false) {
     return OffscreenGrid::left_at(agent.segment, agent.placed, ai.half_size, ai.dt, goes_on);
 }
 
-/// Of a suspended agent: what its next_event() has found.
+/// Schedules the event that next_event() has found for a suspended agent.
 inline void schedule_event(const AiContext& ai, Slot slot) {
     ai.agents.schedule(slot, decision_period(brain_of(ai.agents.at(slot), ai.settings), ai.dt));
 }
 
-/// Puts the entity of a suspended agent where that has come to.
+/// Places the entity of a suspended agent at the agent's current position.
 inline void place(Agent& agent, const AiContext& ai, AiTurn& turn, world::Row row) {
     catch_up(agent, ai, row);
     ai.entities.touch(row);

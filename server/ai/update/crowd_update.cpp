@@ -2,7 +2,7 @@
 
 namespace zoned::ai {
 
-/// Where those who form up around somebody are to be now.
+/// Computes the current formation slot of each agent that keeps formation around another entity.
 void CrowdUpdate::place_formations(const AiContext& ai, const AiTurn& turn) {
     formations_.clear();
     const std::span<const Slot> active = ai.agents.active();
@@ -24,7 +24,7 @@ void CrowdUpdate::place_formations(const AiContext& ai, const AiTurn& turn) {
     }
 }
 
-/// Whoever would meet somebody avoids it; what it wants stays its aim.
+/// Makes agents on a collision course avoid each other. An agent's desired velocity stays its aim.
 void CrowdUpdate::avoid(const AiContext& ai, AiTurn& turn) {
     if (!ai.settings.avoidance) {
         return;

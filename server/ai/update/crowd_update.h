@@ -1,4 +1,4 @@
-// CrowdUpdate: formations, and agents that make way for each other.
+// CrowdUpdate: formation slots, and local avoidance between agents.
 #pragma once
 
 #include "server/ai/steering/formation_following.h"
@@ -11,10 +11,12 @@ namespace zoned::ai {
 
 class CrowdUpdate {
   public:
-    /// Where those who form up around somebody are to be now.
+    /// Computes the current formation slot of each agent that keeps formation around another
+    /// entity.
     void place_formations(const AiContext& ai, const AiTurn& turn);
 
-    /// Whoever would meet somebody avoids it; what it wants stays its aim.
+    /// Makes agents on a collision course avoid each other. An agent's desired velocity stays its
+    /// aim.
     void avoid(const AiContext& ai, AiTurn& turn);
 
   private:

@@ -10,7 +10,8 @@ namespace zoned::ai {
 
 namespace {
 
-/// Of decisions, and of rays: whoever looks along lines of percept takes as many as it may need.
+/// Keeps to the budgets of decisions and of rays. An agent with line of sight reserves as many rays
+/// as it may need.
 void keep_to_budgets(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     const std::size_t budget = std::max<std::size_t>(1, ai.settings.max_decisions_per_tick);
     std::uint32_t rays = std::max(ai.settings.max_sight_rays_per_tick, kRaysPerLook);
@@ -29,7 +30,7 @@ void keep_to_budgets(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings)
         }
         if (due.tier == Tier::kSuspended) {
             ai.agents.at(due.slot).next_event = due.since;
-            ai.agents.schedule(due.slot, 1);  // it waits for nothing
+            ai.agents.schedule(due.slot, 1);  // not waiting for stock
             const Tick left = left_at(ai.agents.at(due.slot), ai, true);
             meetings.settle(ai, turn, due.slot, std::max(left, ai.now + 1), true);
         }
@@ -76,8 +77,8 @@ void decide_one(DueAgent& due,
 
 }  // namespace
 
-/// Finds the rows of active agents, and who has something to do, the longest waiting first; what is
-/// beyond the budget waits.
+/// Finds the rows of active agents, and the agents that have something to do, the longest waiting
+/// first. Agents beyond the budget wait.
 void collect_due(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings, TradeUpdate& trades) {
     const std::span<const Slot> active = ai.agents.active();
     turn.rows.resize(active.size());
@@ -106,7 +107,7 @@ void collect_due(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings, Tra
               [](const AgentStore::Event& a, const AgentStore::Event& b) {
                   return a.at != b.at ? a.at < b.at : a.entity < b.entity;
               });
-    // They are anywhere in memory.
+    // Prefetch: the agents lie scattered in memory.
     for (const AgentStore::Event& event : turn.events) {
         ai.entities.prefetch(turn.row_hints[event.slot]);
         ai.agents.prefetch_neighbours(event.slot);
@@ -128,14 +129,15 @@ void collect_due(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings, Tra
     const auto before = [](const DueAgent& a, const DueAgent& b) {
         return a.since != b.since ? a.since < b.since : a.entity < b.entity;
     };
-    // As they are where only some are active, or nobody; they are large.
+    // The elements are large, and already sorted where few agents or none are active.
     if (!std::is_sorted(turn.due.begin(), turn.due.end(), before)) {
         std::sort(turn.due.begin(), turn.due.end(), before);
     }
     keep_to_budgets(ai, turn, meetings);
 }
 
-/// The grid is made only where some active agent looks for others than players, or is looked for.
+/// The grid is built only where some active agent looks for other entities than players, or is
+/// looked for.
 bool needs_others(const AiContext& ai, const AiTurn& turn, const PerceptionRanges& ranges) {
     const std::span<const Slot> active = ai.agents.active();
     bool needed = false;
@@ -148,7 +150,7 @@ bool needs_others(const AiContext& ai, const AiTurn& turn, const PerceptionRange
     return needed;
 }
 
-/// First who goes from event to event is put where he is, then all look around.
+/// Places the suspended agents that are due first; then all agents perceive and decide.
 void decide_due(const AiContext& ai,
                 AiTurn& turn,
                 const PerceptionRanges& ranges,
@@ -173,7 +175,7 @@ void decide_due(const AiContext& ai,
     });
 }
 
-/// Who goes to and fro: for reports alone.
+/// Finds agents whose state flaps. Only reports use this.
 void watch_changes(const AiContext& ai, const AiTurn& turn) {
     for (const DueAgent& due : turn.due) {
         if (due.change) {

@@ -6,14 +6,14 @@ namespace {
 
 bool forages(const Agent& agent, const AiSettings& settings) {
     const CompiledBrain& brain = settings.compiled[agent.brain];
-    // Who has just turned to it begins when it steers.
+    // An agent that has only just begun to forage starts when it steers.
     return brain.forages && !agent.entered &&
            brain.states[agent.current_action].action == ActionKind::kForage;
 }
 
 }  // namespace
 
-/// Where a door has turned, those whom nobody sees look up as well.
+/// After a door has moved, suspended foraging creatures check their path as well.
 void ForageUpdate::call_foragers(const AiContext& ai) const {
     for (std::size_t n = 0; nests_.turned() && n < ai.agents.size(); ++n) {
         const Slot slot = ai.agents.nth(n);
@@ -25,7 +25,7 @@ void ForageUpdate::call_foragers(const AiContext& ai) const {
     }
 }
 
-/// Where those who look for food go next.
+/// Chooses the next cell of each agent that forages.
 void ForageUpdate::forage(const AiContext& ai, AiTurn& turn) {
     nests_.clear();
     const std::span<const Slot> active = ai.agents.active();

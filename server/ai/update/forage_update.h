@@ -8,10 +8,10 @@ namespace zoned::ai {
 
 class ForageUpdate {
   public:
-    /// Where a door has turned, suspended creatures look up as well.
+    /// After a door has moved, suspended foraging creatures check their path as well.
     void call_foragers(const AiContext& ai) const;
 
-    /// Where those who look for food go next.
+    /// Chooses the next cell of each agent that forages.
     void forage(const AiContext& ai, AiTurn& turn);
 
     [[nodiscard]] const Nests& nests() const { return nests_; }

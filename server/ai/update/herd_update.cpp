@@ -10,11 +10,11 @@
 namespace zoned::ai {
 
 HerdDrift drift_of(const AiContext& ai, const AiTurn& turn) {
-    // Twice: who has to wait for its turn walks on meanwhile.
+    // Twice the drift: an animal that has to wait for its turn walks on meanwhile.
     return {ai.agents, turn.slot_hints, ai.now, ai.dt, kHerdStale_m + 2.0F * turn.drift_m};
 }
 
-/// All look around before any of them walks on.
+/// All animals look around before any of them walks on.
 void HerdUpdate::head_herds(const AiContext& ai, AiTurn& turn) {
     if (!has_herds(ai.settings)) {
         return;
@@ -64,8 +64,8 @@ void HerdUpdate::walk_herd_steps(const AiContext& ai, AiTurn& turn) {
                 const Vec3 from = agent.target;
                 take_step(agent, brain, ai, from, stepper.end);
                 const Vec2 here(from.x(), from.z());
-                // Of those beyond the border whom it may come to know of, and who may come to know
-                // of it, rows are all that is known.
+                // Of entities beyond the border only the positions in rows are known. This covers
+                // those that the animal may notice, and those that may notice it.
                 const float known_m = brain.states[agent.current_action].radius_m + kHerdStale_m;
                 const bool at_border = ((ai.half_size - here.cwiseAbs()).array() < known_m).any();
                 if (at_border || !stepper.end.stands ||
@@ -83,7 +83,7 @@ void HerdUpdate::walk_herd_steps(const AiContext& ai, AiTurn& turn) {
         });
 }
 
-/// Their next steps.
+/// Schedules the next steps of the animals.
 void HerdUpdate::settle_herd_steps(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     for (const HerdStep& stepper : turn.herd_steps) {
         const world::Row row = stepper.row;
@@ -100,7 +100,8 @@ void HerdUpdate::settle_herd_steps(const AiContext& ai, AiTurn& turn, MeetingUpd
     }
 }
 
-/// An active one, from where its body is. False: it would leave the ground.
+/// Sets an active agent on its first step, from the position of its body. False: the step would
+/// leave the ground.
 bool HerdUpdate::set_roaming(Agent& agent, const DueAgent& due, const AiContext& ai, AiTurn& turn) {
     const CompiledBrain& brain = brain_of(agent, ai.settings);
     start_segment(agent, surroundings_of(ai, agent, due.row, due.slot));

@@ -6,14 +6,14 @@ namespace zoned::ai {
 
 namespace {
 
-/// Who is faster than it goes on its own account by more than this share was pushed.
+/// An entity whose speed is above its own top speed by more than this share was pushed.
 constexpr float kPushed = 1.01F;
 
 bool is_met(const world::Entities& entities, world::Row row) {
     return !entities.has(row, world::kDozing) && !entities.has(row, world::kHidden);
 }
 
-/// Of one who is where its row says.
+/// The body of an entity that is at the position in its row.
 ProximitySchedule::Body body_of(const AiContext& ai,
                                 const PerceptionRanges& reaches,
                                 PerceptionRanges::PerceiverKind kind,
@@ -25,7 +25,7 @@ ProximitySchedule::Body body_of(const AiContext& ai,
         kind, ai.entities.id[row], {at.x(), at.z()}, std::max(speed, reaches.top_speed(kind.type))};
 }
 
-/// Of an active one that meets others; null: it has no agent here.
+/// The active agent of a row that meets others; null: the row has no agent in this zone.
 const Agent* agent_at(const AiContext& ai, const AiTurn& turn, world::Row row) {
     if (row >= turn.slot_hints.size() || turn.slot_hints[row] >= ai.agents.slots()) {
         return nullptr;
@@ -64,8 +64,8 @@ void MeetingUpdate::index_suspended(const AiContext& ai, AiTurn& turn) {
     }
 }
 
-/// Simulated bodies look for suspended agents in turn, those that were put somewhere or pushed at
-/// once. Suspended agents look for each other when it is time.
+/// Simulated bodies look for suspended agents in turn. A body that was teleported or pushed looks
+/// at once. Suspended agents check for each other at their scheduled ticks.
 void MeetingUpdate::meet(const AiContext& ai, AiTurn& turn) {
     if (!schedule_.ranges().any()) {
         return;
@@ -92,7 +92,7 @@ void MeetingUpdate::meet(const AiContext& ai, AiTurn& turn) {
     schedule_.take_due(ai, [&](Slot slot) { check_suspended(ai, turn, slot); });
 }
 
-/// Of one who is simulated.
+/// Looks around for one simulated body.
 void MeetingUpdate::look_around(const AiContext& ai,
                                 AiTurn& turn,
                                 PerceptionRanges::PerceiverKind kind,
@@ -124,7 +124,7 @@ void MeetingUpdate::check_suspended(const AiContext& ai, AiTurn& turn, Slot slot
     schedule_.put(slot, body.kind.type, ai, agent.next_event < ai.now);
 }
 
-/// An agent that is new here, from another zone, is checked soon.
+/// An agent that has just come from another zone is checked soon.
 void MeetingUpdate::settle(const AiContext& ai, AiTurn& turn, Slot slot, Tick left, bool late) {
     ai.agents.settle(slot, left, ai.dt, late);
     if (!schedule_.ranges().any()) {
@@ -157,7 +157,7 @@ bool MeetingUpdate::meets_nobody(const AiContext& ai,
     met_.clear();
     const Tick apart = schedule_.apart(body, ai, met_);
     bool alone = apart >= enough;
-    // Who is faster than anybody goes by itself is on the watch all the time.
+    // An entity that moves faster than any moves by itself looks around in every tick.
     const float radius = ProximitySchedule::within(schedule_.ranges().farthest(kind),
                                                    body.speed + schedule_.ranges().fastest(),
                                                    enough,

@@ -1,4 +1,4 @@
-// MeetingUpdate: resumes agents before they perceive somebody, or are perceived.
+// MeetingUpdate: resumes suspended agents before they can perceive an entity or be perceived.
 #pragma once
 
 #include "server/ai/offscreen/proximity_schedule.h"
@@ -10,31 +10,32 @@ namespace zoned::ai {
 
 class MeetingUpdate {
   public:
-    /// Who looks for whom; where that is new, suspended agents that meet others are found anew.
+    /// Updates which types look for which. After a change, indexes the suspended agents that meet
+    /// others anew.
     void index_suspended(const AiContext& ai, AiTurn& turn);
 
-    /// Adds those to turn.waking who may come to perceive somebody, or be perceived.
+    /// Adds to turn.waking the agents that may soon perceive an entity, or be perceived.
     void meet(const AiContext& ai, AiTurn& turn);
 
-    /// AgentStore::settle(), for meetings as well.
+    /// Does AgentStore::settle(), and updates the proximity schedule too.
     void settle(const AiContext& ai, AiTurn& turn, Slot slot, Tick left, bool late = false);
 
-    /// Whether an active agent can be suspended, though it meets others: for `calm` ticks nobody
-    /// comes. Says when it is to be checked then.
+    /// Whether an active agent that meets others can be suspended: no entity comes near it for
+    /// `calm` ticks. Also finds the tick of its next check.
     [[nodiscard]] bool meets_nobody(const AiContext& ai,
                                     const AiTurn& turn,
                                     const DueAgent& due,
                                     Tick calm);
 
-    /// An active agent that was just suspended.
+    /// Adds an active agent that was just suspended.
     void add(const AiContext& ai, Slot slot, world::Row row) {
         schedule_.put(slot, ai.entities.type[row], ai, false);
     }
 
-    /// An agent that was resumed.
+    /// Forgets an agent that was resumed.
     void forget(Slot slot) { schedule_.forget(slot); }
 
-    /// All are found anew.
+    /// Lets the next update index all agents anew.
     void reset() { schedule_.ranges() = PerceptionRanges(); }
 
     [[nodiscard]] const PerceptionRanges& ranges() const { return schedule_.ranges(); }
@@ -47,7 +48,7 @@ class MeetingUpdate {
     void check_suspended(const AiContext& ai, AiTurn& turn, Slot slot);
 
     ProximitySchedule schedule_;
-    std::vector<Slot> met_;  // suspended, by one who looked whether it might be
+    std::vector<Slot> met_;  // suspended agents near the one that was checked
 };
 
 }  // namespace zoned::ai

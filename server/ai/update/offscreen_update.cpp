@@ -11,8 +11,8 @@ namespace zoned::ai {
 
 namespace {
 
-/// When something may happen next to one that nobody sees. Of who took no decision the forecast of
-/// the last one holds, whichever way its herd goes.
+/// The next tick at which something may happen to a suspended agent. For an agent that took no
+/// decision the forecast of its last decision still holds, wherever its herd goes.
 Tick event_after(Agent& agent, const DueAgent& due, const AiContext& ai) {
     if (due.roams && !due.decides) {
         return std::min(agent.next_decision, std::max(agent.again_at, ai.now + 1));
@@ -35,7 +35,7 @@ void OffscreenUpdate::resume_waking(const AiContext& ai, AiTurn& turn, MeetingUp
     });
     for (const Slot slot : turn.waking) {
         Agent& agent = ai.agents.at(slot);
-        // Some are here since the last tick.
+        // Some agents were added since the last tick.
         const world::Row row = row_of(ai.entities, agent.entity);
         if (!agent.entity || agent.tier != Tier::kSuspended || row == world::kNoRow) {
             continue;
@@ -49,7 +49,7 @@ void OffscreenUpdate::resume_waking(const AiContext& ai, AiTurn& turn, MeetingUp
     turn.waking.clear();
 }
 
-/// Segments of suspended agents whose event this is.
+/// Ends or begins the path segments of suspended agents that have an event now.
 void OffscreenUpdate::advance_suspended(const AiContext& ai, AiTurn& turn) {
     turn.in_lanes(ai.team, turn.due.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -74,7 +74,7 @@ void OffscreenUpdate::advance_suspended(const AiContext& ai, AiTurn& turn) {
     });
 }
 
-/// Suspended agents whose event this was: to the next one.
+/// Schedules the next event of suspended agents that have had one now.
 void OffscreenUpdate::go_on(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     turn.in_lanes(ai.team, turn.due.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -105,7 +105,7 @@ void OffscreenUpdate::go_on(const AiContext& ai, AiTurn& turn, MeetingUpdate& me
     }
 }
 
-/// Active agents that have decided and that nobody can see for a while.
+/// Suspends active agents that have decided, once they have been off screen for a while.
 void OffscreenUpdate::suspend_unseen(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     const Tick calm = static_cast<Tick>(std::ceil(ai.settings.suspend_after_s / ai.dt));
     for (const DueAgent& due : turn.due) {
@@ -117,18 +117,18 @@ void OffscreenUpdate::suspend_unseen(const AiContext& ai, AiTurn& turn, MeetingU
             continue;
         }
         const CompiledBrain& brain = brain_of(agent, ai.settings);
-        // A blend goes by none while it is active, however settled it is.
+        // An active agent with a blend follows no segment, however settled its blend is.
         const bool blends = brain.choices[agent.state_machine.state()].blend >= 0;
         if (blends ? ai.now < agent.detour_until
                    : !agent.timed && goes_by_segments(agent, brain.states[agent.current_action])) {
             continue;  // on a detour
         }
         if (!meetings.meets_nobody(ai, turn, due, calm)) {
-            agent.offscreen_since = ai.now;  // others are no better than viewers
+            agent.offscreen_since = ai.now;  // a meeting counts like a viewer
             continue;
         }
         if (roams(agent, brain) && !HerdUpdate::set_roaming(agent, due, ai, turn)) {
-            continue;  // on its way down
+            continue;  // its step would leave the ground
         }
         suspend(agent, brain, ai, due.row);
         if (agent.next_proximity_check != kNever) {

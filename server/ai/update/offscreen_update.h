@@ -1,4 +1,4 @@
-// OffscreenUpdate: suspends agents that nobody sees, takes them from event to event, resumes them.
+// OffscreenUpdate: suspends off-screen agents, takes them from event to event, and resumes them.
 #pragma once
 
 #include "server/ai/update/meeting_update.h"
@@ -12,21 +12,21 @@ class OffscreenUpdate {
   public:
     void clear();
 
-    /// Changes of tier in this tick, ascending by entity.
+    /// Agents suspended and resumed in this tick, ascending by entity.
     [[nodiscard]] std::span<const EntityId> suspended() const { return suspended_; }
 
     [[nodiscard]] std::span<const EntityId> resumed() const { return resumed_; }
 
-    /// Those of turn.waking.
+    /// Resumes the agents of turn.waking.
     void resume_waking(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings);
 
-    /// Segments of suspended agents whose event this is.
+    /// Ends or begins the path segments of suspended agents that have an event now.
     static void advance_suspended(const AiContext& ai, AiTurn& turn);
 
-    /// Suspended agents whose event this was: to the next one.
+    /// Schedules the next event of suspended agents that have had one now.
     static void go_on(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings);
 
-    /// Active agents that have decided and that nobody can see for a while.
+    /// Suspends active agents that have decided, once they have been off screen for a while.
     void suspend_unseen(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings);
 
   private:

@@ -10,7 +10,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// Sets out on the way that the agent was told.
+/// Sets the agent out on the path that it has got.
 void set_out(Agent& agent, Slot slot, const AiContext& ai, AiTurn& turn) {
     const CompiledBrain& brain = brain_of(agent, ai.settings);
     const world::Row row = row_of(ai.entities, agent.entity, turn.row_hints[slot]);
@@ -24,7 +24,7 @@ void set_out(Agent& agent, Slot slot, const AiContext& ai, AiTurn& turn) {
 
 }  // namespace
 
-/// In the order of entities, so that what is answered when does not depend on lanes.
+/// Goes in the order of entities, so that the tick of each answer does not depend on lanes.
 void PathUpdate::request_paths(const AiContext& ai, AiTurn& turn) {
     asking_.clear();
     for (AiLane& lane : turn.lanes) {
@@ -76,7 +76,7 @@ void PathUpdate::wait_for(const PathService& paths, const AgentStore& agents) {
     std::sort(waiting_.begin(), waiting_.end());
 }
 
-/// Those who are simulated: who is seen by nobody walks through everybody.
+/// Counts the bodies of simulated agents. A suspended agent walks through all other entities.
 void PathUpdate::count_bodies(const AiContext& ai) {
     if (!ai.paths->counts_bodies()) {
         return;
@@ -94,8 +94,8 @@ void PathUpdate::count_bodies(const AiContext& ai) {
     ai.paths->count_bodies(body_x_, body_z_);
 }
 
-/// Paths for those who need one, most often in the tick in which they ask; others are told when
-/// theirs is there, or another than before because a door has turned.
+/// Finds paths for the agents that need one, most often in the tick of the request. Other agents
+/// are notified when their path is there, or when it has changed because a door has moved.
 void PathUpdate::find_paths(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     if (ai.paths == nullptr) {
         return;
@@ -130,7 +130,7 @@ void PathUpdate::find_paths(const AiContext& ai, AiTurn& turn, MeetingUpdate& me
     for (const Slot slot : answered_) {
         Agent& agent = ai.agents.at(slot);
         const world::Row row = row_of(ai.entities, agent.entity, turn.row_hints[slot]);
-        // Who was told between two events is put where it is: it may be in another square.
+        // An agent notified between two events is placed now: it may be in another square.
         if (agent.tier == Tier::kSuspended && row != world::kNoRow &&
             agent.placed != position_at(agent.segment, ai.now - 1, ai.dt)) {
             place(agent, ai, turn, row);

@@ -9,7 +9,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// The smallest entity is on top of the heap.
+/// Keeps the smallest entity on top of the heap.
 bool comes_later(const StockWaitList::WaitMember& a, const StockWaitList::WaitMember& b) {
     return b.entity < a.entity;
 }
@@ -28,7 +28,8 @@ bool some_trade_can(const StockWaitList::WaitKey& key, const AiContext& ai) {
 
 }  // namespace
 
-/// Of those who wait for stock, whoever decides in this tick and will find it other than it was.
+/// Calls up the agents that wait for stock, decide in this tick and will find that the stock has
+/// changed.
 void TradeUpdate::call_up_waiting(const AiContext& ai, AiTurn& turn) {
     const StockWaitList& waits = ai.agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, ai.settings), ai.dt); });
@@ -54,7 +55,7 @@ void TradeUpdate::call_up_waiting(const AiContext& ai, AiTurn& turn) {
     }
 }
 
-/// Those who have something to do in this tick, and want to trade.
+/// Collects the agents that have something to do in this tick and want to trade.
 void TradeUpdate::collect_traders(const AiContext& ai, AiTurn& turn) {
     traders_.clear();
     for (std::uint32_t i = 0; i < turn.due.size(); ++i) {
@@ -71,7 +72,8 @@ void TradeUpdate::collect_traders(const AiContext& ai, AiTurn& turn) {
     });
 }
 
-/// Those who decide in this tick, and will trade if the stock is so when it is their turn.
+/// Collects the waiting agents that decide in this tick and will trade if stock allows it at their
+/// turn.
 void TradeUpdate::collect_waiting_traders(const AiContext& ai) {
     waiting_trader_groups_ = 0;
     const StockWaitList& waits = ai.agents.waits(
@@ -89,7 +91,7 @@ void TradeUpdate::collect_waiting_traders(const AiContext& ai) {
     }
 }
 
-/// Who waits and may trade now: of those whose turn comes after that of `after`.
+/// Checks the stock for waiting agents whose turn comes after that of `after`.
 void TradeUpdate::look_at_stock(const AiContext& ai, EntityId after) {
     for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
         WaitingTraders& waiting = waiting_traders_[w];
@@ -114,7 +116,7 @@ void TradeUpdate::look_at_stock(const AiContext& ai, EntityId after) {
     }
 }
 
-/// Null: nobody.
+/// Null: no agent.
 TradeUpdate::WaitingTraders* TradeUpdate::first_waiting_trader() {
     WaitingTraders* first = nullptr;
     for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
@@ -127,8 +129,8 @@ TradeUpdate::WaitingTraders* TradeUpdate::first_waiting_trader() {
     return first;
 }
 
-/// Somebody who waited has something to do in this tick after all: the last of turn.due from now
-/// on. False: not in this one.
+/// A waiting agent has something to do in this tick after all, and becomes the last of turn.due.
+/// False: it does not decide in this tick.
 bool TradeUpdate::call_up_trader(const AiContext& ai,
                                  AiTurn& turn,
                                  MeetingUpdate& meetings,
@@ -172,10 +174,10 @@ void TradeUpdate::trade(const AiContext& ai, AiTurn& turn, std::uint32_t number)
     }
 }
 
-/// What agents do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
-/// decided first; the other one goes on asking as long as it does what asks. Offscreen agents that
-/// wait for stock ask as well at each of their decisions: they come up where the stock is so when
-/// it is their turn.
+/// An action may ask for trades. If two agents want the last loaf, the one with the smaller id gets
+/// it, whichever decided first. The other agent goes on asking as long as its action asks.
+/// Suspended agents that wait for stock ask at each of their decisions too. They are called up
+/// where stock allows the trade at their turn.
 void TradeUpdate::settle_trades(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     collect_traders(ai, turn);
     collect_waiting_traders(ai);

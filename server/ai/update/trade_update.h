@@ -10,21 +10,21 @@ namespace zoned::ai {
 
 class TradeUpdate {
   public:
-    /// Adds those to turn.events who wait for stock, decide in this tick and will find it other
-    /// than it was.
+    /// Adds to turn.events the agents that wait for stock, decide in this tick and will find that
+    /// the stock has changed.
     void call_up_waiting(const AiContext& ai, AiTurn& turn);
 
-    /// Does what the agents of turn.due, and those who wait for stock, want to trade, ascending by
-    /// entity. Who has waited and trades becomes one of turn.due.
+    /// Does the trades of the agents in turn.due, and of those that wait for stock, ascending by
+    /// entity. A waiting agent that trades joins turn.due.
     void settle_trades(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings);
 
   private:
-    /// Suspended agents that decide in this tick, and would trade if only the stock were so.
+    /// Suspended agents that decide in this tick, and would trade if stock allowed it.
     struct WaitingTraders {
         const StockWaitList::WaitGroup* group = nullptr;
-        bool may = false;     ///< the stock is so
-        bool queued = false;  ///< `next` is what it should be
-        /// Whose turn is still to come, a heap by entity.
+        bool may = false;     ///< stock allows the trade
+        bool queued = false;  ///< `next` is up to date
+        /// The agents whose turn is still to come, a heap by entity.
         std::vector<StockWaitList::WaitMember> next;
     };
 
@@ -35,8 +35,8 @@ class TradeUpdate {
     bool call_up_trader(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings, Slot slot);
     void trade(const AiContext& ai, AiTurn& turn, std::uint32_t number);
 
-    std::vector<std::uint32_t> traders_;           // of turn.due, ascending by entity
-    std::vector<WaitingTraders> waiting_traders_;  // the first some of them count
+    std::vector<std::uint32_t> traders_;           // indexes into turn.due, ascending by entity
+    std::vector<WaitingTraders> waiting_traders_;  // first `waiting_trader_groups_` in use
     std::size_t waiting_trader_groups_ = 0;
 };
 

@@ -7,14 +7,14 @@ namespace zoned::ai {
 
 namespace {
 
-/// All squares in which agents may be seen are looked at once in so many ticks, in turn.
+/// Every square in which agents may be seen is checked once in this many ticks, in turn.
 constexpr Tick kLookPeriod = 16;
-/// Who may be seen soon is put where it is when it has walked so far, m.
+/// An agent that may be seen soon is placed once it has walked this far, m.
 constexpr float kStale_m = 8.0F;
 
-/// From how far off an agent is resumed, m: so that it is active when its entity can be seen,
-/// though that is put where it is now and then only, and both run towards each other between two
-/// looks.
+/// The distance from viewers at which an agent is resumed, m. The agent is then active before its
+/// entity can be seen. The distance allows for two things: the entity is placed only now and then,
+/// and both run towards each other between two checks.
 float waking_radius(const AiContext& ai) {
     float fastest = 0.0F;
     for (const world::EntityType& type : ai.types) {
@@ -30,7 +30,7 @@ bool outside(const Vec2& at, const Vec2& half_size) {
 
 }  // namespace
 
-/// Where players are. One who was not here a tick ago, or is back, is heard of at once.
+/// Finds where players are. A player that was not here in the last tick counts at once.
 void ViewerUpdate::follow_viewers(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     const world::Entities& e = ai.entities;
     viewers_before_.swap(saved_.viewers);
@@ -54,16 +54,16 @@ void ViewerUpdate::follow_viewers(const AiContext& ai, AiTurn& turn, MeetingUpda
         saved_.coverage_m = waking_radius(ai);
         cover();
     }
-    // Without anybody to see them, and nowhere to go to, it does not matter where they are.
+    // Without viewers, and without a border to leave, their positions do not matter.
     if (!saved_.viewers.empty() || ai.half_size.allFinite()) {
         follow_suspended(ai, turn, meetings);
         check_suspended(ai, turn, appeared || jumped);
     }
 }
 
-/// Where somebody may see an entity, from what the memory says.
+/// Rebuilds the area in which an entity may be seen from the saved state.
 void ViewerUpdate::cover() {
-    // Who walks may be a rounding beside its squares, or what one walks in some ticks.
+    // A walker may be outside its squares by a rounding error, or by its walk of some ticks.
     constexpr float kRounding_m = 2.0F;
     coverage_.build(saved_.covered_from, saved_.coverage_m);
     OffscreenGrid::within(saved_.covered_from,
@@ -71,8 +71,9 @@ void ViewerUpdate::cover() {
                           covered_squares_);
 }
 
-/// Who has left its squares is put where it is: entity and agent are always in those that it was
-/// settled in. So who looks at a place looks at those alone that come through around it.
+/// Places each agent that has left its squares. Entity and agent are then always in the squares
+/// that the agent was settled in. So a check of a place looks only at agents whose walk comes near
+/// it.
 void ViewerUpdate::follow_suspended(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings) {
     left_.clear();
     ai.agents.take_left(ai.now, left_);
@@ -87,7 +88,7 @@ void ViewerUpdate::follow_suspended(const AiContext& ai, AiTurn& turn, MeetingUp
         Agent& agent = ai.agents.at(slot);
         const bool late = agent.next_event < ai.now;
         const Tick left = left_at(agent, ai, late);
-        if (left > ai.now) {  // it is new here
+        if (left > ai.now) {  // new in this zone
             meetings.settle(ai, turn, slot, left, late);
             continue;
         }
@@ -103,8 +104,8 @@ void ViewerUpdate::follow_suspended(const AiContext& ai, AiTurn& turn, MeetingUp
     }
 }
 
-/// Finds agents that may be seen: a share of the squares that can be seen in each tick, at once
-/// where `all`.
+/// Finds agents that may be seen. Each tick checks a share of the squares that viewers cover, or
+/// all of them at once where `all`.
 void ViewerUpdate::check_suspended(const AiContext& ai, AiTurn& turn, bool all) {
     const auto share = static_cast<std::size_t>(ai.now % kLookPeriod);
     if (all || share == 0) {

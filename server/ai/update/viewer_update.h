@@ -9,11 +9,11 @@
 
 namespace zoned::ai {
 
-/// What is known of viewers from the ticks before, for snapshots.
+/// State about viewers that is kept from earlier ticks, for snapshots.
 struct SavedViewers {
     std::vector<EntityId> viewers;   ///< of the last tick, ascending
-    std::vector<Vec2> covered_from;  ///< x, z of viewers when it was found out what they can see
-    float coverage_m = 1.0F;         ///< and how far, > 0
+    std::vector<Vec2> covered_from;  ///< x, z of the viewers when their coverage was last built
+    float coverage_m = 1.0F;         ///< range of that coverage, > 0
 };
 
 class ViewerUpdate {
@@ -21,7 +21,7 @@ class ViewerUpdate {
     /// Finds the players.
     void gather(const AiContext& ai) { players_.gather(ai.entities); }
 
-    /// Where players are, and who may be seen by them: adds those to turn.waking.
+    /// Follows the players, and adds the agents that they may see to turn.waking.
     void follow_viewers(const AiContext& ai, AiTurn& turn, MeetingUpdate& meetings);
 
     [[nodiscard]] const Players& players() const { return players_; }
@@ -43,7 +43,7 @@ class ViewerUpdate {
     SavedViewers saved_;
     std::vector<EntityId> viewers_before_;
     Players players_;
-    std::vector<OffscreenGrid::Cell> covered_squares_;  // in which agents may be seen
+    std::vector<OffscreenGrid::Cell> covered_squares_;  // squares in which agents may be seen
     std::vector<Slot> left_;
 };
 

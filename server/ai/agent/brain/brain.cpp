@@ -33,9 +33,9 @@ std::vector<state_machine::StateDef> state_defs(const std::vector<BrainState>& s
     return defs;
 }
 
-/// Nodes of the table in the order in which states are written, outside in, each with its state:
-/// states of one brain side by side, what is inside them behind (as state_machine::compile numbers
-/// them).
+/// Collects the table's nodes in the order in which states are written, outside in, each with its
+/// state. The states of one brain lie side by side, and the states inside them follow.
+/// state_machine::compile uses the same numbers.
 void collect_nodes(const std::vector<BrainState>& states, std::vector<const BrainState*>& nodes) {
     for (const BrainState& state : states) {
         nodes.push_back(&state);
@@ -55,7 +55,7 @@ void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per
     }
 }
 
-/// What states and actions do to variables.
+/// Compiles the changes that states and actions make to variables.
 void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
     ZONED_ASSERT(brain.variables.size() <= kMaxVariables, "an agent has few variables");
     std::vector<const BrainState*> nodes;
@@ -70,8 +70,8 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
             }
         }
     }
-    // Rates of leaves, by the innermost state that says one; then of actions, on top of their
-    // leaf's.
+    // The rate of a leaf comes from the innermost state that sets one. Actions then override the
+    // rates of their leaf.
     const std::size_t count = brain.variables.size();
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         std::vector<float> per_s;
@@ -98,7 +98,7 @@ void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
     }
 }
 
-/// Lays out what leaves choose among, behind the leaves.
+/// Lays out the actions that leaves choose among, after the leaves.
 void compile_choices(CompiledBrain& out, float dt) {
     const std::size_t leaves = out.states.size();
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
@@ -129,7 +129,7 @@ void compile_choices(CompiledBrain& out, float dt) {
     }
 }
 
-/// Innermost states, in the order in which state_defs() numbers them.
+/// Collects the innermost states, in the order in which state_defs() numbers them.
 void collect_leaves(const std::vector<BrainState>& states, std::vector<BrainState>& leaves) {
     for (const BrainState& state : states) {
         if (state.inside.empty()) {
@@ -147,8 +147,8 @@ WatchedCondition watch_of(const state_machine::FlatTest& test) {
             test.threshold * test.sign};
 }
 
-/// Appends a clause; conditions on stock come last, and before them those on chance, which a
-/// forecast looks at the longest.
+/// Appends a clause. Conditions on stock come last. Conditions on chance come just before them,
+/// since a forecast spends the most time on them.
 void add_clause(std::vector<WatchedCondition> watches, Clause clause, CompiledBrain& out) {
     const auto stock =
         std::partition(watches.begin(), watches.end(), [&out](const WatchedCondition& w) {
@@ -187,7 +187,8 @@ void compile_transition_clauses(std::size_t leaf, CompiledBrain& out) {
     }
 }
 
-/// What leaves depend on: their transitions, and what their trees and plans ask.
+/// Compiles the conditions that leaves depend on: their transitions, and the questions of their
+/// trees and plans.
 void compile_clauses(CompiledBrain& out) {
     const auto watch = [](const Condition& condition) {
         return WatchedCondition{condition.sense, condition.compare, condition.threshold};
@@ -218,7 +219,7 @@ void compile_clauses(CompiledBrain& out) {
     out.first_clause.push_back(static_cast<std::uint32_t>(out.clauses.size()));
 }
 
-/// Which senses matter where; to be called when clauses are there.
+/// Finds the senses that matter in each leaf. Call it after compile_clauses().
 void compile_senses(CompiledBrain& out) {
     const auto bit = [&out](SenseIndex sense) {
         return sense < out.senses ? std::uint64_t{1} << sense : std::uint64_t{0};

@@ -1,4 +1,4 @@
-// Brain: what the agent of a character is made of, as written and compiled.
+// Brain: the decision making of a character's agent, as written and as compiled.
 #pragma once
 
 #include "server/ai/agent/brain/forage_def.h"
@@ -25,7 +25,7 @@
 
 namespace zoned::ai {
 
-/// What a state makes its entity do.
+/// The action of a state: how its entity moves.
 enum class ActionKind : std::uint8_t {
     kIdle,    ///< stand still
     kWander,  ///< walk to random points within `radius_m` of home
@@ -40,25 +40,25 @@ enum class ActionKind : std::uint8_t {
     kEscort = 111,       ///< stay `radius_m` beside its ward, or between it and the target
     kForage = 171,       ///< look for food around a nest, and carry it home: `forage`
     kFormUp = 170,       ///< keep a slot of `formation` around its ward
-    kFollowTrack = 190,  ///< go along a track by a timetable: `follow`
-    kGuard = 112,  ///< hold home: run at a target within `radius_m` of it until that is beyond
+    kFollowTrack = 190,  ///< follow a spline by a timetable: `follow`
+    kGuard = 112,  ///< hold home: run at a target within `radius_m` of home until it is beyond
                    ///< `leash_m`, then walk home
 };
 
-/// What a transition's condition reads.
+/// The sensor that a transition's condition reads.
 enum class Sensor : std::uint8_t {
     kPlayerDistance,  ///< to the nearest player, m; infinity when none is within `perception_m`
     kHomeDistance,    ///< m
     kTimeInState,     ///< s
     kRandom,          ///< uniform [0, 1) drawn once per decision
     kTimeOfDay = 20,  ///< s since the day began
-    kTargetConfidence = 110,  ///< 1: noticed now; remembered ones less and less; 0: there is none
+    kTargetConfidence = 110,  ///< 1: noticed; remembered: falls with time; 0: none
     kAllies = 111,            ///< entities of allied types within perception
     kFoes = 112,              ///< targets within sight or hearing
 };
 
-/// What every agent senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
-/// systems, then what it knows of points_of_interest.
+/// The senses of every agent, by SenseIndex. Its variables follow, then the outputs of its fuzzy
+/// systems, then its senses of points_of_interest.
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
 inline constexpr SenseIndex kSenseRandom = 2;
@@ -68,7 +68,7 @@ inline constexpr SenseIndex kSenseFoes = 5;
 inline constexpr SenseIndex kSenseTimeOfDay = 6;
 inline constexpr SenseIndex kOwnSenses = 7;
 
-/// Numbers that an agent can have of its own.
+/// The most variables that an agent can have.
 inline constexpr std::size_t kMaxVariables = 8;
 
 constexpr SenseIndex sense_of(Sensor sensor) {
@@ -93,10 +93,10 @@ constexpr SenseIndex sense_of(Sensor sensor) {
     return kStateTime;
 }
 
-/// True for `hold_s` seconds on end before the transition fires: together with two thresholds this
-/// is the hysteresis.
+/// A condition has to be true for `hold_s` seconds on end before the transition fires. With two
+/// thresholds this gives hysteresis.
 struct Transition {
-    std::uint16_t to = 0;  ///< a state beside the one that it leaves
+    std::uint16_t to = 0;  ///< a sibling of the state that it leaves
     Sensor sensor = Sensor::kTimeInState;
     Compare compare = Compare::kAbove;
     float threshold = 0.0F;
@@ -113,19 +113,21 @@ struct Transition {
 struct BrainVariable {
     std::string name;
     float start = 0.0F;
-    float per_s = 0.0F;  ///< in states that say no other
+    float per_s = 0.0F;  ///< in states that set no other rate
     float low = 0.0F;
     float high = 1.0F;
 };
 
-/// What a state does to a variable, and all that is inside it unless that says otherwise.
+/// The change that a state makes to a variable. States inside it do the same unless they set their
+/// own.
 struct VariableChange {
     std::uint16_t variable = 0;
     std::optional<float> per_s;
     float on_enter = 0.0F;  ///< added when the state is entered
 };
 
-/// How a state finds at each decision what to do; its own action is for where no way is found.
+/// A choice gives a state its action at each decision. The state's own action is done where the
+/// choice finds none. This choice is a decision tree.
 struct TreeChoice {
     tree::TreeDef def;  ///< answers are numbers of actions
 };
@@ -142,17 +144,17 @@ struct GuardedPolicy {
     learning::Guard guard;
 };
 
-/// At every tick that it steers a network says where to go; the state's action has no meaning.
+/// Choice by a network that steers the agent at every tick. The state's own action has no meaning.
 struct PolicyChoice {
-    std::uint16_t number = 0;                     ///< among the policies of whoever wrote this
-    std::shared_ptr<const GuardedPolicy> policy;  ///< given before the brain is compiled
-    std::vector<std::uint16_t> variable;          ///< of the agent, by input that names one
+    std::uint16_t number = 0;  ///< among the policies of the author of this brain
+    std::shared_ptr<const GuardedPolicy> policy;  ///< set before the brain is compiled
+    std::vector<std::uint16_t> variable;          ///< of the agent, for each input that names one
 };
 
-/// States that a blend can have.
+/// The most states that a blend can have.
 inline constexpr std::size_t kMaxBlended = 6;
 
-/// Several actions at a time, each to a degree; actions are those of the fuzzy states.
+/// Several actions at a time, each to a degree. The actions are those of the fuzzy states.
 struct BlendChoice {
     fuzzy::FuzzyStateMachineDef def;  ///< without outputs
     std::vector<SenseIndex> inputs;
@@ -160,7 +162,7 @@ struct BlendChoice {
 
 struct BrainState;
 
-/// What is done under a name: as a state's action, without transitions.
+/// Named actions. Each is like a state's action, without transitions.
 using ActionStates = std::vector<BrainState>;
 
 struct BrainState {
@@ -172,8 +174,8 @@ struct BrainState {
     float leash_m = 30.0F;                ///< kGuard
     std::uint8_t stance = 0;              ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
-    std::vector<BrainState>
-        inside;  ///< a brain as a state: what is above but for transitions is theirs
+    std::vector<BrainState> inside;  ///< the states of a brain used as a state; they set all of the
+                                     ///< above but transitions
     state_machine::StateHistory history = state_machine::StateHistory::kNone;
     std::vector<VariableChange> changes{};
     std::uint16_t place = 0;                  ///< of kGo
@@ -183,10 +185,10 @@ struct BrainState {
     std::vector<std::uint16_t>
         along{};  ///< of kFlock: points of interest that the herd goes to in turn
     std::vector<Trade>
-        trades{};  ///< once, as soon as they can be done; of an innermost state or action
+        trades{};  ///< each done once, as soon as possible; of an innermost state or action
     /// Of an innermost state.
     std::variant<std::monostate, TreeChoice, PlanChoice, BlendChoice, PolicyChoice> choice{};
-    ActionStates actions{};  ///< what it chooses among
+    ActionStates actions{};  ///< the actions that it chooses among
     std::optional<learning::RubberBand> rubber_band{};
 };
 
@@ -196,24 +198,24 @@ struct FuzzySense {
     std::vector<SenseIndex> inputs;  ///< for each input a sense: its own, or a variable
 };
 
-/// Whom an agent looks for, and by what it notices them. As it is to begin with: players, all
-/// round, through walls, and forgotten at once.
+/// The entities that an agent looks for, and how it notices them. The default: players, all round,
+/// through walls, and forgotten at once.
 struct Perception {
-    bool given = false;  ///< else nothing below counts
+    bool given = false;  ///< false: the fields below have no effect
     bool players = true;
-    std::vector<TypeIndex> targets{};  ///< looked for as well
+    std::vector<TypeIndex> targets{};  ///< also looked for
     std::vector<TypeIndex> allies{};   ///< counted
-    std::vector<TypeIndex> wards{};    ///< looked after, as is a player where `ward_players`
+    std::vector<TypeIndex> wards{};    ///< looked after, like players where `ward_players`
     bool ward_players = false;
-    float cos_half_angle = -1.0F;  ///< of the cone about its facing in which it sees
-    float around_m = 0.0F;         ///< so near it sees all round
+    float cos_half_angle = -1.0F;  ///< of its cone of vision about its facing
+    float around_m = 0.0F;         ///< within this distance it sees all round
     bool line_of_sight = false;    ///< not through static geometry
-    float eyes_m = 0.6F;           ///< above its centre, and above that of whom it looks at
-    float hearing_m = 0.0F;        ///< the farthest at which it hears anybody
-    float memory_s = 0.0F;         ///< for so long it knows where its target was last
-    bool keeps_target = false;     ///< as long as it notices it, though others be nearer
+    float eyes_m = 0.6F;           ///< above its own centre, and above the centre of its target
+    float hearing_m = 0.0F;        ///< the greatest distance at which it hears any entity
+    float memory_s = 0.0F;         ///< for this long it remembers where its target was last
+    bool keeps_target = false;     ///< as long as it notices the target, though others are nearer
 
-    /// Whether anybody but players matters.
+    /// Whether other entities than players matter.
     [[nodiscard]] bool concerns_others() const {
         return given && !(targets.empty() && allies.empty() && wards.empty());
     }
@@ -222,13 +224,13 @@ struct Perception {
 struct Brain {
     std::string name;
     std::vector<BrainState> states;          ///< the first is where an entity starts
-    float perception_m = 40.0F;              ///< how far players are noticed
+    float perception_m = 40.0F;              ///< the greatest distance at which players are noticed
     float decide_every_s = 0.2F;             ///< period of decisions; steering runs every tick
     std::vector<BrainVariable> variables{};  ///< the first is sense kOwnSenses
     std::vector<FuzzySense> fuzzy;           ///< the first output comes after the variables
     std::vector<PointOfInterestSense>
         points_of_interest{};  ///< the first comes after the outputs of fuzzy systems
-    bool inner = false;        ///< only ever a state of others, whose senses it reads: not compiled
+    bool inner = false;        ///< only used inside other brains, with their senses: not compiled
     Perception perception{};
 };
 
@@ -239,18 +241,18 @@ struct WatchedCondition {
     float threshold = 0.0F;
 };
 
-/// Conditions that matter together alone: those of a transition or of a fact, or the one that a
-/// tree asks. It holds where all of them do.
+/// Conditions that matter only together: those of a transition or a fact, or the one that a tree
+/// asks. A clause holds where all its conditions do.
 struct Clause {
     std::uint32_t first = 0;     ///< of CompiledBrain::watches
-    std::uint16_t others = 0;    ///< how many conditions are not on stock; they come first
-    std::uint16_t on_stock = 0;  ///< and how many are
-    std::uint16_t transition = state_machine::kNone;  ///< whose conditions they are
-    std::int16_t fact = -1;                           ///< or which fact's
-    std::uint16_t stock_number = 0;  ///< where some are: among those of the leaf with any
+    std::uint16_t others = 0;    ///< number of conditions that are not on stock; they come first
+    std::uint16_t on_stock = 0;  ///< number of conditions on stock
+    std::uint16_t transition = state_machine::kNone;  ///< the transition of these conditions
+    std::int16_t fact = -1;                           ///< the fact of these conditions
+    std::uint16_t stock_number = 0;                   ///< among the leaf's clauses on stock
 };
 
-/// Brain for a time step: tables, and what each innermost state does.
+/// A brain compiled for a time step: its tables, and the action of each innermost state.
 struct CompiledBrain {
     struct Fuzzy {
         fuzzy::FuzzySystem system;
@@ -258,7 +260,7 @@ struct CompiledBrain {
         SenseIndex first = 0;  ///< sense of its first output
     };
 
-    /// What entering a state adds to a variable.
+    /// The amount that entering a state adds to a variable.
     struct Gain {
         std::uint16_t node = 0;  ///< of the table
         std::uint16_t variable = 0;
@@ -269,7 +271,7 @@ struct CompiledBrain {
     state_machine::FlatStateMachine table;
 
     struct Blend {
-        fuzzy::FuzzyStateMachine brain;  ///< a step is a decision
+        fuzzy::FuzzyStateMachine brain;  ///< one step per decision
         std::vector<SenseIndex> inputs;
     };
 
@@ -279,8 +281,8 @@ struct CompiledBrain {
         std::vector<std::vector<Condition>> facts;
     };
 
-    /// How a leaf chooses: by a tree, a plan or a blend, index into these, or by itself where all
-    /// are below 0. ActionStates begin at `first`.
+    /// How a leaf chooses: by a tree, a plan or a blend (indexes into these). Where all are below
+    /// 0, the leaf's own action is done. Its ActionStates begin at `first`.
     struct LeafChoice {
         int tree = -1;
         int plan = -1;
@@ -288,7 +290,7 @@ struct CompiledBrain {
         std::uint16_t first = 0;
     };
 
-    std::vector<BrainState> states;  ///< what is done: by leaf of the table, then actions of leaves
+    std::vector<BrainState> states;   ///< by leaf of the table, then actions of leaves
     std::vector<LeafChoice> choices;  ///< by leaf
     std::vector<tree::DecisionTree> trees;
     std::vector<Plans> plans;
@@ -303,25 +305,25 @@ struct CompiledBrain {
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
     Perception perception{};
-    /// Its agents need to know who is near, players or not.
+    /// Its agents need to know all entities near them, players or not.
     bool knows_others = false;
-    bool flocks = false;    ///< some state of it does
-    bool forages = false;   ///< some state of it does
-    bool forms_up = false;  ///< some state of it does
+    bool flocks = false;    ///< some state of it flocks
+    bool forages = false;   ///< some state of it forages
+    bool forms_up = false;  ///< some state of it keeps formation
     std::vector<WatchedCondition> watches;
     std::vector<Clause> clauses;              ///< transitions of a leaf in the order of their tests
     std::vector<std::uint32_t> first_clause;  ///< by leaf, and the end of the last
-    /// By leaf: what its clauses and its blend read, by bit.
+    /// By leaf: the senses that its clauses and its blend read, by bit.
     std::vector<std::uint64_t> senses_of_leaf;
-    std::uint64_t senses_of_poi = 0;  ///< those that change where an agent walks, by bit
+    std::uint64_t senses_of_poi = 0;  ///< senses that change while an agent walks, by bit
 
-    /// All that decisions in a leaf depend on.
+    /// All conditions that decisions in a leaf depend on.
     [[nodiscard]] std::span<const Clause> clauses_of(std::size_t leaf) const {
         return std::span(clauses).subspan(first_clause[leaf],
                                           first_clause[leaf + 1] - first_clause[leaf]);
     }
 
-    /// Those conditions of a clause that are not on stock, and those that are.
+    /// The conditions of a clause that are not on stock, and those that are.
     [[nodiscard]] std::span<const WatchedCondition> others(const Clause& clause) const {
         return std::span(watches).subspan(clause.first, clause.others);
     }
@@ -330,21 +332,21 @@ struct CompiledBrain {
         return std::span(watches).subspan(clause.first + clause.others, clause.on_stock);
     }
 
-    /// Whether a sense is what a place has in stock.
+    /// Whether a sense is the stock of a place.
     [[nodiscard]] bool is_stock(SenseIndex sense) const {
         return sense >= first_poi_sense && sense < senses &&
                points_of_interest[sense - first_poi_sense].stock >= 0;
     }
 };
 
-/// The state brain alone, in the form of state_machine, for checks and diagrams. Actions are
-/// numbered as the innermost states are.
+/// The brain's state machine alone, in the form of state_machine, for checks and diagrams. Actions
+/// are numbered like the innermost states.
 state_machine::StateMachineDef state_machine_of(const Brain& brain);
 
-/// Of what state_machine_of() speaks of.
+/// The number of senses that state_machine_of() refers to.
 std::size_t senses_of(const Brain& brain);
 
-/// `brain` without defects; `dt` in s, > 0.
+/// Compiles a `brain` without defects; `dt` in s, > 0.
 CompiledBrain compile(const Brain& brain, float dt);
 
 }  // namespace zoned::ai

@@ -1,4 +1,4 @@
-// FormationDef: how those who form up around a captain stand.
+// FormationDef: the shape of a formation around a captain.
 #pragma once
 
 #include "server/ai/crowd/formation.h"
@@ -11,10 +11,10 @@ namespace zoned::ai {
 enum class FormationShape : std::uint8_t {
     kRows,   ///< `columns` abreast, row behind row
     kWedge,  ///< two behind the captain, then three, then four
-    kRing    ///< all around it, evenly
+    kRing    ///< all around the captain, evenly
 };
 
-/// More than these have no slots: they walk with the captain.
+/// Further members have no slots: they walk with the captain.
 inline constexpr std::size_t kMostInFormation = 120;
 
 struct FormationDef {

@@ -1,4 +1,4 @@
-// PointsOfInterest: where agents go to, what is in stock there, and the time of day.
+// PointsOfInterest: the places that agents go to, their stock, and the time of day.
 #pragma once
 
 #include "server/ai/splines/spline_network.h"
@@ -18,20 +18,20 @@ namespace zoned::ai {
 struct StockDef {
     std::string good;
     float start = 0.0F;
-    float high = 1e6F;   ///< it stays within 0 and this
-    float per_s = 0.0F;  ///< growth by itself
+    float high = 1e6F;   ///< stock stays between 0 and this
+    float per_s = 0.0F;  ///< growth without trades
 };
 
 struct PointOfInterestDef {
     std::string name;
     Vec2d at = Vec2d::Zero();  ///< x, z, world coordinates, m
-    float radius_m = 3.0F;     ///< agents have spots of their own within it
+    float radius_m = 3.0F;     ///< each agent has a spot of its own within it
     std::vector<StockDef> stock;
-    /// Of the feet of who stands there, m; not a number: on the ground.
+    /// Height of the feet of an agent that stands there, m; NaN: on the ground.
     double y_m = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// The points of interest of a world, for all its zones, and how long a day takes.
+/// The points of interest of a world, for all its zones, and the length of a day.
 struct PoiSettings {
     std::vector<PointOfInterestDef> points_of_interest;
     double day_s = 86400.0;
@@ -39,35 +39,35 @@ struct PoiSettings {
     std::shared_ptr<const splines::SplineNetwork> tracks{};  ///< null: there are none
 };
 
-/// One good in a trade: a variable of the agent, and where the place stocks it, which.
+/// One good in a trade: a variable of the agent, and the stock of the place.
 struct TradeItem {
     std::uint16_t variable = 0;
-    std::int16_t stock = -1;  ///< below 0: the place has it, and takes it, without end
-    float amount = 0.0F;      ///< that the agent gets; below 0: that it gives
+    std::int16_t stock = -1;  ///< below 0: the place gives and takes it without limit
+    float amount = 0.0F;      ///< gained by the agent; below 0: given by it
 };
 
-/// All of it or nothing.
+/// A trade is done as a whole or not at all.
 struct Trade {
     std::uint16_t place = 0;
     std::vector<TradeItem> items;
 };
 
-/// A sense of points of interest: how far the agent's spot is, or what is in stock.
+/// A sense of a point of interest: the distance to the agent's spot, or its stock.
 struct PointOfInterestSense {
     std::uint16_t place = 0;
     std::int16_t stock = -1;  ///< below 0: distance, m
     std::string name{};       ///< "PLACE.distance", "PLACE.GOOD"
 };
 
-/// PointsOfInterest as one zone knows them: all of them by position, and stock, which counts where
-/// the place lies in the zone alone. Part of the zone's state.
+/// The points of interest as one zone knows them. All of them have their position. Stock counts
+/// only for places within the zone. Part of the zone's state.
 class PointsOfInterest {
   public:
     PointsOfInterest() = default;
     /// `origin`: world coordinates x, z of the zone's (0, 0); `dt` in s, > 0.
     PointsOfInterest(const PoiSettings& settings, const Vec2d& origin, float dt);
 
-    /// x, z of the spot of an entity there: the same for ever, uniform in the place's circle.
+    /// x, z of an entity's spot there, m: always the same, and uniform in the place's circle.
     [[nodiscard]] Vec2 spot(std::size_t place, EntityId entity) const;
 
     /// x, z of its centre, m.
@@ -76,25 +76,26 @@ class PointsOfInterest {
     /// m
     [[nodiscard]] float radius_m(std::size_t place) const { return places_[place].radius_m; }
 
-    /// Of the feet of who stands there, m; not a number: on the ground, whatever is above that.
+    /// Height of the feet of an agent that stands there, m. NaN: on the ground, whatever is above
+    /// the ground.
     [[nodiscard]] float floor(std::size_t place) const { return places_[place].y; }
 
-    /// How far `at` (x, z, m) is from the place's circle; 0 inside.
+    /// The distance of `at` (x, z, m) from the place's circle, m; 0 inside.
     [[nodiscard]] float outside(std::size_t place, const Vec2& at) const;
 
-    /// The tracks of the world, in its coordinates; null: there are none.
+    /// The splines of the world, in its coordinates; null: there are none.
     [[nodiscard]] const splines::SplineNetwork* tracks() const { return tracks_.get(); }
 
     /// World coordinates x, z of (0, 0), m.
     [[nodiscard]] const Vec2d& origin() const { return origin_; }
 
-    /// What is in stock at `now`.
+    /// The stock at `now`.
     [[nodiscard]] float stock(std::size_t place, std::size_t stock, Tick now) const;
 
-    /// Whether the place can give and take this at `now`.
+    /// Whether the place can do the trade at `now`.
     [[nodiscard]] bool can(const Trade& trade, Tick now) const;
 
-    /// Does it; can() must have said yes.
+    /// Does the trade; can() must be true for it.
     void commit(const Trade& trade, Tick now);
 
     /// s since the day began, in [0, day).
@@ -115,7 +116,7 @@ class PointsOfInterest {
     /// All stock of all points of interest, for snapshots.
     [[nodiscard]] std::span<const Stock> stocks() const { return stocks_; }
 
-    /// As many as there are.
+    /// `stocks` has as many elements as stocks().
     void set_stocks(std::span<const Stock> stocks) { stocks_.assign(stocks.begin(), stocks.end()); }
 
   private:
