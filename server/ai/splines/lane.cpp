@@ -27,9 +27,10 @@ double curvature_beside(const Spline& middle, double offset) {
     return most;
 }
 
-/// Points so near to each other that a Catmull-Rom curve through them is off a circle of that
-/// curvature by less than 0.024 h^4 k^3 (cubic Hermite pieces whose slopes are central
-/// differences), and where curvature jumps by h^2 k / 32, a tenth of the error allowed.
+/// The step between points at which a Catmull-Rom curve through them is accurate enough. On a
+/// circle of that curvature it is off by less than 0.024 h^4 k^3 (cubic Hermite pieces whose slopes
+/// are central differences). Where curvature jumps it is off by h^2 k / 32. Both stay within a
+/// tenth of the allowed error.
 double step_for(double curvature, double error_m) {
     const double radius = 1.0 / std::max(curvature, 1e-6);
     return std::clamp(

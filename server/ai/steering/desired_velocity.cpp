@@ -22,15 +22,15 @@ constexpr float kOtherFloorM = 1.5F;
 
 /// A ward that is slower than this stands, m/s.
 constexpr float kStrollMps = 0.1F;
-/// Who is within this many radii of a ward that stands is near enough.
+/// An agent within this many radii of a standing ward is near enough.
 constexpr float kNearShare = 1.5F;
-/// Who follows stops within this share of the radius.
+/// A follower stops within this share of the radius.
 constexpr float kFollowStop = 0.7F;
 /// PointsOfInterest that a herd goes along, at most.
 constexpr std::size_t kMostStops = 32;
 /// How far beside its path a herd turns back by half a right angle, as a share of its radius.
 constexpr float kTrackShare = 0.5F;
-/// What Agent::corner means to one who guards.
+/// The meaning of Agent::corner for a guard.
 constexpr std::uint8_t kAtPost = 0;
 constexpr std::uint8_t kEngaged = 1;
 
@@ -385,7 +385,7 @@ DesiredVelocity desired_velocity(Agent& agent,
         case ActionKind::kFollowTrack:
             return track_velocity(agent, state, around);
         case ActionKind::kFormUp:
-            // Who keeps its place is steered otherwise.
+            // An agent that keeps its place in a formation is steered elsewhere.
             return agent.ward ? go_to(flat(agent.target), around.body()) : DesiredVelocity();
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");

@@ -35,7 +35,7 @@ std::int64_t fixed(float value) {
     return static_cast<std::int64_t>(scaled + (scaled < 0.0F ? -0.5F : 0.5F));
 }
 
-/// What an animal knows of another one.
+/// The data that an animal has about another one.
 struct Neighbour {
     Vec2 offset;    ///< to where it is, x, z, m
     Vec2 velocity;  ///< m/s
@@ -166,8 +166,8 @@ void FlockSum::add_run(const Columns& animals,
     const auto square = [](float length, float widen) {
         return Array8::Constant(length * length * widen).eval();
     };
-    // Squares and roots are rounded: whoever is at the edge is asked for his distance, as add()
-    // does. Roots of eight would be approximate.
+    // Squares and roots are rounded. An animal at the edge is checked by its exact distance, as
+    // add() does. Roots of eight at a time would be approximate.
     const Array8 within = square(radius_m_, 1.0F - kRounding);
     const Array8 perhaps_within = square(radius_m_, 1.0F + kRounding);
     const Array8 perhaps_apart = square(separation, 1.0F + kRounding);

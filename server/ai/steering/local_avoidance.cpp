@@ -13,18 +13,18 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr std::uint8_t kCrowded = 1;  ///< has to give way
+constexpr std::uint8_t kCrowded = 1;  ///< on a collision course: has to avoid it
 constexpr std::uint8_t kNear = 2;     ///< counts for somebody who has to
 constexpr std::uint8_t kGaveWay = 1;
 constexpr std::uint8_t kHeld = 2;
 
 /// Kept between two that yield, as a share of the smaller radius: what rounding takes.
 constexpr float kMarginShare = 0.01F;
-/// Whoever would come nearer than this to another gives way, m.
+/// A walker that would come nearer than this to another avoids it, m.
 constexpr float kBerth = 0.05F;
-/// What places may be beyond their side by, m: rounding far from the zone's centre.
+/// Places may lie beyond their side by this much, m: rounding far from the zone's centre.
 constexpr float kRounding = 1e-4F;
-/// Who comes to stand within this is not turned aside by walls on the way, m.
+/// Walls do not turn a walker aside if it stops within this distance, m.
 constexpr float kShortStop = 0.1F;
 /// How much lower ground may lie after a path of 1 m that is walked down: somewhat more than the
 /// steepest that carries.
@@ -43,7 +43,7 @@ float gait(const motion::CharacterLimits& limits, const motion::InputCommand& co
     return limits.speed * (sprints ? limits.sprint_factor : 1.0F);
 }
 
-/// What apply_input takes the command to want, m/s.
+/// The velocity that apply_input reads from the command, m/s.
 Vec2 wanted(const motion::CharacterLimits& limits, const motion::InputCommand& command) {
     const Vec2 move(static_cast<float>(command.move_x) / kFullMove,
                     static_cast<float>(command.move_z) / kFullMove);
@@ -111,8 +111,8 @@ std::int8_t slower(float share) {
         std::clamp(std::trunc(share * kFullMove), -kFullMove, kFullMove));
 }
 
-/// Whether nothing turns aside who brakes on the way to `end`: then it comes to stand elsewhere.
-/// Short paths are not looked at.
+/// True: no wall turns the character aside while it brakes towards `end`. A character that is
+/// turned aside would stop elsewhere. Short paths are not checked.
 bool brakes_freely(const Vec3& from,
                    const Vec2& end,
                    const motion::CharacterLimits& limits,
@@ -185,7 +185,7 @@ void LocalAvoidance::add_other(world::Row row, const AiContext& ai) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = velocity.x();
     seen_.want_z.back() = velocity.y();
-    // Its own zone lets it make way likewise, by the same places and velocities.
+    // Its own zone makes it yield likewise, by the same places and velocities.
     const bool yields = e.has(row, world::kGhost) && e.has(row, world::kGrounded) &&
                         type.kind == world::EntityKind::kCharacter && type.brain != 0 &&
                         !e.client[row];
@@ -326,7 +326,7 @@ bool LocalAvoidance::is_crowded(std::uint32_t one,
             crowded = true;
             return;
         }
-        // Nobody who is beyond the ends of both courses and a tick's path can be in the way.
+        // A character beyond the ends of both courses plus one tick's path cannot collide.
         const float most = seen_.radius[one] + seen_.radius[other] +
                            (courses_[one].end - courses_[one].at).norm() +
                            (courses_[other].end - courses_[other].at).norm() +
@@ -361,7 +361,7 @@ void LocalAvoidance::find_crowded(const AiContext& ai,
     });
 }
 
-/// Whoever is near one who has to give way, so that it is seen.
+/// Adds the neighbours of crowded walkers, so that these walkers see them.
 void LocalAvoidance::take_in_neighbours(const steering::AvoidanceSettings& settings) {
     for (const steering::CrowdBatch& batch : order_.batches()) {
         for (std::uint32_t i = batch.begin; i < batch.end; ++i) {

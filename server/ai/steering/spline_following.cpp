@@ -21,9 +21,9 @@ constexpr double kTurnShare = 0.25;
 constexpr double kStepShare = 0.15;
 /// So near to the track an agent begins to follow it, m.
 constexpr double kBoardM = 1.5;
-/// Who was pushed off farther than this walks back as to any goal, m.
+/// A follower pushed off farther than this walks back as to any goal, m.
 constexpr double kPushedOffM = 8.0;
-/// Who can come no nearer than this boards from there, m.
+/// A follower that can come no nearer than this joins the spline from there, m.
 constexpr double kAsNearM = 8.0;
 /// So far before and behind where one was the track is looked for, m.
 constexpr double kReachM = 30.0;
@@ -31,7 +31,7 @@ constexpr double kReachM = 30.0;
 constexpr double kLeastTicks = 4.0;
 /// A change of lanes is cut into so many segments at least.
 constexpr double kChangeSegments = 8.0;
-/// Whose timetable asks for less than this share of its speed goes by another one.
+/// A follower whose timetable needs less than this share of its speed gets a new timetable.
 constexpr double kLeastShare = 0.8;
 /// Share of full speed that timetables may take: what is left makes up for what was lost.
 constexpr double kTimetableShare = 0.98;
@@ -101,7 +101,7 @@ double top_speed_of(const BrainState& state, const Surroundings& around) {
            static_cast<double>(state.sprint ? body.sprint_factor : 1.0F);
 }
 
-/// That of the timetable, m/s.
+/// The speed of the timetable, m/s.
 double timetable_speed(const BrainState& state, const Surroundings& around) {
     return top_speed_of(state, around) *
            std::min(static_cast<double>(state.speed_factor), kTimetableShare);
@@ -211,7 +211,7 @@ bool go_on_to_next(Agent& agent, const Vec2d& end, const SplineView& view) {
     return true;
 }
 
-/// What a segment from the end of the last one may be.
+/// The limits of a segment that starts at the end of the last one.
 splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
     const double error = lane.error_m();
     const double acceleration = static_cast<double>(body_of(around).acceleration);
@@ -274,8 +274,9 @@ void advance(Agent& agent, const SplineView& view, double path) {
     }
 }
 
-/// The segment from where it is that leads to `goal` in `time_s`, at `most` m/s: the turn into it
-/// leads aside and costs path, for which its direction and speed allow.
+/// The segment from its present position to `goal` in `time_s`, at most at `most` m/s. The turn
+/// into the segment leads aside and costs distance; the segment's direction and speed allow for
+/// that.
 PathSegment segment_in_time(const Vec2& goal,
                             double time_s,
                             float most,
@@ -310,7 +311,7 @@ bool find_point_of_interest(Agent& agent, const SplineView& view, const Surround
     const auto on_it = [](float distance) {
         return static_cast<double>(distance) <= kBoardM;
     };
-    // That place is the goal of its segment, if it still has that one.
+    // That place is the goal of its segment, if the segment still has that goal.
     if (on_it((agent.segment.goal - around.at).norm()) ||
         on_it((view.local(place_after(agent, view, 0.0)) - around.at).norm())) {
         return true;
