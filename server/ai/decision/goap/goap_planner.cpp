@@ -125,8 +125,8 @@ std::uint32_t GoapPlanner::guess(const Literals& needs) const {
     return kNever;
 }
 
-/// The cheapest node is not put in the heap where it is known to be the cheapest: the best child of
-/// a node whose sum is that of its parent.
+/// The cheapest node is kept out of the heap where it is known to be the cheapest. It is the best
+/// child of a node, with the same sum as its parent.
 bool GoapPlanner::search(const Actions& actions, Plan& plan) {
     std::uint32_t at = 0;
     while (at != kNobody) {
