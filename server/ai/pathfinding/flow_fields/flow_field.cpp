@@ -116,7 +116,7 @@ void FlowField::make_room(const GridMap& map, std::size_t reached) {
         cost_.resize(map.places());
         hop_.resize(map.places());
     }
-    // One more than can be in a bucket: what is no news is written behind the last one.
+    // One more than a bucket can hold: an entry without change is written behind the last one.
     if (buckets_[0].places.size() < reached + 1) {
         for (Bucket& b : buckets_) {
             b.places.resize(reached + 1);

@@ -130,7 +130,7 @@ void GraphHierarchy::put(std::uint32_t node, std::uint32_t cluster) {
     nodes_[cluster * kMost + count_[cluster]++] = node;
 }
 
-/// The nodes of a share that a seed is joined with, the least of them, by links both ways.
+/// Gathers the nodes of a share that are joined with a seed, the least of them, by two-way links.
 std::uint32_t GraphHierarchy::gather(const NodeGraph& graph, std::uint32_t seed) {
     const std::uint32_t number = take_number();
     put(seed, number);
@@ -266,7 +266,7 @@ void GraphHierarchy::change(const NodeGraph& graph, std::span<const std::uint32_
             }
         }
     }
-    // What is renewed leads to others than before, and others to it.
+    // Renewed clusters have new links out, and other clusters have new links to them.
     for (std::size_t i = 0; i < dirty_.size(); ++i) {
         if (count_[dirty_[i]] != 0) {
             link(graph, dirty_[i]);

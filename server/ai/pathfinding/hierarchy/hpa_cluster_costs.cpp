@@ -79,7 +79,7 @@ void HpaClusterCosts::settle(int height) {
             tells_up_[row] = true;
         }
     }
-    // What the last row tells nobody hears.
+    // The last row of a sweep notifies no row.
     const auto sweep = [&](int first, int end, int step, auto& tells) {
         bool changed = false;
         for (int y = first; y != end; y += step) {

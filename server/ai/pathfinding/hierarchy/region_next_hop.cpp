@@ -19,7 +19,7 @@ constexpr std::uint16_t kNoPathThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.
 constexpr Hop kSides = 4;
 constexpr std::uint32_t kAllSides = 15;
-// What is renewed costs in units of about 2 ns.
+// The costs of renewal in units of about 2 ns.
 constexpr std::uint64_t kSquareCellUnits = 5;  ///< a cell of a square whose regions are found
 constexpr std::uint64_t kExitCellUnits = 7;    ///< a cell of the steps to an exit
 constexpr std::uint64_t kJoinUnits = 5;        ///< an exit of the map, or a square

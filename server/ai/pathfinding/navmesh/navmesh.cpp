@@ -12,12 +12,12 @@ namespace {
 constexpr float kIndexCell_m = 4.0F;
 constexpr int kMostIndexCells = 1000;  ///< to a side
 
-/// Twice the area of a triangle over x and z; its sign tells which way it turns.
+/// Twice the area of a triangle over x and z; its sign is the sense of its corners.
 float turn(const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b.x() - a.x()) * (c.z() - a.z()) - (c.x() - a.x()) * (b.z() - a.z());
 }
 
-/// Of a triangle, either way round, over x and z.
+/// The height over x and z of a triangle of either sense.
 struct OverTriangle {
     float depth = 0.0F;   ///< >= 0: the place is above or below it; else how far outside
     float height = 0.0F;  ///< of its plane at the place

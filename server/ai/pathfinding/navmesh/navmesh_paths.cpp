@@ -9,7 +9,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-// What things cost in units of about 2 ns; measured once and rounded.
+// The costs of work in units of about 2 ns; measured once and rounded.
 constexpr std::uint64_t kPolygonUnits = 60;  ///< a polygon of a search
 constexpr std::uint64_t kStepUnits = 20;     ///< a polygon walked over, or put into a corridor
 constexpr std::uint64_t kGroupUnits = 60;    ///< a group of a table to a goal
@@ -22,7 +22,7 @@ constexpr float kOnEdge_m = 0.01F;
 constexpr float kMoved_m = 0.01F;
 /// A short cut must gain more than rounding, m.
 constexpr float kGainOnMesh_m = 1e-3F;
-/// Who waits is sent ahead through so many polygons.
+/// A waiting agent is sent ahead through this many polygons.
 constexpr std::size_t kSegmentPolygons = 8;
 /// A segment ahead is longer than this, m: who comes to its end has to be in the next polygon.
 constexpr float kLeastSegment_m = 0.3F;
@@ -71,8 +71,8 @@ Vec3 least_detour(const Vec3& a, const Vec3& b, Spot from, Spot to) {
     return a + std::clamp(at, 0.0F, 1.0F) * (b - a);
 }
 
-/// Length of the shortest path from a place to another by way of a box over the ground: straight
-/// where that passes through it, else by one of its sides.
+/// Length of the shortest path from a place to another by a box over the ground. It is straight
+/// where the line passes through the box, else it goes by one of the box's sides.
 float around_box(Spot from, Spot to, Spot low, Spot high) {
     const std::array<Vec3, 4> corners{Vec3(low.x, 0.0F, low.z),
                                       Vec3(high.x, 0.0F, low.z),
@@ -297,7 +297,7 @@ bool NavmeshPaths::find_straight(const PathRequestEntry& request,
 PathRequestQueue::End NavmeshPaths::nearest_reached(const PathRequestEntry& request) {
     clusters_.flood(request.from.node);
     End best = request.from;
-    // On the ground where the goal's height is not told: where it was found.
+    // Where the goal's height is not given, its place on the ground is used.
     const Vec3 goal(request.to.wanted.x(), request.to.on.y(), request.to.wanted.z());
     float least = std::numeric_limits<float>::infinity();
     for (std::uint32_t p = 0; p < mesh_.polygons().size(); ++p) {
