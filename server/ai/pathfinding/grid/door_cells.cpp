@@ -13,7 +13,7 @@ bool meet(const Aabb& a, const Aabb& b) {
            b.lower.z() <= a.upper.z();
 }
 
-/// What differs near a door.
+/// The cells that differ near a door.
 DoorCells differences(const GroundMap& open, const GroundMap& shut, const Aabb& near) {
     DoorCells out;
     const GroundGrid& g = open.grid;

@@ -32,12 +32,12 @@ constexpr float kSlopeMargin = 0.02F;
 constexpr std::uint32_t kMostFloors = 4;
 constexpr float kSameFloor_m = 0.02F;
 constexpr std::uint32_t kNoFloor = ~0U;
-/// What is smaller and can't be reached from elsewhere is no ground: tops of walls and crates.
+/// Smaller ground that cannot be reached from elsewhere does not count: tops of walls and crates.
 constexpr float kSmallestIsland_m2 = 4.0F;
 constexpr std::array<int, 4> kAheadX{1, 0, 1, -1};
 constexpr std::array<int, 4> kAheadY{0, 1, 1, 1};
 
-/// What a step from a cell may touch.
+/// Near: the kinds of things that a step from a cell may touch.
 enum Near : std::uint8_t {
     kOpen,    ///< the ground plane alone
     kGentle,  ///< heights alone, that carry
@@ -161,7 +161,7 @@ class Bakery {
         find_tops(at);
         for (const float top : tops_) {
             const std::optional<float> floor = stand(at, top);
-            // What lies within a ledge's height of another comes to rest on the same.
+            // Floors within a ledge's height of each other count as one.
             if (floor && (size() == first_[p] || *floor > floors_.back() + kSameFloor_m)) {
                 floors_.push_back(*floor);
                 if (size() == first_[p] + kMostFloors) {

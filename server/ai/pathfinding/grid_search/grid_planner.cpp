@@ -161,7 +161,7 @@ ResumableTask GridPlanner::index_subgoals(IndexBounds bounds) {
     while (!run()) {
         cancelled = co_await Spent{part.taken()};
     }
-    // What the last part has taken, and what its going gives back.
+    // The work of the last part; freeing it counts too.
     cancelled = co_await Spent{part.taken()};
     if (cancelled) {
         co_return;

@@ -58,8 +58,8 @@ class PathTree {
         }
     }
 
-    /// All paths through s are covered from now on; `lost(t, n)` is told that n fewer lead through
-    /// t.
+    /// Marks all paths through s as covered; `lost(t, n)` is called where n fewer paths lead
+    /// through t.
     template <class Lost>
     void cover(Subgoal s, const Lost& lost) {
         const std::uint32_t gone = nodes_[s].below;

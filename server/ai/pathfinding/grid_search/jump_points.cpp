@@ -132,7 +132,7 @@ class JumpSearch {
         }
     }
 
-    /// Only where a best path may go on that came this way.
+    /// Expands only where a best path from this direction may go on.
     void expand(int dx, int dy) {
         if (dx == 0 && dy == 0) {
             for (const int s : {-1, 1}) {

@@ -27,9 +27,9 @@ class Clearances {
         }
     }
 
-    /// What lies ahead of a place is known before it: first all rows downwards, in them cells to
-    /// the right, then all rows upwards, in them cells to the left. Memory is first touched row by
-    /// row, too.
+    /// The cells ahead of a place are known before the place itself. First come all rows downwards,
+    /// and in them cells to the right. Then come all rows upwards, and in them cells to the left.
+    /// Memory is first touched row by row, too.
     void take_row(int y, bool downwards) {
         for (int i = 0; i < map_.width(); ++i) {
             if (downwards) {
@@ -191,7 +191,7 @@ class Rays {
         }
     }
 
-    /// What lies ahead of p is known.
+    /// Takes p, after all cells ahead of it.
     void take(Place p, std::size_t d) {
         meets_[p][d] = kNoPlace;
         if (!map_.passable(p) || !passable(p, offset_[d])) {
@@ -225,8 +225,8 @@ ResumableTask Subgoals::build(const GridMap& map,
     constexpr std::uint64_t kDoorUnits = 8;
     constexpr std::uint64_t kSeenUnits = 10;
     constexpr std::uint64_t kAroundUnits = 60;  // of a subgoal
-    // Room for what most have is taken at once: no page of it is touched before its turn, and
-    // nothing large is copied on the way.
+    // Room for this many, enough for most subgoals, is taken at once. So no page of it is touched
+    // before its turn, and nothing large is copied meanwhile.
     constexpr std::size_t kSeenByMost = 32;
     built.reset();
     Subgoals s;

@@ -17,7 +17,7 @@ float turn(const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b.x() - a.x()) * (c.z() - a.z()) - (c.x() - a.x()) * (b.z() - a.z());
 }
 
-/// The height over x and z of a triangle of either sense.
+/// OverTriangle: a place relative to a triangle of either sense, over x and z.
 struct OverTriangle {
     float depth = 0.0F;   ///< >= 0: the place is above or below it; else how far outside
     float height = 0.0F;  ///< of its plane at the place

@@ -15,15 +15,15 @@ namespace {
 
 /// Tables to all goals' regions are made beforehand where there are no more regions.
 constexpr std::size_t kMostTables = 1500;
-/// What a path from area to area is taken to cost before one was made.
+/// The assumed cost of a path from region to region before one was made.
 constexpr std::uint64_t kFirstCheapWork = 4000;
 /// One so-manieth of the work that is left of a tick goes into the index.
 constexpr std::uint64_t kIndexShare = 4;
 /// A mean over about so many.
 constexpr std::uint64_t kMeanOver = 16;
-/// Who waits is sent ahead by so many cells.
+/// A waiting agent is sent ahead by this many cells.
 constexpr int kSegmentCells = 8;
-/// Who stands where nothing is passable looks for a cell as far away, in cells.
+/// An agent on a blocked cell looks for a passable one this far away, in cells.
 constexpr int kBesideReach = 3;
 
 float distance(Spot a, Spot b) {
@@ -194,7 +194,8 @@ void GridPathRequests::serve_waiting() {
             continue;
         }
         if (!find(slot, late)) {
-            continue;  // the tick's work is done: whoever is due is served as one that is late
+            continue;  // the tick's work is used up: a request that is due is then served as a late
+                       // one
         }
         ++served;
         counts_.longest_wait_ticks = std::max(counts_.longest_wait_ticks, queue_.waited() + 1);

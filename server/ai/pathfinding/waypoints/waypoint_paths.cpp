@@ -330,7 +330,8 @@ bool WaypointPaths::passable(const Hinge& hinge) const {
 }
 
 bool WaypointPaths::may_be_shorter(const PathRequestEntry& request) const {
-    // For an agent on its path the gain must also hold for the whole path.
+    // The test covers the whole path: a gain for an agent part-way along it is also a gain on the
+    // whole.
     const Vec3& from = places_[request.from.node];
     const Vec3& to = places_[request.last];
     const auto worth = [&](double around) {
