@@ -17,25 +17,25 @@ constexpr std::size_t kMostWallPlanes = 32;
 constexpr std::size_t kMostNearPlanes = 24;
 constexpr std::size_t kMostPathPlanes = 24;
 static_assert(kMostWallPlanes + kMostNearPlanes + kMostPathPlanes <= OrcaProgram::kMostRows);
-/// Of the slack: 1/64 of the largest.
+/// Halvings of the slack: down to 1/64 of the largest.
 constexpr int kHalvings = 6;
 /// Overlaps up to this share of a radius come from rounding and are let be.
 constexpr float kRoundingShare = 1e-3F;
 /// An agent that overlaps another parts from it by this share a step, so that neither jumps.
 constexpr float kPartShare = 0.5F;
-/// Differences of paths that are smaller do not tell who goes first, m.
+/// Smaller differences of paths do not decide which agent goes first, m.
 constexpr float kSamePath = 0.1F;
-/// So many times as much path makes who goes after the other.
+/// The share of avoidance of the agent that goes after is raised by this factor.
 constexpr float kGivesWay = 4.0F;
-/// Restless agents keep to a direction that they try for so many steps.
+/// Restless agents keep to a direction for this many steps.
 constexpr std::uint64_t kTrySteps = 12;
 /// Tolerance of half-planes, m/s: rounding.
 constexpr float kTolerance = 1e-3F;
 
-/// Eight agents as they are looked at.
+/// OrcaAgents: the data of eight agents processed together.
 struct OrcaAgents {
     Lanes x, z, vx, vz, radius, yield, path_left, want_x, want_z, speed;
-    unsigned moved_here;  ///< bits of those that are there and not moved by others
+    unsigned moved_here;  ///< bits of the agents that are present and not moved by others
 };
 
 struct OrcaPlanes {
@@ -177,8 +177,8 @@ void next_proximity_check(const OrcaAgents& a,
     const Lanes c = e.nx * a.vx + e.nz * a.vz + part * e.depth;
     const unsigned bound = bits_of((c > -a.speed) & (gap > none)) & near;
     planes.path.add(bound, {e.nx, e.nz, c});
-    // An agent that goes after keeps a distance. Without it queues are pressed into arches that
-    // nobody can leave. Where neither goes first both keep it.
+    // An agent that goes after keeps a distance. Without it queues are pressed into arches that no
+    // agent can leave. Where neither goes first both keep it.
     const Lanes spare =
         pick(after, splat(1.0F), share) * (gap - settings.comfort_m) * (1.0F / settings.comfort_s);
     const unsigned kept = bits_of((spare < a.speed) & ~ahead) & near;
@@ -263,7 +263,7 @@ LaneInts lanes_of(unsigned bits) {
     return (each & static_cast<std::int32_t>(bits)) != 0;
 }
 
-/// Whether v is within the planes, but for rounding.
+/// True if v is within the planes, but for rounding.
 LaneInts within(const OrcaProgram& p, std::size_t rows, const OrcaVelocity& v) {
     LaneInts all = LaneInts{} - 1;
     for (std::size_t k = 0; k < rows; ++k) {

@@ -17,7 +17,7 @@ const motion::CharacterLimits& limits_of(const Surroundings& around) {
 /// A timetable leaves this much of full speed unused. The body needs the rest to make up for coarse
 /// commands (few headings and speeds) and for others that hold it up.
 constexpr float kUsed = 0.98F;
-/// A corner of a path counts as passed so near to it, m; who goes there aims nearer.
+/// A corner of a path counts as passed within this distance, m; a walker aims nearer.
 constexpr float kCornerM = 0.5F;
 constexpr float kTurnM = 0.2F;
 /// An agent without a path looks again after this long, s. An agent that waits for an answer looks
@@ -111,7 +111,7 @@ bool has_path(const Agent& agent, const Surroundings& around) {
            around.ai.paths->has(around.slot, agent.entity);
 }
 
-/// So near to its goal a straight walk is over, m.
+/// A straight walk is over within this distance of its goal, m.
 float reach_of(const Agent& agent,
                const BrainState& state,
                const DesiredVelocity& desired,
@@ -127,7 +127,7 @@ float reach_of(const Agent& agent,
                               around.ai.points_of_interest.outside(state.forage->nest, around.at));
 }
 
-/// Whether the agent has come to where its path ends.
+/// True if the agent has reached the end of its path.
 bool path_is_over(const Agent& agent, const Surroundings& around) {
     if (!has_path(agent, around)) {
         return false;
@@ -251,7 +251,7 @@ bool turn_to_path(Agent& agent,
     if (has_path(agent, around)) {
         const Vec2 next = flat_of(around.ai.paths->heading(around.slot, body, kCornerM));
         desired.direction = next - around.body();
-        // Progress is what leads to the corner.
+        // Progress is measured towards the corner.
         desired.goal = next;
     }
     return asks;

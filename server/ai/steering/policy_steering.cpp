@@ -19,7 +19,7 @@ Vec2 on_ground(const Vec3& v) {
     return {v.x(), v.z()};
 }
 
-/// True where the aim does nearly what is wanted: others need not hear of the difference.
+/// True where the aim is nearly the wanted one: the difference is not worth a notification.
 bool near_enough(const motion::InputCommand& aim, const learning::Wanted& wanted, bool fresh) {
     const Vec2 moves = Vec2(aim.move_x, aim.move_z) / 127.0F;
     const float share = moves.norm();

@@ -17,14 +17,14 @@ constexpr float kProgressM = 0.5F;
 constexpr float kDetourS = 1.0F;
 /// A rubber band that has changed the speed by this part of full speed is worth a command.
 constexpr float kBandChange = 0.05F;
-/// A blend that wants less than this share of walking speed stands; one that wants so much more or
-/// less than it goes changes its pace.
+/// A blend slower than this share of walking speed stands. A blend whose speed differs by more than
+/// this from the present one changes its pace.
 constexpr float kBlendStands = 0.05F;
 constexpr float kBlendPace = 0.1F;
 /// A body this far from its segment's position is corrected, m. At this distance the commands are
 /// worth a publication.
 constexpr float kOffSegmentM = 0.2F;
-/// In what time at least, s: where the segment has come by then, or at its end.
+/// The least time for a correction, s. It aims at the segment's position by then, or at its end.
 constexpr float kPutRightS = 0.5F;
 /// A body that falls faster than this, m/s, has left its floor: it is some 0.2 m below it.
 constexpr float kFalls = 2.0F;
@@ -220,7 +220,7 @@ bool steer_freely(Agent& agent, const BrainState& state, bool entered, const Sur
 }
 
 /// A command that leads the body to the segment's end, or to the segment's position some time
-/// ahead. That time is just short enough for the correction to be worth a step of the command.
+/// ahead. The time is just short enough for the correction to be worth a step of the command.
 void correct_drift(Agent& agent, const BrainState& state, const Surroundings& around) {
     const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
     const float soon_s = std::max(kPutRightS, kOffSegmentM * kFullMove / full);
@@ -247,7 +247,7 @@ bool falls(const Surroundings& around) {
     return !e.has(around.self, world::kGrounded) && e.velocity[around.self].y() < -kFalls;
 }
 
-/// Keeps the body to the segment, which is set anew where it has come to its end, or the body was
+/// Keeps the body on the segment. The segment is planned anew at its end, or after the body was
 /// pushed away or held up. True: it needs a path.
 bool steer_by_segment(Agent& agent,
                       const BrainState& state,
@@ -262,7 +262,7 @@ bool steer_by_segment(Agent& agent,
         return false;
     }
     const bool over = segment_is_over(agent, around.ai.now, around.ai.dt);
-    // In another zone than the one that knew its path.
+    // The agent is in another zone than the one that knew its path.
     const bool lost = agent.on_path && (around.ai.paths == nullptr ||
                                         !around.ai.paths->has(around.slot, agent.entity));
     if (over || agent.segment.length == 0.0F || !agent.timed) {

@@ -10,7 +10,7 @@ namespace zoned::ai::state_machine {
 
 namespace {
 
-/// Agents that are looked at together: their times in state are written down first, as one more
+/// The number of agents processed together. Their times in state are first written down as one more
 /// column.
 constexpr std::size_t kBlock = 256;
 

@@ -64,7 +64,7 @@ class DecisionTree {
     [[nodiscard]] std::uint16_t decide(std::span<const float> values) const;
 
     /// The node of the definition in which the agent that senses `values` ends. `way` gets the
-    /// nodes on its path there.
+    /// nodes on the path there.
     std::uint16_t explain(std::span<const float> values, std::vector<std::uint16_t>& way) const;
 
     [[nodiscard]] std::size_t depth() const { return depth_; }

@@ -151,7 +151,7 @@ bool LabelLookup::run(const GridMap& map,
             from_start_[l.hub] = std::min(from_start_[l.hub], to + l.cost);
         }
     }
-    // Where no hub is known to both sides, sums are those of earlier queries: above the mark.
+    // Where the two sides share no hub, sums are those of earlier queries: above the mark.
     std::uint64_t least = mark | (kNoCost - 1);
     std::uint16_t hub = 0;
     Subgoal last = kNoSubgoal;

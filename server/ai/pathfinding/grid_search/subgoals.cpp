@@ -14,7 +14,7 @@ constexpr int kDirections = 8;
 constexpr std::array<int, kDirections> kStepX{1, 0, -1, 0, 1, -1, -1, 1};
 constexpr std::array<int, kDirections> kStepY{0, 1, 0, -1, 1, 1, -1, -1};
 
-/// How far one can go from each place, until a blocked cell bars the path or a subgoal is reached.
+/// Clearances: the free distance from each place, up to a blocked cell or a subgoal.
 class Clearances {
   public:
     Clearances(const GridMap& map, std::span<const Subgoal> numbers)
@@ -99,9 +99,9 @@ void find_corners(const GridMap& map, int y, std::vector<Place>& found) {
     }
 }
 
-/// All subgoals that are seen from p: those straight ahead, and those in the wedge between a
-/// diagonal and a direction beside it, each only up to what the lines nearer to the start allow
-/// (algorithm 1 of the paper).
+/// Finds all subgoals that p sees. They lie straight ahead, or in the wedge between a diagonal and
+/// a direction beside it. In the wedge each line goes only as far as the lines nearer to the start
+/// allow (algorithm 1 of the paper).
 template <class Found>
 void look_around(const Clearances& clear, Place p, const Found& found) {
     for (std::size_t d = 0; d < kDirections; ++d) {
@@ -317,7 +317,7 @@ Subgoal Subgoals::at(Place p) const {
 }
 
 std::size_t Subgoals::bytes() const {
-    // Of room that was taken beforehand no more is in memory than is used.
+    // Of the room taken beforehand only the used part is in memory.
     return cells_.size() * sizeof(Cell) + place_.size() * sizeof(Place) +
            (first_seen_.size() + first_door_.size()) * sizeof(std::uint32_t) +
            (seen_.size() + doors_.size()) * sizeof(Subgoal);

@@ -13,8 +13,8 @@ namespace zoned::ai::pathfinding {
 /// Connects clusters by links, whatever their direction, in two levels, as Components does for
 /// cells. Clusters lie in blocks. Clusters that are linked within a block are a region, and links
 /// between blocks join regions. A change costs the blocks in which clusters or their links have
-/// changed, the blocks beside these, and a look at all regions. That is a small share of a look at
-/// all clusters.
+/// changed, the blocks beside these, and a look at all regions. The cost is a small share of a look
+/// at all clusters.
 class GraphConnectivity {
   public:
     static constexpr std::uint32_t kNone = ~0U;

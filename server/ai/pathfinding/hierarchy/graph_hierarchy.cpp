@@ -9,7 +9,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Whether one gets along a link.
+/// True if a link can be passed.
 bool leads(const NodeGraph& graph, std::uint32_t link) {
     return graph.linked[link] != 0 && graph.open[graph.to[link]] != 0;
 }
@@ -339,7 +339,7 @@ std::size_t GraphHierarchy::segment(const NodeGraph& graph,
     }
     const std::uint32_t here = cluster_[from];
     const std::uint32_t next = tables_[cluster_[goal]][here];
-    // Breadth first within the group; what lies in the next one ends it.
+    // Breadth first within the group; a node of the next group ends the search.
     std::array<std::uint32_t, kMost> found{};
     std::array<std::uint8_t, kMost> before{};
     std::array<bool, kMost> seen{};

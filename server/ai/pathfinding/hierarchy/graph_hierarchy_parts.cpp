@@ -7,7 +7,7 @@
 
 namespace zoned::ai::pathfinding {
 
-/// By what lies next to each other, as nodes are shared out.
+/// Forms blocks of adjacent shares, in the same manner as nodes are divided into shares.
 void GraphHierarchy::share_out_blocks(const NodeGraph& graph) {
     const std::size_t shares = first_share_.size() - 1;
     share_block_.assign(shares, kNone);

@@ -69,7 +69,7 @@ void HpaClusterCosts::take_rows(const GridMap& map, Cell corner, int width, int 
     }
 }
 
-/// From the rows that have cells to begin with, which tell those below.
+/// Starts from the rows that have cells to begin with; these notify the rows below.
 void HpaClusterCosts::settle(int height) {
     tells_up_.fill(false);
     for (int y = 0; y < height; ++y) {

@@ -13,7 +13,7 @@ namespace {
 constexpr int kSmallestSide = 32;
 /// Tables of regions grow with the square of their number.
 constexpr int kMostSquares = 1024;
-/// How far an exit may be at most, in cells; larger is cut to it.
+/// The largest stored distance of an exit, in cells; larger distances are cut to it.
 constexpr std::uint32_t kFarthestExit = 4095;
 constexpr std::uint16_t kNoPathThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.

@@ -242,7 +242,7 @@ std::uint32_t Navmesh::nearest(const Vec3& place, float reach_m, float height_m,
         float height = 0.0F;
         if (over(p, place, height)) {
             const float off = on_ground ? height : std::abs(height - place.y());
-            // A floor far above or below is not what is meant.
+            // A floor far above or below the place is not the place's floor.
             if (on_ground || off <= height_m) {
                 consider(p, off, Vec3(place.x(), height, place.z()));
             }
@@ -421,8 +421,8 @@ void NavmeshSearch::pull(const Navmesh& mesh, const Vec3& from, const Vec3& to) 
         }
     }
     gates_.push_back({to, to});
-    // From the last corner, what can be seen through all gates so far lies between two lines; where
-    // they cross, the corner is the end that bars the view.
+    // The region seen from the last corner through all gates so far lies between two lines. Where
+    // the lines cross, the corner is the end that bars the view.
     passed_.clear();
     turn_at(from, 0);
     passed_.back() = 0;

@@ -89,10 +89,10 @@ class Navmesh {
 
     /// The passable polygon of a place: the one below or above it that is nearest in height, by no
     /// more than `height_m`. Where there is none within kOnFloor_m, it may be one beside the place
-    /// instead. That one has the nearer edge (in three dimensions), no farther than `reach_m`. Its
-    /// height is within kOnFloor_m if there is a polygon below or above. So a place at the rim of a
-    /// bridge is on the bridge. kNone: there is none. `on` becomes the place on the polygon. A
-    /// place whose height is not a number is on the ground: the lowest polygon there.
+    /// instead. The one beside must have a nearer edge (in three dimensions), no farther than
+    /// `reach_m`. Its height is within kOnFloor_m if there is a polygon below or above. So a place
+    /// at the rim of a bridge is on the bridge. kNone: there is none. `on` becomes the place on the
+    /// polygon. A place whose height is not a number is on the ground: the lowest polygon there.
     [[nodiscard]] std::uint32_t nearest(const Vec3& place,
                                         float reach_m,
                                         float height_m,
@@ -130,7 +130,7 @@ class Navmesh {
     [[nodiscard]] Vec3 nearest_on_edge(std::uint32_t polygon, int i, const Vec3& place) const;
     /// The height of a place on a polygon; `height` where its corners decide the height.
     [[nodiscard]] float relief_at(std::uint32_t polygon, const Vec3& place, float height) const;
-    /// Turns all polygons the same way round, and lists them by cells.
+    /// Gives all polygons the same sense of rotation, and lists them by cells.
     void finish();
     void index_polygons();
 

@@ -7,9 +7,9 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// How much walkers like to go on, by eighths of a turn away from ahead.
+/// The preference of walkers for a direction, by eighths of a turn away from ahead.
 constexpr std::array<float, 5> kLiking{1.0F, 0.6F, 0.15F, 0.05F, 0.02F};
-/// Weight of what has no scent, beside 1 for what smells as strong as here.
+/// The weight of a cell without scent; a cell that smells as strong as here has 1.
 constexpr float kUnscented = 0.02F;
 constexpr float kMostRatio = 1e6F;
 /// A cell whose mark is one step younger is at least this many times as attractive.

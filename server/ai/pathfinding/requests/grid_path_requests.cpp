@@ -19,7 +19,7 @@ constexpr std::size_t kMostTables = 1500;
 constexpr std::uint64_t kFirstCheapWork = 4000;
 /// One so-manieth of the work that is left of a tick goes into the index.
 constexpr std::uint64_t kIndexShare = 4;
-/// A mean over about so many.
+/// The mean is taken over about so many values.
 constexpr std::uint64_t kMeanOver = 16;
 /// A waiting agent is sent ahead by this many cells.
 constexpr int kSegmentCells = 8;
@@ -87,7 +87,7 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
         fail(number, PathOutcome::kOffMap);
     } else if (find_ends(number)) {
         wait(number);
-        // Where to walk meanwhile; the other half is for the paths themselves.
+        // Prepares the hops of waiting agents; the other half is for the paths themselves.
         if (spent_ < settings_.work_per_tick / 2) {
             prepare_table(slot.goal);
         }
@@ -98,7 +98,7 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
 bool GridPathRequests::find_ends(std::uint32_t number) {
     RequestSlot& slot = slots_[number];
     const GridMap& map = planner_.map();
-    // Of a place on the line between two cells the one that it counts to.
+    // For a place on the line between two cells, the cell to which it counts.
     slot.start = grid_.cell(slot.at);
     slot.goal = grid_.cell(slot.to);
     if (!map.passable(slot.start) &&
@@ -219,7 +219,8 @@ void GridPathRequests::serve() {
     lead_waiting();
     counts_.index_work = 0;
     if (!indexed_) {
-        // A share of what nobody needed, too: the sooner it is there, the cheaper are paths.
+        // Work that was left over goes to the index, too: the sooner it is ready, the cheaper are
+        // paths.
         const std::uint64_t left =
             settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
         const std::uint64_t share = left / kIndexShare;
@@ -326,7 +327,7 @@ Spot GridPathRequests::first_segment(const RequestSlot& slot, Spot at) const {
     if (!regions_.prepared(map, slot.goal)) {
         return at;
     }
-    // As far along the hops as can be seen from here.
+    // Goes as far along the hops as can be seen from here.
     Cell ahead = from;
     std::uint32_t looked = 0;
     int cells = 0;

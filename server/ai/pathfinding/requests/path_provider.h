@@ -50,8 +50,8 @@ struct PathResult {
     bool waiting = true;  ///< not answered yet; the other members mean nothing
     PathOutcome outcome = PathOutcome::kUnreachable;  ///< kPartial: the path leads to the reachable
                                                       ///< place nearest to the goal
-    bool best = false;              ///< false: a path that is near the best
-    float length_m = 0.0F;          ///< along the corners, over the ground
+    bool best = false;                                ///< false: a path that is near the best
+    float length_m = 0.0F;                            ///< along the corners, over the ground
     std::span<const Spot> corners;  ///< without the start; valid until the next serve()
 };
 
