@@ -26,7 +26,7 @@ constexpr float kAbove = 0.01F;
 constexpr float kShareOfRadius = 0.5F;
 /// A step has arrived that ends as near to the middle of its cell, in cells.
 constexpr float kOffMiddle = 0.15F;
-/// Gentle ground is less steep by this than the steepest that just carries, as a cosine.
+/// Ground is gentle if it is this much less steep than the steepest that carries, as a cosine.
 constexpr float kSlopeMargin = 0.02F;
 /// The most floors of a cell that are tested.
 constexpr std::uint32_t kMostFloors = 4;
@@ -300,7 +300,7 @@ class Bakery {
 
     void block_edges() {
         block_edges(true);
-        // Only of diagonals that may still be stepped along.
+        // Then the edges of those diagonals only that may still be stepped along.
         block_edges(false);
     }
 

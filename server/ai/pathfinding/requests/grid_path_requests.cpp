@@ -219,8 +219,8 @@ void GridPathRequests::serve() {
     lead_waiting();
     counts_.index_work = 0;
     if (!indexed_) {
-        // Work that was left over goes to the index, too: the sooner it is ready, the cheaper are
-        // paths.
+        // A share of the left-over work goes to the index, too: the sooner it is ready, the
+        // cheaper are paths.
         const std::uint64_t left =
             settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
         const std::uint64_t share = left / kIndexShare;
