@@ -15,7 +15,7 @@ namespace zoned::ai::steering {
 struct AvoidanceSettings {
     float step_s = 0.05F;         ///< > 0
     float horizon_s = 1.2F;       ///< collisions with others are avoided this far ahead, >= step_s
-    float wall_horizon_s = 0.2F;  ///< an agent keeps this much time away from a wall, >= step_s
+    float wall_horizon_s = 0.2F;  ///< no agent may reach a wall within this time, >= step_s
     float neighbour_m = 3.0F;     ///< others farther away are ignored, > 0
     float comfort_m = 0.1F;       ///< distance to other agents where there is room, except to
                                   ///< agents that go after it

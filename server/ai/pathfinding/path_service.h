@@ -93,8 +93,9 @@ class PathService {
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
     /// Sets the doors as at `now`, and compares some of the paths with paths around crowds. A path
-    /// is looked for anew if a door cuts the part that its agent still has to go, or if an opened
-    /// door may shorten it. Costs nothing where no door turns and no crowd has changed.
+    /// is looked for anew if a door cuts the part that its agent still has to go. It is also looked
+    /// for anew if an opened door may shorten it. Costs nothing where no door turns and no crowd
+    /// has changed.
     void follow_doors(Tick now);
 
     /// The ground from which portals of one size are made, see PathProvider::ground_map().

@@ -102,7 +102,7 @@ void pick_wander_target(Agent& agent, float radius, const Surroundings& around);
 /// The full speed of a walker in that state, m/s.
 float full_speed(const BrainState& state, const Surroundings& around);
 
-/// Whether its command moves it.
+/// True if its command moves it.
 bool moving(const Agent& agent);
 
 /// True: the agent is under way. An agent that follows a segment is judged by its segment.

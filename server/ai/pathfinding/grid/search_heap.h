@@ -9,7 +9,7 @@
 namespace zoned::ai::pathfinding {
 
 /// SearchHeap differs from OpenList, whose costs are whole numbers and whose ties follow the calls.
-/// Here costs may be fractions, and ties go to the smaller `node`, so a path does not depend on the
+/// Here costs may be fractions, and ties go to the smaller `node`. So a path does not depend on the
 /// order in which links were looked at. A node that became cheaper is pushed again; the search
 /// skips its older entry. `Entry` has a `key` and a `node`.
 template <class Entry>

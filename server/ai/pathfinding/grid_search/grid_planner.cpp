@@ -10,7 +10,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Of a path through portals.
+/// In a path through portals, this many portals are skipped at a time.
 constexpr std::size_t kPortalsLeftOut = 5;
 /// Jobs within jobs stop where the outer one does, after units of their own.
 constexpr std::uint64_t kIndexPart = 20'000;

@@ -1,4 +1,4 @@
-// Owned Recast structures: smart pointers that free Recast's structures.
+// Recast owners: smart pointers that free Recast's structures.
 #pragma once
 
 #include <recastnavigation/Recast.h>

@@ -128,7 +128,7 @@ class GridPathRequests : public PathProvider {
         Cell goal;
         bool taken = false;
         bool waiting = false;
-        bool usable = false;  ///< its corners lead to a goal
+        bool usable = false;  ///< its corners form a path
         bool moved = false;   ///< the goal is replaced because it lies in an obstacle
         bool best = false;
         bool doubted = false;  ///< it waits for another path, to be taken if that pays
@@ -195,7 +195,7 @@ class GridPathRequests : public PathProvider {
     bool make_field(Cell goal);
     /// Appends the next cell.
     void append(Cell c, bool straight_on);
-    /// Appends the cells that hops lead to to `cells_`.
+    /// Appends the cells on the hops to `cells_`.
     template <class HopAt>
     void walk(const HopAt& hop_at);
     void keep(std::uint32_t number);

@@ -33,7 +33,7 @@ struct RequestState {
     PathEnd to;
     bool taken = false;  ///< false: it was released and still has its turn
     bool waiting = false;
-    bool usable = false;  ///< its corners lead to a goal
+    bool usable = false;  ///< its corners form a path
     bool best = false;
     PathOutcome outcome = PathOutcome::kUnreachable;
     std::uint32_t next = 0;  ///< the corner that the asker heads for

@@ -19,11 +19,11 @@ struct WaypointPathsSettings {
 };
 
 /// The path leads from the waypoint nearest to the start to the one nearest to the goal, by the
-/// least sum of weights, and then to the goal itself. Where both waypoints are the same it leads
-/// straight to the goal. An agent on the path's first edge does not go back to its beginning. It
-/// does not go beyond a goal on the last edge either. If the goal's waypoint cannot be reached, the
-/// path leads to the nearest reachable one (kPartial). The author of the waypoints has to make sure
-/// that a walker can reach the waypoint nearest to any place.
+/// least sum of weights. Then it leads to the goal itself. Where both waypoints are the same it
+/// leads straight to the goal. An agent on the path's first edge does not go back to its beginning.
+/// It does not go beyond a goal on the last edge either. If the goal's waypoint cannot be reached,
+/// the path leads to the nearest reachable one (kPartial). The author of the waypoints has to make
+/// sure that a walker can reach the waypoint nearest to any place.
 class WaypointPaths final : public PathRequestQueue {
   public:
     /// `doors` are the result of waypoint_doors() for the graph; `shut` is by door.
