@@ -1,4 +1,4 @@
-// Assignment: who takes which place, so that all together have the shortest distance.
+// Assignment: pairs agents with places so that the total distance is least.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,15 @@ inline constexpr std::uint32_t kNoSlot = ~0U;
 
 class Assignment {
   public:
-    /// Up to so many of both the sum of costs is least; among more, the cheapest pair goes first,
-    /// then the cheapest of those left, ties by row, then slot.
+    /// With at most this many rows and slots the sum of costs is least. With more, the cheapest
+    /// pair is taken first, then the cheapest of the rest; ties go by row, then slot.
     static constexpr std::size_t kMostExact = 128;
 
-    /// `cost` holds for each row its cost (finite) of each of `slots` slots, row by row. Each row
-    /// gets another slot; with more rows than slots some get kNoSlot. By the Hungarian method with
-    /// shortest augmenting paths (Jonker and Volgenant, "A shortest augmenting path algorithm for
-    /// dense and sparse linear assignment problems", Computing 38, 1987), O(n^3). No allocation
-    /// where there are no more than before.
+    /// `cost` holds for each row its (finite) cost of each of `slots` slots, row by row. Each row
+    /// gets a slot of its own; with more rows than slots some get kNoSlot. The method is the
+    /// Hungarian one with shortest augmenting paths, O(n^3): Jonker and Volgenant, "A shortest
+    /// augmenting path algorithm for dense and sparse linear assignment problems", Computing 38,
+    /// 1987. Does not allocate for sizes met before.
     std::span<const std::uint32_t> solve(std::span<const double> cost,
                                          std::size_t rows,
                                          std::size_t slots);

@@ -1,4 +1,4 @@
-// CrowdAgents: those who walk in a crowd, in columns.
+// CrowdAgents: the agents of a crowd, in columns.
 #pragma once
 
 #include <cstddef>
@@ -7,21 +7,21 @@
 
 namespace zoned::ai::steering {
 
-/// Discs on the ground. All columns have the same length; a row is an agent.
+/// Agents are discs on the ground. All columns have the same length; a row is an agent.
 struct CrowdAgents {
     std::vector<float> x, z;            ///< m
     std::vector<float> vx, vz;          ///< m/s, as moved in the last step
-    std::vector<float> want_x, want_z;  ///< m/s, as they would walk alone
+    std::vector<float> want_x, want_z;  ///< m/s, desired velocity without others
     std::vector<float> radius;          ///< m, > 0
     std::vector<float> most_speed;      ///< m/s, >= 0
-    /// How much of making way an agent takes upon itself, beside another: shares are as these
-    /// numbers. Zero: it is moved by others (a player, a vehicle), only looked at, and everybody
-    /// else makes all the way.
+    /// The agent's share of avoiding another agent; shares are in proportion to these numbers.
+    /// Zero: others move it (a player, a vehicle) or it is only an obstacle, and everybody else
+    /// avoids it entirely.
     std::vector<float> yield;
-    /// Along its path to its goal, m: of two that are in each other's way, who has less left goes
-    /// first. The same for all (0) where nobody knows.
+    /// Distance along its path to its goal, m. Of two agents in conflict the one with less left
+    /// goes first. It is the same for all (0) where it is unknown.
     std::vector<float> path_left;
-    std::vector<std::uint32_t> id;  ///< what its random choices come from
+    std::vector<std::uint32_t> id;  ///< seed of its random choices
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
 
@@ -32,7 +32,7 @@ struct CrowdAgents {
         id.reserve(agents);
     }
 
-    /// Stands there until it is told what it wants.
+    /// Adds an agent that stands until its desired velocity is set.
     void add(std::uint32_t agent, float at_x, float at_z, float its_radius, float its_most_speed) {
         for (auto* column : floats()) {
             column->push_back(0.0F);
@@ -45,7 +45,7 @@ struct CrowdAgents {
         id.push_back(agent);
     }
 
-    /// All of them go; memory stays.
+    /// Removes all agents; keeps the memory.
     void clear() {
         for (auto* column : floats()) {
             column->clear();
@@ -53,7 +53,7 @@ struct CrowdAgents {
         id.clear();
     }
 
-    /// The last row takes the place of `row`.
+    /// Removes `row`; the last row takes its place.
     void remove(std::size_t row) {
         for (auto* column : floats()) {
             (*column)[row] = column->back();

@@ -11,7 +11,7 @@ namespace zoned::ai::steering {
 namespace {
 
 constexpr std::size_t kSortGrain = 4096;  ///< agents
-constexpr float kFarthest = 1e6F;         ///< m; who is farther counts to the rim
+constexpr float kFarthest = 1e6F;         ///< m; an agent farther out counts to the rim
 
 int clamped_cell(float at, int count) {
     return !(at > 0.0F) ? 0

@@ -11,7 +11,7 @@
 
 namespace zoned::ai::steering {
 
-/// What a step reads of an agent, in the order of cells.
+/// The columns that a step reads of an agent, in the order of cells.
 enum SortedColumn : std::size_t {
     kSortedX,
     kSortedZ,
@@ -26,33 +26,34 @@ enum SortedColumn : std::size_t {
     kSortedColumns
 };
 
-/// Up to eight agents that are worked on together: neighbours in the sorted order, of one row.
+/// Up to eight agents that are processed together: neighbours in the sorted order, in one row of
+/// cells.
 struct CrowdBatch {
-    std::uint32_t begin, end;  ///< sorted agents
+    std::uint32_t begin, end;  ///< range of sorted agents
     int first_cell, last_cell;
     int row;
 };
 
-/// A grid of its own beside spatial::PointGrid: it copies the columns of all agents into the order
-/// of cells, so that eight lanes load neighbours as a run, and it is laid anew in each step.
+/// CrowdOrder has its own grid beside spatial::PointGrid. It copies the columns of all agents into
+/// the order of cells, so that eight lanes load neighbours as a run. It is rebuilt in each step.
 class CrowdOrder {
   public:
-    /// Sorts (stable, by counting) into cells of `cell_m` (> 0) or, where these would be more than
-    /// kMostCells, larger ones. Agents that are nowhere (not a number) count to the first cell. No
-    /// allocation where there are no more agents and cells than ever before.
+    /// Sorts (stable, by counting) into cells of `cell_m` (> 0). The cells are larger where there
+    /// would be more than kMostCells. Agents whose position is not a number count to the first
+    /// cell. Does not allocate for numbers of agents and cells met before.
     void sort(const CrowdAgents& agents, float cell_m, compute::Team& team);
 
     static constexpr std::size_t kMostCells = 1U << 18U;
 
     [[nodiscard]] const float* column(SortedColumn c) const { return sorted_[c].data(); }
 
-    /// Row of the agent at each sorted place.
+    /// The row of the agent at each sorted place.
     [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return rows_; }
 
     [[nodiscard]] const std::vector<CrowdBatch>& batches() const { return batches_; }
 
-    /// Sorted places [first, second) of those in row `row` of cells from one column to another,
-    /// both included; columns beyond the grid count as its rim, rows beyond it are empty.
+    /// Sorted places [first, second) of the agents in row `row` of cells from one column to
+    /// another, both included. Columns beyond the grid count as its rim; rows beyond it are empty.
     [[nodiscard]] std::array<std::uint32_t, 2> stretch(int row, int first, int last) const {
         if (row < 0 || row >= cell_rows_) {
             return {0, 0};

@@ -14,61 +14,65 @@
 
 namespace zoned::ai::steering {
 
-/// Place of a member beside the centre, m.
+/// The place of a member relative to the centre, m.
 struct FormationSlot {
     float ahead = 0.0F;
     float right = 0.0F;
 };
 
 struct FormationSettings {
-    float pull_per_s = 1.5F;       ///< speed towards the own place per distance, within near_m
+    float pull_per_s = 1.5F;       ///< speed towards its own place per metre of distance, within
+                                   ///< near_m
     float near_m = 3.0F;           ///< farther off the pull fades as 1 / distance
-    float straggler_m = 8.0F;      ///< who is farther from its place walks by itself
-    float taken_back_m = 3.0F;     ///< until it is as near as this and sees its place
-    float repel_m = 0.5F;          ///< from the body to a wall, in which walls push
+    float straggler_m = 8.0F;      ///< a member farther from its place walks by itself
+    float taken_back_m = 3.0F;     ///< a straggler is taken back this near to its place if it sees
+                                   ///< it
+    float repel_m = 0.5F;          ///< distance from body to wall within which walls push
     float repel_speed = 0.8F;      ///< m/s, at a wall
-    std::uint32_t ask_every = 20;  ///< steps after which a straggler asks for its path anew
+    std::uint32_t ask_every = 20;  ///< steps after which a straggler requests a new path
 };
 
-/// What a member in its place wants, m/s: to go with the centre at `velocity`, and to its slot,
-/// which is at `offset` from it: pull_per_s times the offset where that is small, fading as 1 /
-/// distance.
+/// The desired velocity of a member in its place, m/s. It is the centre's `velocity` plus a pull to
+/// its slot, which lies at `offset`. The pull is pull_per_s times a small offset, and fades as 1 /
+/// distance for a large one.
 Vec2 pull_to_slot(const FormationSettings& settings, const Vec2& velocity, const Vec2& offset);
 
-/// Off walls, m/s: fully at the body of `radius`, not at all at repel_m from it.
+/// The push off walls, m/s: full at the body of `radius`, zero at repel_m from it.
 Vec2 push_off_walls(const FormationSettings& settings,
                     const Vec2& at,
                     float radius,
                     const Walls& walls);
 
-/// The slot at `offset` from the centre, moved towards that where a wall is between them.
+/// The slot at `offset` from the centre, moved towards the centre where a wall lies between them.
 Vec2 slot_before_walls(const Vec2& centre, const Vec2& offset, float radius, const Walls& walls);
 
-/// Slots around a moving centre. A member is drawn to its slot, by a force that grows with the
-/// distance at first and then fades, so that nobody is dragged along walls by a group that is far.
-/// Who is far, or has a wall between itself and its slot, is a straggler: it asks for a path, walks
-/// it, and is taken back. A slot behind a wall, seen from the centre, moves towards the centre
-/// until it is before the wall, and walls push whoever is near: so nobody is drawn into a trap.
+/// Slots around a moving centre. Each member is drawn to its slot. The force first grows with
+/// distance and then fades, so a group that is far does not drag anybody along walls.
+/// A member that is far, or has a wall between itself and its slot, is a straggler. It requests a
+/// path, walks it, and is taken back.
+/// A slot behind a wall, seen from the centre, moves towards the centre until it is before the
+/// wall. Walls push members that are near. So no member is drawn into a trap.
 class Formation {
   public:
-    /// Where to walk next, from a place to another: the next corner of a path, or `to` itself.
+    /// The next point to walk to from a place to another: the next corner of a path, or `to`
+    /// itself.
     using Route = std::function<Vec2(std::size_t row, const Vec2& from, const Vec2& to)>;
 
     Formation(std::vector<FormationSlot> slots, const FormationSettings& settings);
 
-    /// Where the centre is (m), how it moves (m/s), and where the formation looks (unit length).
+    /// Sets the centre's position (m) and velocity (m/s) and the formation's heading (unit length).
     void place(const Vec2& centre, const Vec2& velocity, const Vec2& heading);
 
     /// Gives slots to rows of `agents`, so that the sum of squared distances is least (Assignment
-    /// says how many this holds for). Members without a slot walk with the centre.
+    /// states the limit on numbers). Members without a slot walk with the centre.
     void enlist(const CrowdAgents& agents, std::span<const std::size_t> members);
 
-    /// Writes what its members want.
+    /// Writes the desired velocities of its members.
     void aim(CrowdAgents& agents, const Walls& walls, const Route& route);
 
     [[nodiscard]] std::span<const std::size_t> members() const { return rows_; }
 
-    /// Where the slot of the i-th member is, moved before walls.
+    /// The slot position of the i-th member, moved before walls.
     [[nodiscard]] Vec2 slot_of(std::size_t i, const Walls& walls, float radius) const;
 
     [[nodiscard]] bool straggles(std::size_t i) const { return straggles_[i] != 0; }
@@ -85,7 +89,7 @@ class Formation {
     std::vector<std::uint32_t> slot_;  // by member
     std::vector<std::uint8_t> straggles_;
     std::vector<Vec2> corner_;
-    std::vector<std::uint32_t> asked_;  // steps until it asks again
+    std::vector<std::uint32_t> asked_;  // steps until it requests a path again
     std::vector<double> cost_;
     Assignment assignment_;
 };

@@ -17,25 +17,25 @@ constexpr std::size_t kMostWallPlanes = 32;
 constexpr std::size_t kMostNearPlanes = 24;
 constexpr std::size_t kMostPathPlanes = 24;
 static_assert(kMostWallPlanes + kMostNearPlanes + kMostPathPlanes <= OrcaProgram::kMostRows);
-/// Of the slack: 1/64 of the largest.
+/// Halvings of the slack: down to 1/64 of the largest.
 constexpr int kHalvings = 6;
 /// Overlaps up to this share of a radius come from rounding and are let be.
 constexpr float kRoundingShare = 1e-3F;
-/// Who overlaps another parts from it by this share a step, so that neither jumps.
+/// An agent that overlaps another parts from it by this share a step, so that neither jumps.
 constexpr float kPartShare = 0.5F;
-/// Differences of paths that are smaller do not tell who goes first, m.
+/// Smaller differences of paths do not decide which agent goes first, m.
 constexpr float kSamePath = 0.1F;
-/// So many times as much path makes who goes after the other.
+/// The share of avoidance of the agent that goes after is raised by this factor.
 constexpr float kGivesWay = 4.0F;
-/// Restless agents keep to a direction that they try for so many steps.
+/// Restless agents keep to a direction for this many steps.
 constexpr std::uint64_t kTrySteps = 12;
-/// What half-planes may be missed by, m/s: rounding.
+/// Tolerance of half-planes, m/s: rounding.
 constexpr float kTolerance = 1e-3F;
 
-/// Eight agents as they are looked at.
+/// OrcaAgents: the data of eight agents processed together.
 struct OrcaAgents {
     Lanes x, z, vx, vz, radius, yield, path_left, want_x, want_z, speed;
-    unsigned moved_here;  ///< bits of those that are there and not moved by others
+    unsigned moved_here;  ///< bits of the agents that are present and not moved by others
 };
 
 struct OrcaPlanes {
@@ -50,7 +50,7 @@ struct Other {
     float x, z, vx, vz, radius, yield, path_left, want_x, want_z;
 };
 
-/// Who is looked at, by columns.
+/// The neighbours of the eight agents, by columns.
 class Seen {
   public:
     explicit Seen(const CrowdOrder& order) {
@@ -85,8 +85,9 @@ Lanes length(const Lanes& x, const Lanes& z) {
     return kernels::zk_sqrt(x * x + z * z);
 }
 
-/// The half-plane of reciprocal avoidance, for discs that do not overlap: `px`, `pz` to the other,
-/// `vx`, `vz` relative to it, `both` the sum of radii, d2 > both^2 the distance squared.
+/// OrcaEscape: the half-plane of reciprocal avoidance, for discs that do not overlap. `px`, `pz`
+/// lead to the other and `vx`, `vz` are relative to it. `both` is the sum of radii, and d2 > both^2
+/// the squared distance.
 struct OrcaEscape {
     Lanes nx, nz;  ///< out of the velocity obstacle
     Lanes depth;   ///< how far the relative velocity is within it (negative: outside)
@@ -107,7 +108,7 @@ OrcaEscape escape(const Lanes& px,
     const Lanes per_w = 1.0F / pick(w > 0.0F, w, splat(1.0F));
     const Lanes along = wx * px + wz * pz;
     const LaneInts tip = (along < 0.0F) & (along * along > both * both * w2);
-    // Off a leg of the cone, the nearer one.
+    // The plane of a leg of the cone, the nearer one.
     const Lanes leg = kernels::zk_sqrt(pick(d2 > both * both, d2 - both * both, Lanes{}));
     const Lanes side = pick(px * wz - pz * wx > 0.0F, splat(1.0F), splat(-1.0F));
     const Lanes per_d2 = 1.0F / d2;
@@ -123,7 +124,8 @@ OrcaEscape escape(const Lanes& px,
     return e;
 }
 
-/// What one other agent means to eight; `before`: lanes that are sorted before it.
+/// Adds the constraints of one other agent to eight agents; `before`: lanes that are sorted before
+/// it.
 void next_proximity_check(const OrcaAgents& a,
                           const Other& o,
                           unsigned others,
@@ -162,7 +164,8 @@ void next_proximity_check(const OrcaAgents& a,
     const unsigned tight = bits_of(room < a.speed) & near;
     planes.near.add(tight, {nx, nz, -room});
     planes.pressed |= bits_of(overlap) & near;
-    // Who goes first is taken to move as it wants, also while it is blocked, and makes less path.
+    // An agent that goes first is taken to move as it wants, also while it is blocked; it then
+    // takes less of the avoidance.
     const LaneInts after = o.path_left < a.path_left - kSamePath;
     const LaneInts ahead = o.path_left > a.path_left + kSamePath;
     const Lanes weight =
@@ -174,16 +177,17 @@ void next_proximity_check(const OrcaAgents& a,
     const Lanes c = e.nx * a.vx + e.nz * a.vz + part * e.depth;
     const unsigned bound = bits_of((c > -a.speed) & (gap > none)) & near;
     planes.path.add(bound, {e.nx, e.nz, c});
-    // Who goes after keeps a distance: without, queues are pressed into arches that nobody leaves.
-    // Where none goes first both do.
+    // An agent that goes after keeps a distance. Without it queues are pressed into arches that no
+    // agent can leave. Where neither goes first both keep it.
     const Lanes spare =
         pick(after, splat(1.0F), share) * (gap - settings.comfort_m) * (1.0F / settings.comfort_s);
     const unsigned kept = bits_of((spare < a.speed) & ~ahead) & near;
     planes.path.add(kept, {nx, nz, -spare});
 }
 
-/// What a wall means to eight: nobody gets nearer to it than it is, less what it walks in the
-/// horizon. The whole wall lies beyond the plane through its nearest point.
+/// Adds the constraint of a wall to eight agents. No agent may come nearer to the wall than its
+/// distance less its walk in the horizon. The whole wall lies beyond the plane through its nearest
+/// point.
 void look_at_wall(const OrcaAgents& a,
                   const Wall& w,
                   const AvoidanceSettings& settings,
@@ -211,7 +215,7 @@ void look_at_wall(const OrcaAgents& a,
     const Lanes nx = pick(on_it, splat(-ez * per_length), -px * per_d);
     const Lanes nz = pick(on_it, splat(ex * per_length), -pz * per_d);
     planes.walls.add(tight, {nx, nz, -room});
-    // Who was put into it is pushed out.
+    // An agent that was put into the wall is pushed out.
     const float per_step = 1.0F / settings.step_s;
     const unsigned inside = bits_of(gap < -kRoundingShare * a.radius) & tight;
     planes.near.add(
@@ -219,7 +223,7 @@ void look_at_wall(const OrcaAgents& a,
     planes.pressed |= inside;
 }
 
-/// What agents want, turned a little where they get nowhere.
+/// The desired velocities of agents, turned a little where they make no progress.
 OrcaVelocity desired(const OrcaAgents& a,
                      const std::uint32_t* rows,
                      std::size_t count,
@@ -259,7 +263,7 @@ LaneInts lanes_of(unsigned bits) {
     return (each & static_cast<std::int32_t>(bits)) != 0;
 }
 
-/// Whether v is within the planes, but for rounding.
+/// True if v is within the planes, but for rounding.
 LaneInts within(const OrcaProgram& p, std::size_t rows, const OrcaVelocity& v) {
     LaneInts all = LaneInts{} - 1;
     for (std::size_t k = 0; k < rows; ++k) {
@@ -283,7 +287,7 @@ OrcaVelocity choose(const OrcaAgents& a,
     p.append(planes.path);
     p.fixed = fixed;
     OrcaSolution s = solve_with_slack(p, 2.0F * a.speed, kHalvings);
-    // Who overlaps nobody can always stand; who does need not find what allows that.
+    // An agent without overlap can always stand; one with overlap may have no allowed velocity.
     const LaneInts failed = s.failed_at < static_cast<std::int32_t>(fixed);
     const LaneInts overlapping = failed & lanes_of(planes.pressed);
     if ((bits_of(overlapping) & a.moved_here) != 0) {

@@ -90,7 +90,7 @@ OrcaSolution solve_with_slack(const OrcaProgram& p, const Lanes& most_slack, int
         return best;
     }
     best.gave_way = wanting;
-    // `enough` is known to do, `less` not to; lanes that need none keep what they have.
+    // A slack of `enough` suffices, `less` does not; lanes that need none keep theirs.
     Lanes less{};
     Lanes enough = pick(wanting, most_slack, Lanes{});
     for (int i = 0; i <= halvings; ++i) {

@@ -1,4 +1,5 @@
-// ORCA lines: the half-planes of velocities that eight agents may choose, and the best velocity.
+// ORCA lines: the half-planes of velocities that eight agents may choose, and the solver for the
+// best velocity.
 #pragma once
 
 #include "kernels/include/kernel_base.h"
@@ -13,7 +14,7 @@ using kernels::kLanes;
 using kernels::LaneInts;
 using kernels::Lanes;
 
-/// Lanes in which a comparison holds, as bits.
+/// The lanes in which a comparison holds, as bits.
 inline unsigned bits_of(const LaneInts& mask) {
 #ifdef __AVX__
     Lanes as_floats;
@@ -41,13 +42,13 @@ struct OrcaLine {
     Lanes nx, nz, c;
 };
 
-/// A row of half-planes holds one of each of eight agents; agents have different numbers of them,
-/// what is missing allows everything.
+/// A row holds one half-plane for each of eight agents. Agents have different numbers of
+/// half-planes; a missing one allows everything.
 template <std::size_t kMost>
 class OrcaLineSet {
   public:
-    /// Adds to the lanes in `bits` what they find there. False where some lane is full: its bit is
-    /// then in `full`, and of its half-planes the weakest is lost.
+    /// Adds `plane` to the lanes in `bits`. False where some lane is full: its bit is then in
+    /// `full`, and the weakest of its half-planes is lost.
     void add(unsigned bits, const OrcaLine& plane) {
         while (bits != 0) {
             const auto lane = static_cast<std::size_t>(__builtin_ctz(bits));
@@ -80,7 +81,7 @@ class OrcaLineSet {
 
     [[nodiscard]] unsigned full() const { return full_; }
 
-    /// In each lane the largest c of those that were lost; less than any speed where none was.
+    /// In each lane the largest c of the lost half-planes; less than any speed where none was lost.
     [[nodiscard]] const Lanes& lost() const { return lost_; }
 
   private:
@@ -103,14 +104,14 @@ struct OrcaVelocity {
     Lanes x, z;
 };
 
-/// What has to be solved: the first `fixed` half-planes hold as they are, the others may be
-/// moved by a slack.
+/// OrcaProgram: the input of the solver. The first `fixed` half-planes hold as they are; a slack
+/// may move the others.
 struct OrcaProgram {
     static constexpr std::size_t kMostRows = 80;
     std::array<const OrcaLine*, kMostRows> row;
     std::size_t rows = 0;
     std::size_t fixed = 0;
-    OrcaVelocity want;  ///< at most as fast as most_speed
+    OrcaVelocity want;  ///< at most most_speed
     Lanes most_speed;
 
     template <std::size_t kMost>
@@ -123,20 +124,21 @@ struct OrcaProgram {
 
 struct OrcaSolution {
     OrcaVelocity v;
-    /// Number of the row at which there was nothing left to choose from; rows where there was.
+    /// Number of the row at which no velocity was left; the number of rows where none failed.
     LaneInts failed_at;
     LaneInts gave_way;  ///< lanes that needed slack
 };
 
-/// The velocity nearest to what each lane wants within all its half-planes and its disc of speeds:
-/// the incremental linear programme in two dimensions (de Berg, Cheong, van Kreveld and Overmars,
-/// "Computational Geometry", 3rd ed., 4.3; in this use: van den Berg et al. 2011, section 5), in
-/// the rows' order, in all lanes at once. Planes that are not fixed give way by `slack` (m/s, >=
-/// 0). In a lane that fails, v satisfies the rows before the failing one.
+/// The velocity nearest to each lane's desired one within all its half-planes and its disc of
+/// speeds. The method is the incremental linear programme in two dimensions, in the rows' order, in
+/// all lanes at once. Sources: de Berg, Cheong, van Kreveld and Overmars, "Computational Geometry",
+/// 3rd ed., 4.3; for this use van den Berg et al. 2011, section 5. Planes that are not fixed are
+/// moved by `slack` (m/s, >= 0). In a lane that fails, v satisfies the rows before the failing one.
 OrcaSolution solve(const OrcaProgram& program, const Lanes& slack);
 
-/// The same with the least slack, up to `most_slack` in so many halvings, in each lane that fails
-/// at a row that is not fixed (most_slack is enough in all of them). `failed_at` of what remains.
+/// The same with the least slack in each lane that fails at a row that is not fixed. The slack is
+/// searched up to `most_slack` in so many halvings; most_slack is enough in all of those lanes.
+/// `failed_at` reports the failures that remain.
 OrcaSolution solve_with_slack(const OrcaProgram& program, const Lanes& most_slack, int halvings);
 
 }  // namespace zoned::ai::steering

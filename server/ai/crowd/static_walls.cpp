@@ -10,7 +10,8 @@ namespace zoned::ai::steering {
 
 namespace {
 
-/// Boxes lower than this above the ground are no walls, nor are those that begin above a head, m.
+/// Boxes whose top is lower than this above the ground are no walls, m. Boxes that begin above a
+/// head are none either.
 constexpr float kLowWall = 0.35F;
 constexpr float kHead = 1.0F;
 

@@ -1,4 +1,4 @@
-// Walls of a zone: the sides of its static boxes.
+// Static walls: KnownWalls and walls_of() turn the sides of a zone's static boxes into walls.
 #pragma once
 
 #include "server/ai/crowd/walls.h"
@@ -6,12 +6,12 @@
 
 namespace zoned::ai::steering {
 
-/// The sides of upright boxes that stand on the ground (or what lies on it) and are too high to be
-/// stepped onto. What else there is - slopes, ramps, other floors - movement keeps everybody out
-/// of. `cell_m` as Walls::make.
+/// The sides of upright boxes that stand on the ground (or on something on it) and are too high to
+/// step onto. Movement itself keeps agents out of all other shapes: slopes, ramps, other floors.
+/// `cell_m` as in Walls::make.
 Walls walls_of(const motion::StaticGeometry& statics, float cell_m);
 
-/// The walls of the statics that were asked for last: made when somebody asks.
+/// The walls of the last requested statics, built on request.
 class KnownWalls {
   public:
     const Walls& of(const motion::StaticGeometry& statics) {

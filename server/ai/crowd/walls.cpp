@@ -15,7 +15,7 @@ constexpr float kCellsOfPiece = 4.0F;
 bool within_bounds(const Wall& w) {
     const float all[] = {w.ax, w.az, w.bx, w.bz};
     return std::all_of(std::begin(all), std::end(all), [](float v) {
-        return std::abs(v) <= Walls::kLongest;  // false for what is not a number
+        return std::abs(v) <= Walls::kLongest;  // false for a value that is not a number
     });
 }
 

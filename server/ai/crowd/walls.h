@@ -1,4 +1,4 @@
-// Walls: static geometry of a crowd, as segments on the ground in a grid.
+// Walls: the static geometry of a crowd, as line segments on the ground in a grid.
 #pragma once
 
 #include "server/spatial/cell_lists.h"
@@ -19,22 +19,24 @@ struct Wall {
 /// Walls by cells. Long ones are cut into pieces, so that each lies in few cells.
 class Walls {
   public:
-    /// None.
+    /// Holds no walls.
     Walls() = default;
 
-    /// `cell_m` > 0: about as far as agents look for walls; cells grow where there would be more
-    /// than kMostCells. Fails where a wall is not finite or longer than kLongest, and says which.
+    /// `cell_m` > 0: about the distance at which agents look for walls. Cells grow where there
+    /// would be more than kMostCells. Fails for a wall that is not finite or longer than kLongest;
+    /// the error names it.
     static core::Result<Walls> make(std::span<const Wall> walls, float cell_m);
 
     static constexpr std::size_t kMostCells = 1U << 20U;
-    static constexpr float kLongest = 1e5F;  ///< m, and farthest from the origin
+    static constexpr float kLongest = 1e5F;  ///< m, the largest length and the largest distance
+                                             ///< from the origin
 
     [[nodiscard]] bool empty() const { return pieces_.empty(); }
 
     [[nodiscard]] std::span<const Wall> pieces() const { return pieces_; }
 
-    /// Calls visit(wall) once for each piece whose cells touch the box (m): for all that lie within
-    /// it, and some more. In the same order for the same walls.
+    /// Calls visit(wall) once for each piece whose cells touch the box (m): for all pieces within
+    /// it, and some more. The order is the same for the same walls.
     template <class Visit>
     void for_each_near(float low_x, float low_z, float high_x, float high_z, Visit&& visit) const {
         if (pieces_.empty()) {
@@ -49,7 +51,8 @@ class Walls {
                 const auto cell = static_cast<std::size_t>(cz * columns_ + cx);
                 for (const std::uint32_t i : inside_.of(cell)) {
                     const Wall& w = pieces_[i];
-                    // In the first cell that the box and the piece's own box share, and no other.
+                    // Visits a piece only in the first cell that the box and the piece's own box
+                    // share.
                     const float left = w.ax < w.bx ? w.ax : w.bx;
                     const float top = w.az < w.bz ? w.az : w.bz;
                     const int first_x = column(left);
@@ -68,7 +71,7 @@ class Walls {
 
     [[nodiscard]] int row(float z) const { return clamped((z - low_z_) * per_m_, rows_); }
 
-    /// What is not a number counts to the first cell.
+    /// A coordinate that is not a number counts to the first cell.
     static int clamped(float at, int count) {
         return !(at > 0.0F)
                    ? 0

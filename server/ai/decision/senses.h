@@ -1,4 +1,4 @@
-// Senses: what agents know of the world, as numbers in columns, and conditions on them.
+// Senses: the world as an agent's brain reads it: numbers in columns, and conditions on them.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,18 @@ enum class Compare : std::uint8_t {
 
 using SenseIndex = std::uint16_t;
 
-/// Stands in a condition for the time since the state was entered, s: no column, every brain
-/// knows it by itself. In a brain of brains it is the time of the state that has the condition.
+/// Stands in a condition for the time since the state was entered, s. It needs no column, because
+/// every brain keeps that time itself. In nested state machines it is the time of the state that
+/// has the condition.
 inline constexpr SenseIndex kStateTime = 0xFFFF;
 
 /// Columns of equal length: `column[k][i]` is sense k of the i-th agent. Not owned.
 struct SenseColumns {
     std::span<const float* const> column;
-    std::size_t count = 0;  ///< of agents
+    std::size_t count = 0;  ///< number of agents
 };
 
-/// Strictly below or above: with equality neither holds, and with no number (NaN) neither does.
+/// A sense strictly below or above a threshold. With equality or NaN neither holds.
 struct Condition {
     SenseIndex sense = 0;
     Compare compare = Compare::kBelow;

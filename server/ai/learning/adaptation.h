@@ -1,4 +1,4 @@
-// Adaptation: parameters that follow what players do, slowly and within a cap.
+// Adaptation: parameters that follow the players' performance, slowly and within a cap.
 #pragma once
 
 #include <algorithm>
@@ -6,18 +6,18 @@
 
 namespace zoned::ai::learning {
 
-/// Keeps a chase or a race close ("rubber banding"): who is behind becomes a little faster, who is
-/// ahead a little slower.
+/// RubberBand keeps a chase or a race close. The one behind becomes a little faster, the one ahead
+/// a little slower.
 struct RubberBand {
     float gap_m = 8.0F;       ///< wanted distance, > 0
-    float gain = 0.5F;        ///< of the factor per gap that is missing or too much, >= 0
-    float least = 0.8F;       ///< cap on the factor, > 0, at most 1
-    float most = 1.2F;        ///< cap on the factor, at least 1
-    float rate_per_s = 0.1F;  ///< the factor changes no faster, > 0
+    float gain = 0.5F;        ///< change of the factor per gap missing or in excess, >= 0
+    float least = 0.8F;       ///< lower cap on the factor, > 0, at most 1
+    float most = 1.2F;        ///< upper cap on the factor, at least 1
+    float rate_per_s = 0.1F;  ///< fastest change of the factor, > 0
 };
 
-/// Factor of speed after `dt` s at a distance of `gap_m`, m, from what is chased; `factor` is that
-/// before. Within the cap whatever comes in; without a number for the gap it goes towards 1.
+/// The factor of speed after `dt` s at a distance of `gap_m`, m, from the prey; `factor` is the one
+/// before. It stays within the caps for any input. If the gap is not a number it goes towards 1.
 inline float banded(const RubberBand& band, float factor, float gap_m, float dt) {
     const float off = (gap_m - band.gap_m) / band.gap_m;
     float wish = 1.0F + band.gain * off;
@@ -27,18 +27,19 @@ inline float banded(const RubberBand& band, float factor, float gap_m, float dt)
     return before + std::clamp(wish - before, -step, step);
 }
 
-/// Difficulty that follows how often players succeed: harder by `step` times the wanted share of
-/// failures after a success, easier by `step` times that of successes after a failure, so that it
-/// stays where they succeed as often as wanted. (Kaernbach, "Simple adaptive testing with the
-/// weighted up-down method", Perception & Psychophysics 49, 1991.)
+/// A difficulty that follows how often players succeed. A success makes it harder by `step` times
+/// the wanted share of failures. A failure makes it easier by `step` times the wanted share of
+/// successes. So it settles where they succeed as often as wanted. Source: Kaernbach, "Simple
+/// adaptive testing with the weighted up-down method", Perception & Psychophysics 49, 1991.
 struct Staircase {
     float success = 0.6F;  ///< wanted share of successes, (0, 1)
     float step = 0.05F;    ///< > 0
-    float least = 0.0F;    ///< cap
-    float most = 1.0F;     ///< cap, >= least
+    float least = 0.0F;    ///< lower cap
+    float most = 1.0F;     ///< upper cap, >= least
 };
 
-/// Difficulty after an encounter; `level` is that before. Within the cap whatever comes in.
+/// The difficulty after an encounter; `level` is the one before. It stays within the caps for any
+/// input.
 inline float stepped(const Staircase& staircase, float level, bool player_succeeded) {
     const float before =
         std::isfinite(level) ? std::clamp(level, staircase.least, staircase.most) : staircase.least;

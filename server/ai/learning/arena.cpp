@@ -116,7 +116,7 @@ double ArenaTask::fitness(const NeuralNetwork& network, std::uint64_t course) co
         const ArenaResult result = play(arena_, &policy, core::Rng(rng.next(), 1));
         sum += result.points() - 0.1 * static_cast<double>(result.mean_off_m);
     }
-    // Nobody is at the wall for longer than an episode, nor farther off than both radii.
+    // A walker is at the wall at most for a whole episode, and at most both radii off.
     const double worst = 2.0 * static_cast<double>(arena_.seconds) +
                          0.1 * static_cast<double>(arena_.wall_m + arena_.goal_reach_m);
     return std::max(0.0, sum / kJudged + worst);

@@ -10,8 +10,8 @@
 
 namespace zoned::ai::learning {
 
-/// Sine and cosine by their series, for |angle| <= 0.8: within 1e-12. Terms up to angle^13 and
-/// angle^12: the next are below 0.8^15 / 15! and 0.8^14 / 14! < 1e-12.
+/// Sine and cosine by their series, for |angle| <= 0.8: within 1e-12. The series end with angle^13
+/// and angle^12; the next terms are below 0.8^15 / 15! and 0.8^14 / 14! < 1e-12.
 inline std::array<double, 2> sine_and_cosine(double angle) {
     const double s = angle * angle;
     double sine = 1.0;
@@ -25,9 +25,10 @@ inline std::array<double, 2> sine_and_cosine(double angle) {
     return {angle * sine, cosine};
 }
 
-/// Unit vector in (x, z) of who faces `yaw`: 65536 = one turn about +y, 0 looks along +z.
+/// The unit vector in (x, z) of a body that faces `yaw`: 65536 = one turn about +y, 0 looks along
+/// +z.
 inline Vec2 heading_of(std::uint16_t yaw) {
-    // To the nearest quarter turn, and what is left: at most an eighth.
+    // Split into the nearest quarter turn and the rest, at most an eighth.
     const unsigned quarter = ((yaw + 8192U) >> 14U) & 3U;
     const auto left = static_cast<std::int16_t>(yaw - (quarter << 14U));
     const auto [sine, cosine] =
@@ -46,7 +47,7 @@ inline Vec2 heading_of(std::uint16_t yaw) {
     }
 }
 
-/// The yaw of a direction in (x, z) that is not 0; the arc tangent is the C library's.
+/// The yaw of a direction in (x, z) that is not 0. The arc tangent is the C library's.
 inline std::uint16_t yaw_of(const Vec2& direction) {
     const float turns =
         std::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);

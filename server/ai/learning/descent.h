@@ -1,4 +1,4 @@
-// Descent: a network fitted to samples by gradients, the same bits for the same seed.
+// Descent: fits a network to samples by gradients, with the same bits for the same seed.
 #pragma once
 
 #include "server/ai/learning/neural_network.h"
@@ -13,8 +13,8 @@ namespace zoned::ai::learning {
 struct Samples {
     std::size_t inputs = 0;
     std::size_t outputs = 0;
-    std::vector<float> in;   ///< of size() x inputs
-    std::vector<float> out;  ///< of size() x outputs
+    std::vector<float> in;   ///< size() x inputs numbers
+    std::vector<float> out;  ///< size() x outputs numbers
 
     [[nodiscard]] std::size_t size() const { return inputs == 0 ? 0 : in.size() / inputs; }
 
@@ -29,16 +29,16 @@ struct Samples {
     void add(std::span<const float> from, std::span<const float> wanted);
 };
 
-/// Mean over samples and outputs of the squared difference.
+/// The mean squared difference over samples and outputs.
 double mean_squared_error(const NeuralNetwork& network, const Samples& samples);
 
-/// The same for the constant that errs least: the mean of the wanted outputs.
+/// The same for the best constant: the mean of the wanted outputs.
 double error_of_best_constant(const Samples& samples);
 
 /// Adds the gradient of the squared difference, summed over outputs, to `gradient` (by parameter)
-/// and returns that difference. Back-propagation (Rumelhart, Hinton, Williams, "Learning
-/// representations by back-propagating errors", Nature 323, 1986). `values`, `sums` and `blame`
-/// are working memory of network.values() places.
+/// and returns that difference. Source: Rumelhart, Hinton, Williams, "Learning representations by
+/// back-propagating errors", Nature 323, 1986. `values`, `sums` and `blame` are working memory of
+/// network.values() places.
 float add_gradient(const NeuralNetwork& network,
                    std::span<const float> in,
                    std::span<const float> wanted,
@@ -49,17 +49,18 @@ float add_gradient(const NeuralNetwork& network,
 
 struct DescentSettings {
     float step = 0.003F;     ///< > 0
-    std::size_t batch = 32;  ///< samples a step, > 0
+    std::size_t batch = 32;  ///< samples in a step, > 0
 };
 
-/// Adam (Kingma, Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1) with its
-/// defaults beside the step.
+/// Adam with its defaults except the step. Source: Kingma, Ba, "Adam: a method for stochastic
+/// optimization", ICLR 2015, algorithm 1.
 class Descent {
   public:
-    /// What goes on is this, the network, and the settings: a copy resumes bit for bit.
+    /// The state to continue from, together with the network and the settings: a copy resumes bit
+    /// for bit.
     struct DescentState {
-        std::vector<float> mean;    ///< of gradients, by parameter
-        std::vector<float> square;  ///< of their squares
+        std::vector<float> mean;    ///< mean of the gradients, by parameter
+        std::vector<float> square;  ///< mean of their squares
         double mean_decay = 1.0;    ///< products of the decays so far
         double square_decay = 1.0;
         core::Rng rng;  ///< shuffles samples
@@ -73,12 +74,13 @@ class Descent {
 
     Descent(const DescentSettings& settings, const NeuralNetwork& network, std::uint64_t seed);
 
-    /// Every sample once, in an order drawn anew. Returns the mean squared error on the way.
+    /// Trains on every sample once, in a newly drawn order. Returns the mean squared error during
+    /// the epoch.
     double epoch(NeuralNetwork& network, const Samples& samples);
 
     [[nodiscard]] const DescentState& state() const { return state_; }
 
-    /// `state` is of a network with as many parameters.
+    /// `state` must come from a network with as many parameters.
     void restore(DescentState state);
 
   private:

@@ -1,4 +1,4 @@
-// Evolution: a task, a method that breeds networks for it, and the best network so far.
+// Evolution: breeds networks for a task by a chosen method, and keeps the best network so far.
 #pragma once
 
 #include "server/ai/learning/genetic.h"
@@ -11,16 +11,16 @@
 
 namespace zoned::ai::learning {
 
-/// The parameters of a network of fixed topology are the genes.
+/// FixedTopology: breeds the parameters of a network of fixed topology; they are the genes.
 struct FixedTopology {
-    NeuralNetwork shape;  ///< with the parameters around which the first generation lies
+    NeuralNetwork shape;  ///< the first generation lies around its parameters
     float spread = 1.0F;
     GeneticSettings genetic;
 };
 
 using BreedingSettings = std::variant<FixedTopology, NeatSettings>;
 
-/// After any number of generations a copy of the state goes on as the original does, bit for bit,
+/// After any number of generations a copy of the state continues as the original does, bit for bit,
 /// for any number of threads.
 class Evolution {
   public:
@@ -34,8 +34,8 @@ class Evolution {
     /// `task` must outlive this and fit the shape.
     Evolution(const Task& task, const BreedingSettings& settings, std::uint64_t seed);
 
-    /// Judges a generation, all on one course that is drawn by its number, scores its fittest on a
-    /// course of their own that is always the same, and breeds the next.
+    /// Judges a generation on one course that is drawn by its number, and breeds the next. The
+    /// fittest is scored on a separate course that is always the same.
     void step(const RunRanges& run);
 
     [[nodiscard]] std::uint64_t generation() const;
@@ -46,12 +46,12 @@ class Evolution {
 
     [[nodiscard]] double fitness() const { return fitness_; }
 
-    /// Species of a population that grows, else 1.
+    /// The number of species in a population that grows, else 1.
     [[nodiscard]] std::size_t species() const;
 
     [[nodiscard]] EvolutionState state() const;
 
-    /// `state` is of the same settings and task.
+    /// `state` must come from the same settings and task.
     void restore(EvolutionState state);
 
   private:

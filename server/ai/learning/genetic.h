@@ -1,5 +1,5 @@
-// Genetic: a genetic algorithm over real vectors, the same bits for the same seed and any number of
-// threads.
+// Genetic: a genetic algorithm over real vectors, with the same bits for the same seed and any
+// number of threads.
 #pragma once
 
 #include "shared/core/rng.h"
@@ -10,8 +10,8 @@
 
 namespace zoned::ai::learning {
 
-/// Mean 0, variance 1, within 2 sqrt(3): the sum of four uniform numbers (Irwin, Hall, Biometrika
-/// 19, 1927), which needs no logarithm of the C library.
+/// A random number of mean 0 and variance 1 within 2 sqrt(3). It is the sum of four uniform numbers
+/// (Irwin, Hall, Biometrika 19, 1927), which needs no logarithm of the C library.
 inline float bell(core::Rng& rng) {
     const float sum = (rng.unit() + rng.unit()) + (rng.unit() + rng.unit());
     return (sum - 2.0F) * 1.7320508F;
@@ -19,16 +19,17 @@ inline float bell(core::Rng& rng) {
 
 struct GeneticSettings {
     std::size_t population = 64;  ///< [2, 10000]
-    std::size_t elite = 2;        ///< best that live on as they are, < population
-    std::size_t tournament = 3;   ///< who of so many is fittest becomes a parent, > 0
-    float crossover = 0.5F;       ///< children of two parents, [0, 1]
-    float mutation = 0.2F;        ///< genes that change, [0, 1]
+    std::size_t elite = 2;        ///< the best ones that live on unchanged, < population
+    std::size_t tournament = 3;   ///< candidates per tournament; the fittest becomes a parent, > 0
+    float crossover = 0.5F;       ///< share of children with two parents, [0, 1]
+    float mutation = 0.2F;        ///< share of genes that change, [0, 1]
     float mutation_scale = 0.3F;  ///< standard deviation of that change
 };
 
-/// A generation of individuals, each a vector of genes. (Goldberg, "Genetic Algorithms in Search,
-/// Optimization and Machine Learning", 1989, chapter 3; tournaments: Miller, Goldberg, "Genetic
-/// algorithms, tournament selection, and the effects of noise", Complex Systems 9, 1995.)
+/// A generation of individuals, each a vector of genes. Source: Goldberg, "Genetic Algorithms in
+/// Search, Optimization and Machine Learning", 1989, chapter 3. Source for tournaments: Miller,
+/// Goldberg, "Genetic algorithms, tournament selection, and the effects of noise", Complex Systems
+/// 9, 1995.
 class Genetic {
   public:
     struct GeneticState {
@@ -47,7 +48,7 @@ class Genetic {
 
     [[nodiscard]] std::uint64_t generation() const { return state_.generation; }
 
-    /// Makes the next generation of this one. `fitness`: of each individual, more is better; no
+    /// Replaces this generation by the next. `fitness`: of each individual, more is better; not a
     /// number (NaN) counts as the worst. Of equally fit ones the first counts.
     void breed(std::span<const double> fitness);
 

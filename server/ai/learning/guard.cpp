@@ -16,7 +16,7 @@ bool finite(const Vec2& v) {
     return std::isfinite(v.x()) && std::isfinite(v.y());
 }
 
-/// `wish`, or as far towards it from `yaw` as it may turn.
+/// The yaw `wish`, or the nearest yaw that it may reach by turning from `yaw`.
 std::uint16_t turned(std::uint16_t yaw, std::uint16_t wish, const Guard& guard, float dt) {
     constexpr float kUnits = 32768.0F / std::numbers::pi_v<float>;
     const float most = std::clamp(guard.max_turn_radps * dt * kUnits, 0.0F, 32767.0F);
@@ -30,18 +30,18 @@ std::int8_t part(float share) {
     return static_cast<std::int8_t>(share * kFullMove);
 }
 
-/// How far it may get from here before it is on its way home.
+/// The distance that it may still get away from here before it is on its way home.
 float path_needed(float speed, const Guarded& body, const motion::CharacterLimits& limits) {
     return speed * body.horizon_s + speed * speed / limits.acceleration;
 }
 
-/// The wish to go home: only when it faces there.
+/// The share of full speed for going home: 0 unless the agent faces home.
 float share_homewards(std::uint16_t yaw, const Guard& guard, const Guarded& body, float full) {
     const float distance = body.from_home.norm();
     const Vec2 heading = heading_of(yaw);
     const float inwards = -heading.dot(body.from_home) / distance;
-    // A straight way of length w that begins at 60 degrees or less ends no farther out as long as
-    // w <= distance.
+    // A straight path of length w that begins at 60 degrees or less ends no farther out while w <=
+    // distance.
     const bool homewards = inwards >= 0.5F && full * body.horizon_s <= distance;
     return homewards ? guard.max_speed : 0.0F;
 }

@@ -73,7 +73,8 @@ void Neat::end_species(std::span<const double> fitness) {
     });
 }
 
-/// By the sum of what each member's fitness is when divided by their number: largest remainders.
+/// Children in proportion to the sum of the members' fitness divided by their number: largest
+/// remainders.
 std::vector<std::size_t> Neat::children_of_species(std::span<const double> fitness) const {
     std::vector<double> shares;
     for (const Species& species : state_.species) {
@@ -81,7 +82,7 @@ std::vector<std::size_t> Neat::children_of_species(std::span<const double> fitne
         for (const std::uint32_t member : species.members) {
             sum += fitness[member];
         }
-        // Where nobody is any good all species count alike.
+        // Where all fitness is 0 all species count alike.
         shares.push_back(sum / static_cast<double>(species.members.size()) + 1e-9);
     }
     const double all = std::accumulate(shares.begin(), shares.end(), 0.0);

@@ -1,4 +1,5 @@
-// Neat: networks whose weights and topology evolve together, from the simplest on.
+// Neat: evolves the weights and the topology of networks together, starting from the simplest
+// networks (NEAT).
 #pragma once
 
 #include "server/ai/learning/genome.h"
@@ -9,32 +10,34 @@
 
 namespace zoned::ai::learning {
 
-/// Defaults are those of the paper (Stanley, Miikkulainen 2002, section 4.1); weights go by the
-/// network's own activation, which is half as steep as the paper's.
+/// The defaults are those of the paper (Stanley, Miikkulainen 2002, section 4.1). The weights suit
+/// the network's own activation, which is half as steep as the paper's.
 struct NeatSettings {
     std::size_t population = 150;  ///< [2, 10000]
     Distance distance;
-    float threshold = 3.0F;        ///< of distance: nearer genomes are one species
-    float weight_mutation = 0.8F;  ///< genomes whose weights change
-    float perturbed = 0.9F;        ///< weights of these that move, the others are drawn anew
+    float threshold = 3.0F;        ///< genomes within this distance are one species
+    float weight_mutation = 0.8F;  ///< share of genomes whose weights change
+    float perturbed = 0.9F;        ///< share of these weights that move; the others are drawn anew
     float perturbation = 0.5F;     ///< standard deviation of a move
     float weight_range = 4.0F;     ///< new weights lie within this of 0
     float add_node = 0.03F;
     float add_link = 0.05F;
-    float crossover = 0.75F;         ///< children of two parents
-    float between_species = 0.001F;  ///< of these, with a parent of another species
-    float survivors = 0.2F;          ///< of a species, the fittest, become parents
-    std::uint64_t patience = 15;     ///< generations without progress after which a species ends
-    std::size_t champions_from = 5;  ///< the best of a species as large lives on as it is
+    float crossover = 0.75F;         ///< share of children with two parents
+    float between_species = 0.001F;  ///< share of these with a parent of another species
+    float survivors = 0.2F;          ///< share of a species, the fittest, that become parents
+    std::uint64_t patience = 15;     ///< a species ends after this many generations without
+                                     ///< progress
+    std::size_t champions_from = 5;  ///< the best of a species of at least this size lives on
+                                     ///< unchanged
 };
 
-/// A population in species that compete within themselves first (explicit fitness sharing, section
-/// 3.3), so that what is new has time to become good.
+/// A population in species that first compete within themselves (explicit fitness sharing, section
+/// 3.3). So new structures have time to become good.
 class Neat {
   public:
     struct Species {
         Genome representative;  ///< the fittest of its last generation
-        double best = -1.0;     ///< fitness ever
+        double best = -1.0;     ///< best fitness so far
         std::uint64_t improved_at = 0;
         std::vector<std::uint32_t> members;
     };
@@ -58,7 +61,7 @@ class Neat {
 
     [[nodiscard]] std::span<const Species> species() const { return state_.species; }
 
-    /// Makes the next generation; `fitness` of each genome, >= 0.
+    /// Makes the next generation; `fitness` holds the fitness of each genome, >= 0.
     void breed(std::span<const double> fitness);
 
     [[nodiscard]] const NeatState& state() const { return state_; }

@@ -1,5 +1,5 @@
-// NeuralNetwork: a feed-forward network of any topology, flat: evaluated for one or in columns, the
-// same bits on every machine.
+// NeuralNetwork: a flat feed-forward network of any topology, evaluated singly or in columns with
+// the same bits on every computer.
 #pragma once
 
 #include "shared/core/rng.h"
@@ -12,7 +12,7 @@
 
 namespace zoned::ai::learning {
 
-/// Inputs and nodes of one network.
+/// The most inputs and nodes of one network.
 inline constexpr std::size_t kMaxValues = 1024;
 inline constexpr std::size_t kMaxLinks = 65536;
 
@@ -22,9 +22,9 @@ enum class Activation : std::uint8_t {
 };
 
 /// The quotient c (27 + c^2) / (27 + 9 c^2) with c = x within [-3, 3]: the Pade approximant [3/2]
-/// of tanh, which meets -1 and 1 with slope 0, so that it is smooth, rises everywhere in between,
-/// and lies within 0.0236 of tanh. Only sums, products and one division, which IEEE 754 rounds
-/// alike everywhere; a tanh of the C library differs from one to the next. NaN stays NaN.
+/// of tanh. It meets -1 and 1 with slope 0, so it is smooth. It rises everywhere in between and
+/// lies within 0.0236 of tanh. It takes only sums, products and one division, which IEEE 754 rounds
+/// alike everywhere; tanh differs between C libraries. NaN stays NaN.
 inline float squash(float x) {
     const float high = x > 3.0F ? 3.0F : x;
     const float c = high < -3.0F ? -3.0F : high;
@@ -44,7 +44,8 @@ inline float squash_slope(float x) {
 /// Values are numbered: inputs, then nodes as they stand. A node reads only values before it.
 struct NeuralNetwork {
     struct Neuron {
-        std::uint32_t first = 0;  ///< parameter that is its bias; the weights of its links follow
+        std::uint32_t first = 0;  ///< the index of its bias parameter; the weights of its links
+                                  ///< follow
         std::uint32_t links = 0;
         Activation activation = Activation::kSquash;
 
@@ -53,8 +54,9 @@ struct NeuralNetwork {
 
     std::size_t inputs = 0;
     std::vector<Neuron> nodes;
-    std::vector<float> parameters;       ///< of all nodes, in their order
-    std::vector<std::uint16_t> source;   ///< by parameter: the value that it weighs (bias: unused)
+    std::vector<float> parameters;       ///< parameters of all nodes, in their order
+    std::vector<std::uint16_t> source;   ///< by parameter: the value that it weighs (unused for a
+                                         ///< bias)
     std::vector<std::uint16_t> outputs;  ///< values
 
     [[nodiscard]] std::size_t values() const { return inputs + nodes.size(); }
@@ -62,30 +64,31 @@ struct NeuralNetwork {
     friend bool operator==(const NeuralNetwork&, const NeuralNetwork&) = default;
 };
 
-/// All of a layer to all of the next; `layers` are the numbers of inputs, of nodes of each hidden
-/// layer, and of outputs: at least two, each > 0. Parameters are 0.
+/// Links each layer fully to the next. `layers` are the numbers of inputs, of nodes of each hidden
+/// layer, and of outputs: at least two numbers, each > 0. All parameters are 0.
 NeuralNetwork dense(std::span<const std::size_t> layers, Activation output = Activation::kSquash);
 
-/// Weights uniform within sqrt(6 / (links in + 1)) of 0, biases 0, which keeps the spread of sums
-/// near 1 (after Glorot, Bengio, "Understanding the difficulty of training deep feedforward neural
-/// networks", AISTATS 2010, section 4.2, with the links in alone: a flat network has no layers).
+/// Draws weights uniform within sqrt(6 / (links in + 1)) of 0, and sets biases to 0. This keeps the
+/// spread of sums near 1. Source: Glorot, Bengio, "Understanding the difficulty of training deep
+/// feedforward neural networks", AISTATS 2010, section 4.2. Only the links in count here, because a
+/// flat network has no layers.
 void randomise(NeuralNetwork& network, core::Rng& rng);
 
-/// What is wrong with a network from outside; empty: it can be evaluated.
+/// The defect of a network from outside; empty: it can be evaluated.
 std::string defect_of(const NeuralNetwork& network);
 
-/// `in`: inputs; `values`: network.values() places, holds all values afterwards; `out`: as many as
+/// `in`: inputs. `values`: network.values() places, holds all values afterwards. `out`: as many as
 /// outputs. Sums begin with the bias and go through the links in their order. Allocates nothing.
 void evaluate(const NeuralNetwork& network,
               std::span<const float> in,
               std::span<float> values,
               std::span<float> out);
 
-/// Evaluated side by side by evaluate_many().
+/// The number of inputs evaluated side by side by evaluate_many().
 inline constexpr std::size_t kLanes = 16;
 
-/// `in` and `out`: a column for each input and output, `count` long; `scratch`: values() * kLanes
-/// places. The same bits as evaluate() for each. Allocates nothing.
+/// `in` and `out`: a column of length `count` for each input and output. `scratch`: values() *
+/// kLanes places. The bits are those of evaluate() for each. Allocates nothing.
 void evaluate_many(const NeuralNetwork& network,
                    std::span<const float* const> in,
                    std::size_t count,

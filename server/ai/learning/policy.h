@@ -1,4 +1,4 @@
-// Policy: a network that says where to go: what it senses, how its answers are meant.
+// Policy: a network that steers an agent, with the meaning of its inputs and outputs.
 #pragma once
 
 #include "server/ai/learning/neural_network.h"
@@ -12,36 +12,38 @@
 
 namespace zoned::ai::learning {
 
-/// Where somebody stands, on the ground (x, z), m and m/s, in any one frame of reference.
+/// Situation: positions and velocities on the ground (x, z), m and m/s, in any one frame of
+/// reference.
 struct Situation {
     Vec2 here = Vec2::Zero();
     Vec2 velocity = Vec2::Zero();
     Vec2 home = Vec2::Zero();
-    bool has_target = false;  ///< somebody to go by: the nearest player, a goal
+    bool has_target = false;  ///< the target is the nearest player or a goal
     Vec2 target = Vec2::Zero();
     Vec2 target_velocity = Vec2::Zero();
 };
 
-/// What a policy can sense. "Along" is towards what it looks at (Facing), "across" a quarter turn
-/// from there from +z to +x: who is turned about, with all around, senses the same.
+/// Ego: the senses of a policy. "Along" is towards the point that it faces (Facing); "across" is a
+/// quarter turn from there, from +z to +x. So the senses stay the same when the agent and all
+/// around it are rotated.
 enum class Ego : std::uint8_t {
     kHasTarget,         ///< 1 or 0
-    kTargetDistance,    ///< m; without a target 0, as all that is the target's
+    kTargetDistance,    ///< m; 0 without a target, as are all senses of the target
     kTargetSpeedAlong,  ///< of the target, m/s
     kTargetSpeedAcross,
     kHomeDistance,  ///< m
-    kHomeAlong,     ///< of the way home, m
+    kHomeAlong,     ///< component of the path home, m
     kHomeAcross,
-    kSpeedAlong,  ///< its own, m/s
+    kSpeedAlong,  ///< own speed, m/s
     kSpeedAcross,
 };
 
 inline constexpr std::size_t kEgoSenses = 9;
 
-/// Name for people and files: "TARGET_DISTANCE".
+/// The name for people and files: "TARGET_DISTANCE".
 const char* name_of(Ego sense);
 
-/// What a policy looks at: its target, or home where it has none; or always home.
+/// Facing: the point that a policy faces: its target, or home without a target; or always home.
 enum class Facing : std::uint8_t {
     kTarget,
     kHome,
@@ -50,14 +52,14 @@ enum class Facing : std::uint8_t {
 /// A number that a policy reads: `value * scale + offset`, kept within kInputLimit of 0.
 struct PolicyInput {
     Ego ego = Ego::kTargetDistance;
-    std::string variable{};  ///< of the agent, in place of `ego`
+    std::string variable{};  ///< a variable of the agent, in place of `ego`
     float scale = 1.0F;
     float offset = 0.0F;
 };
 
 inline constexpr float kInputLimit = 4.0F;
-/// Outputs: along, across (together the direction, and as length the share of full speed, at most
-/// 1), and, where there is a third, sprint above 0.
+/// Outputs: along, across and, where there is a third, sprint above 0. The first two give the
+/// direction. Their length gives the share of full speed, at most 1.
 inline constexpr std::size_t kLeastOutputs = 2;
 inline constexpr std::size_t kMostOutputs = 3;
 inline constexpr std::size_t kMostInputs = 32;
@@ -69,13 +71,13 @@ struct Policy {
     NeuralNetwork network;
 };
 
-/// What is wrong with a policy from outside; empty: it can decide.
+/// The defect of a policy from outside; empty: it can decide.
 std::string defect_of(const Policy& policy);
 
-/// What a policy looks along, of unit length; on the very spot of what it looks at +z.
+/// The direction in which a policy faces, of unit length; +z where it stands exactly at the point.
 Vec2 facing_of(Facing facing, const Situation& situation);
 
-/// A vector by its parts along and across, and the reverse.
+/// A vector from its parts along and across, and the reverse.
 inline Vec2 to_world(const Vec2& along, float forward, float sideways) {
     return {along.x() * forward + along.y() * sideways, along.y() * forward - along.x() * sideways};
 }
@@ -84,11 +86,11 @@ inline Vec2 to_ego(const Vec2& along, const Vec2& v) {
     return {along.x() * v.x() + along.y() * v.y(), along.y() * v.x() - along.x() * v.y()};
 }
 
-/// All that can be sensed, by Ego.
+/// All ego senses, by Ego.
 std::array<float, kEgoSenses> ego_senses(Facing facing, const Situation& situation);
 
-/// What the network reads: `inputs.size()` numbers. `variables`: by input, read where it names one.
-/// What is no number becomes 0, so that the network never sees one.
+/// The network's inputs: `inputs.size()` numbers. `variables`: by input, read where the input names
+/// one. A value that is not a number becomes 0, so the network never gets one.
 void sense(const Policy& policy,
            const Situation& situation,
            std::span<const float> variables,
@@ -105,7 +107,7 @@ Wanted decide(const Policy& policy,
               std::span<const float> variables,
               std::span<float> values);
 
-/// The outputs that mean this movement: the reverse of what decide() makes of them.
+/// The outputs that mean this movement: the reverse of decide().
 std::array<float, kMostOutputs> outputs_for(Facing facing,
                                             const Situation& situation,
                                             const Wanted& wanted);

@@ -1,4 +1,4 @@
-// Task: what a network is to learn, and how good it is at that.
+// Task: something that a network learns, and the measure of its skill.
 #pragma once
 
 #include "server/ai/learning/neural_network.h"
@@ -8,19 +8,19 @@
 
 namespace zoned::ai::learning {
 
-/// Calls work(begin, end) for ranges that cover [0, count), in any order, on any thread, and
-/// returns when all are done. Each index is independent of the others, so the result is the same.
+/// Calls work(begin, end) for ranges that cover [0, count), in any order, on any thread. Returns
+/// when all are done. Each index is independent of the others, so the result is the same.
 using RunRanges = std::function<void(std::size_t count,
                                      const std::function<void(std::size_t, std::size_t)>& work)>;
 
-/// All in one go, on the thread that calls.
+/// Runs all indices at once, on the calling thread.
 inline void run_here(std::size_t count, const std::function<void(std::size_t, std::size_t)>& work) {
     if (count > 0) {
         work(0, count);
     }
 }
 
-/// Holds nothing that changes: several threads ask it at a time.
+/// A task has no changing state: several threads ask it at a time.
 class Task {
   public:
     Task() = default;
@@ -31,13 +31,13 @@ class Task {
     [[nodiscard]] virtual std::size_t inputs() const = 0;
     [[nodiscard]] virtual std::size_t outputs() const = 0;
 
-    /// >= 0, finite, more is better. `course` numbers the circumstances (starts, paths of others):
-    /// who is compared is judged on the same course.
+    /// >= 0, finite, more is better. `course` numbers the circumstances (starts, paths of others).
+    /// Networks to be compared are judged on the same course.
     [[nodiscard]] virtual double fitness(const NeuralNetwork& network,
                                          std::uint64_t course) const = 0;
 
-    /// Figure by which people judge the task, over many circumstances that fitness() never uses;
-    /// `course` chooses them. More is better.
+    /// The figure by which people judge the task. It covers many circumstances that fitness() never
+    /// uses; `course` chooses them. More is better.
     [[nodiscard]] virtual double score(const NeuralNetwork& network,
                                        std::uint64_t course) const = 0;
 

@@ -15,7 +15,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// Whether characters of both bodies walk on the same ground.
+/// True if characters of both bodies walk on the same ground.
 bool same_ground(const motion::CharacterLimits& a, const motion::CharacterLimits& b) {
     return a.radius == b.radius && a.half_segment == b.half_segment &&
            a.max_slope_cos == b.max_slope_cos && a.step_up == b.step_up &&
@@ -86,8 +86,8 @@ std::unique_ptr<pathfinding::PathProvider> PathService::make_map(
                 statics, limits, area, settings.cell_m, shut, service);
         }
         case PathMapKind::kNavmesh: {
-            // A mesh ends before the sides of what is baked: by the body's width, rounded up, a
-            // cell that Recast takes for a ledge, and what contours are off.
+            // A mesh ends before the sides of the baked area. The gap is the body's width, rounded
+            // up, a cell that Recast takes for a ledge, and the error of contours.
             const float more = limits.radius + 4.0F * settings.cell_m;
             const pathfinding::GroundRect wide{
                 area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};

@@ -18,44 +18,44 @@
 
 namespace zoned::ai {
 
-/// Number of an agent in the store of its zone.
+/// The number of an agent in the store of its zone.
 using Slot = std::uint32_t;
 
-/// What paths lead over.
+/// PathMapKind: the kind of map that paths lead over.
 enum class PathMapKind : std::uint8_t {
-    kGrid,           ///< cells, one floor: exact in what can be walked, the fastest
+    kGrid,           ///< cells, one floor: exact in where one can walk, and the fastest
     kNavmesh,        ///< polygons by Recast, any number of floors
-    kWaypointGraph,  ///< waypoints with weighted edges: as somebody placed them, or regular
+    kWaypointGraph,  ///< waypoints with weighted edges: hand-placed or regular
 };
 
 struct PathfindingSettings {
-    float cell_m =
-        0.0F;  ///< of the maps; 0: no paths are planned. kWaypointGraph: distance of waypoints
-    /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
+    float cell_m = 0.0F;  ///< cell size of the maps; 0: no paths are planned. kWaypointGraph:
+                          ///< distance of waypoints
+    /// Work in a tick and zone, in units of about 2 ns; shared evenly among the sizes of
+    /// characters.
     std::uint64_t work_per_tick = 1'000'000;
     PathMapKind map = PathMapKind::kGrid;
-    float cell_height_m = 0.05F;  ///< kNavmesh: steps of height
-    std::optional<pathfinding::CrowdPathSettings>
-        crowding{};  ///< kGrid; none: crowds are no matter
-    /// kWaypointGraph: those of the world, in its coordinates; null: regular ones wherever one can
-    /// stand.
+    float cell_height_m = 0.05F;                               ///< kNavmesh: one step of height
+    std::optional<pathfinding::CrowdPathSettings> crowding{};  ///< kGrid; none: paths ignore crowds
+    /// kWaypointGraph: the waypoints of the world, in its coordinates; null: regular waypoints
+    /// wherever one can stand.
     std::shared_ptr<const pathfinding::WaypointGraph> waypoints{};
 };
 
-/// Heights of the ends of a path, of the feet, zone-local, m.
+/// Heights of the feet at the ends of a path, zone-local, m.
 struct PathHeights {
     float from = pathfinding::kOnGround;
     float to = pathfinding::kOnGround;
 };
 
-/// All that PathService remembers of who has asked; see pathfinding::SavedPaths.
+/// SavedPathService: the saved state of PathService's requests; see pathfinding::SavedPaths.
 struct SavedPathService {
     static constexpr std::uint8_t kNoSize = 255;
 
     struct Asked {
         EntityId entity;
         pathfinding::PathRequestId ticket;
-        std::uint8_t size = kNoSize;  ///< of its character; kNoSize: it has not asked
+        std::uint8_t size = kNoSize;  ///< size of its character; kNoSize: it has no request
         bool beyond = false;          ///< the goal lies beyond the zone
     };
 
@@ -63,21 +63,21 @@ struct SavedPathService {
     std::vector<pathfinding::SavedPaths> sizes;  ///< by size of characters
 };
 
-/// A zone has one; it is empty, and costs nothing, where no paths are planned. A tick goes:
-/// follow_doors(), then any ask() and release(), then serve(); answers hold until the next
-/// follow_doors(), ask() or release() of the same agent, or serve().
+/// A zone has one PathService; it is empty, and costs nothing, where no paths are planned. In each
+/// tick call follow_doors(), then any ask() and release(), then serve(). Answers hold until the
+/// next follow_doors() or serve(), or until the next ask() or release() of the same agent.
 ///
-/// An agent has one path at most. What is answered, and when, hangs on the calls and their order
-/// alone: ask in an order that is always the same (ascending by entity). Nothing is allocated once
-/// as many have asked as ever will.
+/// An agent has at most one path. The answers and their ticks depend only on the calls and their
+/// order. So ask in an order that is always the same (ascending by entity). Nothing is allocated
+/// once as many agents have asked as ever will.
 class PathService {
   public:
     PathService() = default;
 
     /// Bakes a map of `area` (zone-local, m; pathfinding::GroundGrid::defect_of() is empty) and an
-    /// index for each size of character that has an agent: types whose capsules and abilities to
-    /// climb are alike share one. Doors are as at `now`. `origin`: of the zone in the world. Throws
-    /// where Recast can't make a mesh of the area.
+    /// index for each size of character that has an agent. Types with equal capsules and equal
+    /// abilities to climb share a size. Doors are as at `now`. `origin`: the origin of the zone in
+    /// the world. Throws where Recast cannot make a mesh of the area.
     PathService(const PathfindingSettings& settings,
                 const motion::StaticGeometry& statics,
                 const pathfinding::GroundRect& area,
@@ -85,37 +85,37 @@ class PathService {
                 Tick now,
                 const Vec3d& origin = Vec3d::Zero());
 
-    /// Whether a character of that type can ask.
+    /// True if a character of that type can ask.
     [[nodiscard]] bool plans_for(TypeIndex type) const {
         return type < size_of_type_.size() && size_of_type_[type] != kNoSize;
     }
 
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
-    /// Doors are as at `now` from here on, and some of the paths are compared with paths around
-    /// crowds. Paths that a door cuts, as far as their agents still have to go, and those that an
-    /// opened one may shorten, are looked for anew. Costs nothing where no door turns and no crowd
+    /// Sets the doors as at `now`, and compares some of the paths with paths around crowds. A path
+    /// is looked for anew if a door cuts the part that its agent still has to go. It is also looked
+    /// for anew if an opened door may shorten it. Costs nothing where no door turns and no crowd
     /// has changed.
     void follow_doors(Tick now);
 
-    /// What portals of one size are made of, see PathProvider::ground_map().
+    /// The ground from which portals of one size are made, see PathProvider::ground_map().
     [[nodiscard]] const pathfinding::GroundMap* ground_map(std::size_t size) const {
         return sizes_[size].map->ground_map();
     }
 
-    /// From now on paths to places that cannot be reached within the zone lead through
-    /// the portals of the world; this zone is `zone` there.
+    /// From now on paths to places that cannot be reached within the zone lead through the portals
+    /// of the world. This zone is number `zone` there.
     void know_zones(std::size_t size,
                     std::shared_ptr<const pathfinding::ZonePortals> portals,
                     std::uint32_t zone);
 
-    /// Where no other zone will be known.
+    /// Call this where no other zone will be known.
     void forget_ground();
 
-    /// A path from a place to another, both zone-local; in place of the one that the agent has.
-    /// plans_for(type). To a place beyond the map, or in it but out of reach within it where the
-    /// world's portals are known, the path leads to where that is best left (kPartial; see
-    /// PathProvider::exit_towards). Maps of one floor do not look at heights.
+    /// Requests a path between two zone-local places; it replaces the agent's present path.
+    /// plans_for(type) must hold. A place may lie beyond the map, or within it but out of reach
+    /// while the world's portals are known. Then the path leads to the best exit (kPartial; see
+    /// PathProvider::exit_towards). Maps of one floor ignore heights.
     void ask(Slot agent,
              EntityId entity,
              TypeIndex type,
@@ -123,55 +123,58 @@ class PathService {
              pathfinding::Spot to,
              PathHeights heights = {});
 
-    /// The agent wants no path any more, or is gone. Nothing where it has none.
+    /// Releases the agent's path, which it no longer needs. Does nothing where it has none.
     void release(Slot agent);
 
-    /// Once per tick, after all have asked. Who asked in this tick is answered in it, unless its
-    /// work is used up: then in its turn, after GridPathSettings::longest_wait_ticks at most.
+    /// Call once per tick, after all asks. A request of this tick is answered in it, unless the
+    /// work of the tick is used up. Then it is answered in its turn, after
+    /// GridPathSettings::longest_wait_ticks at most.
     void serve();
 
-    /// Whether the agent of that entity has asked. The slot may have been another's.
+    /// True if the agent of that entity has asked. The slot may have been another agent's.
     [[nodiscard]] bool has(Slot agent, EntityId entity) const {
         return agent < asked_.size() && asked_[agent].size != kNoSize &&
                asked_[agent].entity == entity;
     }
 
-    /// Of an agent that has asked. Corners are those where the path turns, in any direction, the
-    /// last is its end; without the start. kFound: to the place itself. kPartial: to the nearest
-    /// place from which one comes no nearer; best = false: a path that is near the best.
+    /// The answer to an agent that has asked. Corners are the points where the path turns, in any
+    /// direction; the last is its end, and the start is left out. kFound: the path leads to the
+    /// place itself. kPartial: it leads to the reachable place nearest to it. best = false: the
+    /// path is near the best.
     [[nodiscard]] pathfinding::PathResult answer(Slot agent) const;
 
-    /// Where to walk from `at`, see GridPathRequests::heading: somewhere sensible before the path
-    /// is there too. Different agents may ask at the same time.
+    /// The point to walk to from `at`, see GridPathRequests::heading; it is sensible even before
+    /// the path is found. Different agents may ask at the same time.
     pathfinding::Spot heading(Slot agent, pathfinding::Spot at, float near_m);
 
-    /// Agents whose answers the last serve() has made, ascending; those whose path a door has
-    /// cut or shortened are among them again once they have another.
+    /// Agents whose answers the last serve() has made, ascending. An agent whose path a door has
+    /// cut or shortened is listed again once it has another path.
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
-    /// Agents whose paths the last follow_doors() has cut, or may have made longer than need
-    /// be, ascending: they wait again.
+    /// Agents whose paths the last follow_doors() has cut, or may have made needlessly long,
+    /// ascending: they wait again.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
-    /// Whether bodies are to be counted in this tick, before serve().
+    /// True if bodies have to be counted in this tick, before serve().
     [[nodiscard]] bool counts_bodies() const;
 
-    /// x and z of all bodies that may be in the way, m.
+    /// x and z of all bodies that may be in the path of agents, m.
     void count_bodies(std::span<const float> x, std::span<const float> z);
 
-    /// An agent that has asked is here now: who waits is told a path from where it was seen last.
+    /// Reports the present place of an agent that has asked. A waiting agent gets its path from the
+    /// place reported last.
     void see(Slot agent, pathfinding::Spot at, float at_y = pathfinding::kOnGround);
 
-    /// Whether a character of that type can walk straight from one place to another, as far as the
-    /// map tells: then it needs no path. Different threads may ask at the same time, while nobody
+    /// True if a character of that type can walk straight from one place to another, as far as the
+    /// map shows; then it needs no path. Different threads may ask at the same time, while nobody
     /// changes anything.
     [[nodiscard]] bool straight(TypeIndex type,
                                 pathfinding::Spot from,
                                 pathfinding::Spot to,
                                 PathHeights heights = {}) const;
 
-    /// Heights of floors, of the feet of a character of that type, plans_for(type), as
-    /// PathProvider::ground() and PathProvider::floor_along() say.
+    /// Heights of floors at the feet of a character of that type; see PathProvider::ground() and
+    /// PathProvider::floor_along(). plans_for(type) must hold.
     [[nodiscard]] float ground(TypeIndex type, pathfinding::Spot place) const {
         return sizes_[size_of_type_[type]].map->ground(place);
     }
@@ -189,16 +192,17 @@ class PathService {
         return *sizes_[size].map;
     }
 
-    /// Between serve() and the next call.
+    /// Call between serve() and the next call.
     [[nodiscard]] SavedPathService save() const;
 
-    /// In paths of the same ground, whose doors are as they were, while nobody has asked. `slot_of`
-    /// answers with the slot of an entity's agent; an agent that has asked has one. Empty: done,
-    /// and all goes on as it would have; else why not, and these paths are of no use any more.
+    /// Loads saved requests into paths of the same ground, whose doors are as they were, before
+    /// anybody has asked. `slot_of` returns the slot of an entity's agent; an agent that has asked
+    /// has one. Empty: loaded, and all goes on as before. Else it returns the reason, and these
+    /// paths are unusable.
     std::string load(const SavedPathService& memory,
                      const std::function<std::optional<Slot>(EntityId)>& slot_of);
 
-    /// Counts of all sizes together.
+    /// The counts of all sizes together.
     [[nodiscard]] pathfinding::PathCounts counts() const;
 
     [[nodiscard]] std::size_t bytes() const;
@@ -213,7 +217,7 @@ class PathService {
 
     using Asked = SavedPathService::Asked;
 
-    /// The map of characters of one size.
+    /// Makes the map of characters of one size.
     static std::unique_ptr<pathfinding::PathProvider> make_map(
         const PathfindingSettings& settings,
         const motion::StaticGeometry& statics,
@@ -221,9 +225,9 @@ class PathService {
         const motion::CharacterLimits& limits,
         std::span<const std::uint8_t> shut,
         const Vec3d& origin);
-    /// Which doors are shut at a tick.
+    /// Finds the doors that are shut at a tick.
     void see_doors(Tick now);
-    /// Appends whose requests of a size these are.
+    /// Appends the agents of these requests of a size.
     void note(std::span<const std::uint32_t> requests,
               std::size_t number,
               std::vector<Slot>& out) const;
@@ -232,7 +236,7 @@ class PathService {
     std::vector<std::uint8_t> size_of_type_;
     std::vector<Size> sizes_;
     std::vector<motion::Timetable> timetables_;   // of the doors
-    Tick next_turn_ = motion::Timetable::kNever;  // of any door
+    Tick next_turn_ = motion::Timetable::kNever;  // the next turn of any door
     std::vector<Asked> asked_;                    // by slot of the agent
     std::vector<Slot> answered_;
     std::vector<Slot> requeued_;

@@ -10,7 +10,7 @@ namespace {
 /// Points of a lane are so far apart at most, m, and at least.
 constexpr double kWidestStep = 4.0;
 constexpr double kClosestStep = 0.1;
-/// Curvatures are looked at so often between two stations.
+/// Curvature is sampled this often between two stations.
 constexpr int kLooks = 4;
 /// Looks at the middle, for its least radius.
 constexpr double kMiddleLook_m = 0.5;
@@ -27,9 +27,10 @@ double curvature_beside(const Spline& middle, double offset) {
     return most;
 }
 
-/// Points so near to each other that a Catmull-Rom curve through them is off a circle of that
-/// curvature by less than 0.024 h^4 k^3 (cubic Hermite pieces whose slopes are central
-/// differences), and where curvature jumps by h^2 k / 32, a tenth of the error allowed.
+/// The step between points at which a Catmull-Rom curve through them is accurate enough. On a
+/// circle of that curvature it is off by less than 0.024 h^4 k^3 (cubic Hermite pieces whose slopes
+/// are central differences). Where curvature jumps it is off by h^2 k / 32. Both stay within a
+/// tenth of the allowed error.
 double step_for(double curvature, double error_m) {
     const double radius = 1.0 / std::max(curvature, 1e-6);
     return std::clamp(
@@ -44,7 +45,7 @@ core::Result<Lane> Lane::make(const Spline& middle, double offset, double error_
         std::ceil(middle.length() / step), 4.0, static_cast<double>(Spline::kMostPoints - 1)));
     SplineDef def;
     def.closed = middle.closed();
-    // It has no width: what bends too much for one was found in the track.
+    // It has no width: bends too narrow for one were found in the spline.
     def.width_m = 1e-3F;
     for (std::size_t i = 0; i < pieces + (def.closed ? 0 : 1); ++i) {
         const double s = middle.length() * static_cast<double>(i) / static_cast<double>(pieces);

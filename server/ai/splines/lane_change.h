@@ -1,4 +1,5 @@
-// LaneChange: from one track or lane to another, smoothly, and which track to take.
+// LaneChange: a smooth change from one spline or lane to another, and the random choice of a
+// spline.
 #pragma once
 
 #include "server/ai/splines/spline.h"
@@ -9,19 +10,20 @@
 
 namespace zoned::ai::splines {
 
-/// The track that who has `id` takes, by chance as weights (>= 0, their sum > 0) say: the same for
-/// the same seed and id.
+/// The spline that the agent `id` takes, by chance with `weights` (>= 0, their sum > 0). The same
+/// for the same seed and id.
 std::size_t choose_track(std::uint64_t seed, std::uint64_t id, std::span<const double> weights);
 
-/// Between two tracks (or lanes of one) during `length_m` > 0 of way: places are mixed by a
-/// polynomial whose first and second derivatives vanish at both ends, so that neither velocity nor
-/// acceleration jumps (Perlin, "Improving noise", SIGGRAPH 2002). The speed is off by at most 15/8
-/// of the gap between the two over the length, and by what their directions differ.
+/// A change between two splines (or lanes of one) over a distance of `length_m` > 0. Places are
+/// mixed by a polynomial whose first and second derivatives vanish at both ends. So neither
+/// velocity nor acceleration jumps (Perlin, "Improving noise", SIGGRAPH 2002). The speed is off by
+/// at most 15/8 of the gap between the two over the length, plus the difference of their
+/// directions.
 class LaneChange {
   public:
     struct ChangeEnd {
-        const Spline* track;  ///< outlives this
-        double s;             ///< where the change begins, m
+        const Spline* track;  ///< must outlive this
+        double s;             ///< start of the change, m
         double offset;        ///< m to the right
     };
 
@@ -29,14 +31,14 @@ class LaneChange {
 
     [[nodiscard]] bool done(double walked) const { return walked >= length_; }
 
-    /// After `walked` m, and in which direction (not of unit length: dp / d walked).
+    /// The position after `walked` m, and the direction there (not of unit length: dp / d walked).
     struct Moving {
         Vec2d at, velocity;
     };
 
     [[nodiscard]] Moving at(double walked) const;
 
-    /// Where on the other track one goes on after `walked` m.
+    /// The distance on the other spline at which the agent goes on after `walked` m.
     [[nodiscard]] double distance_on_target(double walked) const;
 
   private:

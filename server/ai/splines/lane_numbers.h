@@ -1,4 +1,4 @@
-// Lane numbers: how the lanes of all tracks of a world are counted.
+// Lane numbers: lane_number() numbers the lanes of all splines of a world.
 #pragma once
 
 #include "server/ai/splines/spline_network.h"
@@ -7,7 +7,8 @@
 
 namespace zoned::ai::splines {
 
-/// How many lanes a track has each way, and whether a racing line besides.
+/// SplineLanes: the number of lanes of a spline in each direction, and whether it also has a racing
+/// line.
 struct SplineLanes {
     std::uint16_t lanes = 1;
     bool races = false;
@@ -15,8 +16,9 @@ struct SplineLanes {
     [[nodiscard]] unsigned each_way() const { return lanes + (races ? 1U : 0U); }
 };
 
-/// The number of a lane among those of all `tracks`, which have that track and lane: track by
-/// track its lanes forwards, its racing line, and the same backwards.
+/// The number of a lane among the lanes of all `tracks`, which must contain that spline and lane.
+/// Splines come one after the other, each with its lanes forwards, its racing line, and the same
+/// backwards.
 inline LaneId lane_number(std::span<const SplineLanes> tracks, const LaneChoice& choice) {
     unsigned number = 0;
     for (std::size_t t = 0; t < choice.track; ++t) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kCoarsest = 16;
 
-/// Samples of a track: places on its middle, and which way is right.
+/// Samples of a spline: places on its middle, and the direction to the right.
 struct Samples {
     std::vector<Vec2d> middle, right;
 
@@ -33,8 +33,9 @@ struct Samples {
     }
 };
 
-/// Each offset in turn to where the sum is least for the others as they are: of the three second
-/// differences that it enters, with -2 in one and 1 in two, the sum of squares is quadratic in it.
+/// Moves each offset in turn to where the sum is least while the others stay as they are. An offset
+/// enters three second differences, with -2 in one and 1 in two, so the sum of squares is quadratic
+/// in it.
 void sweep(const Samples& samples, std::vector<double>& offset, double most) {
     const std::size_t n = offset.size();
     for (std::size_t i = 0; i < n; ++i) {

@@ -185,7 +185,7 @@ double Spline::walked(double s, double offset, double distance) const {
     if (offset == 0.0) {
         return s + distance;
     }
-    // Whole steps and what is left, so that the place does not jump as the distance grows.
+    // Whole steps and the rest, so that the place does not jump as the distance grows.
     for (double left = distance; std::abs(left) > 0.0;) {
         const double step = std::clamp(left, -kWalkStep, kWalkStep);
         const double half = 0.5 * step / (1.0 - offset * at(s).curvature);

@@ -1,4 +1,4 @@
-// Spline: a smooth curve over the ground that is followed by distance, with lanes beside it.
+// Spline: a smooth curve over the ground that agents follow by distance, with lanes beside it.
 #pragma once
 
 #include "shared/core/result.h"
@@ -15,11 +15,11 @@ namespace zoned::ai::splines {
 using Vec2d = Eigen::Vector2d;
 
 enum class Curve : std::uint8_t {
-    kCatmullRom,  ///< through all points, where its curvature jumps; centripetal: no loops
-    kBSpline,     ///< near all points, uniform and cubic: its curvature does not jump
+    kCatmullRom,  ///< through all points; its curvature jumps there; centripetal: no loops
+    kBSpline,     ///< near all points, uniform and cubic; its curvature does not jump
 };
 
-/// As written. Lanes are numbered from the left.
+/// SplineDef: a spline as written in the configuration. Lanes are numbered from the left.
 struct SplineDef {
     std::vector<Vec2> points;  ///< x, z, m
     Curve curve = Curve::kCatmullRom;
@@ -28,28 +28,29 @@ struct SplineDef {
     std::uint32_t lanes = 1;
 };
 
-/// Where a distance along the track leads.
+/// SplinePoint: the place at a distance along the spline.
 struct SplinePoint {
     Vec2d at = Vec2d::Zero();     ///< m
     Vec2d ahead = Vec2d::Zero();  ///< unit length
     double curvature = 0.0;       ///< 1/m, > 0 to the right
 };
 
-/// Cubic pieces with a table of their lengths. (Catmull-Rom: Yuksel, Schaefer and Keyser,
-/// "Parameterization and applications of Catmull-Rom curves", Computer-Aided Design 43, 2011,
-/// alpha = 1/2; both kinds continue beyond the ends of an open track by reflection of the second
-/// point.) The place at a distance is off by less than 1e-6 of a piece between two points, and the
-/// speed along it by less than 1e-5: the length of an eighth of a piece is integrated by Gauss and
-/// Legendre's rule of five points, and inverted by Newton's method.
+/// Cubic pieces with a table of their lengths. Both kinds continue beyond the ends of an open
+/// spline by reflection of the second point. Source for Catmull-Rom: Yuksel, Schaefer and Keyser,
+/// "Parameterization and applications of Catmull-Rom curves", Computer-Aided Design 43, 2011, alpha
+/// = 1/2.
+/// The place at a distance is off by less than 1e-6 of a piece between two points, and the speed
+/// along it by less than 1e-5. The length of an eighth of a piece is integrated by Gauss and
+/// Legendre's rule of five points and inverted by Newton's method.
 class Spline {
   public:
     static constexpr std::size_t kMostPoints = 100'000;
     static constexpr float kFarthest = 1e5F;  ///< of a point from the origin, m
 
-    /// Errors name the point: too few (2, closed 3) or too many, not finite or too far, twice the
-    /// same one after the other, width or lanes out of range, or a bend narrower than half the
-    /// width, in which lanes would run backwards.
-    /// `at`, if given: the point that is named; nothing where none is.
+    /// Errors name the point. Causes: too few points (2, closed 3) or too many; a point not finite
+    /// or too far; the same point twice in a row; width or lanes out of range; a bend narrower than
+    /// half the width, in which lanes would run backwards. `at`, if given, gets the named point, or
+    /// nothing where there is none.
     static core::Result<Spline> make(const SplineDef& def,
                                      std::optional<std::size_t>* at = nullptr);
 
@@ -62,22 +63,23 @@ class Spline {
 
     [[nodiscard]] std::uint32_t lanes() const { return lanes_; }
 
-    /// On the middle, `s` m from the start: taken modulo the length of a closed track, else the
-    /// ends count beyond them.
+    /// The place on the middle, `s` m from the start. `s` is taken modulo the length of a closed
+    /// spline; on an open one it is clamped to the ends.
     [[nodiscard]] SplinePoint at(double s) const;
 
     /// As above, `offset` m to the right.
     [[nodiscard]] SplinePoint beside(double s, double offset) const;
 
-    /// Of the middle of a lane, m to the right of the middle of the track.
+    /// The offset of the middle of a lane, m to the right of the middle of the spline.
     [[nodiscard]] double offset_of(std::uint32_t lane) const {
         return static_cast<double>(width_) *
                ((static_cast<double>(lane) + 0.5) / static_cast<double>(lanes_) - 0.5);
     }
 
-    /// Where one is who walks `distance` m from `s` on in a lane `offset` m to the right: less far
-    /// along the track in a bend's outer lane than in its inner one. (Midpoint rule in steps of at
-    /// most an eighth of a metre: off by less than 1e-3 of the distance for bends down to 2 m.)
+    /// The position along the spline after a walk of `distance` m from `s` in a lane `offset` m to
+    /// the right. It is less far along in a bend's outer lane than in its inner one. The midpoint
+    /// rule takes steps of at most an eighth of a metre: off by less than 1e-3 of the distance for
+    /// bends down to 2 m.
     [[nodiscard]] double walked(double s, double offset, double distance) const;
 
     [[nodiscard]] std::size_t bytes() const {

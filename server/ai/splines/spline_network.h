@@ -1,4 +1,4 @@
-// SplineNetwork: all tracks of a world with their lanes, both ways.
+// SplineNetwork: all splines of a world with their lanes, in both directions.
 #pragma once
 
 #include "server/ai/splines/lane.h"
@@ -11,30 +11,31 @@
 
 namespace zoned::ai::splines {
 
-/// A track as a world has it.
+/// NamedSpline: a spline as the world's configuration has it.
 struct NamedSpline {
     std::string name;
     SplineDef def;
-    float error_m = 0.25F;                   ///< of followers, > 0
-    std::optional<float> racing_margin_m{};  ///< it has a racing line; closed ones alone
+    float error_m = 0.25F;                   ///< error of followers, > 0
+    std::optional<float> racing_margin_m{};  ///< margin of its racing line, if it has one; only for
+                                             ///< closed splines
 };
 
-/// Which lane of a track.
+/// LaneChoice: names a lane of a spline.
 struct LaneChoice {
     std::uint16_t track = 0;
-    std::uint16_t lane = 0;    ///< from the left, seen along the way that is taken
-    bool racing_line = false;  ///< in place of a lane; the track has one
+    std::uint16_t lane = 0;    ///< from the left, seen in the direction of travel
+    bool racing_line = false;  ///< the racing line in place of a lane; the spline must have one
     bool backwards = false;
 };
 
 /// World coordinates, x and z, m. Never changes; shared by all zones.
 class SplineNetwork {
   public:
-    /// Lanes of all tracks together, both ways, m.
+    /// The most length of the lanes of all splines together, in both directions, m.
     static constexpr double kMost_m = 1e6;
 
-    /// Errors name the track, and are those of Spline::make, or that all together are too long.
-    /// `at`, if given: the number of that track.
+    /// Errors name the spline. They are those of Spline::make, or the total length is too large.
+    /// `at`, if given, gets the number of that spline.
     static core::Result<SplineNetwork> make(std::span<const NamedSpline> tracks,
                                             std::size_t* at = nullptr);
 
@@ -42,7 +43,7 @@ class SplineNetwork {
 
     [[nodiscard]] const Lane& lane(LaneId id) const { return lanes_[id].lane; }
 
-    /// Of a choice whose track, lane and racing line there are.
+    /// The number of a choice whose spline, lane and racing line exist.
     [[nodiscard]] LaneId id_of(const LaneChoice& choice) const;
 
     /// "NAME, lane 2 of 3, backwards" for people.

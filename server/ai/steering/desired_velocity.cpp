@@ -22,15 +22,16 @@ constexpr float kOtherFloorM = 1.5F;
 
 /// A ward that is slower than this stands, m/s.
 constexpr float kStrollMps = 0.1F;
-/// Who is within this many radii of a ward that stands is near enough.
+/// An agent within this many radii of a standing ward is near enough.
 constexpr float kNearShare = 1.5F;
-/// Who follows stops within this share of the radius.
+/// A follower stops within this share of the radius.
 constexpr float kFollowStop = 0.7F;
-/// PointsOfInterest that a herd goes along, at most.
+/// The most places on the route of a herd.
 constexpr std::size_t kMostStops = 32;
-/// How far beside its path a herd turns back by half a right angle, as a share of its radius.
+/// The distance from its path at which a herd turns back by half a right angle, as a share of its
+/// radius.
 constexpr float kTrackShare = 0.5F;
-/// What Agent::corner means to one who guards.
+/// The meaning of Agent::corner for a guard.
 constexpr std::uint8_t kAtPost = 0;
 constexpr std::uint8_t kEngaged = 1;
 
@@ -82,7 +83,7 @@ DesiredVelocity patrol_velocity(Agent& agent, const BrainState& state, const Sur
     return go_to(goal, around.at);
 }
 
-/// Whether a goal that is near over the ground is on another floor, as far as maps tell floors.
+/// True if a goal that is near over the ground is on another floor, as far as the maps know floors.
 bool on_other_floor(const Agent& agent,
                     const BrainState& state,
                     const Vec2& goal,
@@ -97,7 +98,7 @@ bool on_other_floor(const Agent& agent,
     const motion::CharacterLimits& body = around.ai.types[type].character;
     const float feet =
         around.ai.entities.position[around.self].y() - body.radius - body.half_segment;
-    // Where the map tells no floors there is no other.
+    // Where the map knows no floors there is only one.
     return !std::isnan(ground) && std::abs(floor - feet) > kOtherFloorM;
 }
 
@@ -128,7 +129,7 @@ DesiredVelocity place_velocity(const Agent& agent,
         agent, state, around.ai.points_of_interest.spot(state.place, agent.entity), around);
 }
 
-/// Somebody as an agent takes them to be.
+/// Another entity, as the agent believes it to be.
 struct Other {
     Vec2 place = Vec2::Zero();
     Vec2 velocity = Vec2::Zero();
@@ -142,7 +143,7 @@ std::optional<Other> other_of(EntityId entity, const Surroundings& around) {
     return Other{flat(around.ai.entities.position[row]), flat(around.ai.entities.velocity[row])};
 }
 
-/// Where it is, or was when it was noticed last.
+/// Its present place, or the place where it was last noticed.
 std::optional<Other> target_of(const Agent& agent, const Surroundings& around) {
     if (agent.prey && !agent.noticed) {
         return Other{flat(agent.known), Vec2::Zero()};
@@ -196,8 +197,8 @@ DesiredVelocity flock_velocity(Agent& agent,
     return desired;
 }
 
-/// Within `radius_m` of its ward, else of its target; it sets out when it is beyond, and stops well
-/// within, so that who goes beside somebody does not stop and go with every step.
+/// Stays within `radius_m` of its ward, else of its target. It sets out when it is beyond, and
+/// stops well within. So an agent beside another does not stop and go with every step.
 DesiredVelocity follow_velocity(const Agent& agent,
                                 const BrainState& state,
                                 const Surroundings& around) {
@@ -385,7 +386,7 @@ DesiredVelocity desired_velocity(Agent& agent,
         case ActionKind::kFollowTrack:
             return track_velocity(agent, state, around);
         case ActionKind::kFormUp:
-            // Who keeps its place is steered otherwise.
+            // An agent that keeps its place in a formation is steered elsewhere.
             return agent.ward ? go_to(flat(agent.target), around.body()) : DesiredVelocity();
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");

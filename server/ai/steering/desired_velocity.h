@@ -1,4 +1,5 @@
-// DesiredVelocity: where an agent wants to go now, before that becomes a command or a path segment.
+// DesiredVelocity: the direction and goal an agent wants now, before they become a command or a
+// path segment.
 #pragma once
 
 #include "server/ai/agent/agent.h"
@@ -20,19 +21,20 @@ inline constexpr float kArriveM = 1.0F;
 inline constexpr float kChaseStopM = 1.1F;
 inline constexpr float kChaseFollowM = 1.4F;
 
-/// The most of a command's move along one axis.
+/// The largest move of a command along one axis.
 inline constexpr float kFullMove = 127.0F;
 
-/// What desired velocities and steering read besides the agent.
+/// Surroundings: the inputs, besides the agent, of desired velocities and steering.
 struct Surroundings {
     const AiContext& ai;
     world::Row self;
     Slot slot = 0;           ///< of the agent
-    Vec2 at = Vec2::Zero();  ///< x, z where the agent takes itself to be, m: whereabouts.h
-    bool there = false;      ///< its path ends here: nearer to its goal it does not come
-    bool all_out = false;    ///< it keeps no speed back, for no body has to follow its segment
-    const HerdDrift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are
-                                       ///< where their rows say
+    Vec2 at = Vec2::Zero();  ///< x, z where the agent takes itself to be, m: see whereabouts.h
+    bool there = false;      ///< its path ends here: it cannot come nearer to its goal
+    bool all_out = false;    ///< it keeps no speed in reserve, because no body has to follow its
+                             ///< segment
+    const HerdDrift* drift = nullptr;  ///< positions of a herd that is fully or partly suspended;
+                                       ///< null: all stand where their rows say
 
     /// x, z of the entity, m.
     [[nodiscard]] Vec2 body() const {
@@ -41,7 +43,7 @@ struct Surroundings {
     }
 };
 
-/// Of an agent that takes itself to be where whereabouts() says.
+/// The surroundings of an agent that takes itself to be where whereabouts() says.
 Surroundings surroundings_of(const AiContext& ai,
                              const Agent& agent,
                              world::Row row,
@@ -52,40 +54,42 @@ struct DesiredVelocity {
     bool has_goal = false;          ///< progress means coming nearer to `goal`
     Vec2 goal = Vec2::Zero();
     float fresh_cos;     ///< re-aim at a decision when the cosine is below this
-    bool seeks = false;  ///< wants to get to `goal`: by a path, where it can't go straight
+    bool seeks = false;  ///< wants to get to `goal`, and needs a path where it cannot go straight
     bool keep = false;   ///< nothing new: the aim stays
-    bool far = false;    ///< it stands where it did not want to: a path may open
+    bool far = false;    ///< it had to stop against its will: a path may open
 
     DesiredVelocity();
 };
 
-/// Begins what the agent does anew, which it has just turned to.
+/// Starts the action that the agent has just switched to.
 void begin_action(Agent& agent, const BrainState& state, const Surroundings& around);
 
-/// Where an escort goes, m: between its ward and a threat, `radius_m` from the ward but no farther
-/// than half way; without a threat beside a ward that moves, across its path, on the side on which
-/// the escort is; of one that stands to within half a radius more than that.
+/// The place of an escort, m: `radius_m` from its ward, between the ward and a threat, but no
+/// farther than half the distance to the threat. Without a threat it keeps to its own side of a
+/// moving ward, across the ward's path. Beside a ward that stands it stays where it is within 1.5
+/// radii, else it goes to `radius_m`.
 Vec2 escort_place(const Vec2& here,
                   const Vec2& ward,
                   const Vec2& ward_velocity,
                   const std::optional<Vec2>& threat,
                   float radius_m);
 
-/// What `state` wants; `speed` in m/s. Moves on targets that are reached.
+/// The desired velocity of `state`; `speed` in m/s. Moves on targets that are reached.
 DesiredVelocity desired_velocity(Agent& agent,
                                  const BrainState& state,
                                  float speed,
                                  const Surroundings& around);
 
-/// How high the feet are of who is where such a desired leads, m: as at home for what begins there,
-/// as those of whom it is about, as a place has it; not a number: on the ground.
+/// The height of the feet at the goal of such a desired velocity, m. A goal that begins at home has
+/// the height of home. A goal about another entity has that entity's height, and a place has its
+/// own. Not a number: on the ground.
 float goal_floor(const Agent& agent, const BrainState& state, const Surroundings& around);
 
-/// At a decision a herd animal re-aims when the cosine of what its heading is off by is below this:
-/// 10 degrees, for herds are many and may be sloppy.
+/// At a decision a herd animal re-aims when the cosine of its heading error is below this. It is 10
+/// degrees, because herds are large and need little precision.
 inline constexpr float kReaimFlockCos = 0.98481F;
 
-/// Where a herd animal at `here` (x, z, m) wants to go on its own account; `speed` in m/s.
+/// The direction in which a herd animal at `here` (x, z, m) wants to go by itself; `speed` in m/s.
 FlockPull flock_pull(const Agent& agent,
                      const BrainState& state,
                      float speed,
@@ -95,29 +99,29 @@ FlockPull flock_pull(const Agent& agent,
 /// Another point for a wanderer.
 void pick_wander_target(Agent& agent, float radius, const Surroundings& around);
 
-/// Of a walker in that state, m/s.
+/// The full speed of a walker in that state, m/s.
 float full_speed(const BrainState& state, const Surroundings& around);
 
-/// Whether its command moves it.
+/// True if its command moves it.
 bool moving(const Agent& agent);
 
-/// Whether it is on its way: by its segment where it goes by one.
+/// True: the agent is under way. An agent that follows a segment is judged by its segment.
 bool walks(const Agent& agent);
 
-/// Of a command, or the agent's: unit length, or zero when it stands.
+/// The direction of a command, or of the agent's command: unit length, or zero when it stands.
 Vec2 aim_direction(const motion::InputCommand& aim);
 Vec2 aim_direction(const Agent& agent);
 
-/// How fast it goes.
+/// The speed of a move: the gait and a share of its full speed.
 struct Pace {
-    float factor = 1.0F;  ///< of walking, or of sprinting
+    float factor = 1.0F;  ///< share of the walking or the sprinting speed
     bool sprint = false;
 };
 
 /// `direction` has unit length.
 void move_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
 void face_along(motion::InputCommand& aim, const Vec2& direction);
-/// Both.
+/// Sets both direction and pace.
 void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
 void aim_along(Agent& agent, const Pace& pace, const Vec2& direction);
 void aim_along(Agent& agent, const BrainState& state, const Vec2& direction);

@@ -35,7 +35,7 @@ std::int64_t fixed(float value) {
     return static_cast<std::int64_t>(scaled + (scaled < 0.0F ? -0.5F : 0.5F));
 }
 
-/// What an animal knows of another one.
+/// The data that an animal has about another one.
 struct Neighbour {
     Vec2 offset;    ///< to where it is, x, z, m
     Vec2 velocity;  ///< m/s
@@ -66,7 +66,7 @@ Vec2 away(const Vec2& to_neighbour, float distance, float separation, bool older
 
 using spatial::Array8;
 
-/// As fixed(), eight at a time, and still as floats: whole numbers, exact up to kExact.
+/// As fixed(), eight at a time, but still floats: whole numbers, exact up to kExact.
 Array8 fixed_lanes(const Array8& values) {
     const Array8 scaled = values * kFixedPoint;
     return (scaled.max(0.0F) + 0.5F).floor() - ((-scaled).max(0.0F) + 0.5F).floor();
@@ -159,15 +159,15 @@ void FlockSum::add_run(const Columns& animals,
                        const Vec2& here,
                        float time_s) {
     const std::array<Array8, 256>& lanes = lanes_of_bits();
-    // So many times eight terms add up exactly; of larger ones none.
+    // This many sums of eight terms are exact; of larger terms none.
     const float largest = kFixedPoint * std::max(radius_m_, kFastestOfLanes) + 1.0F;
     const auto batches = static_cast<std::size_t>(kExact / (8.0F * largest));
     const float separation = kSeparationShare * radius_m_;
     const auto square = [](float length, float widen) {
         return Array8::Constant(length * length * widen).eval();
     };
-    // Squares and roots are rounded: whoever is at the edge is asked for his distance, as add()
-    // does. Roots of eight would be approximate.
+    // Squares and roots are rounded. An animal at the edge is checked by its exact distance, as
+    // add() does. Roots of eight at a time would be approximate.
     const Array8 within = square(radius_m_, 1.0F - kFlockRounding);
     const Array8 perhaps_within = square(radius_m_, 1.0F + kFlockRounding);
     const Array8 perhaps_apart = square(separation, 1.0F + kFlockRounding);

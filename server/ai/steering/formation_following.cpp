@@ -12,7 +12,7 @@ namespace {
 
 /// A captain that is slower than this looks where it faces, m/s.
 constexpr float kStands = 0.3F;
-/// While somebody straggles slots are given anew every so many ticks.
+/// While a member straggles slots are assigned anew every this many ticks.
 constexpr Tick kRegroup = 32;
 /// A member that wants less than this share of its speed stands.
 constexpr float kRankStands = 0.08F;
@@ -84,13 +84,13 @@ std::size_t ghosts_in_formations(const world::Entities& entities,
     return ghosts;
 }
 
-/// Those of one captain who do the same.
+/// Members of one captain that do the same.
 struct Formations::Group {
     std::span<const Rank> ranks;
     const FormationDef* def;
     Vec2 centre;
     Vec2 heading;
-    bool regroups;        ///< who is there closes the gaps of who is not
+    bool regroups;        ///< present members close the gaps of missing ones
     std::size_t company;  ///< how many there are, on both sides of a border
 
     [[nodiscard]] Vec2 offset(std::size_t index) const {
@@ -137,8 +137,8 @@ void Formations::give_slots(AgentStore& agents,
     }
 }
 
-/// How many a company counts: those who are here, unless they were more when they got their slots,
-/// and the rest may be among the ghosts.
+/// The size of a company. It is the number of members here, unless they were more when they got
+/// their slots and the rest may be among the ghosts.
 template <class Ghosts>
 std::size_t Formations::company_of(std::span<const Rank> ranks,
                                    const AgentStore& agents,
@@ -161,7 +161,7 @@ void Formations::place(AgentStore& agents,
         const Agent& agent = agents.at(rank.slot);
         return &*brains[agent.brain].states[agent.current_action].formation;
     };
-    // Looked for once, and only where somebody is missing.
+    // The search is made once, and only where a member is missing.
     auto ghosts = [&, found = std::optional<std::size_t>()]() mutable {
         if (!found) {
             found = ghosts_in_formations(entities, types, brains);
@@ -198,7 +198,8 @@ void Formations::place(AgentStore& agents,
             const bool stray = straggles(agent) ? distance > settings.taken_back_m || !sees
                                                 : distance > settings.straggler_m || !sees;
             agent.corner = static_cast<std::uint8_t>(slot | (stray ? kStraggles : 0U));
-            // Behind a wall from its place it follows the captain, who came by some path.
+            // A member separated from its place by a wall follows the captain, who came by some
+            // path.
             const Vec2 to = sees ? place : group.centre;
             agent.target = Vec3(to.x(), entities.position[rank.row].y(), to.y());
         }

@@ -11,11 +11,11 @@
 
 namespace zoned::ai {
 
-/// What an agent keeps in `corner` while it forms up: its slot, and whether it straggles.
+/// The contents of Agent::corner while it is in formation: its slot, and whether it straggles.
 inline constexpr std::uint8_t kNoRank = 0x7F;
 inline constexpr std::uint8_t kStraggles = 0x80;
 
-/// An agent that forms up around its ward.
+/// Rank: an agent in formation around its ward.
 struct Rank {
     EntityId captain;
     EntityId entity;
@@ -24,21 +24,22 @@ struct Rank {
     Slot slot = 0;
 };
 
-/// The members of all formations of a zone. Nothing is remembered here: slots are part of the
-/// agents, and given anew, by the least sum of squared paths, when those of a captain's members are
-/// not the first so many. On a border, where some of them, or the captain, are ghosts of another
-/// zone, both keep to the slots that they had when they were together: as long as there are as many
-/// ghosts who may be those that are missing.
+/// The members of all formations of a zone. This class has no memory: the slots are part of the
+/// agents. Slots are assigned anew, by the least sum of squared distances, when the slots of a
+/// captain's members are not the first so many. Near a border the captain or some members may be
+/// ghosts of another zone. Then both zones keep the slots from the time when the formation was
+/// together. They do so while at least as many ghosts could be members as members are missing.
 class Formations {
   public:
     void clear() { ranks_.clear(); }
 
-    /// An agent whose state forms up; its ward is there.
+    /// Adds an agent whose state is a formation; its ward is present.
     void add(const Rank& rank) { ranks_.push_back(rank); }
 
     [[nodiscard]] bool empty() const { return ranks_.empty(); }
 
-    /// Gives each its slot, writes where that is now into `target`, and says who straggles.
+    /// Gives each member its slot, writes the slot's present position into `target`, and marks the
+    /// stragglers.
     void place(AgentStore& agents,
                const world::Entities& entities,
                const world::TypeTable& types,
@@ -61,12 +62,12 @@ class Formations {
     steering::Assignment assignment_;
 };
 
-/// Whether the agent walks to its place by itself, as to any goal.
+/// True: the agent walks to its place by itself, as to any goal.
 inline bool straggles(const Agent& agent) {
     return (agent.corner & kStraggles) != 0;
 }
 
-/// Steers a member in its place: with the captain, and to its slot.
+/// Steers a member that is in its place: with the captain, and towards its slot.
 void steer_in_formation(Agent& agent,
                         const BrainState& state,
                         bool entered,

@@ -1,4 +1,4 @@
-// HerdDrift: where animals of a herd are that nobody sees.
+// HerdDrift: the present positions of suspended herd animals.
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
@@ -8,16 +8,17 @@
 
 namespace zoned::ai {
 
-/// Where those neighbours are whom nobody sees: their rows say where they were put last, their
-/// agents where they are now.
+/// The positions of suspended neighbours. Their rows say where they were last put; their agents say
+/// where they are now.
 struct HerdDrift {
     const AgentStore& agents;
-    std::span<const Slot> slots;  ///< by row: of whoever dozes there; others may be in the way
+    std::span<const Slot> slots;  ///< by row: the slot of each suspended agent; rows of other
+                                  ///< agents may hold any slot
     Tick now;
     float dt;       ///< s
-    float reach_m;  ///< nobody is farther than this from its row
+    float reach_m;  ///< no animal is farther than this from its row
 
-    /// Of a row that dozes; null: it has no agent here.
+    /// The segment of a suspended row; null: the row has no agent here.
     [[nodiscard]] const PathSegment* segment_of(const world::Entities& entities,
                                                 world::Row row) const;
 };

@@ -13,21 +13,21 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr std::uint8_t kCrowded = 1;  ///< has to give way
-constexpr std::uint8_t kNear = 2;     ///< counts for somebody who has to
+constexpr std::uint8_t kCrowded = 1;  ///< on a collision course: has to avoid it
+constexpr std::uint8_t kNear = 2;     ///< counts as an obstacle for a crowded walker
 constexpr std::uint8_t kGaveWay = 1;
 constexpr std::uint8_t kHeld = 2;
 
-/// Kept between two that yield, as a share of the smaller radius: what rounding takes.
+/// Margin between two that yield, as a share of the smaller radius: it covers rounding.
 constexpr float kMarginShare = 0.01F;
-/// Whoever would come nearer than this to another gives way, m.
+/// A walker that would come nearer than this to another avoids it, m.
 constexpr float kBerth = 0.05F;
-/// What places may be beyond their side by, m: rounding far from the zone's centre.
+/// Places may lie beyond their side by this much, m: rounding far from the zone's centre.
 constexpr float kRounding = 1e-4F;
-/// Who comes to stand within this is not turned aside by walls on the way, m.
+/// Walls do not turn a walker aside if it stops within this distance, m.
 constexpr float kShortStop = 0.1F;
-/// How much lower ground may lie after a path of 1 m that is walked down: somewhat more than the
-/// steepest that carries.
+/// The most by which ground may lie lower after a path of 1 m downhill: a little more than on the
+/// steepest ground that carries.
 constexpr float kSteepestFall = 1.2F;
 /// Shares of the best velocity that are tried, one after the other; the last is to brake.
 constexpr std::array kTries = {1.0F, 0.75F, 0.5F, 0.25F, 0.0F};
@@ -43,7 +43,7 @@ float gait(const motion::CharacterLimits& limits, const motion::InputCommand& co
     return limits.speed * (sprints ? limits.sprint_factor : 1.0F);
 }
 
-/// What apply_input takes the command to want, m/s.
+/// The velocity that apply_input reads from the command, m/s.
 Vec2 wanted(const motion::CharacterLimits& limits, const motion::InputCommand& command) {
     const Vec2 move(static_cast<float>(command.move_x) / kFullMove,
                     static_cast<float>(command.move_z) / kFullMove);
@@ -51,12 +51,12 @@ Vec2 wanted(const motion::CharacterLimits& limits, const motion::InputCommand& c
     return move * (gait(limits, command) / (length > 1.0F ? length : 1.0F));
 }
 
-/// Where one that walks at `velocity` comes to stand when it brakes.
+/// The place at which a walker with `velocity` stops when it brakes.
 Vec2 braking_end(const Vec2& at, const Vec2& velocity, const motion::CharacterLimits& limits) {
     return at + velocity * (velocity.norm() / (2.0F * std::max(limits.acceleration, 1e-3F)));
 }
 
-/// Horizontally, of what it may touch, m.
+/// The horizontal reach of an entity's body, m.
 float width_of(const world::EntityType& type) {
     if (type.kind == world::EntityKind::kCharacter) {
         return type.character.radius;
@@ -111,8 +111,8 @@ std::int8_t slower(float share) {
         std::clamp(std::trunc(share * kFullMove), -kFullMove, kFullMove));
 }
 
-/// Whether nothing turns aside who brakes on the way to `end`: then it comes to stand elsewhere.
-/// Short paths are not looked at.
+/// True: no wall turns the character aside while it brakes towards `end`. A character that is
+/// turned aside would stop elsewhere. Short paths are not checked.
 bool brakes_freely(const Vec3& from,
                    const Vec2& end,
                    const motion::CharacterLimits& limits,
@@ -149,7 +149,7 @@ float path_left(const Agent& agent,
     }
 }
 
-// ---------------------------------------------------------------- who is there
+// ---------------------------------------------------------------- gathering neighbours
 
 void LocalAvoidance::add_walker(const AvoidingAgent& walker, const AiContext& ai) {
     const world::Entities& e = ai.entities;
@@ -164,7 +164,7 @@ void LocalAvoidance::add_walker(const AvoidingAgent& walker, const AiContext& ai
     seen_.want_x.back() = want.x();
     seen_.want_z.back() = want.y();
     seen_.path_left.back() = walker.path_left_m;
-    // Nobody brakes in the air.
+    // A body in the air cannot brake.
     const bool walks = e.has(row, world::kGrounded);
     seen_.yield.back() = walks ? 1.0F : 0.0F;
     rows_.push_back(row);
@@ -185,7 +185,7 @@ void LocalAvoidance::add_other(world::Row row, const AiContext& ai) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = velocity.x();
     seen_.want_z.back() = velocity.y();
-    // Its own zone lets it make way likewise, by the same places and velocities.
+    // Its own zone makes it yield likewise, by the same places and velocities.
     const bool yields = e.has(row, world::kGhost) && e.has(row, world::kGrounded) &&
                         type.kind == world::EntityKind::kCharacter && type.brain != 0 &&
                         !e.client[row];
@@ -198,7 +198,7 @@ void LocalAvoidance::add_other(world::Row row, const AiContext& ai) {
          height_of(type)});
 }
 
-/// Others are characters of players or with a body (those that are not simulated have none), and
+/// Obstacles are characters of players or with a body (one that is not simulated has none), and
 /// bodies that move.
 void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const AiContext& ai) {
     const world::Entities& e = ai.entities;
@@ -230,8 +230,8 @@ void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const AiCont
     }
 }
 
-/// Beyond this nobody matters to anybody: as far as is looked, and at least so far that two cannot
-/// touch within a tick and braking after it.
+/// The distance beyond which others do not matter. It is the range of the search, and at least so
+/// far that two cannot touch within a tick and braking after it.
 float LocalAvoidance::reach(const AiContext& ai,
                             const steering::AvoidanceSettings& settings) const {
     float radius = 0.0F;
@@ -259,9 +259,10 @@ bool LocalAvoidance::apart_in_height(std::uint32_t one, std::uint32_t other) con
            courses_[one].half_height + courses_[other].half_height;
 }
 
-// ---------------------------------------------------------------- who would meet somebody
+// ---------------------------------------------------------------- finding collision courses
 
-/// Whether both, as they want to go, come nearer to each other than they may within the horizon.
+/// True if the two, at their wanted velocities, come nearer to each other than allowed within the
+/// horizon.
 bool LocalAvoidance::would_meet(std::uint32_t one,
                                 std::uint32_t other,
                                 const steering::AvoidanceSettings& settings) const {
@@ -282,7 +283,7 @@ bool LocalAvoidance::would_meet(std::uint32_t one,
     return (p - when * v).squaredNorm() < near * near;
 }
 
-/// The line between two, seen from one of them.
+/// The line between two characters, seen from one of them.
 LocalAvoidance::DividingLine LocalAvoidance::side_of(std::uint32_t one, std::uint32_t other) const {
     const BrakingCourse& a = courses_[one];
     const BrakingCourse& b = courses_[other];
@@ -290,7 +291,8 @@ LocalAvoidance::DividingLine LocalAvoidance::side_of(std::uint32_t one, std::uin
     float distance = std::sqrt(points.d2);
     Vec2 n = points.a - points.b;
     if (distance < 1e-5F) {
-        // Where the courses meet, away from the other; on the same spot one left, one right.
+        // Where the courses meet, it points away from the other; on the same spot one goes left,
+        // one right.
         n = a.at - b.at;
         const float apart = n.norm();
         n = apart > 1e-5F ? Vec2(n / apart)
@@ -326,7 +328,7 @@ bool LocalAvoidance::is_crowded(std::uint32_t one,
             crowded = true;
             return;
         }
-        // Nobody who is beyond the ends of both courses and a tick's path can be in the way.
+        // A character beyond the ends of both courses plus one tick's path cannot collide.
         const float most = seen_.radius[one] + seen_.radius[other] +
                            (courses_[one].end - courses_[one].at).norm() +
                            (courses_[other].end - courses_[other].at).norm() +
@@ -361,7 +363,7 @@ void LocalAvoidance::find_crowded(const AiContext& ai,
     });
 }
 
-/// Whoever is near one who has to give way, so that it is seen.
+/// Adds the neighbours of crowded walkers, so that these walkers see them.
 void LocalAvoidance::take_in_neighbours(const steering::AvoidanceSettings& settings) {
     for (const steering::CrowdBatch& batch : order_.batches()) {
         for (std::uint32_t i = batch.begin; i < batch.end; ++i) {
@@ -396,9 +398,9 @@ void LocalAvoidance::take_in_neighbours(const steering::AvoidanceSettings& setti
     }
 }
 
-// ---------------------------------------------------------------- what they do instead
+// ---------------------------------------------------------------- choosing other commands
 
-/// As the movement pass will say in this tick.
+/// Computed as the movement pass will do in this tick.
 LocalAvoidance::BrakingStop LocalAvoidance::stop_of(world::Row row,
                                                     const motion::InputCommand& command,
                                                     const AiContext& ai) const {
@@ -417,7 +419,7 @@ LocalAvoidance::BrakingStop LocalAvoidance::stop_of(world::Row row,
     return {at, end, after.position.y(), free};
 }
 
-/// Whether there is ground where one comes to stand, as near below as movement keeps to it.
+/// True if there is ground at the stopping place, as near below as movement keeps to it.
 bool LocalAvoidance::is_carried(world::Row row, const BrakingStop& stop, const AiContext& ai) {
     const motion::CharacterLimits& limits = ai.types[ai.entities.type[row]].character;
     const float feet = stop.y - limits.radius - limits.half_segment;
@@ -448,7 +450,7 @@ void LocalAvoidance::give_command(std::uint32_t one,
     const motion::InputCommand want = command;
     const float full = std::max(1e-3F, gait(ai.types[ai.entities.type[row]].character, want));
     const Vec2 best = Vec2(close_.vx[near], close_.vz[near]) / full;
-    // Nobody is made to step off an edge, but who means to may.
+    // No walker is made to step off an edge, but one that wants to may.
     const bool leaps = !is_carried(row, stop_of(row, want, ai), ai);
     for (const float share : kTries) {
         command.move_x = slower(share * best.x());

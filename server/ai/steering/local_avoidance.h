@@ -1,5 +1,5 @@
-// LocalAvoidance: agents that would meet somebody get a command that avoids it (ORCA); all others
-// keep theirs, bit for bit.
+// LocalAvoidance: gives agents on a collision course a command that avoids it (ORCA).
+// All other agents keep their command, bit for bit.
 #pragma once
 
 #include "server/ai/agent/agent.h"
@@ -16,45 +16,48 @@
 
 namespace zoned::ai {
 
-/// Who makes way: the entity of an active agent.
+/// AvoidingAgent: the entity of an active agent that takes part in avoidance.
 struct AvoidingAgent {
     world::Row row = world::kNoRow;
-    float path_left_m = 0.0F;  ///< to where it goes; who has less goes first
+    float path_left_m = 0.0F;  ///< distance to its goal; the agent with less goes first
 };
 
-/// How far an agent that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
+/// The distance that an agent in `state` still has to go from `here` (x, z, m); 0: unknown.
 float path_left(const Agent& agent,
                 const BrainState& state,
                 const PointsOfInterest& points_of_interest,
                 const Vec2& here);
 
 struct LocalAvoidanceReport {
-    std::uint32_t crowded = 0;   ///< walkers that would have met somebody
-    std::uint32_t gave_way = 0;  ///< of these: whose command is not what they want
-    std::uint32_t held = 0;      ///< of these: that could but brake
+    std::uint32_t crowded = 0;   ///< walkers that were on a collision course
+    std::uint32_t gave_way = 0;  ///< of the crowded ones: got another command than they wanted
+    std::uint32_t held = 0;      ///< of the crowded ones: could only brake
 };
 
-/// Commands are what characters make of them (motion::apply_input), so a promise about
-/// places has to know about acceleration and quantised commands. Between two that both
-/// yield lies a line half path between where they are and where they would come to stand if they
-/// braked now. A command is given only if its character, after this tick and after braking from
-/// then on, keeps to its side, as apply_input itself says, and nobody who keeps to the ground is
-/// led off it. To brake is always among these, so whoever does not overlap will not, unless moved
-/// by others. The idea of sets that can be kept for ever by stopping: Fraichard and Asama,
-/// "Inevitable collision states", Advanced Robotics 18, 2004; the lines: steering::OrcaAvoidance.
+/// A command is only what a character makes of it (motion::apply_input). A promise about places
+/// therefore has to include acceleration and quantised commands.
+/// Two characters that both yield are divided by a line. It lies half-way between their positions
+/// and the places at which they would stop if they braked now. A command is given only if its
+/// character keeps to its side after this tick and after braking from then on. apply_input itself
+/// computes that. A command also never leads a character off the ground if it keeps to the ground.
+/// Braking is always among the allowed commands. So a character that overlaps nobody stays free of
+/// overlap, unless others move it.
+/// Source for sets that stopping keeps for ever: Fraichard and Asama, "Inevitable collision
+/// states", Advanced Robotics 18, 2004. Source for the lines: steering::OrcaAvoidance.
 class LocalAvoidance {
   public:
-    /// `walkers` ascend by entity id, each has the command that its agent wants. Others that count:
-    /// characters, and bodies that move; those yield that have an agent in another zone. Changes
-    /// `command` of walkers alone. The same bits for any number of threads and order of rows; no
-    /// allocation once as many were near each other.
+    /// `walkers` ascend by entity id; each has the command that its agent wants. Other characters
+    /// and moving bodies count as obstacles; those with an agent in another zone yield. Changes
+    /// only `command` of the walkers. The result has the same bits for any number of threads and
+    /// any order of rows. Does not allocate once as many have been near each other before.
     LocalAvoidanceReport step(std::span<const AvoidingAgent> walkers,
                               const AiContext& ai,
                               steering::KnownWalls& walls,
                               const steering::AvoidanceSettings& settings);
 
   private:
-    /// Where one is and where it comes to stand, or is after the tick where it does not yield.
+    /// The course of one character: its present place and its stop. A character that does not yield
+    /// has its place after the tick instead of its stop.
     struct BrakingCourse {
         Vec2 at = Vec2::Zero();
         Vec2 end = Vec2::Zero();
@@ -62,7 +65,7 @@ class LocalAvoidance {
         float half_height = 0.0F;
     };
 
-    /// n . x >= c for all places x of a walker.
+    /// n . x >= c holds for all places x of a walker.
     struct DividingLine {
         Vec2 n = Vec2::Zero();
         float c = 0.0F;
@@ -103,17 +106,18 @@ class LocalAvoidance {
                                          const AiContext& ai);
 
     steering::CrowdAgents seen_;          // walkers, then others by entity id
-    std::size_t walkers_ = 0;             // the first so many of seen_
-    std::vector<world::Row> rows_;        // by seen
-    std::vector<BrakingCourse> courses_;  // by seen
+    std::size_t walkers_ = 0;             // this many entries at the start of seen_ are walkers
+    std::vector<world::Row> rows_;        // by index in seen_
+    std::vector<BrakingCourse> courses_;  // by index in seen_
     std::vector<std::uint8_t> taken_;     // by row: it is a walker
     std::vector<world::Row> others_;
-    std::vector<std::uint8_t> crowded_;  // by seen: kCrowded, kNear
-    std::vector<std::uint8_t> outcome_;  // by seen
+    std::vector<std::uint8_t> crowded_;  // by index in seen_: kCrowded, kNear
+    std::vector<std::uint8_t> outcome_;  // by index in seen_
     steering::CrowdOrder order_;
     float reach_ = 0.0F;
-    steering::CrowdAgents close_;          // those that count for who is crowded
-    std::vector<std::uint32_t> close_of_;  // by seen: row of close_
+    steering::CrowdAgents close_;          // the entries of seen_ that decide which walkers are
+                                           // crowded
+    std::vector<std::uint32_t> close_of_;  // by index in seen_: row in close_
     steering::OrcaAvoidance avoidance_{steering::AvoidanceSettings()};
 };
 

@@ -14,13 +14,14 @@ const motion::CharacterLimits& limits_of(const Surroundings& around) {
     return around.ai.types[around.ai.entities.type[around.self]].character;
 }
 
-/// A walk by a timetable leaves so much of full speed unused that a body can make up for what
-/// commands, whose headings and speeds are few, and others on its way have cost it.
+/// A timetable leaves this much of full speed unused. The body needs the rest to make up for coarse
+/// commands (few headings and speeds) and for others that hold it up.
 constexpr float kUsed = 0.98F;
-/// A corner of a path counts as passed so near to it, m; who goes there aims nearer.
+/// A corner of a path counts as passed within this distance, m; a walker aims nearer.
 constexpr float kCornerM = 0.5F;
 constexpr float kTurnM = 0.2F;
-/// Who finds no path looks again after so long, s; who waits to be told, sooner.
+/// An agent without a path looks again after this long, s. An agent that waits for an answer looks
+/// again sooner.
 constexpr float kLookAgain_s = 5.0F;
 constexpr float kAskAgain_s = 0.25F;
 
@@ -32,7 +33,7 @@ pathfinding::Spot spot_of(const Vec2& at) {
     return {at.x(), at.y()};
 }
 
-/// What the agent's command makes of a character, m/s.
+/// The speed that a character gets from the agent's command, m/s.
 float commanded_speed(const Agent& agent, const motion::CharacterLimits& limits) {
     const float share = Vec2(agent.aim.move_x, agent.aim.move_z).norm() / kFullMove;
     const bool sprints = (agent.aim.buttons & motion::kButtonSprint) != 0;
@@ -51,9 +52,9 @@ void look_again(Agent& agent, float after_s, const Surroundings& around) {
     agent.again_at = around.ai.now + std::max<Tick>(1, std::lround(after_s / around.ai.dt));
 }
 
-/// Where a command leads that is held: its heading is one of few, so that it passes the goal a
-/// little to the side; the length to where it is within `near_m`, where it counts as reached. Where
-/// it would pass by farther than that, corrections on the way lead it straight there.
+/// Computes where a held command leads. Its heading is one of few, so it passes the goal a little
+/// to the side. The length ends where the goal is within `near_m` and counts as reached. If it
+/// would pass farther off, corrections under way lead it straight to the goal.
 void head_for(const Vec2& goal, float near_m, const Vec2& heading, PathSegment& segment) {
     const Vec2 path = goal - segment.from;
     const float along = path.dot(heading);
@@ -110,7 +111,7 @@ bool has_path(const Agent& agent, const Surroundings& around) {
            around.ai.paths->has(around.slot, agent.entity);
 }
 
-/// So near to its goal a straight walk is over, m.
+/// A straight walk is over within this distance of its goal, m.
 float reach_of(const Agent& agent,
                const BrainState& state,
                const DesiredVelocity& desired,
@@ -126,7 +127,7 @@ float reach_of(const Agent& agent,
                               around.ai.points_of_interest.outside(state.forage->nest, around.at));
 }
 
-/// Whether the agent has come to where its path ends.
+/// True if the agent has reached the end of its path.
 bool path_is_over(const Agent& agent, const Surroundings& around) {
     if (!has_path(agent, around)) {
         return false;
@@ -250,7 +251,7 @@ bool turn_to_path(Agent& agent,
     if (has_path(agent, around)) {
         const Vec2 next = flat_of(around.ai.paths->heading(around.slot, body, kCornerM));
         desired.direction = next - around.body();
-        // Progress is what leads to the corner.
+        // Progress is measured towards the corner.
         desired.goal = next;
     }
     return asks;

@@ -19,7 +19,7 @@ Vec2 on_plane(const Vec3& v) {
     return {v.x(), v.z()};
 }
 
-/// True where the aim does nearly what is wanted: others need not hear of the difference.
+/// True where the aim is nearly the wanted one: the difference is not worth a notification.
 bool near_enough(const motion::InputCommand& aim, const learning::Wanted& wanted, bool fresh) {
     const Vec2 moves = Vec2(aim.move_x, aim.move_z) / 127.0F;
     const float share = moves.norm();
@@ -32,8 +32,8 @@ bool near_enough(const motion::InputCommand& aim, const learning::Wanted& wanted
     return cosine > (fresh ? kFreshTurnCos : kTurnCos) && std::abs(share - asked) < kShareChange;
 }
 
-/// True where `aim` is what the guard says but for what eight bits lose of a movement, and is
-/// itself no faster than the guard allows: a state before this one may have been.
+/// True where `aim` equals the guard's command but for what eight bits lose of a movement, and is
+/// itself within the guard's speed. The state before this one may have been faster.
 bool repeats(const motion::InputCommand& aim,
              const motion::InputCommand& said,
              const learning::Guard& guard) {
@@ -111,7 +111,7 @@ void follow_band(Agent& agent, const BrainState& state, const Surroundings& arou
     float gap = s.has_target ? (s.target - s.here).norm()
                              : std::numeric_limits<float>::quiet_NaN();  // back towards 1
     if (state.action == ActionKind::kFlee) {
-        // Who is ahead slows down where the other falls behind.
+        // The one ahead slows down when the other falls behind.
         gap = 2.0F * state.rubber_band->gap_m - gap;
     }
     agent.band = learning::banded(*state.rubber_band, agent.band, gap, around.ai.dt);

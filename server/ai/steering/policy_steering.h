@@ -1,4 +1,4 @@
-// Policy steering: a network says where to go, its guard decides how far that goes; and the rubber
+// Policy steering: steers an agent by a learned policy within its guard, and applies the rubber
 // band of a chase.
 #pragma once
 
@@ -6,21 +6,22 @@
 
 namespace zoned::ai {
 
-/// What a policy sees of its agent: its target is the agent's prey.
+/// The policy's view of its agent; the target is the agent's prey.
 learning::Situation situation_of(const Agent& agent, const Surroundings& around);
 
-/// Updates agent.aim by the choice's policy, at full speed times the state's factor (and band)
-/// where the policy asks for all. The guard is asked at every tick that steers, those of a far
-/// agent included, so the command stays within it for kFarPeriod ticks. Changes too small to tell
-/// others are left out. Allocates nothing.
+/// Updates agent.aim by the choice's policy. Its full output means full speed times the state's
+/// factor (and band). The guard is asked at every tick that steers, also for a far agent, so the
+/// command stays within it for kFarPeriod ticks. Changes too small to notify others are left out.
+/// Allocates nothing.
 void steer_by_policy(Agent& agent,
                      const CompiledBrain& brain,
                      const BrainState& state,
                      const PolicyChoice& choice,
                      const Surroundings& around);
 
-/// Moves agent.band by the distance to its prey, once per tick that steers: who chases becomes
-/// faster the farther off that is, who flees slower. 1 in states without a rubber band.
+/// Updates agent.band from the distance to its prey, once per tick that steers. A chaser becomes
+/// faster the farther off its prey is; an agent that flees becomes slower. It is 1 in states
+/// without a rubber band.
 void follow_band(Agent& agent, const BrainState& state, const Surroundings& around);
 
 }  // namespace zoned::ai

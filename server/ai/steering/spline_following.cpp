@@ -19,29 +19,29 @@ using splines::LaneId;
 constexpr double kChordShare = 0.5;
 constexpr double kTurnShare = 0.25;
 constexpr double kStepShare = 0.15;
-/// So near to the track an agent begins to follow it, m.
+/// An agent this near to the spline begins to follow it, m.
 constexpr double kBoardM = 1.5;
-/// Who was pushed off farther than this walks back as to any goal, m.
+/// A follower pushed off farther than this walks back as to any goal, m.
 constexpr double kPushedOffM = 8.0;
-/// Who can come no nearer than this boards from there, m.
+/// A follower that can come no nearer than this joins the spline from there, m.
 constexpr double kAsNearM = 8.0;
-/// So far before and behind where one was the track is looked for, m.
+/// The spline is searched this far before and behind the last place, m.
 constexpr double kReachM = 30.0;
-/// Segments last so many ticks at least.
+/// A segment lasts at least this many ticks.
 constexpr double kLeastTicks = 4.0;
-/// A change of lanes is cut into so many segments at least.
+/// A change of lanes is cut into at least this many segments.
 constexpr double kChangeSegments = 8.0;
-/// Whose timetable asks for less than this share of its speed goes by another one.
+/// A follower whose timetable needs less than this share of its speed gets a new timetable.
 constexpr double kLeastShare = 0.8;
-/// Share of full speed that timetables may take: what is left makes up for what was lost.
+/// The share of full speed that timetables may use; the rest makes up for losses.
 constexpr double kTimetableShare = 0.98;
 /// Times a direction is looked for that allows for the turn into it.
 constexpr int kTurnTries = 3;
-/// For blends: the place ahead that is headed for is so far, s, and at least so many m.
+/// For blends: the agent heads for a place this far ahead, s, and at least so many m.
 constexpr double kAheadS = 1.0;
 constexpr double kAheadM = 2.0;
 
-/// The tracks as one state follows them: they are in world coordinates, agents in those of a zone.
+/// SplineView: the splines of one state. They are in world coordinates, agents in those of a zone.
 class SplineView {
   public:
     SplineView(const FollowDef& def, const Surroundings& around)
@@ -68,7 +68,8 @@ class SplineView {
         }
     }
 
-    /// One of those for which `may(lane)`; kNoLane where there is none. Draws one number.
+    /// Draws one of the lanes for which `may(lane)` holds; kNoLane where there is none. Draws one
+    /// number.
     template <class May>
     LaneId draw(core::Rng& rng, May&& may) const {
         double sum = 0.0;
@@ -94,14 +95,14 @@ const motion::CharacterLimits& body_of(const Surroundings& around) {
     return around.ai.types[around.ai.entities.type[around.self]].character;
 }
 
-/// Of a body that does not hold back, m/s.
+/// The top speed of a body that does not hold back, m/s.
 double top_speed_of(const BrainState& state, const Surroundings& around) {
     const motion::CharacterLimits& body = body_of(around);
     return static_cast<double>(body.speed) *
            static_cast<double>(state.sprint ? body.sprint_factor : 1.0F);
 }
 
-/// That of the timetable, m/s.
+/// The speed of the timetable, m/s.
 double timetable_speed(const BrainState& state, const Surroundings& around) {
     return top_speed_of(state, around) *
            std::min(static_cast<double>(state.speed_factor), kTimetableShare);
@@ -132,7 +133,7 @@ splines::LaneChange change_of(const Agent& agent, const SplineView& view) {
             static_cast<double>(view.def().blend_m)};
 }
 
-/// Where the timetable has the agent, after `more` m from the end of its segment: world
+/// The place that the timetable has for the agent, `more` m after the end of its segment: world
 /// coordinates.
 Vec2d place_after(const Agent& agent, const SplineView& view, double more) {
     const SplineWalk& walk = agent.track;
@@ -155,14 +156,14 @@ void board(Agent& agent,
     set_due(agent, 0.0, around);
 }
 
-/// A target on the track, to which it walks as to any goal.
+/// Sets a target on the spline, to which it walks as to any goal.
 void head_for_place(Agent& agent, std::uint8_t corner, const Vec2d& at, const SplineView& view) {
     const Vec2 place = view.local(at);
     agent.corner = corner;
     agent.target = Vec3(place.x(), agent.home.y(), place.y());
 }
 
-/// Another lane beside the one that it is on, if it draws one.
+/// Changes to another lane beside the present one, if the agent draws one.
 void draw_change(Agent& agent, const SplineView& view) {
     SplineWalk& walk = agent.track;
     walk.to_change = view.def().change_every_m;
@@ -194,7 +195,7 @@ void draw_change(Agent& agent, const SplineView& view) {
     walk.changed = 0.0F;
 }
 
-/// At the end of an open lane: another one that begins there. False: none does.
+/// At the end of an open lane: goes on to another one that begins there. False: none does.
 bool go_on_to_next(Agent& agent, const Vec2d& end, const SplineView& view) {
     const double join = std::max(static_cast<double>(view.def().blend_m), 1.0);
     const LaneId next = view.draw(agent.rng, [&](LaneId id) {
@@ -211,15 +212,15 @@ bool go_on_to_next(Agent& agent, const Vec2d& end, const SplineView& view) {
     return true;
 }
 
-/// What a segment from the end of the last one may be.
+/// The limits of a segment that starts at the end of the last one.
 splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
     const double error = lane.error_m();
     const double acceleration = static_cast<double>(body_of(around).acceleration);
     const double step_m = speed * static_cast<double>(around.ai.dt);
     splines::SegmentLimits limits;
     limits.off_m = kChordShare * error;
-    // From segment to segment the heading turns by what two segments do at most. A velocity that
-    // turns by an angle t changes by v t, which leads v^2 t^2 / 2a aside.
+    // From segment to segment the heading turns by at most the turn of two segments. A velocity
+    // that turns by an angle t changes by v t, which leads v^2 t^2 / 2a aside.
     limits.turn = 0.5 * kStepShare * error / step_m;
     if (acceleration > 0.0) {
         limits.turn =
@@ -229,7 +230,7 @@ splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundi
     return limits;
 }
 
-/// How long the next segment is, m; at least so long that it lasts some ticks.
+/// The length of the next segment, m; at least so long that it lasts some ticks.
 double next_segment_m(const Agent& agent,
                       const SplineView& view,
                       double speed,
@@ -274,8 +275,9 @@ void advance(Agent& agent, const SplineView& view, double path) {
     }
 }
 
-/// The segment from where it is that leads to `goal` in `time_s`, at `most` m/s: the turn into it
-/// leads aside and costs path, for which its direction and speed allow.
+/// The segment from its present position to `goal` in `time_s`, at most at `most` m/s. The turn
+/// into the segment leads aside and costs distance; the segment's direction and speed allow for
+/// that.
 PathSegment segment_in_time(const Vec2& goal,
                             double time_s,
                             float most,
@@ -304,13 +306,13 @@ PathSegment segment_in_time(const Vec2& goal,
     return segment;
 }
 
-/// Whether the agent is where its segment was to end; else it boards again from where it is.
-/// False: it is too far off.
+/// True if the agent is near the end of its segment; else it joins the spline again from where it
+/// is. False: it is too far off.
 bool find_point_of_interest(Agent& agent, const SplineView& view, const Surroundings& around) {
     const auto on_it = [](float distance) {
         return static_cast<double>(distance) <= kBoardM;
     };
-    // That place is the goal of its segment, if it still has that one.
+    // The place is the goal of its segment, if the segment still has that goal.
     if (on_it((agent.segment.goal - around.at).norm()) ||
         on_it((view.local(place_after(agent, view, 0.0)) - around.at).norm())) {
         return true;
@@ -338,7 +340,7 @@ void set_next_segment(Agent& agent,
     const Vec2 goal = view.local(place_after(agent, view, path));
     const double straight = static_cast<double>((goal - around.at).norm());
     double time = time_to_due(agent, around) + path / speed;
-    // By another timetable: who was held up, or has just come from beside the track.
+    // A new timetable, for an agent that was held up or has just joined from beside the spline.
     if (!(straight > kLeastShare * speed * time) || !(straight < top * time + 0.5 * kBoardM)) {
         time = std::max(straight / speed, static_cast<double>(around.ai.dt));
     }

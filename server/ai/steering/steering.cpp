@@ -17,16 +17,16 @@ constexpr float kProgressM = 0.5F;
 constexpr float kDetourS = 1.0F;
 /// A rubber band that has changed the speed by this part of full speed is worth a command.
 constexpr float kBandChange = 0.05F;
-/// A blend that wants less than this share of walking speed stands; one that wants so much more or
-/// less than it goes changes its pace.
+/// A blend slower than this share of walking speed stands. A blend whose speed differs by more than
+/// this from the present one changes its pace.
 constexpr float kBlendStands = 0.05F;
 constexpr float kBlendPace = 0.1F;
-/// Whose body is so far from where its segment says is put right, m: commands are worth a
-/// publication.
+/// A body this far from its segment's position is corrected, m. At this distance the commands are
+/// worth a publication.
 constexpr float kOffSegmentM = 0.2F;
-/// In what time at least, s: where the segment has come by then, or at its end.
+/// The least time for a correction, s. It aims at the segment's position by then, or at its end.
 constexpr float kPutRightS = 0.5F;
-/// Who falls faster, m/s, has left its floor: some 0.2 m below it.
+/// A body that falls faster than this, m/s, has left its floor: it is some 0.2 m below it.
 constexpr float kFalls = 2.0F;
 
 void stand(Agent& agent, const Surroundings& around) {
@@ -66,7 +66,7 @@ void step_aside(Agent& agent, const Pace& pace, const Vec2& direction, const Sur
     agent.timed = false;
 }
 
-/// What is in the way is passed by another target, the next corner, or a walk along it.
+/// Passes an obstacle by another target, the next corner, or a walk around it.
 void get_around(Agent& agent,
                 const BrainState& state,
                 const Vec2& direction,
@@ -120,8 +120,8 @@ bool needs_aim(const Agent& agent,
     return pace || turns(agent, desired, direction, entered);
 }
 
-/// What all actions of a blend want together, as a velocity in units of walking speed: each wants
-/// its own speed along its own direction, or to stand, with its degree as its weight.
+/// The sum of all actions of a blend, as a velocity in units of walking speed. Each action adds its
+/// own speed and direction, or standing, weighted by its degree.
 Vec2 blended_velocity(Agent& agent,
                       const CompiledBrain& brain,
                       const CompiledBrain::LeafChoice& choice,
@@ -185,7 +185,8 @@ void steer_blend(Agent& agent,
     }
 }
 
-/// What hangs on others: looked at anew whenever it steers. True: it needs a path.
+/// Steers an action that depends on others: it is planned anew at each steering. True: it needs a
+/// path.
 bool steer_freely(Agent& agent, const BrainState& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
     DesiredVelocity desired = desired_velocity(agent, state, speed, around);
@@ -218,8 +219,8 @@ bool steer_freely(Agent& agent, const BrainState& state, bool entered, const Sur
     return asks;
 }
 
-/// A command that leads the body to where the segment is at its end, or some time on: so soon that
-/// the correction is worth a step of the command.
+/// A command that leads the body to the segment's end, or to the segment's position some time
+/// ahead. The time is just short enough for the correction to be worth a step of the command.
 void correct_drift(Agent& agent, const BrainState& state, const Surroundings& around) {
     const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
     const float soon_s = std::max(kPutRightS, kOffSegmentM * kFullMove / full);
@@ -233,7 +234,7 @@ void correct_drift(Agent& agent, const BrainState& state, const Surroundings& ar
     const float length = path.norm();
     if (length > 0.0F) {
         const float speed = length / (static_cast<float>(ticks) * around.ai.dt);
-        // It faces the path of its segment, as one that nobody sees does.
+        // It faces along its segment, as a suspended agent does.
         const std::uint16_t facing = agent.aim.yaw;
         aim_along(agent, Pace{speed / full, state.sprint}, path / length);
         agent.aim.yaw = facing;
@@ -246,7 +247,7 @@ bool falls(const Surroundings& around) {
     return !e.has(around.self, world::kGrounded) && e.velocity[around.self].y() < -kFalls;
 }
 
-/// Keeps the body to the segment, which is set anew where it has come to its end, or the body was
+/// Keeps the body on the segment. The segment is planned anew at its end, or after the body was
 /// pushed away or held up. True: it needs a path.
 bool steer_by_segment(Agent& agent,
                       const BrainState& state,
@@ -261,7 +262,7 @@ bool steer_by_segment(Agent& agent,
         return false;
     }
     const bool over = segment_is_over(agent, around.ai.now, around.ai.dt);
-    // In another zone than the one that knew its path.
+    // The agent is in another zone than the one that knew its path.
     const bool lost = agent.on_path && (around.ai.paths == nullptr ||
                                         !around.ai.paths->has(around.slot, agent.entity));
     if (over || agent.segment.length == 0.0F || !agent.timed) {

@@ -132,8 +132,8 @@ class FuzzyInspection {
         return defects.size() == before;
     }
 
-    /// Between two neighbouring corners either all values belong to a term or none does, so that
-    /// corners and the middles between them tell all.
+    /// Between two neighbouring corners either all values belong to a term or none does. So it is
+    /// enough to test corners and the middles between them.
     void gaps(FuzzyPart part, int at, float low, float high, const std::vector<Term>& all) {
         std::vector<float> corners{low, high};
         for (const Term& term : all) {
@@ -145,7 +145,7 @@ class FuzzyInspection {
         }
         std::sort(corners.begin(), corners.end());
         corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-        bool open = false;  // the last value looked at belongs to a gap
+        bool open = false;  // the last tested value belongs to a gap
         const auto look = [&](float value, float from, float to) {
             if (belongs(value, all)) {
                 open = false;

@@ -1,5 +1,5 @@
-// FuzzyStateMachine: a state machine whose states are active to a degree, several at a time, and
-// whose outputs are blended.
+// FuzzyStateMachine: a state machine with several states active to a degree at a time, whose
+// outputs are blended.
 #pragma once
 
 #include "server/ai/decision/fuzzy/membership.h"
@@ -16,10 +16,10 @@ inline constexpr std::size_t kMaxFuzzyStates = 16;
 
 struct FuzzyState {
     std::string name;
-    std::vector<float> outputs;  ///< what it wants of each output
+    std::vector<float> outputs;  ///< the state's value for each output
 };
 
-/// Fires to the degree of its propositions: the smallest, or the largest where `any` is enough.
+/// Fires to the smallest degree of its propositions, or to the largest where `any` is set.
 struct FuzzyTransition {
     std::uint16_t from = 0;
     std::uint16_t to = 0;
@@ -30,29 +30,30 @@ struct FuzzyTransition {
 struct FuzzyStateMachineDef {
     std::string name;
     std::vector<FuzzyVariable> inputs;
-    std::vector<FuzzyState> states;  ///< agents begin in the first alone
+    std::vector<FuzzyState> states;  ///< agents begin in the first state alone
     std::vector<FuzzyTransition> transitions;
     float response_s = 0.0F;  ///< s in which a degree can go from 0 to 1; 0: at once
 };
 
-/// States of an agent by degree: columns by state.
+/// The degrees of an agent's states: columns by state.
 struct FuzzyDegrees {
     std::array<std::vector<float>, kMaxFuzzyStates> degree;
 
     void reset(std::size_t states, std::size_t count);
 };
 
-/// With degrees d and the degree c of each transition, a state keeps min(d, 1 - c) of what it has
-/// for the largest c of those that leave it, and gets min(d of where it leaves, c) from those that
-/// lead to it; the larger counts (max-min composition of a fuzzy automaton: Wee and Fu, "A
-/// formulation of fuzzy automata and its application as a model of learning systems", IEEE
-/// Transactions on Systems Science and Cybernetics 5, 1969). Then all are scaled so that the
-/// largest is 1, for max-min alone would let activity seep away, and each degree moves there by at
-/// most dt / response_s.
+/// Each state has a degree d and each transition a degree c. A state keeps min(d, 1 - c) for the
+/// largest c of the transitions that leave it. It gets min(d of the source state, c) from each
+/// transition that leads to it. The larger of both counts. Source for max-min composition of a
+/// fuzzy automaton: Wee and Fu, "A formulation of fuzzy automata and its application as a model of
+/// learning systems", IEEE Transactions on Systems Science and Cybernetics 5, 1969.
+/// Then all degrees are scaled so that the largest is 1; max-min alone would let activity fade
+/// away. Each degree moves to its new value by at most dt / response_s.
 class FuzzyStateMachine {
   public:
-    /// Inputs without defects but kGap and kOutside; 1 to kMaxFuzzyStates states, all with as many
-    /// outputs; transitions between states that exist, with propositions that do. `dt` in s, > 0.
+    /// `def` must have inputs without defects, except kGap and kOutside. It must have 1 to
+    /// kMaxFuzzyStates states, all with as many outputs. Transitions lead between states that
+    /// exist, with propositions that exist. `dt` in s, > 0.
     FuzzyStateMachine(const FuzzyStateMachineDef& def, float dt);
 
     [[nodiscard]] std::size_t states() const { return states_; }
@@ -79,7 +80,7 @@ class FuzzyStateMachine {
     struct FlatFuzzyTransition {
         std::uint16_t from = 0;
         std::uint16_t to = 0;
-        std::uint16_t first = 0;  ///< of its propositions
+        std::uint16_t first = 0;  ///< index of the first of its propositions
         std::uint16_t count = 0;
         bool any = false;
     };

@@ -10,46 +10,47 @@
 
 namespace zoned::ai::fuzzy {
 
-/// Conjunction is the minimum, disjunction the maximum; what rules say about the same value or term
-/// of an output: under Sugeno each rule counts by itself, weighted by its degree (weighted
-/// average); under Mamdani the largest degree cuts the term off, and the centroid is summed up at
+/// Conjunction is the minimum, disjunction the maximum. Several rules may set the same value or
+/// term of an output. Under Sugeno each rule counts by itself, weighted by its degree (weighted
+/// average). Under Mamdani the largest degree cuts the term off. The centroid is then summed up at
 /// the middles of `samples` equal pieces of the output's range.
 class FuzzySystem {
   public:
-    /// `def` without defects, but kGap, kNeverSaid and kOutside, which do no harm.
+    /// `def` must have no defects except kGap, kNeverSaid and kOutside, which are harmless.
     explicit FuzzySystem(const FuzzyDef& def);
 
     [[nodiscard]] std::size_t inputs() const { return inputs_.size(); }
 
     [[nodiscard]] std::size_t outputs() const { return outputs_.size(); }
 
-    /// `in[k][i]`: input k of agent i, anything at all (what is no number counts as the low end);
-    /// `out[o][i]`: always within the output's range. An agent's result depends on its inputs
-    /// alone, not on who is evaluated beside it. Allocates nothing.
+    /// `in[k][i]`: input k of agent i, any value (NaN counts as the low end). `out[o][i]`: always
+    /// within the output's range. An agent's result depends on its inputs alone, not on the agents
+    /// evaluated beside it. Allocates nothing.
     void evaluate(std::span<const float* const> in,
                   std::size_t count,
                   std::span<float* const> out) const;
 
-    /// Degrees to which the rules of the last definition fire for these inputs: for "why".
+    /// The degrees to which the rules of the last definition fire for these inputs; used by
+    /// "explain".
     void explain(std::span<const float> in, std::vector<float>& degrees) const;
 
   private:
     struct SystemInput {
         float low = 0.0F;
         float high = 1.0F;
-        std::uint16_t first = 0;  ///< of its terms
+        std::uint16_t first = 0;  ///< index of the first of its terms
         std::uint16_t count = 0;
     };
 
     struct FlatRule {
-        std::uint16_t first = 0;  ///< of its propositions
+        std::uint16_t first = 0;  ///< index of the first of its propositions
         std::uint16_t count = 0;
         bool any = false;
         float weight = 1.0F;
         std::uint16_t then = 0;
     };
 
-    /// A degree times `sign` plus `offset`: itself, or what is missing to 1.
+    /// A degree times `sign` plus `offset`: the degree itself, or 1 minus the degree.
     struct FlatProposition {
         std::uint16_t term = 0;
         float sign = 1.0F;
@@ -72,10 +73,11 @@ class FuzzySystem {
         std::uint16_t terms = 0;
         std::uint16_t samples = 0;
         std::vector<float> linear;              ///< (1 + inputs) x values: constant, then by input
-        bool constant = true;                   ///< nothing depends on an input
-        std::vector<std::uint32_t> first_term;  ///< by sample, and one more: its terms
-        std::vector<SampleTerm> sample_terms;   ///< those that are above 0 there
-        std::vector<float> position;            ///< of samples
+        bool constant = true;                   ///< no value depends on an input
+        std::vector<std::uint32_t> first_term;  ///< index of the first term by sample, plus one
+                                                ///< past the end
+        std::vector<SampleTerm> sample_terms;   ///< the terms that are above 0 at a sample
+        std::vector<float> position;            ///< position of each sample
     };
 
     using Inputs = std::array<Lanes, kMaxInputs>;
@@ -95,11 +97,11 @@ class FuzzySystem {
     std::vector<FlatTerm> terms_;
     std::vector<FlatProposition> propositions_;
     std::vector<FlatRule> rules_;             ///< by output
-    std::vector<std::uint16_t> rule_number_;  ///< of the definition
+    std::vector<std::uint16_t> rule_number_;  ///< number in the definition
     std::vector<FlatOutput> outputs_;
 };
 
-/// Most outputs of a system.
+/// The most outputs of a system.
 inline constexpr std::size_t kMaxOutputs = 8;
 
 }  // namespace zoned::ai::fuzzy

@@ -69,13 +69,13 @@ class DomainInspection {
         }
     }
 
-    /// What is true from the start needs nobody to make it, so that only a fact that actions undo
-    /// and none restores is suspicious, or one that none touches at all.
+    /// A fact that is true from the start needs no action to make it. Two kinds of facts are
+    /// suspicious: a fact that actions undo and none restores, and a fact that no action touches.
     void goal(int index, const Literals& wants) {
         literals(-1, index, wants);
         const std::uint64_t unmade = (wants.yes & ~made_.yes) | (wants.no & ~made_.no);
         const std::uint64_t undone = (wants.yes & made_.no) | (wants.no & made_.yes);
-        // To keep a fact is a wish too: "and stays alive". A goal of nothing else cannot be
+        // Keeping a fact is also a goal: "and stays alive". A goal of only such facts cannot be
         // reached.
         if (unmade == (wants.yes | wants.no) || wants.empty()) {
             found_.push_back({GoapDefectKind::kNothingMakesIt, -1, index, lowest(unmade)});

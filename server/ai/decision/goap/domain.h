@@ -1,5 +1,4 @@
-// Domain: what an agent may do to change its world, as facts, actions and goals, and what is wrong
-// with one.
+// Domain: the facts, actions and goals of an agent's planner, and the check that finds its defects.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +10,10 @@ namespace zoned::ai::goap {
 inline constexpr std::size_t kMaxFacts = 64;
 inline constexpr std::size_t kMaxActions = 64;
 
-/// All facts, a bit each.
+/// A set of facts, a bit each.
 using FactSet = std::uint64_t;
 
-/// Facts that must be, or become, true or false; of the others nothing is said.
+/// Facts that must be, or become, true or false; other facts do not matter.
 struct Literals {
     std::uint64_t yes = 0;
     std::uint64_t no = 0;
@@ -50,7 +49,7 @@ struct Domain {
     }
 };
 
-/// `world` after the action, whose needs hold.
+/// `world` after the action; the action's needs must hold.
 inline FactSet after(const Action& action, FactSet world) {
     return (world | action.makes.yes) & ~action.makes.no;
 }
@@ -59,11 +58,11 @@ enum class GoapDefectKind : std::uint8_t {
     kTooManyFacts,
     kTooManyActions,
     kUnknownFact,    ///< a bit beyond the facts
-    kContradiction,  ///< a fact both true and false
-    kNoEffect,       ///< an action that makes nothing, or only what it needs already
+    kContradiction,  ///< a fact that is both true and false
+    kNoEffect,       ///< an action without effect, or with only effects that it already needs
     kBadCost,
     kNeverWanted,     ///< no goal and no action needs what the action makes
-    kNothingMakesIt,  ///< a goal wants what no action makes
+    kNothingMakesIt,  ///< a goal needs a fact that no action makes
 };
 
 struct GoapDefect {
@@ -75,7 +74,7 @@ struct GoapDefect {
 
 std::vector<GoapDefect> defects_of(const Domain& domain);
 
-/// What is wrong, for a person; names facts.
+/// The defect as a sentence for people; names facts.
 std::string text_of(const GoapDefect& defect, const Domain& domain);
 
 }  // namespace zoned::ai::goap

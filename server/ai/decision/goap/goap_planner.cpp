@@ -70,8 +70,8 @@ void GoapPlanner::plan(const Actions& actions, FactSet from, const Literals& goa
     }
 }
 
-/// Layers of facts by what they cost at least, each fact as if it were alone, cheapest first
-/// (Dijkstra's algorithm over actions).
+/// Layers of facts by their least cost, each fact as if it were alone, cheapest first (Dijkstra's
+/// algorithm over actions).
 void GoapPlanner::relax(const Actions& actions, FactSet from) {
     Literals reached{from & actions.all_facts_, ~from & actions.all_facts_};
     std::array<std::uint32_t, kMaxActions> due;  // written before it is read
@@ -125,8 +125,8 @@ std::uint32_t GoapPlanner::guess(const Literals& needs) const {
     return kNever;
 }
 
-/// The cheapest node is not put in the heap where it is known to be the cheapest: the best child of
-/// a node whose sum is that of its parent.
+/// The cheapest node is kept out of the heap where it is known to be the cheapest. It is the best
+/// child of a node, with the same sum as its parent.
 bool GoapPlanner::search(const Actions& actions, Plan& plan) {
     std::uint32_t at = 0;
     while (at != kNobody) {
@@ -170,7 +170,7 @@ std::uint32_t GoapPlanner::expand(const Actions& actions, std::uint32_t at) {
         const auto a = static_cast<std::size_t>(std::countr_zero(rest));
         const Actions::Flat& action = actions.actions_[a];
         if (((action.makes.yes & from.needs.no) | (action.makes.no & from.needs.yes)) != 0) {
-            continue;  // undoes what is needed
+            continue;  // it undoes a needed fact
         }
         const Literals needs{(from.needs.yes & ~action.makes.yes) | action.needs.yes,
                              (from.needs.no & ~action.makes.no) | action.needs.no};

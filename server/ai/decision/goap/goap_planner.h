@@ -1,5 +1,5 @@
-// GoapPlanner: the cheapest sequence of actions that makes a goal true (goal-oriented action
-// planning: Orkin, "Three states and a plan: the AI of F.E.A.R.", Game Developers Conference 2006).
+// GoapPlanner: finds the cheapest sequence of actions that makes a goal true (GOAP).
+// Source: Orkin, "Three states and a plan: the AI of F.E.A.R.", Game Developers Conference 2006.
 #pragma once
 
 #include "server/ai/decision/goap/domain.h"
@@ -11,32 +11,32 @@
 
 namespace zoned::ai::goap {
 
-/// Longest plan.
+/// The longest plan, in steps.
 inline constexpr std::size_t kMaxSteps = 32;
 
 enum class Verdict : std::uint8_t {
-    kPlanned,      ///< also where nothing is left to do: a plan without steps
+    kPlanned,      ///< found a plan; it has no steps where nothing is left to do
     kUnreachable,  ///< no sequence of actions, of whatever length, makes the goal true
-    kCutOff,       ///< the bound on work, or kMaxSteps, came before an answer
+    kCutOff,       ///< the bound on work, or kMaxSteps, was reached before an answer
 };
 
-/// What to do, and what each rest of it relies on. `kernel[k]` is all that must hold for steps k to
-/// the last to be possible and to make the goal true; the last kernel is the goal (triangle tables:
-/// Fikes, Hart, Nilsson, "Learning and executing generalized robot plans", Artificial Intelligence
-/// 3, 1972).
+/// Plan: a sequence of actions, and the conditions on which each rest of it relies. `kernel[k]` is
+/// the condition under which steps k to the last are possible and make the goal true. The last
+/// kernel is the goal. Source for triangle tables: Fikes, Hart, Nilsson, "Learning and executing
+/// generalized robot plans", Artificial Intelligence 3, 1972.
 struct Plan {
     Verdict verdict = Verdict::kCutOff;
-    std::uint8_t size = 0;      ///< steps
+    std::uint8_t size = 0;      ///< number of steps
     std::uint32_t cost = 0;     ///< sum over the steps
-    std::uint32_t created = 0;  ///< nodes that the search created: its work
+    std::uint32_t created = 0;  ///< nodes that the search created: a measure of its work
     std::array<std::uint8_t, kMaxSteps> action{};
     std::array<Literals, kMaxSteps + 1> kernel;
 };
 
-/// A domain in the form in which plans are made.
+/// Actions: a domain compiled for planning.
 class Actions {
   public:
-    /// `domain` without kTooMany..., kUnknownFact, kContradiction and kBadCost defects.
+    /// `domain` must have no kTooMany..., kUnknownFact, kContradiction and kBadCost defects.
     explicit Actions(const Domain& domain);
 
   private:
@@ -50,26 +50,28 @@ class Actions {
 
     FactSet all_facts_ = 0;
     std::vector<Flat> actions_;
-    /// By fact: actions that make it true, and such that make it false, a bit each.
+    /// By fact: the actions that make it true, and the actions that make it false, a bit each.
     std::array<std::uint64_t, kMaxFacts> makers_yes_{};
     std::array<std::uint64_t, kMaxFacts> makers_no_{};
 };
 
-/// Searches backwards from the goal by A*. The cost to reach each fact on its own, from the world
-/// as it is and as if nothing were ever undone, is found once for each plan: it tells at once that
-/// a goal is out of reach, and no goal costs less than the dearest of its facts, which is what
-/// guides the search and keeps its plans optimal (Bonet and Geffner, "Planning as heuristic search:
-/// new results", ECP 1999; h_max of Bonet and Geffner, "Planning as heuristic search", Artificial
-/// Intelligence 129, 2001, section 4). Holds working memory only: a plan depends on nothing before
-/// it, and making one allocates nothing.
+/// Searches backwards from the goal by A*.
+/// Once for each plan it finds the cost to reach each fact on its own. That cost starts from the
+/// present world and assumes that nothing is ever undone. It shows at once that a goal is out of
+/// reach. No goal costs less than the dearest of its facts. This bound guides the search and keeps
+/// its plans optimal. Sources: Bonet and Geffner, "Planning as heuristic search: new results", ECP
+/// 1999; for h_max, Bonet and Geffner, "Planning as heuristic search", Artificial Intelligence 129,
+/// 2001, section 4.
+/// The class holds working memory only: a plan depends on nothing before it, and making one
+/// allocates nothing.
 class GoapPlanner {
   public:
-    /// `bound`: nodes that a search may create, [1, 65536].
+    /// `bound`: the most nodes that a search may create, [1, 65536].
     explicit GoapPlanner(std::uint32_t bound = 1024);
 
     [[nodiscard]] std::uint32_t bound() const { return bound_; }
 
-    /// The cheapest plan; of equally cheap ones the same each time.
+    /// Finds the cheapest plan; of equally cheap ones the same each time.
     void plan(const Actions& actions, FactSet from, const Literals& goal, Plan& plan);
 
   private:
@@ -80,8 +82,8 @@ class GoapPlanner {
 
     struct PlanNode {
         Literals needs;
-        std::uint32_t cost = 0;   ///< from here to the goal
-        std::uint32_t guess = 0;  ///< at least this from the world to here
+        std::uint32_t cost = 0;   ///< cost from here to the goal
+        std::uint32_t guess = 0;  ///< the least cost from the world to here
         std::uint32_t parent = 0;
         std::uint8_t action = 0;
         std::uint8_t steps = 0;
@@ -89,7 +91,7 @@ class GoapPlanner {
     };
 
     struct PlanSlot {
-        std::uint32_t search = 0;  ///< filled in this search
+        std::uint32_t search = 0;  ///< the search that filled it
         std::uint32_t node = 0;
     };
 
@@ -107,13 +109,13 @@ class GoapPlanner {
     std::uint32_t search_ = 0;
     std::array<PlanLayer, kMaxActions + 1> layers_;
     std::size_t layer_count_ = 0;
-    std::uint64_t usable_ = 0;  ///< actions whose needs can be met at all
+    std::uint64_t usable_ = 0;  ///< actions whose needs can be met at all, a bit each
     std::vector<PlanNode> nodes_;
     std::uint32_t node_count_ = 0;
     std::vector<PlanSlot> slots_;
     std::vector<std::uint64_t> open_;  ///< heap of guess + cost, guess, node
-    bool too_long_ = false;            ///< a way of kMaxSteps steps was not followed further
-    bool full_ = false;                ///< the heap is
+    bool too_long_ = false;            ///< a path of kMaxSteps steps was cut off
+    bool full_ = false;                ///< the heap is full
 };
 
 }  // namespace zoned::ai::goap

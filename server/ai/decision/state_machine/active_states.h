@@ -1,4 +1,4 @@
-// ActiveStates: which state each agent is in, since when, and what is about to happen, in columns.
+// ActiveStates: each agent's active state, its entry time and its pending transition, in columns.
 #pragma once
 
 #include "server/ai/decision/state_machine/state_machine_def.h"
@@ -11,11 +11,11 @@
 
 namespace zoned::ai::state_machine {
 
-/// No transition, no memory.
+/// No transition, or no memory.
 inline constexpr std::uint16_t kNone = 0xFFFF;
 
-/// What agents that share a machine remember of it; part of snapshots, handoffs and hashes. Columns
-/// by agent. A machine written as code uses one level and no memory.
+/// The memory of agents that share a state machine; part of snapshots, handoffs and hashes. Columns
+/// by agent. A state machine written as code uses one level and no memory.
 struct ActiveStates {
     explicit ActiveStates(std::size_t levels_of = 1, std::size_t memories_of = 0)
         : levels(levels_of),
@@ -25,21 +25,22 @@ struct ActiveStates {
     std::size_t memories;
     std::vector<std::uint16_t> leaf;                  ///< the innermost state
     std::vector<std::uint16_t> pending;               ///< transition that is being held, or kNone
-    std::vector<Tick> pending_since;                  ///< while there is one
+    std::vector<Tick> pending_since;                  ///< start of the pending transition's hold,
+                                                      ///< if there is one
     std::array<std::vector<Tick>, kMaxLevels> since;  ///< by level: when that state was entered
-    std::array<std::vector<std::uint16_t>, kMaxMemories> memory;  ///< state to come back to
+    std::array<std::vector<std::uint16_t>, kMaxMemories> memory;  ///< the state to return to
 
     [[nodiscard]] std::size_t size() const { return leaf.size(); }
 
-    /// `count` agents in state `first`, entered at `now`; what was there is gone.
+    /// Puts `count` agents in state `first`, entered at `now`; previous content is lost.
     void reset(std::size_t count, std::uint16_t first, Tick now);
 
     void hash(core::StateHash& hash) const;
 };
 
-/// The same of one agent, as columns of one element.
+/// The same for one agent, as columns of one element.
 struct ActiveState {
-    /// In the first state, which is leaf 0 of every machine, entered at `now`.
+    /// Starts in the first state, which is leaf 0 of every state machine, entered at `now`.
     explicit ActiveState(Tick now = 0) {
         for (auto& entered : since) {
             entered[0] = now;
@@ -59,12 +60,12 @@ struct ActiveState {
     [[nodiscard]] std::uint16_t state() const { return leaf[0]; }
 };
 
-/// A transition that fired.
+/// StateChange: a transition that fired.
 struct StateChange {
     std::uint32_t agent = 0;
     std::uint16_t from = 0;  ///< innermost states
     std::uint16_t to = 0;
-    std::uint16_t transition = 0;  ///< numbered through the machine
+    std::uint16_t transition = 0;  ///< numbered through the state machine
 };
 
 }  // namespace zoned::ai::state_machine

@@ -1,5 +1,5 @@
-// CodedTurn: conditions of state machines that are written as code, with the meaning of tables.
-// Reached by no program yet: rules in C++ will use it.
+// CodedTurn: runs state machines that are written as C++ code, with the meaning of compiled tables.
+// No program uses it yet; rules in C++ will.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::ai::state_machine {
 
-/// The columns of ActiveStates that code writes, and where changes go.
+/// The columns of ActiveStates that code writes, and the list for changes.
 struct CodedColumns {
     CodedColumns(ActiveStates& states, Tick at, std::vector<StateChange>& to)
         : leaf(states.leaf.data()),
@@ -20,9 +20,9 @@ struct CodedColumns {
           now(at),
           changes(to) {}
 
-    /// Out of line, for it is rare.
+    /// Kept out of line, because it is rare.
     void change(std::size_t agent, std::uint16_t to, std::uint16_t transition) const;
-    /// A held transition that holds now; true once it has done so for `hold` ticks.
+    /// Counts a held transition whose condition holds now; true once it has held for `hold` ticks.
     [[nodiscard]] bool held(std::size_t agent, std::uint16_t transition, Tick hold) const;
 
     std::uint16_t* leaf;
@@ -45,14 +45,14 @@ class CodedTurn {
 
     [[nodiscard]] std::uint16_t state() const { return columns_.leaf[agent_]; }
 
-    /// Time in the state, s, at `dt` s per tick.
+    /// The time in the state, s, at `dt` s per tick.
     [[nodiscard]] float time_in_state(float dt) const {
         return static_cast<float>(
                    static_cast<std::int32_t>(columns_.now - columns_.since[agent_])) *
                dt;
     }
 
-    /// Whether `transition` fires now, if it `holds` now and must do so for `hold` ticks.
+    /// True if `transition` fires now: it `holds` now and has done so for `hold` ticks.
     bool when(bool holds, std::uint16_t transition, Tick hold = 0) {
         if (!holds) {
             return false;
@@ -71,7 +71,7 @@ class CodedTurn {
         columns_.change(agent_, state, transition);
     }
 
-    /// No transition fired.
+    /// Ends the decision without a transition.
     void stay() { columns_.pending[agent_] = pending_; }
 
   private:
@@ -80,8 +80,8 @@ class CodedTurn {
     std::uint16_t pending_ = kNone;
 };
 
-/// A state as an object (Gamma, Helm, Johnson, Vlissides, "Design Patterns", 1994, State): shared
-/// by all agents that are in it, so it holds nothing of theirs.
+/// A state as an object. All agents in the state share it, so it holds no data of theirs. Source:
+/// Gamma, Helm, Johnson, Vlissides, "Design Patterns", 1994, State.
 class CodedState {
   public:
     CodedState() = default;
@@ -92,21 +92,21 @@ class CodedState {
     virtual void decide(CodedTurn& turn, const SenseColumns& senses) const = 0;
 };
 
-/// Agents that are looked at together.
+/// The number of agents that are processed together.
 inline constexpr std::size_t kCodedBlock = 256;
 
-/// The agents of a block, those in the same state side by side: a jump to the code of a state is
-/// then foreseen by the processor for all but the first of them. False where all are in one state,
-/// and `order` is not written.
+/// Orders the agents of a block so that agents in the same state are side by side. The processor
+/// then predicts the jump to a state's code for all but the first of them. False where all are in
+/// one state; then `order` is not written.
 bool group_by_state(const std::uint16_t* leaf,
                     std::size_t count,
                     std::array<std::uint8_t, kCodedBlock>& order);
 
-/// Puts the changes from `first` on in order of agents.
+/// Sorts the changes from `first` on by agent.
 void sort_changes(std::vector<StateChange>& changes, std::size_t first);
 
-/// One decision of every agent. `decide(CodedTurn&)` makes it, most often by a switch; it is called
-/// for an agent at a time, in no particular order. Changes are in order of agents.
+/// One decision of every agent by `decide(CodedTurn&)`, most often a switch. It is called for one
+/// agent at a time, in no particular order. Changes are in order of agents.
 template <class Decide>
 void step_coded(ActiveStates& states,
                 Tick now,

@@ -24,7 +24,7 @@ class Compiler {
     FlatStateMachine take() { return std::move(machine_); }
 
   private:
-    /// States of one machine stand side by side, what is inside them behind them all.
+    /// The states of one state machine stand side by side; their inner states come behind them all.
     void add_states(const std::vector<StateDef>& states,
                     std::uint16_t parent,
                     std::uint16_t level,
@@ -102,7 +102,7 @@ class Compiler {
         return test;
     }
 
-    /// Whether where a way into `node` ends depends on a memory.
+    /// True if the leaf that an entry into `node` reaches depends on a memory.
     [[nodiscard]] bool remembers(std::uint16_t node) const {
         for (; node != kNone; node = machine_.nodes[node].first) {
             if (machine_.nodes[node].memory != kNone) {

@@ -1,4 +1,5 @@
-// FlatStateMachine: a machine compiled to tables, and the step that all agents take through it.
+// FlatStateMachine: a state machine compiled to tables, and the step that all agents take through
+// it.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"
@@ -11,43 +12,45 @@
 
 namespace zoned::ai::state_machine {
 
-/// Senses that a machine can read.
+/// The most senses that a state machine can read.
 inline constexpr std::size_t kMaxSenses = 64;
 
-/// First condition of a transition, in the form value * sign < threshold: so that both ways to
-/// compare are one.
+/// The first condition of a transition, in the form value * sign < threshold, so that both
+/// comparisons become one.
 struct FlatTest {
     float threshold = -1.0F;
-    float sign = 0.0F;     ///< 1, -1, or 0: a place that is not used, which never holds
-    SenseIndex sense = 0;  ///< beyond the senses: time in the state of level (sense - senses)
+    float sign = 0.0F;     ///< 1, -1, or 0: an unused place, which never holds
+    SenseIndex sense = 0;  ///< beyond the senses: time in the state at level (sense - senses)
     std::uint16_t transition = kNone;
 };
 
 struct FlatTransition {
     Tick hold = 0;                 ///< ticks
     std::uint16_t to = 0;          ///< node
-    std::uint16_t leaf = 0;        ///< where it ends, or kNone where that depends on a memory
-    std::uint16_t level = 0;       ///< of the state that it leaves, outermost 0
+    std::uint16_t leaf = 0;        ///< the leaf where the transition ends, or kNone where that
+                                   ///< depends on a memory
+    std::uint16_t level = 0;       ///< level of the state that it leaves, outermost 0
     std::uint16_t more = 0;        ///< further conditions, in FlatStateMachine::more
-    std::uint16_t more_count = 0;  ///< how many
+    std::uint16_t more_count = 0;  ///< number of further conditions
 };
 
 /// A state of any level.
 struct FlatNode {
-    std::string name;  ///< with all that it is inside: "combat/attack"
+    std::string name;  ///< with the names of the states around it: "combat/attack"
     std::uint16_t parent = kNone;
     std::uint16_t level = 0;
-    std::uint16_t first = kNone;   ///< its first state, kNone: nothing is inside
+    std::uint16_t first = kNone;   ///< its first inner state; kNone: it has none
     std::uint16_t memory = kNone;  ///< column of its history
     StateHistory history = StateHistory::kNone;
-    std::uint16_t leaf = kNone;  ///< its number among the innermost states
+    std::uint16_t leaf = kNone;  ///< its number among the innermost states (leaves)
     std::uint16_t action = 0;
 };
 
-/// Tests of a leaf stand side by side, those of the outermost state first: an alarm out there comes
-/// before what the states inside would do (as in STATEMATE: Harel and Naamad, "The STATEMATE
-/// semantics of statecharts", TOSEM 5, 1996, section 4). All leaves have `width` tests, filled up
-/// with such as never hold, so that agents in different states take the same path through the code.
+/// The tests of a leaf stand side by side, those of the outermost state first. So an alarm of an
+/// outer state comes before the transitions of the states inside. Source for that order in
+/// STATEMATE: Harel and Naamad, "The STATEMATE semantics of statecharts", TOSEM 5, 1996, section 4.
+/// All leaves have `width` tests; tests that never hold fill up the rest. So agents in different
+/// states take the same path through the code.
 struct FlatStateMachine {
     std::string name;
     std::size_t senses = 0;
@@ -61,7 +64,7 @@ struct FlatStateMachine {
     std::vector<FlatNode> nodes;
     std::vector<std::uint16_t> leaf_node;  ///< node of each leaf
     std::vector<std::uint16_t> path;       ///< levels x leaves: nodes from the outermost in
-    std::array<bool, kMaxLevels> timed{};  ///< levels whose time some condition reads
+    std::array<bool, kMaxLevels> timed{};  ///< levels whose time a condition reads
 
     [[nodiscard]] std::size_t leaves() const { return leaf_node.size(); }
 
@@ -74,21 +77,21 @@ struct FlatStateMachine {
     }
 };
 
-/// Ticks of `dt` s after which something has held for `hold_s`: the least n with n dt >= hold_s, as
-/// floats see it. 0 where hold_s is not above 0.
+/// Ticks of `dt` s after which a condition has held for `hold_s`: the least n with n dt >= hold_s
+/// in floats. 0 where hold_s is not above 0.
 Tick hold_ticks(float hold_s, float dt);
 
-/// `def` must be without defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
+/// `def` must have no defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
 FlatStateMachine compile(const StateMachineDef& def, std::size_t senses, float dt);
 
-/// `count` agents at the machine's first state, leaf 0.
+/// Puts `count` agents in the state machine's first state, leaf 0.
 ActiveStates begin(const FlatStateMachine& machine, std::size_t count, Tick now);
 
-/// One decision of every agent. Of the transitions of an agent's state, outermost first, the first
-/// fires that has held for as long as it must; one that must hold for a while is remembered, the
-/// first in order that holds, and those without hold fire at once wherever they stand. What a
-/// transition of an inner state does leaves a hold of an outer one alone. Appends to `changes` in
-/// order of agents; allocates only where that grows. `senses` has the machine's senses and
+/// One decision of every agent. Of the transitions of its state, outermost first, the first one
+/// fires that has held long enough. The first transition in order that holds but must hold longer
+/// is stored as pending. A transition without hold fires at once, wherever it stands. A transition
+/// of an inner state leaves the hold of an outer one alone. Appends to `changes` in order of
+/// agents, and allocates only where that grows. `senses` has the state machine's senses and
 /// states.size() agents.
 void step(const FlatStateMachine& machine,
           ActiveStates& states,
@@ -96,7 +99,7 @@ void step(const FlatStateMachine& machine,
           Tick now,
           std::vector<StateChange>& changes);
 
-/// The same for one agent, which senses `values`; the transition that fired.
+/// The same for one agent, which senses `values`; returns the transition that fired.
 std::optional<StateChange> step_one(const FlatStateMachine& machine,
                                     ActiveState& state,
                                     std::span<const float> values,

@@ -1,4 +1,4 @@
-// Diagram: a state machine as text for Graphviz.
+// State diagram: dot_of() writes a state machine as text for Graphviz.
 #pragma once
 
 #include "server/ai/decision/state_machine/state_machine_def.h"
@@ -8,10 +8,10 @@
 
 namespace zoned::ai::state_machine {
 
-/// A graph in the language of `dot`: states as boxes, transitions as arrows with all their
-/// conditions. A machine as a state is a frame around its states with a tab that stands for the
-/// state as a whole, marked H or H* for a shallow or deep history; dashed arrows lead to where
-/// machines begin. `senses`: names of what conditions read.
+/// A graph in the language of `dot`: states are boxes, and transitions are arrows with all their
+/// conditions. A state with inner states is a frame around them. Its tab stands for the state as a
+/// whole, and is marked H or H* for a shallow or deep history. Dashed arrows lead to the first
+/// states. `senses`: the names of the senses in conditions.
 std::string dot_of(const StateMachineDef& def, std::span<const std::string> senses);
 
 }  // namespace zoned::ai::state_machine

@@ -1,4 +1,5 @@
-// FlappingDetector: finds agents that go to and fro between two states, and says between which.
+// FlappingDetector: finds agents that switch to and fro between two states, and reports the pair of
+// states.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"
@@ -8,28 +9,29 @@
 namespace zoned::ai::state_machine {
 
 struct FlappingSettings {
-    Tick window = 60;           ///< ticks; a change back that comes later than this is none
-    std::uint16_t changes = 6;  ///< changes to and fro, each within the window, that make one
+    Tick window = 60;           ///< ticks; a later change back does not count
+    std::uint16_t changes = 6;  ///< number of changes to and fro, each within the window, that are
+                                ///< reported
 };
 
-/// Two states, and how often agents went to and fro between them.
+/// Two states, and how often agents were found switching to and fro between them.
 struct FlappingPair {
     std::uint16_t a = 0;  ///< the smaller one
     std::uint16_t b = 0;
-    std::uint16_t a_to_b = 0;  ///< the transitions, numbered through the machine
+    std::uint16_t a_to_b = 0;  ///< the transitions, numbered through the state machine
     std::uint16_t b_to_a = 0;
-    std::uint64_t count = 0;  ///< of times that an agent was found at it
-    std::uint32_t agent = 0;  ///< the last one
-    Tick at = 0;              ///< when it was
+    std::uint64_t count = 0;  ///< number of times that an agent was found
+    std::uint32_t agent = 0;  ///< the last agent found
+    Tick at = 0;              ///< the tick when it was found
 };
 
-/// Watches the changes of all agents of one machine; states that do not change cost nothing. What
-/// it remembers is for reports and decides nothing.
+/// Watches the changes of all agents of one state machine; states that do not change cost nothing.
+/// Its memory is for reports and decides nothing.
 class FlappingDetector {
   public:
     explicit FlappingDetector(FlappingSettings settings = {}) : settings_(settings) {}
 
-    /// What is remembered of one agent.
+    /// Trace: the detector's memory of one agent.
     struct Trace {
         std::uint16_t from = kNone;
         std::uint16_t to = kNone;
@@ -38,16 +40,18 @@ class FlappingDetector {
         Tick at = 0;
     };
 
-    /// For agents 0 to `count` - 1; forgets all.
+    /// Prepares for agents 0 to `count` - 1; forgets everything.
     void reset(std::size_t count);
 
-    /// The changes of one step. An agent is reported once for each `changes` changes that it keeps
-    /// at it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
+    /// Watches the changes of one step. An agent that keeps switching is reported once for each
+    /// `changes` changes. An agent that goes on to a third state has stopped. At most 64 pairs are
+    /// kept apart.
     void watch(std::span<const StateChange> changes, Tick now);
-    /// One change, of an agent whose trace the caller keeps; `change.agent` is only for reports.
+    /// Watches one change of an agent whose trace the caller keeps; `change.agent` is only for
+    /// reports.
     void watch(Trace& trace, const StateChange& change, Tick now);
 
-    /// By states; those of pairs beyond the 64th are counted in lost().
+    /// The pairs found, ordered by states. Pairs beyond the 64th are only counted, in lost().
     [[nodiscard]] std::span<const FlappingPair> found() const { return found_; }
 
     [[nodiscard]] std::uint64_t lost() const { return lost_; }

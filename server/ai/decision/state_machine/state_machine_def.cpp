@@ -6,7 +6,7 @@ namespace zoned::ai::state_machine {
 
 namespace {
 
-/// Looks at one machine after the other, outside in.
+/// Inspects one state machine after the other, from the outermost inwards.
 class Inspection {
   public:
     explicit Inspection(std::size_t senses) : senses_(senses) {}

@@ -10,11 +10,11 @@ namespace zoned::ai::state_machine {
 
 namespace {
 
-/// Agents that are looked at together: their times in state are written down first, as one more
+/// The number of agents processed together. Their times in state are first written down as one more
 /// column.
 constexpr std::size_t kBlock = 256;
 
-/// What a block of agents reads.
+/// Block: the inputs of a block of agents.
 struct Block {
     std::array<const float*, kMaxSenses + kMaxLevels> column{};
     std::array<std::array<float, kBlock>, kMaxLevels> time;  // written where it is read
@@ -22,7 +22,7 @@ struct Block {
     [[nodiscard]] float value(SenseIndex sense, std::size_t i) const { return column[sense][i]; }
 };
 
-/// What one agent reads.
+/// OneRead: the inputs of one agent.
 struct OneRead {
     std::array<float, kMaxSenses + kMaxLevels> values;  // written where it is read
 
@@ -46,7 +46,7 @@ float time_since(Tick since, Tick now, float dt) {
     return static_cast<float>(static_cast<std::int32_t>(now - since)) * dt;
 }
 
-/// One agent's way through a transition.
+/// Takes one agent through a transition.
 template <class States, class Changes>
 class Walker {
   public:
@@ -171,7 +171,7 @@ void read_block(const FlatStateMachine& machine,
     }
 }
 
-/// `Width` tests of each agent, without a branch; 0: as many as the machine has.
+/// Computes `Width` tests of each agent, without a branch; 0: as many as the state machine has.
 template <std::size_t Width>
 void update_agents(const FlatStateMachine& machine,
                    ActiveStates& states,

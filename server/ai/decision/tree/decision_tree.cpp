@@ -12,7 +12,7 @@ bool is_answer(const NodeDef& node) {
     return node.yes < 0 && node.no < 0;
 }
 
-/// Walks down all ways at once, with what the answers above have made certain.
+/// Walks down all branches, and keeps the bounds that the answers above have set.
 class TreeInspection {
   public:
     TreeInspection(const TreeDef& def, std::size_t senses)
@@ -76,7 +76,7 @@ class TreeInspection {
         }
     }
 
-    /// What is known bounds the value: below an upper end, or not below a lower one.
+    /// The known bounds of the value: below an upper end, or not below a lower one.
     void judge(int at, const Condition& test) {
         for (const Known& known : known_) {
             if (known.test.sense != test.sense) {

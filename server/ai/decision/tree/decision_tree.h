@@ -1,5 +1,5 @@
-// DecisionTree: questions about senses, one after the other, down to an action; flat, and without a
-// branch that depends on an answer.
+// DecisionTree: a flat tree of questions about senses that leads to an action, evaluated without
+// branches that depend on answers.
 #pragma once
 
 #include "server/ai/decision/senses.h"
@@ -14,27 +14,27 @@ namespace zoned::ai::tree {
 inline constexpr std::size_t kMaxNodes = 4096;
 inline constexpr std::size_t kMaxDepth = 32;
 
-/// A question, or an answer where `yes` and `no` are both below 0.
+/// NodeDef: a question, or an answer where `yes` and `no` are both below 0.
 struct NodeDef {
     std::string name;
     Condition test;
-    int yes = -1;              ///< index of the node that goes on where the test holds
-    int no = -1;               ///< and where it does not
-    std::uint16_t action = 0;  ///< of an answer
+    int yes = -1;              ///< index of the next node where the test holds
+    int no = -1;               ///< index of the next node where it does not hold
+    std::uint16_t action = 0;  ///< the action of an answer
 };
 
 struct TreeDef {
     std::string name;
-    std::vector<NodeDef> nodes;  ///< begins at the first
+    std::vector<NodeDef> nodes;  ///< the first is the root
 };
 
 enum class TreeDefectKind : std::uint8_t {
     kNoNodes,
-    kUnknownNode,  ///< leads to no node, or only one of yes and no does
+    kUnknownNode,  ///< leads to no node, or has only one of yes and no
     kUnknownSense,
     kUnreachable,
-    kTwoWaysIn,  ///< a node below itself, or below two others: no tree
-    kNeverYes,   ///< questions above have answered it: the same way each time
+    kTwoWaysIn,  ///< leads to a node above itself, or to one below two others: no tree
+    kNeverYes,   ///< the questions above have already answered it, always the same
     kNeverNo,
     kTooMany,  ///< beyond kMaxNodes or kMaxDepth
 };
@@ -44,14 +44,15 @@ struct TreeDefect {
     int node = 0;
 };
 
-/// Without any, DecisionTree takes it.
+/// All defects of `def`. A definition without any is accepted by DecisionTree.
 std::vector<TreeDefect> defects_of(const TreeDef& def, std::size_t senses);
 
 std::string text_of(const TreeDefect& defect);
 
-/// Both answers to a question stand side by side, so that the answer is added to a place in the
-/// table (predicated trees: Asadi, Lin, de Vries, "Runtime optimizations for tree-based machine
-/// learning models", IEEE TKDE 26, 2014, section 3.2). Who is down early stays there.
+/// Both answers to a question stand side by side, so that the result of the test is added to a
+/// table index. An agent that reaches its answer early stays there. Source for predicated trees:
+/// Asadi, Lin, de Vries, "Runtime optimizations for tree-based machine learning models", IEEE TKDE
+/// 26, 2014, section 3.2.
 class DecisionTree {
   public:
     DecisionTree(const TreeDef& def, std::size_t senses);
@@ -62,22 +63,22 @@ class DecisionTree {
     /// The action of one agent that senses `values`.
     [[nodiscard]] std::uint16_t decide(std::span<const float> values) const;
 
-    /// DecisionNode of the definition in which the agent that senses `values` ends; `way` gets
-    /// those on the way there.
+    /// The node of the definition in which the agent that senses `values` ends. `way` gets the
+    /// nodes on the path there.
     std::uint16_t explain(std::span<const float> values, std::vector<std::uint16_t>& way) const;
 
     [[nodiscard]] std::size_t depth() const { return depth_; }
 
   private:
-    /// The question is value * sign < threshold; an answer is one that is never so and leads to
-    /// itself.
+    /// The question is value * sign < threshold. An answer is a question that is never true and
+    /// leads to itself.
     struct DecisionNode {
         float threshold = -1.0F;
         float sign = 0.0F;
         SenseIndex sense = 0;
-        std::uint16_t next = 0;  ///< where a no leads; a yes leads one further
+        std::uint16_t next = 0;  ///< the node for a no; the node for a yes is the next one
         std::uint16_t action = 0;
-        std::uint16_t number = 0;  ///< of the definition
+        std::uint16_t number = 0;  ///< number in the definition
     };
 
     std::size_t depth_ = 0;

@@ -12,7 +12,7 @@ namespace {
 constexpr Hop kHops = 8;
 constexpr Hop kFirstDiagonal = 4;
 
-/// As hopped.
+/// Indexed as in hopped().
 constexpr std::array<int, kHops> kAcross{1, -1, 0, 0, 1, -1, 1, -1};
 constexpr std::array<int, kHops> kDown{0, 0, 1, -1, 1, -1, -1, 1};
 
@@ -21,7 +21,7 @@ Place beside(Place p, Hop hop, std::uint32_t stride) {
                               static_cast<std::int64_t>(kDown[hop]) * stride);
 }
 
-/// Whether a step leads there: passable, and no corner is cut.
+/// True if a step leads there: passable, and no corner is cut.
 bool open_step(const GridMap& map, Place p, Hop hop) {
     const auto stride = static_cast<std::int64_t>(map.stride());
     const auto at = static_cast<std::int64_t>(p);

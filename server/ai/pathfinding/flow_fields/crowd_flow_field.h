@@ -1,4 +1,4 @@
-// CrowdFlowField: from every cell the next step to a goal, by paths that avoid crowds.
+// CrowdFlowField: the next step from every cell to a goal, by paths that avoid crowds.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/density.h"
@@ -13,22 +13,22 @@
 
 namespace zoned::ai::pathfinding {
 
-/// As FlowField, but a step costs more where cells are crowded: its length times the
-/// mean of 1 + crowding / 16 of both cells. When some cells change, only what led through them is
-/// looked for again (after Ramalingam and Reps, "An incremental algorithm for a generalization of
-/// the shortest-path problem", Journal of Algorithms 21, 1996): costs are the same as those of a
-/// field that is built anew.
+/// Differs from FlowField in that a step costs more where cells are crowded. The cost is its length
+/// times the mean of 1 + crowding / 16 of both cells. When some cells change, only the paths that
+/// led through them are looked for again. The costs then equal those of a newly built field. After
+/// Ramalingam and Reps, "An incremental algorithm for a generalization of the shortest-path
+/// problem", Journal of Algorithms 21, 1996.
 class CrowdFlowField {
   public:
-    /// Length of a path, in kStraight * 2 kPerStep for a straight step between empty cells.
+    /// The length of a path; a straight step between empty cells is kStraight * 2 kPerStep.
     using Cost = std::uint64_t;
 
     static constexpr Cost kNoPath = ~Cost{0};
 
-    /// Field to `goal` (on the map) from everywhere.
+    /// Builds the field to `goal` (on the map) from everywhere.
     void build(const GridMap& map, std::span<const Crowding> crowding, Cell goal);
 
-    /// After cells in `changed` became passable or not, or more or less crowded.
+    /// Updates after cells in `changed` became passable or blocked, or more or less crowded.
     void update(const GridMap& map,
                 std::span<const Crowding> crowding,
                 std::span<const Place> changed);
@@ -37,12 +37,12 @@ class CrowdFlowField {
 
     [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
 
-    /// The same a part at a time: nothing else may be asked for, and neither map nor crowding
-    /// change, until advance() says so.
+    /// The same a part at a time. Until advance() returns true nothing else may be called, and
+    /// neither map nor crowding may change.
     void begin_build(const GridMap& map, Cell goal);
     void begin_update(std::span<const Place> changed);
 
-    /// Looks at `most` (> 0) cells more or less; true: the field is that of now.
+    /// Looks at about `most` (> 0) cells; true: the field is up to date.
     bool advance(const GridMap& map, std::span<const Crowding> crowding, std::size_t most);
 
     /// All costs, by place.
@@ -59,14 +59,14 @@ class CrowdFlowField {
         Place node;
     };
 
-    /// What is left to do, in order.
+    /// RepairPhase: the steps of a repair, in order.
     enum class RepairPhase : std::uint8_t {
-        kForget,     ///< what led through what has changed
-        kFindAgain,  ///< from what is left beside it
+        kForget,     ///< forget paths through changed cells
+        kFindAgain,  ///< find paths again from the remaining cells beside them
         kSpread,
     };
 
-    /// Settles `most` cells at most; true: there are no more.
+    /// Settles at most `most` cells; true: there are no more.
     bool spread(const GridMap& map, std::span<const Crowding> crowding, std::size_t most);
     void forget(Place p);
     void forget_around(const GridMap& map, Place changed);
@@ -79,8 +79,8 @@ class CrowdFlowField {
     std::vector<Place> changed_;
     std::vector<Place> forgotten_;
     RepairPhase phase_ = RepairPhase::kSpread;
-    std::size_t next_ = 0;     // of forgotten_, in this phase
-    std::size_t changes_ = 0;  // of changed_, done
+    std::size_t next_ = 0;     // next entry of forgotten_, in this phase
+    std::size_t changes_ = 0;  // entries of changed_ that are done
     Place goal_ = kNoPlace;
     std::uint32_t stride_ = 0;
     std::size_t work_ = 0;

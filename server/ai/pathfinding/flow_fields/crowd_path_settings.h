@@ -1,4 +1,4 @@
-// CrowdPathSettings: when bodies are counted, and when a path is left for one around them.
+// CrowdPathSettings: settings for counting bodies and for leaving a path for one around them.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,16 @@ namespace zoned::ai::pathfinding {
 
 struct CrowdPathSettings {
     std::uint32_t look_ticks = 15;  ///< bodies are counted every so many ticks, > 0
-    float remember = 0.9F;          ///< share of what was known that stays with each look, [0, 1)
+    float remember = 0.9F;          ///< share of the known density that stays at each count, [0, 1)
     float jam_per_m2 = 4.5F;        ///< see DensitySettings
     float least_speed = 0.1F;
-    float gain = 0.2F;  ///< a path is left for one that is less by this share, (0, 1)
+    float gain = 0.2F;  ///< a path is left for one that costs less by this share, (0, 1)
     std::uint64_t work_per_tick = 200'000;  ///< in units of about 2 ns (work_units.h)
 };
 
-/// How crowded a map is known to be, and which goals have paths around that, for whoever writes it
-/// down. Fields are made anew by what was known: their answers are the same unless they were just
-/// being brought up to date.
+/// SavedCrowds: the saved state of a map's crowding and of the goals with fields around it. Fields
+/// are made anew from the saved density. Their answers are the same unless they were just being
+/// brought up to date.
 struct SavedCrowds {
     struct SavedBlock {
         std::uint32_t block = 0;
@@ -31,13 +31,13 @@ struct SavedCrowds {
         bool answers = false;
     };
 
-    std::vector<SavedBlock> blocks;  ///< where somebody is, or was of late
+    std::vector<SavedBlock> blocks;  ///< blocks where agents are, or were of late
     std::vector<SavedGoal> goals;
-    std::uint64_t ticks = 0;  ///< since the last look
+    std::uint64_t ticks = 0;  ///< since the last count
     std::uint64_t tick = 0;
     std::uint64_t round = 0;
     std::uint64_t reviewed_round = 0;
-    std::uint64_t next_review = 0;  ///< request
+    std::uint64_t next_review = 0;  ///< request that is reviewed next
 };
 
 }  // namespace zoned::ai::pathfinding

@@ -14,7 +14,7 @@ namespace {
 
 /// A cell that a field settles, with the steps around it.
 constexpr std::uint64_t kSettleUnits = 75;
-/// PointsOfInterest whose answers are copied, to the unit.
+/// The number of places whose answers are copied per unit of work.
 constexpr std::uint64_t kCopiedPlaces = 4;
 /// A body that is counted.
 constexpr std::uint64_t kCountUnits = 10;
@@ -138,8 +138,8 @@ std::size_t CrowdPaths::goal_for(Cell goal) const {
     return kGoals;
 }
 
-/// In the place of the one that was used longest ago, unless all are in use: these would take turns
-/// and none would ever be there.
+/// Takes the place of the goal that was used longest ago, unless all are in use. Otherwise goals
+/// would replace each other in turn, and no field would ever be ready.
 void CrowdPaths::want(Cell goal) {
     CrowdGoal& oldest =
         *std::min_element(goals_.begin(), goals_.end(), [](const CrowdGoal& a, const CrowdGoal& b) {

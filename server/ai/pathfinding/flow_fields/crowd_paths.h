@@ -1,4 +1,4 @@
-// CrowdPaths: paths on a grid that lead around crowds, to goals that many or few have.
+// CrowdPaths: paths on a grid that lead around crowds, to shared and to rare goals.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_flow_field.h"
@@ -13,51 +13,51 @@
 
 namespace zoned::ai::pathfinding {
 
-/// How crowded a map is, and next steps by that to the goals that were asked for last. Fields are
-/// made and brought up to date in counted resumable_task; until one is, that of before answers.
-/// Bodies are counted only when all fields are up to date. Deterministic: all hangs on the calls
-/// alone.
+/// Holds the crowding of a map, and next steps around crowds to the last requested goals. Fields
+/// are made and brought up to date in parts of counted work; until one is done, the old one
+/// answers. Bodies are counted only when all fields are up to date. Deterministic: all depends on
+/// the calls alone.
 class CrowdPaths {
   public:
     using Cost = CrowdFlowField::Cost;
 
     CrowdPaths(const GridMap& map, const GroundGrid& grid, const CrowdPathSettings& settings);
 
-    // What it counts on is a map of its own.
+    // Its density refers to its own map, so it cannot be copied.
     CrowdPaths(const CrowdPaths&) = delete;
     CrowdPaths& operator=(const CrowdPaths&) = delete;
 
-    /// Whether bodies are to be counted in this tick.
+    /// True if bodies have to be counted in this tick.
     [[nodiscard]] bool looks() const { return ticks_ >= settings_.look_ticks && !busy(); }
 
-    /// All bodies, x and z, m: where looks().
+    /// Takes all bodies, x and z, m; call where looks().
     void look(std::span<const float> x, std::span<const float> z);
 
-    /// Cells have become passable or not. Steps into what was closed are none at once.
+    /// Reports cells that became passable or blocked. Steps into blocked cells are removed at once.
     void change(std::span<const CellChange> changes);
 
-    /// Once per tick; returns the work done, at most a little more than that of the settings.
+    /// Call once per tick; returns the work done, at most a little more than that of the settings.
     std::uint64_t advance();
 
     [[nodiscard]] SavedCrowds save() const;
 
-    /// Of one that was just made. False: it is none of this map; then this is of no use.
+    /// Call on a new object. False: the state does not fit this map; then this object is unusable.
     bool load(const SavedCrowds& memory);
 
-    /// How often the answers have become others.
+    /// The number of times that the answers have changed.
     [[nodiscard]] std::uint64_t round() const { return round_; }
 
-    /// Appends to `cells`, which ends with `start`, those of the best path to the goal; false where
-    /// there is no field for it yet, which is then made.
+    /// Appends the cells of the best path to the goal to `cells`, which ends with `start`. False
+    /// where there is no field for the goal yet; the field is then made.
     bool append_path(Cell start, Cell goal, std::vector<Cell>& cells);
 
-    /// What that path costs; kNoPath where nobody knows.
+    /// The cost of that path; kNoPath where it is unknown.
     [[nodiscard]] Cost cost(Cell start, Cell goal) const;
 
-    /// What a straight walk costs.
+    /// The cost of a straight walk.
     [[nodiscard]] Cost cost_along(Spot from, Spot to) const;
 
-    /// Where one can walk that is not crowded.
+    /// The cells that are passable and not crowded.
     [[nodiscard]] const GridMap& calm() const { return calm_; }
 
     [[nodiscard]] const CrowdPathSettings& settings() const { return settings_; }
@@ -65,8 +65,8 @@ class CrowdPaths {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// So many goals have fields at a time; goals so near to one of these, and in sight of it,
-    /// share it, cells.
+    /// The most goals with fields at a time. A goal within kShare cells and in sight of one of
+    /// these shares its field.
     static constexpr std::size_t kGoals = 16;
     static constexpr int kShare = 8;
 
@@ -82,12 +82,13 @@ class CrowdPaths {
         GoalState state = GoalState::kNone;
         Cell cell{};
         std::uint64_t used = 0;
-        bool answers = false;  ///< hops and costs are there
+        bool answers = false;  ///< hops and costs are ready
         CrowdFlowField field;
         std::vector<Cost> costs;
     };
 
-    /// The next step down: hangs on costs and crowding alone, not on how they came about.
+    /// The next step down. It depends on the present costs and crowding alone, not on their
+    /// history.
     [[nodiscard]] Hop next_hop(const CrowdGoal& goal, Cell at) const;
     [[nodiscard]] bool busy() const;
     [[nodiscard]] std::size_t goal_for(Cell goal) const;
@@ -100,8 +101,8 @@ class CrowdPaths {
     GridMap calm_;
     Density density_;
     std::array<CrowdGoal, kGoals> goals_;
-    std::vector<Place> changed_;  // that fields have yet to hear of
-    std::uint64_t ticks_ = 0;     // since the last look
+    std::vector<Place> changed_;  // changes that fields have yet to take in
+    std::uint64_t ticks_ = 0;     // since the last count
     std::uint64_t tick_ = 0;
     std::uint64_t round_ = 0;
 };

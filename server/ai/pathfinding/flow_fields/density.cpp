@@ -40,7 +40,7 @@ std::uint32_t Density::block_of(Place p) const {
     return c.y / side * blocks_across_ + c.x / side;
 }
 
-/// At least a cell: who stands where nobody can stands beside it.
+/// At least one cell: an agent on blocked ground counts beside it.
 float Density::passable_m2(std::uint32_t block) const {
     int cells = 0;
     for_each_cell(block, [&](Place p) { cells += map_.passable(p) ? 1 : 0; });

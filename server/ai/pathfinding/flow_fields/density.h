@@ -1,4 +1,4 @@
-// Density: how crowded the cells of a map are, as what it costs to walk there.
+// Density: the crowding of a map's cells, as the extra cost of walking there.
 #pragma once
 
 #include "server/ai/crowd/crowd_agents.h"
@@ -12,7 +12,7 @@
 
 namespace zoned::ai::pathfinding {
 
-/// What a step costs more in a cell, in sixteenths: 0 in an empty one.
+/// The extra cost of a step in a cell, in sixteenths: 0 in an empty one.
 using Crowding = std::uint16_t;
 
 inline constexpr Crowding kPerStep = 16;
@@ -21,25 +21,25 @@ struct DensitySettings {
     float x0 = 0.0F;  ///< m, corner of the map's first cell
     float z0 = 0.0F;
     float cell_m = 1.0F;        ///< > 0
-    float jam_per_m2 = 4.5F;    ///< agents: nobody moves
+    float jam_per_m2 = 4.5F;    ///< agents per m2 at which nobody moves
     float least_speed = 0.05F;  ///< share of the free speed that is left in a jam, 0 to 1
-    float remember = 0.9F;      ///< share of what was known that stays with each look, 0 to 1
-    int block = 1;              ///< squares of so many cells a side are counted as one, > 0
+    float remember = 0.9F;      ///< share of the known density that stays at each count, 0 to 1
+    int block = 1;              ///< squares of so many cells a side are counted together, > 0
 };
 
-/// Agents by cells (or blocks of them, by what is passable there), averaged over looks, and what
-/// follows: speed falls evenly with density, down to the least (Greenshields, "A study of traffic
-/// capacity", Highway Research Board 14, 1935; people: Fruin, "Pedestrian planning and design",
-/// 1971), and a step costs the time that it takes (Treuille, Cooper and Popovic, "Continuum
-/// crowds", SIGGRAPH 2006, section 3, for speeds that depend on the density alone). A cell's
-/// crowding changes only where it is off by an eighth (or two sixteenths), so that fields which
-/// depend on it change seldom. Costs nothing where nobody is or was.
+/// The average density of agents by cells, or by blocks of cells that count their passable part.
+/// Speed falls evenly with density, down to the least. Sources: Greenshields, "A study of traffic
+/// capacity", Highway Research Board 14, 1935; for people Fruin, "Pedestrian planning and design",
+/// 1971. A step costs the time that it takes. Source: Treuille, Cooper and Popovic, "Continuum
+/// crowds", SIGGRAPH 2006, section 3, for speeds that depend on the density alone.
+/// A cell's crowding changes only where it is off by an eighth (or two sixteenths), so fields that
+/// depend on it change seldom. Empty ground costs nothing once its density has faded.
 class Density {
   public:
     Density(const GridMap& map, const DensitySettings& settings);
 
-    /// Counts agents; cells whose crowding has changed are in changed() until the next look. No
-    /// allocation once as many cells were crowded.
+    /// Counts agents. Cells whose crowding has changed are in changed() until the next count. Does
+    /// not allocate once as many cells were crowded.
     void look(const steering::CrowdAgents& agents);
 
     /// The same of bodies at these places.
@@ -58,11 +58,11 @@ class Density {
 
     [[nodiscard]] const DensitySettings& settings() const { return settings_; }
 
-    /// Appends what is known.
+    /// Appends the known density.
     void write(std::vector<SavedCrowds::SavedBlock>& blocks) const;
 
-    /// Of one that nobody has looked at. False: some are no blocks of this map, there twice, or no
-    /// densities; then it is of no use.
+    /// Call on a new object. False: some blocks are not of this map, occur twice, or have no valid
+    /// density; then this object is unusable.
     bool load(std::span<const SavedCrowds::SavedBlock> blocks);
 
     /// Calls visit(place) for the cells of a block.

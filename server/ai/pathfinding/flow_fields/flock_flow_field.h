@@ -1,5 +1,5 @@
-// FlockFlowField: directions over the ground that steer a flock, along a path or to a goal. Reached
-// by no program yet: flocking of large herds on a device will use it.
+// FlockFlowField: directions over the ground that steer a flock, along a path or to a goal.
+// No program uses it yet; flocking of large herds on a device will.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
@@ -21,19 +21,21 @@ struct FlockFlowField {
     int rows = 0;
     std::vector<float> directions;  ///< x and z of each cell, row by row
 
-    /// Writes where the table lies into the rules; `follow` (1/s, > 0): how fast the flock turns.
+    /// Writes the table's position into the rules; `follow` (1/s, > 0): how fast the flock turns.
     void steer(kernels::FlockRules& rules, float follow) const;
 };
 
-/// Along a path of two or more points (x, z in m): in each cell of the rectangle the direction of
-/// the nearest piece, turned towards it, by half a right angle at a distance of `width_m` (> 0) and
-/// by almost a right one farther off; at the end of the path towards its end.
+/// Directions along a path of two or more points (x, z in m). Each cell of the rectangle gets the
+/// direction of the nearest piece, turned towards that piece. The turn is half a right angle at a
+/// distance of `width_m` (> 0) and almost a right angle farther off. At the end of the path
+/// directions lead to its end.
 FlockFlowField along_path(std::span<const Vec2> path,
                           const FlockFlowField& rectangle,
                           float width_m);
 
-/// By the steps of a field to a goal on a grid map whose first cell's corner is at (x0, z0), cells
-/// of `cell_m`. Where there is no path, and at the goal, zero: nobody is steered but by the others.
+/// Directions by the steps of a field to a goal on a grid map. The first cell's corner is at (x0,
+/// z0), and cells have `cell_m`. They are zero where there is no path and at the goal: there only
+/// the other animals steer.
 FlockFlowField to_goal(const GridMap& map,
                        const FlowField& field,
                        float x0,

@@ -14,15 +14,16 @@ constexpr unsigned kStraightHops = 4;
 
 using StepsByNeighbourhood = std::array<std::uint8_t, 512>;
 
-/// Steps on from a place, as bits, that may lead to a best path: by the hop back to where it was
-/// reached from (kArrived: from nowhere), and by the nine cells around and at it (bit 3 (dy + 1) +
-/// dx + 1 is set where a cell is passable). What the place behind reaches for less without it is
-/// left out: all beside and behind but what an obstacle hides from it. So is a diagonal step after
-/// a straight one where the place behind can take the diagonal first, for the same.
+/// The steps on from a place, as bits, that may lead to a best path. The first index is the hop
+/// back to the place from which it was reached (kArrived: none). The second holds the nine cells
+/// around and at it (bit 3 (dy + 1) + dx + 1 is set where a cell is passable). A step is left out
+/// if the place behind reaches its cell for less without it. These are all cells beside and behind,
+/// except those that an obstacle hides from the place behind. A diagonal step after a straight one
+/// is also left out where the place behind can take the diagonal first, for the same cost.
 ///
-/// Nothing is lost, whichever of several best paths a place is reached by: straight steps on a best
-/// path are never left out, for then it would be no best one; and where a diagonal step is, the
-/// place that the diagonal from behind leads to has a straight step to the same cell.
+/// Nothing is lost, by whichever of several best paths a place is reached. Straight steps on a best
+/// path are never left out, for then it would not be a best one. Where a diagonal step is left out,
+/// the place that the diagonal from behind leads to has a straight step to the same cell.
 constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
     std::array<StepsByNeighbourhood, 9> table{};
     for (unsigned n = 0; n < 512; ++n) {
@@ -38,7 +39,7 @@ constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
                 const int ahead = -(dx * bx + dy * by);  // of where it came from, if above 0
                 const bool behind_straight = bx == 0 || by == 0;
                 const bool aside = behind_straight && (dx * by != 0 || dy * bx != 0);
-                // Beside the place behind: what the step leads past.
+                // Relative to the place behind: the cells that the step passes.
                 const bool hidden = aside && !passable(bx != 0 ? bx : dx, by != 0 ? by : dy);
                 const bool natural = behind_straight ? ahead > 0 && !aside : ahead > 0;
                 if (passable(dx, dy) && passable(dx, 0) && passable(0, dy) &&
@@ -116,7 +117,7 @@ void FlowField::make_room(const GridMap& map, std::size_t reached) {
         cost_.resize(map.places());
         hop_.resize(map.places());
     }
-    // One more than can be in a bucket: what is no news is written behind the last one.
+    // One more than a bucket can hold: an entry without change is written behind the last one.
     if (buckets_[0].places.size() < reached + 1) {
         for (Bucket& b : buckets_) {
             b.places.resize(reached + 1);

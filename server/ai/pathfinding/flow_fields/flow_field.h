@@ -1,4 +1,4 @@
-// FlowField: from every cell the next step towards one goal, and how far it is.
+// FlowField: the next step from every cell towards one goal, and the cost of the path.
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
@@ -12,7 +12,7 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Number of a step to a neighbour, 0 to 7: those along rows and columns first.
+/// The number of a step to a neighbour, 0 to 7: steps along rows and columns first.
 using Hop = std::uint8_t;
 
 inline constexpr Hop kArrived = 8;  ///< at the goal
@@ -28,27 +28,27 @@ inline Cell hopped(Cell c, Hop hop) {
             static_cast<std::uint16_t>(c.y + kHopY[hop])};
 }
 
-/// A field for crowds that share a goal: looked up in place of planning, cell by cell.
+/// A field for crowds that share a goal. It is looked up cell by cell instead of planning.
 class FlowField {
   public:
-    /// Best paths from all cells to `goal`, which is on the map. Dijkstra in linear time: no step
-    /// costs less than kStraight, so that cells whose costs lie within kStraight of each other,
-    /// from a multiple of it on, may be settled in any order (Denardo and Fox, "Shortest-route
-    /// methods: 1. Reaching, pruning, and buckets", Operations Research 27, 1979), and of paths of
-    /// the same cost only those are followed that have their diagonal steps first (Sturtevant and
-    /// Rabin, "Canonical orderings on grids", IJCAI 2016): most cells are reached once. Allocates
-    /// nothing where the map is no larger than the last one. A blocked goal is reached from
-    /// nowhere.
+    /// Finds best paths from all cells to `goal`, which is on the map. It is Dijkstra's method in
+    /// linear time. No step costs less than kStraight. So cells whose costs lie within kStraight of
+    /// each other, from a multiple of it on, may be settled in any order. Source: Denardo and Fox,
+    /// "Shortest-route methods: 1. Reaching, pruning, and buckets", Operations Research 27, 1979.
+    /// Of paths of the same cost only those with their diagonal steps first are followed, so most
+    /// cells are reached once. Source: Sturtevant and Rabin, "Canonical orderings on grids", IJCAI
+    /// 2016. Allocates nothing where the map is no larger than the last one. A blocked goal is
+    /// reached from nowhere.
     void build(const GridMap& map, Cell goal);
 
-    /// As build(), in resumable_task: begin(), then advance() until it says that the field is
-    /// there. The map stays as it is meanwhile.
+    /// As build(), in parts: begin(), then advance() until it returns true. The map must stay
+    /// unchanged meanwhile.
     void begin(const GridMap& map, Cell goal);
 
-    /// Spreads from so many cells at most. True: the field is there.
+    /// Spreads from at most so many cells. True: the field is complete.
     bool advance(const GridMap& map, std::uint32_t cells);
 
-    /// Cells of a rectangle, its last column and row among them.
+    /// A rectangle of cells; its last column and row belong to it.
     struct Window {
         int left;
         int top;
@@ -56,8 +56,8 @@ class FlowField {
         int bottom;
     };
 
-    /// As above by paths within a rectangle, in which the goal lies; only what lies in it may be
-    /// asked for afterwards.
+    /// As above by paths within a rectangle that contains the goal; afterwards only cells in it may
+    /// be asked for.
     void build(const GridMap& map, Cell goal, const Window& window);
 
     /// As above to the nearest of several passable goals in the rectangle, none twice.
@@ -65,10 +65,10 @@ class FlowField {
 
     [[nodiscard]] Hop hop(Place p) const { return hop_[p]; }
 
-    /// Of a best path to the goal; kNoCost where there is none.
+    /// The cost of a best path to the goal; kNoCost where there is none.
     [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
 
-    /// Of the best paths to the goal the longest.
+    /// The cost of the longest of the best paths to the goal.
     [[nodiscard]] Cost longest() const { return longest_; }
 
     /// All hops, by place.
@@ -77,18 +77,18 @@ class FlowField {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// PointsOfInterest whose costs lie between two multiples of kStraight, each once; and such as
-    /// have got cheaper since, which are in an earlier bucket too. Only `size` of them count: the
-    /// rest is room.
+    /// The places whose costs lie between two multiples of kStraight, each once. It also holds
+    /// places that have become cheaper since and are in an earlier bucket too. Only the first
+    /// `size` entries count; the rest is room.
     struct Bucket {
         std::vector<Place> places;
         std::size_t size = 0;
     };
 
-    /// A diagonal step leads into the bucket after the next one at most.
+    /// A diagonal step leads at most into the bucket after the next one.
     static constexpr std::size_t kBuckets = 3;
 
-    /// For a field that reaches so many cells at most.
+    /// Makes room for a field that reaches at most so many cells.
     void make_room(const GridMap& map, std::size_t reached);
     void close_window(const GridMap& map, const Window& window);
     void start(const GridMap& map, std::span<const Cell> goals);
@@ -97,9 +97,9 @@ class FlowField {
 
     std::vector<Cost> cost_;
     std::vector<Hop> hop_;
-    std::array<Bucket, kBuckets> buckets_;  // that of first_cost_, and the ones after it
-    Cost first_cost_ = 0;                   // of the first bucket, at least
-    std::size_t next_ = 0;                  // in it
+    std::array<Bucket, kBuckets> buckets_;  // the bucket of first_cost_, and the ones after it
+    Cost first_cost_ = 0;                   // lower bound of the first bucket
+    std::size_t next_ = 0;                  // index in the first bucket
     Cost longest_ = 0;
 };
 

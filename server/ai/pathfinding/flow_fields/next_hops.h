@@ -1,5 +1,5 @@
-// NextHops: hops to goals that are asked for often, packed. Reached by no program yet: next hops
-// embedded in map data will use it.
+// NextHops: packed hops to goals that are requested often.
+// No program uses it yet; next hops embedded in map data will.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Hops to goals that are asked for often, at half a byte for each cell of the map and goal.
+/// Hops to common goals, at half a byte for each cell of the map and goal.
 class NextHops {
   public:
     explicit NextHops(const GridMap& map) : width_(map.width()), height_(map.height()) {}
@@ -18,7 +18,7 @@ class NextHops {
     /// The number of the goal that `field` leads to on this map: 0, 1, ...
     std::size_t add(const GridMap& map, const FlowField& field);
 
-    /// From a cell of the map.
+    /// The hop from a cell of the map.
     [[nodiscard]] Hop hop(std::size_t goal, Cell c) const {
         const std::size_t at =
             c.y * static_cast<std::size_t>(width_) + static_cast<std::size_t>(c.x);

@@ -1,4 +1,4 @@
-// Where a vertical line passes through a static box.
+// BoxColumn: the part of a vertical line that lies within a static box.
 #pragma once
 
 #include "shared/motion/static_geometry.h"
@@ -15,8 +15,8 @@ struct BoxColumn {
     float up = 1.0F;  ///< vertical part of the normal of the face at the top
 };
 
-/// Nothing where the line over (x, z) passes beside the box. (The line's part between each pair of
-/// faces: Ericson, Real-Time Collision Detection, 5.3.3.)
+/// Nothing where the line over (x, z) passes beside the box. Source for the line's part between
+/// each pair of faces: Ericson, Real-Time Collision Detection, 5.3.3.
 inline std::optional<BoxColumn> column_of_box(const motion::StaticGeometry& world,
                                               std::uint32_t index,
                                               float x,

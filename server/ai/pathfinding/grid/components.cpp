@@ -120,7 +120,7 @@ void Components::find_runs(const GridMap& map, std::uint32_t square) {
             const auto number = static_cast<std::uint32_t>(runs_.size());
             runs_.push_back({run, static_cast<std::uint16_t>(y), 0});
             joined_runs_.grow(runs_.size());
-            // Runs of a row ascend: those above that end before this one are done with.
+            // Runs of a row ascend: runs above that end before this one are finished.
             for (std::size_t j = above; j < first; ++j) {
                 if ((runs_[j].cells & run) != 0) {
                     joined_runs_.join(static_cast<std::uint32_t>(j), number);

@@ -11,18 +11,18 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Where the corners of one path lie.
+/// CornerBlock: the position of one path's corners in the pool.
 struct CornerBlock {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
 };
 
-/// Blocks of powers of two, each size with a list of those that are free: after warm-up nothing is
-/// allocated (Knuth, The Art of Computer Programming 1, 2.5, without splitting).
+/// Blocks have sizes of powers of two; each size has a list of free blocks, so nothing is allocated
+/// after warm-up. Source: Knuth, The Art of Computer Programming 1, 2.5, without splitting.
 template <class T>
 class BlockPool {
   public:
-    /// Room for `count` corners, which hold anything. Spans of other blocks are no longer true.
+    /// Takes room for `count` corners of any content. Spans of other blocks become invalid.
     CornerBlock take(std::uint32_t count) {
         if (count == 0) {
             return {};
@@ -52,7 +52,7 @@ class BlockPool {
         return {corners_.data() + block.first, block.count};
     }
 
-    /// Asks for the first of them to be brought near, for who will look at them soon.
+    /// Prefetches the first of them for a caller that will read them soon.
     void fetch(const CornerBlock& block) const {
         constexpr std::uint32_t kLine = 64 / sizeof(T);
         for (std::uint32_t i = 0; i < block.count && i < kLines * kLine; i += kLine) {

@@ -13,7 +13,7 @@ bool meet(const Aabb& a, const Aabb& b) {
            b.lower.z() <= a.upper.z();
 }
 
-/// What differs near a door.
+/// The cells that differ near a door.
 DoorCells differences(const GroundMap& open, const GroundMap& shut, const Aabb& near) {
     DoorCells out;
     const GroundGrid& g = open.grid;
@@ -41,8 +41,8 @@ DoorCells differences(const GroundMap& open, const GroundMap& shut, const Aabb& 
 }  // namespace
 
 float door_reach(const motion::CharacterLimits& limits, float cell_m) {
-    // A step from the next cell but one may touch it (as Bakery::mark_near has it), and the higher
-    // of two cells is blocked where that step can't be made.
+    // A step from the next cell but one may touch it (as Bakery::mark_near has it). The higher of
+    // two cells is blocked where that step cannot be made.
     return limits.radius + 2.5F * cell_m + limits.step_up + limits.step_down;
 }
 

@@ -1,4 +1,4 @@
-// Door cells: which cells of a ground map each door takes away while it is shut, or gives.
+// Door cells: the cells of a ground map that each door takes away or gives while it is shut.
 #pragma once
 
 #include "server/ai/pathfinding/grid/ground_map.h"
@@ -8,16 +8,16 @@
 
 namespace zoned::ai::pathfinding {
 
-/// What a map with a door shut has other than one with all doors open.
+/// DoorCells: the difference between the maps with a door shut and with all doors open.
 struct DoorCells {
     std::vector<Cell> taken;  ///< passable only while it is open
     std::vector<Cell> given;  ///< only while it is shut: a bridge
 };
 
-/// One for each of world.doors(), by what bake_ground() says of the world with the door shut, near
-/// the door; `open` is what it says of `area` with none shut. Doors that are far from each other
-/// are baked at once, so that a bake more is made than doors are near any one of them. Islands far
-/// from a door that would be ground no more because the door parts them remain ground: nobody gets
+/// Returns the cells of each of world.doors(). They come from bake_ground() with the door shut,
+/// near the door. `open` is its result for `area` with no door shut. Doors that are far apart are
+/// baked together. So the number of bakes is one more than the most doors near any one door. An
+/// island far from a door remains ground even if the shut door cuts it off, because nobody gets
 /// there.
 std::vector<DoorCells> bake_doors(const motion::StaticGeometry& world,
                                   const motion::CharacterLimits& limits,
@@ -25,31 +25,30 @@ std::vector<DoorCells> bake_doors(const motion::StaticGeometry& world,
                                   float cell_m,
                                   const GroundMap& open);
 
-/// How far from a door the ground may be another because of it, m.
+/// The distance from a door within which it may change the ground, m.
 float door_reach(const motion::CharacterLimits& limits, float cell_m);
 
-/// Bounds of a door's box, so much larger to all sides.
+/// The bounds of a door's box, grown on all sides by door_reach().
 Aabb grown_door(const motion::StaticGeometry& world, std::uint32_t door, float reach);
 
-/// Doors in groups of which no two are near each other, each ascending: every door goes into the
-/// first group that has room for it.
+/// Doors in groups within which no two are near each other, each ascending. Every door goes into
+/// the first group that has room for it.
 std::vector<std::vector<std::uint32_t>> doors_apart(const motion::StaticGeometry& world,
                                                     float reach);
 
-/// The map as doors shut and open. Where several doors take a cell, it is passable while all of
-/// them are open; where several give one, while any of them is shut; where doors give what others
-/// take, taking counts.
+/// The map as doors shut and open. A cell that several doors take is passable while all of them are
+/// open. A cell that several doors give is passable while any of them is shut. Where a cell is both
+/// given and taken, taking counts.
 class DoorMap {
   public:
     DoorMap() = default;
 
     explicit DoorMap(std::vector<DoorCells> doors, const GridMap& open);
 
-    /// Appends the cells that are other than before to `changes`; nothing where the door is so
-    /// already.
+    /// Appends the cells that changed to `changes`; nothing where the door already is so.
     void turn(std::uint32_t door, bool shut, std::vector<CellChange>& changes);
 
-    /// Opens all cells that hang on doors.
+    /// Opens all cells that depend on doors.
     void open_all(GridMap& map) const;
 
     [[nodiscard]] bool shut(std::uint32_t door) const { return shut_[door]; }
@@ -59,11 +58,11 @@ class DoorMap {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// A cell that hangs on doors.
+    /// Ground: a cell that depends on doors.
     struct Ground {
         Cell cell;
         bool open = false;         ///< as with no door shut
-        std::uint16_t takers = 0;  ///< shut now
+        std::uint16_t takers = 0;  ///< number of shut doors that take it
         std::uint16_t givers = 0;
 
         [[nodiscard]] bool passable() const { return takers == 0 && (open || givers > 0); }

@@ -1,4 +1,4 @@
-// GridMap: which cells of a regular grid can be walked, as bits in rows and in columns.
+// GridMap: the passable cells of a regular grid, as bits in rows and in columns.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,9 @@ struct Cell {
     friend bool operator==(const Cell&, const Cell&) = default;
 };
 
-/// Number of a cell in arrays over a map, which have a border of blocked cells around it: so
-/// neighbours of cells need no check of bounds, nor has the word of bits before them.
+/// The number of a cell in arrays over a map. These arrays have a border of blocked cells around
+/// the map. So neighbours of cells need no check of bounds, and the word of bits before them needs
+/// none.
 using Place = std::uint32_t;
 
 inline constexpr Place kNoPlace = ~Place{0};
@@ -26,13 +27,13 @@ struct CellChange {
     bool passable = false;
 };
 
-/// Steps go to eight neighbours, those along a diagonal only where both cells beside it are
-/// passable too (no cutting of corners).
+/// Steps go to eight neighbours. A diagonal step needs both cells beside it passable too (no
+/// cutting of corners).
 class GridMap {
   public:
     static constexpr int kMaxSide = 8192;  ///< cells
 
-    /// All blocked. 1 <= width, height <= kMaxSide.
+    /// Makes a map with all cells blocked. 1 <= width, height <= kMaxSide.
     GridMap(int width, int height);
 
     [[nodiscard]] int width() const { return width_; }
@@ -41,10 +42,10 @@ class GridMap {
 
     [[nodiscard]] std::uint32_t passable_cells() const { return passable_cells_; }
 
-    /// PointsOfInterest are smaller than this.
+    /// Upper bound of places, exclusive.
     [[nodiscard]] std::uint32_t places() const { return stride_ * rows_; }
 
-    /// From a place to the one below it.
+    /// The distance from a place to the one below it.
     [[nodiscard]] std::uint32_t stride() const { return stride_; }
 
     [[nodiscard]] bool contains(Cell c) const { return c.x < width_ && c.y < height_; }
@@ -61,13 +62,13 @@ class GridMap {
     /// False off the map.
     [[nodiscard]] bool passable(Cell c) const { return contains(c) && passable(place(c)); }
 
-    /// `c` is on the map.
+    /// `c` must be on the map.
     void set_passable(Cell c, bool passable);
 
     /// Bit p is set where place p is passable; rows begin at whole words.
     [[nodiscard]] std::span<const std::uint64_t> row_bits() const { return by_row_; }
 
-    /// The same turned over: bit column_place(c) is set where c is passable.
+    /// The same transposed: bit column_place(c) is set where c is passable.
     [[nodiscard]] std::span<const std::uint64_t> column_bits() const { return by_column_; }
 
     [[nodiscard]] std::uint32_t column_place(Cell c) const {

@@ -12,7 +12,7 @@ Cell moved(Cell c, int dx, int dy) {
     return {static_cast<std::uint16_t>(c.x + dx), static_cast<std::uint16_t>(c.y + dy)};
 }
 
-/// Where the diagonal part of the path from `from` to `to` ends.
+/// The cell where the diagonal part of the path from `from` to `to` ends.
 Cell turn_of(Cell from, Cell to) {
     const int dx = to.x - from.x;
     const int dy = to.y - from.y;

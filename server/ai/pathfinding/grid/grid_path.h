@@ -8,8 +8,8 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Cells at which a path turns, with its first and last cell: between neighbours it runs along a
-/// row, a column or a diagonal.
+/// The cells at which a path turns, with its first and last cell. Between two of them it runs along
+/// a row, a column or a diagonal.
 class GridPath {
   public:
     void begin(Cell start) {
@@ -19,13 +19,13 @@ class GridPath {
         diagonal_ = 0;
     }
 
-    /// On to `to`: along the diagonal first, then straight.
+    /// Goes on to `to`: along the diagonal first, then straight.
     void go(Cell to);
 
-    /// On to `to` along what go() would take from there back: straight first, then the diagonal.
+    /// Goes on to `to` by the reverse of go() from there: straight first, then the diagonal.
     void arrive(Cell to);
 
-    /// So many corners have room without an allocation.
+    /// Reserves room for so many corners without an allocation.
     void reserve(std::size_t corners) { corners_.reserve(corners); }
 
     [[nodiscard]] std::span<const Cell> corners() const { return corners_; }
@@ -42,7 +42,7 @@ class GridPath {
     std::uint32_t diagonal_ = 0;
 };
 
-/// All cells of a path from its corners, start and goal among them.
+/// Lists all cells of a path from its corners, start and goal included.
 void cells_of(std::span<const Cell> corners, std::vector<Cell>& cells);
 
 /// True where the path along the diagonal first and then straight is free: no best path is shorter.

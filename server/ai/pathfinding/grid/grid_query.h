@@ -1,4 +1,4 @@
-// GridQuery: what is asked of a planner on a grid, and what it answers.
+// GridQuery: a query to a planner on a grid, and GridAnswer, its answer.
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
@@ -8,37 +8,37 @@
 
 namespace zoned::ai::pathfinding {
 
-/// How a path is looked for. All but kWeightedAStar and kHierarchical are exact.
+/// GridMethod: the search method. All but kWeightedAStar and kHierarchical are exact.
 enum class GridMethod : std::uint8_t {
-    kDefault,        ///< what suits the map as it is
+    kDefault,        ///< the method that suits the map as it is
     kAStar,          ///< cell by cell
     kWeightedAStar,  ///< the path costs at most `weight` times the best
     kJumpPoints,     ///< needs no preparation: exact right after a change
     kSubgoals,       ///< A* among the corners of obstacles; needs an index
-    kHubLabels,      ///< distances between corners by looking them up; needs an index with labels
+    kHubLabels,      ///< looks up distances between corners; needs an index with labels
     kHierarchical,   ///< through portals of squares, renewed with each change: nearly the best path
 };
 
 enum class PathOutcome : std::uint8_t {
     kFound,        ///< a path from start to goal
-    kPartial,      ///< the goal can't be reached; a path to the cell nearest to it that can
+    kPartial,      ///< the goal cannot be reached; a path to the reachable cell nearest to it
     kUnreachable,  ///< start and goal are passable, and no path joins them
     kOffMap,       ///< start or goal is not on the map
     kStartBlocked,
     kGoalBlocked,
-    kCutOff,  ///< max_work was not enough; a path to the cell nearest to the goal that was looked
-              ///< at (kHierarchical: as far as it was put together, or the start alone)
+    kCutOff,  ///< max_work was not enough. The path leads to the visited cell nearest to the goal.
+              ///< kHierarchical: it leads as far as it was put together, or holds the start alone.
 };
 
 struct GridQuery {
     Cell start;
     Cell goal;
-    /// Cells or corners that a search may look at, > 0. Looking up labels costs none.
+    /// The most cells or corners that a search may look at, > 0. Looking up labels is free.
     std::uint32_t max_work = ~0U;
-    /// Of kWeightedAStar, 1 to 16: the path found costs at most so many times the best (Pohl,
-    /// "Heuristic search viewed as path finding in a graph", Artificial Intelligence 1, 1970).
+    /// For kWeightedAStar, 1 to 16: the path costs at most so many times the best. Source: Pohl,
+    /// "Heuristic search viewed as path finding in a graph", Artificial Intelligence 1, 1970.
     float weight = 1.0F;
-    /// Where the goal is blocked or out of reach: go as near to it as can be (kPartial).
+    /// Where the goal is blocked or out of reach, go as near to it as possible (kPartial).
     bool nearest = false;
 };
 
@@ -47,13 +47,13 @@ struct GridAnswer {
     Cost cost = 0;           ///< of the path to the last corner
     double length = 0.0;     ///< the same in cells
     std::uint32_t work = 0;  ///< cells or corners looked at
-    /// Labels looked up, and cells around a goal that can't be reached.
+    /// Labels looked up, and cells looked at around a goal that cannot be reached.
     std::uint32_t looked = 0;
 };
 
 const char* to_string(PathOutcome outcome);
 
-/// As in the names of rows: "astar", "jump_points".
+/// The name in configuration rows: "astar", "jump_points".
 const char* to_string(GridMethod method);
 
 }  // namespace zoned::ai::pathfinding

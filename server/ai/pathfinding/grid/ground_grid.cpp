@@ -10,7 +10,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Cells of a side; clamped first: what a float holds an int may not.
+/// The number of cells of a side. It is clamped first, because an int cannot hold every float.
 int cells_along(float length_m, float cell_m) {
     return static_cast<int>(std::min(length_m / cell_m + 1e-3F, 1e6F));
 }
@@ -55,7 +55,7 @@ bool GroundGrid::contains(Spot s) const {
 }
 
 Cell GroundGrid::cell(Spot s) const {
-    // Clamped before the conversion, which is undefined for what an int cannot hold.
+    // Clamped before the conversion, which is undefined for values that an int cannot hold.
     const auto along = [this](float offset, int cells) {
         const float at = offset / cell_m_;
         return static_cast<std::uint16_t>(at > 0.0F ? std::min(at, static_cast<float>(cells - 1))

@@ -1,4 +1,4 @@
-// GroundGrid: where the cells of a grid map lie on the ground of a zone.
+// GroundGrid: the position of a grid map's cells on the ground of a zone.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
@@ -23,15 +23,15 @@ struct GroundRect {
     float max_z = 0.0F;
 };
 
-/// Columns along x and rows along z, from the corner of least x and z; what is left over of less
-/// than a cell along the other sides belongs to no cell.
+/// Columns along x and rows along z, from the corner of least x and z. A rest of less than a cell
+/// along the other sides belongs to no cell.
 class GroundGrid {
   public:
-    /// Empty, or why no grid can be laid so: sides and cells have a size, at most
-    /// GridMap::kMaxSide cells to a side and kMostPassable in all.
+    /// Empty, or the reason why no such grid is possible. Sides and cells must have a size, with at
+    /// most GridMap::kMaxSide cells to a side and kMostPassable in all.
     static std::string defect_of(const GroundRect& area, float cell_m);
 
-    /// defect_of() is empty.
+    /// defect_of() must be empty.
     GroundGrid(const GroundRect& area, float cell_m);
 
     [[nodiscard]] int width() const { return width_; }
@@ -44,11 +44,11 @@ class GroundGrid {
 
     [[nodiscard]] float min_z() const { return min_z_; }
 
-    /// Whether a cell has the place in it. False for what is not a number.
+    /// True if a cell contains the place. False for a place that is not a number.
     [[nodiscard]] bool contains(Spot s) const;
 
-    /// The cell that has the place in it; of a place beside the grid the nearest one, of what is
-    /// not a number the first.
+    /// The cell that contains the place. For a place beside the grid it is the nearest cell; for
+    /// one that is not a number it is the first.
     [[nodiscard]] Cell cell(Spot s) const;
 
     [[nodiscard]] Spot centre(Cell c) const {
@@ -64,8 +64,8 @@ class GroundGrid {
     int height_;
 };
 
-/// The passable cell whose centre is nearest to the place, ties to the smaller row, then column;
-/// nothing within `reach` cells. Cost grows with how far it is, squared.
+/// Finds the passable cell whose centre is nearest to the place, ties to the smaller row, then
+/// column; nothing within `reach` cells. The cost grows with the square of its distance.
 bool nearest_passable(const GridMap& map, const GroundGrid& grid, Spot s, int reach, Cell& found);
 
 }  // namespace zoned::ai::pathfinding

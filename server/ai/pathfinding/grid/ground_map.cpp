@@ -26,18 +26,18 @@ constexpr float kAbove = 0.01F;
 constexpr float kShareOfRadius = 0.5F;
 /// A step has arrived that ends as near to the middle of its cell, in cells.
 constexpr float kOffMiddle = 0.15F;
-/// Ground is gentle that is by so much less steep than what just carries, as a cosine.
+/// Ground is gentle if it is this much less steep than the steepest that carries, as a cosine.
 constexpr float kSlopeMargin = 0.02F;
-/// Floors of a cell that are looked at.
+/// The most floors of a cell that are tested.
 constexpr std::uint32_t kMostFloors = 4;
 constexpr float kSameFloor_m = 0.02F;
 constexpr std::uint32_t kNoFloor = ~0U;
-/// What is smaller and can't be reached from elsewhere is no ground: tops of walls and crates.
+/// Smaller ground that cannot be reached from elsewhere does not count: tops of walls and crates.
 constexpr float kSmallestIsland_m2 = 4.0F;
 constexpr std::array<int, 4> kAheadX{1, 0, 1, -1};
 constexpr std::array<int, 4> kAheadY{0, 1, 1, 1};
 
-/// What a step from a cell may touch.
+/// Near: the kinds of things that a step from a cell may touch.
 enum Near : std::uint8_t {
     kOpen,    ///< the ground plane alone
     kGentle,  ///< heights alone, that carry
@@ -66,7 +66,7 @@ class Bakery {
             for (int x = 0; x < out_.grid.width(); ++x) {
                 put_down(x, y);
             }
-            // PointsOfInterest beside the map have no floors.
+            // Places beside the map have no floors.
             const Place next = out_.cells.place({0, static_cast<std::uint16_t>(y + 1)});
             const Place after = out_.cells.place({0, static_cast<std::uint16_t>(y)}) +
                                 static_cast<Place>(out_.grid.width());
@@ -86,7 +86,7 @@ class Bakery {
     void mark_near() {
         const float reach =
             limits_.radius + out_.grid.cell_m() * 1.5F + limits_.step_up + limits_.step_down;
-        // Boxes that nobody on the ground plane touches stand on others, or on surfaces.
+        // Boxes that cannot be touched from the ground plane stand on others, or on surfaces.
         const float ground = world_.ground_height();
         for (std::uint32_t i = 0; i < world_.boxes().size(); ++i) {
             const Aabb& b = world_.box_bounds(i);
@@ -161,7 +161,7 @@ class Bakery {
         find_tops(at);
         for (const float top : tops_) {
             const std::optional<float> floor = stand(at, top);
-            // What lies within a ledge's height of another comes to rest on the same.
+            // Floors within a ledge's height of each other count as one.
             if (floor && (size() == first_[p] || *floor > floors_.back() + kSameFloor_m)) {
                 floors_.push_back(*floor);
                 if (size() == first_[p] + kMostFloors) {
@@ -300,7 +300,7 @@ class Bakery {
 
     void block_edges() {
         block_edges(true);
-        // Of diagonals those that may be stepped along still.
+        // Then the edges of those diagonals only that may still be stepped along.
         block_edges(false);
     }
 
@@ -321,7 +321,7 @@ class Bakery {
         });
     }
 
-    /// Whether a character walks from the middle of a cell to that of its neighbour, from floor `a`
+    /// True if a character walks from the middle of a cell to that of its neighbour, from floor `a`
     /// to floor `b`.
     [[nodiscard]] bool steps(Cell from, Cell to, std::uint32_t a, std::uint32_t b) const {
         if (near_[out_.cells.place(from)] != kTried && near_[out_.cells.place(to)] != kTried) {

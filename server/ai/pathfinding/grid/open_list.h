@@ -1,4 +1,4 @@
-// OpenList: what a search has reached and not yet looked at, cheapest first.
+// OpenList: the open nodes of a search, reached but not yet expanded, cheapest first.
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
@@ -8,13 +8,13 @@
 
 namespace zoned::ai::pathfinding {
 
-/// A heap of four children to a node with places of its entries, so that an entry can become
-/// cheaper: it never holds more than one for each node (Johnson, "Priority queues with update and
-/// finding minimum spanning trees", Information Processing Letters 4, 1975). Equal keys come out in
-/// an order that depends on the calls alone.
+/// A heap of four children to a node, with the position of each entry, so that an entry can become
+/// cheaper. It never holds more than one entry for each node. Source: Johnson, "Priority queues
+/// with update and finding minimum spanning trees", Information Processing Letters 4, 1975. Equal
+/// keys come out in an order that depends on the calls alone.
 class OpenList {
   public:
-    /// Nodes are smaller than `nodes` from now on; empties the list.
+    /// From now on nodes are smaller than `nodes`; empties the list.
     void resize(std::uint32_t nodes) {
         heap_.clear();
         heap_.reserve(nodes);
@@ -46,7 +46,7 @@ class OpenList {
 
     [[nodiscard]] std::uint64_t least_key() const { return heap_.front().key; }
 
-    /// Takes out the node with the smallest key; the list is not empty.
+    /// Takes out the node with the smallest key; the list must not be empty.
     std::uint32_t pop() {
         const std::uint32_t node = heap_.front().node;
         at_[node] = kAbsent;
@@ -108,8 +108,8 @@ class OpenList {
     std::vector<std::uint32_t> at_;
 };
 
-/// What a search knows of each node, forgotten at the start of the next search without touching
-/// all of it.
+/// SearchSpace: a search's data about each node. A new search forgets them without touching all of
+/// them.
 class SearchSpace {
   public:
     void resize(std::uint32_t nodes) {
@@ -118,7 +118,7 @@ class SearchSpace {
         search_ = 0;
     }
 
-    /// A new search.
+    /// Starts a new search.
     void begin() {
         open.clear();
         if (++search_ == 0) {
@@ -132,14 +132,14 @@ class SearchSpace {
         return known_[node].search == search_ ? known_[node].cost : kNoCost;
     }
 
-    /// Where its path comes from; of a node that was reached.
+    /// The node before it on its path; the node must have been reached.
     [[nodiscard]] std::uint32_t from(std::uint32_t node) const { return known_[node].from; }
 
     void reach(std::uint32_t node, Cost cost, std::uint32_t from, std::uint32_t tag = 0) {
         known_[node] = {search_, cost, from, tag};
     }
 
-    /// Whatever the search has to remember of a node that was reached.
+    /// Free data of the search about a node that was reached.
     std::uint32_t& tag(std::uint32_t node) { return known_[node].tag; }
 
     [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(known_.size()); }

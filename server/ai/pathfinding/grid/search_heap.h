@@ -1,4 +1,5 @@
-// SearchHeap: what a search over a graph has reached and not yet looked at, cheapest first.
+// SearchHeap: the open nodes of a search over a graph, reached but not yet expanded, cheapest
+// first.
 #pragma once
 
 #include <algorithm>
@@ -7,10 +8,10 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Stands beside OpenList, whose costs are whole numbers and whose ties are as the calls were. Here
-/// costs may be fractions, and ties go to the smaller `node`, so that a path does not depend on the
-/// order in which links were looked at. A node that became cheaper is pushed again: the search
-/// passes over its older entry. `Entry` has a `key` and a `node`.
+/// SearchHeap differs from OpenList, whose costs are whole numbers and whose ties follow the calls.
+/// Here costs may be fractions, and ties go to the smaller `node`. So a path does not depend on the
+/// order in which links were looked at. A node that became cheaper is pushed again; the search
+/// skips its older entry. `Entry` has a `key` and a `node`.
 template <class Entry>
 class SearchHeap {
   public:
@@ -23,7 +24,7 @@ class SearchHeap {
         std::push_heap(entries_.begin(), entries_.end(), later);
     }
 
-    /// Takes out the first entry; there is one.
+    /// Takes out the first entry; the heap must not be empty.
     Entry pop() {
         std::pop_heap(entries_.begin(), entries_.end(), later);
         const Entry first = entries_.back();

@@ -74,10 +74,10 @@ class CellSearch {
     void relax(Place from, Place to, Cost g, Cost h) {
         const Cost known = space_.cost(to);
         if (g >= known || (known != kNoCost && !space_.open.contains(to))) {
-            return;  // no better, or looked at already
+            return;  // no better, or expanded already
         }
         space_.reach(to, g, from);
-        // 44 bits of cost; among equals who is nearer to the goal.
+        // 44 bits of cost; among equals the one nearer to the goal is first.
         space_.open.push(to, (g * kWeightUnit + h * weight_) << 20U | h >> 12U);
     }
 

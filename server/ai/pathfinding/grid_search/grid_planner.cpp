@@ -10,7 +10,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Of a path through portals.
+/// In a path through portals, this many portals are skipped at a time.
 constexpr std::size_t kPortalsLeftOut = 5;
 /// Jobs within jobs stop where the outer one does, after units of their own.
 constexpr std::uint64_t kIndexPart = 20'000;
@@ -93,7 +93,7 @@ bool GridPlanner::advance_index(std::uint64_t units) {
 }
 
 void GridPlanner::retire_index() {
-    // To give back megabytes takes up to a millisecond, which nobody waits for.
+    // Freeing megabytes takes up to a millisecond, so it is done in parts.
     if (subgoals_) {
         old_labels_ = std::move(labels_);
         old_subgoals_ = std::move(subgoals_);
@@ -133,7 +133,7 @@ ResumableTask GridPlanner::index(IndexBounds bounds) {
     if (cancelled || labels_ || landmarks_.known()) {
         co_return;
     }
-    // Of the map as it is with all doors open that ever were: true however they turn.
+    // The landmarks are of the map with all doors open that ever were: true however they turn.
     if (!landmark_map_) {
         landmark_map_ = map_;
     }
@@ -161,7 +161,7 @@ ResumableTask GridPlanner::index_subgoals(IndexBounds bounds) {
     while (!run()) {
         cancelled = co_await Spent{part.taken()};
     }
-    // What the last part has taken, and what its going gives back.
+    // The work of the last part; freeing it counts too.
     cancelled = co_await Spent{part.taken()};
     if (cancelled) {
         co_return;
@@ -350,7 +350,7 @@ GridAnswer GridPlanner::by_clusters(const GridQuery& query) {
     if (!clusters_->run(map_, query, through_, work)) {
         return finished(PathOutcome::kCutOff, work);
     }
-    // Best paths between every so many-th of the portals: those between are not gone through.
+    // Plans best paths between every n-th of the portals; the portals in between are skipped.
     GridQuery segment = query;
     for (std::size_t at = 0; at + 1 < through_.size();) {
         const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
@@ -387,7 +387,7 @@ GridAnswer GridPlanner::by_subgoals(const GridQuery& query, bool labels) {
         path_.go(subgoals_->cell(s));
     }
     if (found) {
-        path_.arrive(query.goal);  // doors are in free reach of the goal, as seen from there
+        path_.arrive(query.goal);  // doors are in free reach of the goal, as seen from the goal
     }
     GridAnswer answer = finished(found ? PathOutcome::kFound : PathOutcome::kCutOff, work);
     answer.looked = looked;

@@ -1,4 +1,4 @@
-// GridPlanner: paths on one grid map, by whichever method suits the map and the query.
+// GridPlanner: plans paths on one grid map, by the method that suits the map and the query.
 #pragma once
 
 #include "server/ai/pathfinding/grid/components.h"
@@ -16,34 +16,38 @@
 
 namespace zoned::ai::pathfinding {
 
-/// What an index may cost. Counted, not timed: the same map gives the same index everywhere.
+/// The most cost of an index. It is counted, not timed, so the same map gives the same index
+/// everywhere.
 struct IndexBounds {
-    std::size_t doors = 1'500'000;         ///< of all cells together
-    std::uint32_t trees = 48;              ///< of shortest paths, from which hubs are chosen
+    std::size_t doors = 1'500'000;         ///< doors of all cells together
+    std::uint32_t trees = 48;              ///< shortest-path trees from which hubs are chosen
     std::uint64_t tree_work = 40'000'000;  ///< neighbours that these trees look at
     HubLabels::Bounds labels;
-    std::size_t landmark_bytes = 20'000'000;  ///< where there are no labels; 10 MB at 512 x 512
+    std::size_t landmark_bytes = 20'000'000;  ///< landmarks where there are no labels; 10 MB at 512
+                                              ///< x 512
 };
 
-/// A map, its index, and memory for one query at a time. Deterministic; no allocation in plan()
-/// once each method that is used has been used.
+/// A map, its index, and memory for one query at a time. Deterministic; plan() does not allocate
+/// once each method in use has been used.
 class GridPlanner {
   public:
-    /// At most kMostPassable cells of the map are passable.
+    /// At most kMostPassable cells of the map may be passable.
     explicit GridPlanner(GridMap map);
-    GridPlanner(const GridPlanner&) = delete;  // resumable_task of its index know where it is
+    GridPlanner(const GridPlanner&) = delete;  // the index's resumable task holds its address
     GridPlanner& operator=(const GridPlanner&) = delete;
 
-    /// What may ever be passable, the map included, where that is known beforehand: landmarks are
-    /// of this from the first prepare() on, and the same whatever doors have done.
+    /// Sets the cells that may ever be passable, the map included, where they are known beforehand.
+    /// Landmarks are made of these from the first prepare() on, and stay the same whatever doors
+    /// have done.
     void know_most_open(const GridMap& most) { landmark_map_ = most; }
 
-    /// Builds the index for the map as it is. What exceeds a bound is left out: `can` tells.
+    /// Builds the index for the map as it is. Parts that exceed a bound are left out; see can().
     void prepare(const IndexBounds& bounds = {});
 
-    /// As prepare(), in resumable_task: begins now, and is done once advance_index() says so.
-    /// Answers are exact meanwhile, by whatever is there; a change drops what has been done so far.
-    /// What has exceeded a bound is not tried again before one cell in kRetryShare has changed.
+    /// As prepare(), but as a resumable task: it begins now and is done when advance_index()
+    /// returns true. Answers are exact meanwhile, by the methods that are ready. A change drops the
+    /// work done so far. A part that exceeded a bound is not tried again before one cell in
+    /// kRetryShare has changed.
     void begin_index(const IndexBounds& bounds = {});
 
     static constexpr std::uint32_t kRetryShare = 64;
@@ -54,30 +58,31 @@ class GridPlanner {
     /// Units that the last advance_index() has taken.
     [[nodiscard]] std::uint64_t index_work() const { return index_work_; }
 
-    /// Builds what kHierarchical needs. It follows changes by itself.
+    /// Builds the clusters that kHierarchical needs. They follow changes by themselves.
     void prepare_clusters();
 
-    /// Changes cells on the map. The index is no longer true and is dropped, unless nothing
-    /// changed; answers are exact all the same.
+    /// Changes cells on the map. The index is then out of date and is dropped, unless nothing
+    /// changed; answers stay exact.
     void change(std::span<const CellChange> changes);
 
-    /// Whether a path leads from one cell to another; false where either is blocked or off the map.
+    /// True if a path leads from one cell to another; false where either is blocked or off the map.
     bool joined(Cell a, Cell b);
 
-    /// Whether what this passable cell reaches was joined by the last change() from parts that did
-    /// not reach each other before; true where that is not known.
+    /// True if the last change() joined this passable cell's component from parts that were apart
+    /// before; also true where that is unknown.
     [[nodiscard]] bool joined_anew(Cell c) const {
         return !components_followed_ || components_.joined_anew(map_.place(c));
     }
 
-    /// Whether the method has what it needs.
+    /// True if the method has all it needs.
     [[nodiscard]] bool can(GridMethod method) const;
 
-    /// What kDefault is for the map as it is, where no straight line leads to the goal.
+    /// The method that kDefault stands for on the present map, where no straight line leads to the
+    /// goal.
     [[nodiscard]] GridMethod choice() const;
 
-    /// Finds a path; `path()` holds it until the next call (kFound, kPartial, kCutOff). The method
-    /// is one that it can. A free straight line is always taken without any search.
+    /// Finds a path; `path()` holds it until the next call (kFound, kPartial, kCutOff). can(method)
+    /// must hold. A free straight line is always taken without any search.
     GridAnswer plan(const GridQuery& query, GridMethod method = GridMethod::kDefault);
 
     [[nodiscard]] const GridPath& path() const { return path_; }
@@ -111,7 +116,7 @@ class GridPlanner {
     /// Appends the path that a search over cells has found.
     void append_chain(Place last);
     GridAnswer finished(PathOutcome outcome, std::uint32_t work) const;
-    /// The passable cell nearest to `to`, as on an empty map, that `from` reaches.
+    /// The passable cell nearest to `to`, as on an empty map, among the cells that `from` reaches.
     Cell nearest_reached(Cell from, Cell to, std::uint32_t& looked) const;
 
     GridMap map_;
@@ -120,7 +125,7 @@ class GridPlanner {
     bool components_followed_ = false;  // by the last change
     std::optional<Subgoals> subgoals_;
     std::optional<HubLabels> labels_;
-    std::optional<Subgoals> old_subgoals_;  // to be given back
+    std::optional<Subgoals> old_subgoals_;  // still to be freed
     std::optional<HubLabels> old_labels_;
     std::optional<HpaGraph> clusters_;
     SubgoalSearch subgoal_search_;
@@ -131,16 +136,17 @@ class GridPlanner {
     std::vector<Place> chain_;
     std::vector<Cell> through_;
     std::vector<Subgoal> hub_order_;
-    std::optional<GridMap> landmark_map_;   // all that was passable since landmarks were wanted
-    Landmarks landmarks_;                   // of that
+    std::optional<GridMap> landmark_map_;   // all cells that were passable since landmarks were
+                                            // wanted
+    Landmarks landmarks_;                   // made of landmark_map_
     std::optional<Subgoals> new_subgoals_;  // until they can be used
     std::optional<HubLabels> new_labels_;
-    std::optional<IndexBounds> next_index_;  // to be begun once the last one is cleared up
-    std::uint64_t changed_cells_ = 0;        // so far
+    std::optional<IndexBounds> next_index_;  // to be begun once the last one is freed
+    std::uint64_t changed_cells_ = 0;        // number so far
     std::uint64_t no_subgoals_at_ = kNever;  // changed_cells_ when a bound was exceeded
     std::uint64_t no_labels_at_ = kNever;
     std::uint64_t index_work_ = 0;
-    ResumableTask indexing_;  // last: goes before what it works on
+    ResumableTask indexing_;  // last, so that it is destroyed before the members that it works on
 };
 
 }  // namespace zoned::ai::pathfinding

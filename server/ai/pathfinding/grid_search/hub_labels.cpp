@@ -33,7 +33,7 @@ class Labeler {
         space_.open.push(root, 0);
     }
 
-    /// Goes on from so many subgoals at most. True once all are reached.
+    /// Continues from at most so many subgoals. True once all are reached.
     bool spread_hub(std::uint32_t count) {
         for (; count != 0 && !space_.open.empty(); --count) {
             const Subgoal s = space_.open.pop();

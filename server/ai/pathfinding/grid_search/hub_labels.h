@@ -1,4 +1,4 @@
-// HubLabels: distances between subgoals, and paths along them, by looking them up.
+// HubLabels: distances between subgoals, and paths along them, by look-up.
 #pragma once
 
 #include "server/ai/pathfinding/grid/open_list.h"
@@ -11,28 +11,29 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Subgoals in the order in which they become hubs: those that lie on most shortest paths first.
-/// Trees of shortest paths from a sample of subgoals stand for all; who lies on most paths of the
-/// sample that no hub covers yet is next (Delling, Goldberg, Pajor and Werneck, "Robust distance
-/// queries on massive networks", ESA 2014, section 4). Deterministic.
+/// Subgoals in the order in which they become hubs: the ones on most shortest paths come first.
+/// Trees of shortest paths from a sample of subgoals stand for all. The next hub is the subgoal on
+/// most paths of the sample that no hub covers yet. Deterministic. Source: Delling, Goldberg, Pajor
+/// and Werneck, "Robust distance queries on massive networks", ESA 2014, section 4.
 std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees);
 
-/// The same in resumable_task, into `order`.
+/// The same as a resumable task, into `order`.
 ResumableTask hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order);
 
-/// What a subgoal knows of one hub. Hubs are numbered by their order.
+/// HubLabel: a subgoal's path to one hub. Hubs are numbered by their order.
 struct HubLabel {
     std::uint16_t hub;
-    std::uint16_t next;  ///< neighbour on the way there; itself at the hub
+    std::uint16_t next;  ///< neighbour on the path there; itself at the hub
     Cost cost;           ///< of that path
 };
 
-/// Pruned landmark labels (Akiba, Iwata and Yoshida, "Fast exact shortest-path distance queries on
-/// large networks by pruned landmark labeling", SIGMOD 2013, sections 4 and 6): of any two subgoals
-/// that reach each other some hub that both know lies on a shortest path between them.
+/// Pruned landmark labels. For any two subgoals that reach each other, some hub in both label lists
+/// lies on a shortest path between them. Source: Akiba, Iwata and Yoshida, "Fast exact
+/// shortest-path distance queries on large networks by pruned landmark labeling", SIGMOD 2013,
+/// sections 4 and 6.
 class HubLabels {
   public:
-    /// What building may cost before it is given up: the map is then not one for labels.
+    /// The most cost of building; beyond it building is given up, and the map does not suit labels.
     struct Bounds {
         std::size_t labels = 1'000'000;
         std::uint64_t work = 400'000'000;  ///< labels and neighbours looked at
@@ -43,7 +44,8 @@ class HubLabels {
                                           std::span<const Subgoal> order,
                                           const Bounds& bounds);
 
-    /// The same in resumable_task; all but `bounds` stays where and as it is until all is done.
+    /// The same as a resumable task. All arguments but `bounds` must stay unchanged and in place
+    /// until it is done.
     static ResumableTask build(const Subgoals& graph,
                                const std::vector<Subgoal>& order,
                                Bounds bounds,
@@ -54,7 +56,7 @@ class HubLabels {
         return {labels_.data() + first_[s], labels_.data() + first_[s + 1]};
     }
 
-    /// What `s` knows of a hub; null where it knows nothing.
+    /// The label of `s` for a hub; null where it has none.
     [[nodiscard]] const HubLabel* look_up(Subgoal s, std::uint16_t hub) const;
 
     [[nodiscard]] std::size_t bytes() const;

@@ -21,7 +21,8 @@ class PathTree {
         space.open.push(root, 0);
     }
 
-    /// Goes on with the search from so many subgoals at most; `order` gathers them. Units taken.
+    /// Continues the search from at most so many subgoals; `order` gathers them. Returns the units
+    /// of work.
     std::uint64_t spread(const Subgoals& graph,
                          SearchSpace& space,
                          std::uint32_t count,
@@ -45,7 +46,8 @@ class PathTree {
         return units;
     }
 
-    /// Once all are reached: sums up from the ends of paths; `weight` gains what each has below.
+    /// Called once all are reached: sums up from the ends of paths; `weight` of each gains the
+    /// weights below it.
     void sum_up(std::span<const Subgoal> order, std::span<std::uint64_t> weight) {
         for (auto s = order.rbegin(); s != order.rend(); ++s) {
             Node& node = nodes_[*s];
@@ -58,8 +60,8 @@ class PathTree {
         }
     }
 
-    /// All paths through s are covered from now on; `lost(t, n)` is told that n fewer lead through
-    /// t.
+    /// Marks all paths through s as covered; `lost(t, n)` is called where n fewer paths lead
+    /// through t.
     template <class Lost>
     void cover(Subgoal s, const Lost& lost) {
         const std::uint32_t gone = nodes_[s].below;
@@ -90,7 +92,7 @@ class PathTree {
         stack_ = {};
     }
 
-    /// Of a tree.
+    /// The memory of a tree.
     static std::size_t bytes(const Subgoals& graph) { return graph.size() * sizeof(Node); }
 
   private:
@@ -120,8 +122,8 @@ std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
 ResumableTask hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order) {
     constexpr std::uint32_t kSpreadAtOnce = 256;
     constexpr std::uint64_t kSumUnits = 16;    // of a subgoal of a tree
-    constexpr std::uint64_t kCoverUnits = 24;  // of one that is covered
-    constexpr std::uint64_t kLookUnits = 4;    // of a tree that is looked at
+    constexpr std::uint64_t kCoverUnits = 24;  // covering one subgoal
+    constexpr std::uint64_t kLookUnits = 4;    // looking at one tree
     std::vector<std::uint64_t> weight(graph.size(), 0);
     std::vector<PathTree> sample;
     sample.reserve(trees);
@@ -148,8 +150,8 @@ ResumableTask hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<
             }
         }
     }
-    // Weights only fall: an entry that is out of date goes back with what it weighs now. Ties go to
-    // the smaller number.
+    // Weights only fall: an outdated entry goes back with its present weight. Ties go to the
+    // smaller number.
     using Entry = std::pair<std::uint64_t, Subgoal>;
     std::priority_queue<Entry> heaviest;
     for (Subgoal s = 0; s < weight.size() && !cancelled; ++s) {

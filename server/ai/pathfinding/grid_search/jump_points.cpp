@@ -23,7 +23,7 @@ std::uint64_t bits_to(const std::uint64_t* word, std::uint32_t shift) {
     return word[0] << shift | word[-1] >> 1U >> (63 - shift);
 }
 
-/// Cells that are looked at together: those behind the first one are seen with it.
+/// Cells that are tested together: the cells behind the first one come with it.
 constexpr std::uint32_t kSeen = 63;
 
 /// The next jump point on the line after `at`: the goal, or a cell beside which a row of obstacles
@@ -74,10 +74,10 @@ constexpr std::uint32_t direction_bit(int dx, int dy) {
     return 1U << static_cast<std::uint32_t>(3 * (dy + 1) + dx + 1);
 }
 
-constexpr std::uint32_t kNewShift = 16;  // directions that were not looked at yet lie above
+constexpr std::uint32_t kNewShift = 16;  // directions that were not expanded yet lie above
 
-/// Paths of the same cost may enter a jump point in several directions, and which of them go on may
-/// differ: all are remembered and followed, so that exactness hangs on no order of ties.
+/// Paths of the same cost may enter a jump point in several directions, and may go on differently.
+/// All directions are stored and followed, so the result is exact for any order of ties.
 template <class Heuristic, bool kLooksAhead>
 class JumpSearch {
   public:
@@ -121,7 +121,7 @@ class JumpSearch {
     }
 
   private:
-    /// In all directions in which the cell was entered since it was last looked at.
+    /// Expands all directions in which the cell was entered since it was last expanded.
     void expand() {
         std::uint32_t& tag = space_.tag(at_);
         const std::uint32_t fresh = tag >> kNewShift;
@@ -132,7 +132,7 @@ class JumpSearch {
         }
     }
 
-    /// Only where a best path may go on that came this way.
+    /// Expands only where a best path from this direction may go on.
     void expand(int dx, int dy) {
         if (dx == 0 && dy == 0) {
             for (const int s : {-1, 1}) {
@@ -168,7 +168,7 @@ class JumpSearch {
         return map_.passable(static_cast<Place>(static_cast<int>(at_) + offset));
     }
 
-    /// A cell that is looked at: itself or one on a diagonal from there.
+    /// From: the cell being expanded, or one on a diagonal from there.
     struct From {
         Place place;
         std::uint32_t column_place;
@@ -193,7 +193,7 @@ class JumpSearch {
                       : jump_down(columns_, from.column_place, goal_in_columns_);
     }
 
-    /// Whether there is a jump point.
+    /// True if there is a jump point.
     bool along_row(const From& from, int dx) {
         const Place to = next_in_row(from, dx);
         if (to == kNoPlace) {
@@ -221,11 +221,11 @@ class JumpSearch {
         return true;
     }
 
-    /// The jump points that rows and columns lead to from the cells of a diagonal: these cells are
-    /// not looked at themselves (pruned as in Harabor and Grastien, "Improving jump point search",
-    /// ICAPS 2014), but for the kAhead-th from the first with such a point on, which goes on if its
-    /// turn comes: diagonals may be long, and mostly lead away. Without landmarks cells cost little
-    /// to look at, and the first one goes on.
+    /// Finds the jump points that rows and columns lead to from the cells of a diagonal. These
+    /// cells are not expanded themselves (pruned as in Harabor and Grastien, "Improving jump point
+    /// search", ICAPS 2014). The exception is the kAhead-th from the first with such a point on. It
+    /// goes on if its turn comes, because diagonals may be long and mostly lead away. Without
+    /// landmarks cells cost little to expand, and the first one goes on.
     void diagonal(int dx, int dy) {
         const int down = dy * static_cast<int>(map_.stride());
         const int column_step = dx * static_cast<int>(map_.column_stride()) + dy;
@@ -282,7 +282,7 @@ class JumpSearch {
     std::uint32_t goal_in_rows_;
     std::uint32_t goal_in_columns_;
     std::uint32_t most_;
-    Place at_ = kNoPlace;  // the cell being looked at
+    Place at_ = kNoPlace;  // the cell being expanded
     Cell cell_;
     Cost cost_ = 0;
     Reached reached_;

@@ -4,7 +4,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-// Of what is done at once, and what it costs in units of about 2 ns.
+// The sizes of one part of the work, and its costs in units of about 2 ns.
 constexpr std::uint32_t kSpreadCells = 1024;
 constexpr std::uint64_t kSpreadUnits = 6;  ///< a cell of a field
 constexpr std::uint32_t kPlacesAtOnce = 4096;
@@ -38,7 +38,7 @@ ResumableTask Landmarks::build(const GridMap& map,
             co_return;
         }
     }
-    // From there to the cell farthest from it, and on to those farthest from all.
+    // Goes from there to the cell farthest from it, and on to the cells farthest from all.
     for (std::size_t i = 0; i <= count_ && at != 0; ++i) {
         const std::size_t held = field_.bytes();
         field_.begin(map, map.cell(at));

@@ -1,4 +1,5 @@
-// Landmarks: how far cells are from a few others, which tells how far they are apart at least.
+// Landmarks: the distances of cells from a few landmark cells, which bound the distance between
+// cells from below.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
@@ -13,28 +14,29 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Differential heuristics: of any landmark l no path from a to b is shorter than
-/// |d(a, l) - d(b, l)| (Sturtevant, Felner, Barrer, Schaeffer and Burch, "Memory-based heuristics
-/// for explicit state spaces", IJCAI 2009; the landmarks of Goldberg and Harrelson, "Computing the
-/// shortest path: A* search meets graph theory", SODA 2005, each the cell farthest from those
-/// before it). Where obstacles are scattered all over a map, paths are longer than on an empty one
-/// by about as much everywhere: this a landmark behind the goal or the start tells.
+/// Differential heuristics: for any landmark l no path from a to b is shorter than |d(a, l) - d(b,
+/// l)|. Each landmark is the cell farthest from those before it. Sources: Sturtevant, Felner,
+/// Barrer, Schaeffer and Burch, "Memory-based heuristics for explicit state spaces", IJCAI 2009;
+/// Goldberg and Harrelson, "Computing the shortest path: A* search meets graph theory", SODA 2005.
 ///
-/// What holds for a map holds for each that has fewer passable cells too.
+/// Where obstacles are scattered all over a map, paths are longer than on an empty one by a similar
+/// factor everywhere. A landmark behind the goal or the start shows that factor.
+///
+/// Bounds that hold for a map also hold for each map with fewer passable cells.
 class Landmarks {
   public:
-    /// Two bytes for each landmark and place: 16 landmarks, or half as many where these would take
-    /// more than `most_bytes`, or none. In resumable_task: `map` and the labels of its components,
-    /// or of those of a map that has fewer passable cells, stay as they are until all is done.
-    /// Memory is kept for the next time.
+    /// Takes two bytes for each landmark and place. There are 16 landmarks, or half as many where
+    /// these would take more than `most_bytes`, or none. It is a resumable task. `map` stays
+    /// unchanged until all is done. So do the labels of its components, or of those of a map with
+    /// fewer passable cells. Memory is kept for the next time.
     ResumableTask build(const GridMap& map, const Components& components, std::size_t most_bytes);
 
-    /// Whether something is known, of the map that was built last.
+    /// True if the bounds of the map that was built last are known.
     [[nodiscard]] bool known() const { return known_; }
 
     void forget() { known_ = false; }
 
-    /// What is known of the path from places to a goal.
+    /// Towards: the bounds on paths from places to one goal.
     class Towards {
       public:
         Towards(const Landmarks& landmarks, Place goal)
@@ -44,12 +46,13 @@ class Landmarks {
             std::copy_n(far_ + std::size_t{goal} * count_, count_, goal_far_.begin());
         }
 
-        /// Of the best path from a place of the map, at least; 0 from where no landmark is reached.
+        /// The least cost of the best path from a place of the map; 0 where the place reaches no
+        /// landmark.
         [[nodiscard]] Cost least(Place from) const {
             const std::uint16_t* const far = far_ + std::size_t{from} * count_;
             const std::uint16_t most = std::max(
                 most_of(far, 0), count_ > kLanes ? most_of(far, kLanes) : std::uint16_t{0});
-            // Both are rounded down.
+            // Both distances are rounded down.
             return most > 1 ? (most - Cost{1}) * unit_ : 0;
         }
 

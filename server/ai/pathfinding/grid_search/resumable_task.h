@@ -1,4 +1,4 @@
-// ResumableTask: work written in one piece that is done a part at a time.
+// ResumableTask: a coroutine whose work is done a part at a time.
 #pragma once
 
 #include <coroutine>
@@ -8,23 +8,24 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Units of work that a part has taken.
+/// Spent: the units of work that a part has taken.
 struct Spent {
     std::uint64_t units;
 };
 
-/// What it costs to write on so many bytes of memory for the first time, or to give them back, in
-/// units of about 2 ns: half a microsecond for a page.
+/// The cost of first writing on so many bytes of memory, or of freeing them, in units of about 2
+/// ns: half a microsecond for a page.
 constexpr std::uint64_t memory_units(std::size_t bytes) {
     return bytes / 8;
 }
 
-/// What a coroutine that says `co_await Spent{n}` now and then returns: it stops there once the
-/// units that it was given are used up, and goes on at the next call. Units are counted, so that it
-/// stops at the same places everywhere. What a part took beyond them is paid by the next calls.
+/// The return type of a coroutine that now and then calls `co_await Spent{n}`. It stops there once
+/// the units that it was given are used up, and goes on at the next call. Units are counted, so
+/// that it stops at the same places everywhere. The next calls pay for units that a part took in
+/// excess.
 ///
-/// `co_await` is true once the work is cancelled: then the coroutine gives back what it has made,
-/// in parts too, touches nothing else, and returns.
+/// `co_await` is true once the work is cancelled. Then the coroutine frees what it has made, in
+/// parts too, touches nothing else, and returns.
 class ResumableTask {
   public:
     class promise_type {
@@ -47,7 +48,7 @@ class ResumableTask {
 
             void await_suspend(std::coroutine_handle<> /*self*/) const noexcept {}
 
-            /// Whether the work is cancelled.
+            /// True if the work is cancelled.
             bool await_resume() const noexcept { return of.cancelled_; }
         };
 
@@ -84,7 +85,7 @@ class ResumableTask {
         }
     }
 
-    /// Goes on for about so many units. True once all is done; it is from the start where there is
+    /// Goes on for about so many units. True once all is done; true from the start where there is
     /// nothing to do.
     bool advance(std::uint64_t units) {
         taken_ = 0;
@@ -104,10 +105,10 @@ class ResumableTask {
         return handle_.done();
     }
 
-    /// Units that the last advance() has taken; more than it was given where a part was large.
+    /// Units that the last advance() has taken; they exceed the units given where a part was large.
     [[nodiscard]] std::uint64_t taken() const { return taken_; }
 
-    /// The next calls clear up only.
+    /// Makes the next calls only clear up.
     void cancel() {
         if (handle_) {
             handle_.promise().cancelled_ = true;

@@ -19,8 +19,8 @@ std::span<const Subgoal> doors_of(const GridMap& map,
     return itself != kNoSubgoal ? std::span<const Subgoal>(&itself, 1) : graph.doors(p);
 }
 
-/// Calls found(t, cost) for a door t of the start from which the goal is in free reach, where that
-/// makes a path that costs less than `least`, which found lowers.
+/// Calls found(t, cost) for doors t of the start from which the goal is in free reach. It is called
+/// only where the path by t costs less than `least`, which found lowers.
 template <class Found>
 void look_across(const GridMap& map,
                  const Subgoals& graph,
@@ -151,7 +151,7 @@ bool LabelLookup::run(const GridMap& map,
             from_start_[l.hub] = std::min(from_start_[l.hub], to + l.cost);
         }
     }
-    // Where no hub is known to both sides, sums are those of earlier queries: above the mark.
+    // Where the two sides share no hub, sums are those of earlier queries: above the mark.
     std::uint64_t least = mark | (kNoCost - 1);
     std::uint16_t hub = 0;
     Subgoal last = kNoSubgoal;

@@ -1,4 +1,4 @@
-// Paths among subgoals: by A*, or by labels.
+// Subgoal search: paths among subgoals, by A* (SubgoalSearch) or by labels (LabelLookup).
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"
@@ -15,9 +15,9 @@ class SubgoalSearch {
   public:
     void resize(const Subgoals& graph);
 
-    /// `best` becomes the subgoals of the path, in order. False where there is none or max_work is
-    /// exceeded: `best` then leads to the subgoal nearest to the goal that was looked at. Landmarks
-    /// as of search_jump_points(); may be null.
+    /// `best` becomes the subgoals of the path, in order. False where there is no path or max_work
+    /// is exceeded: `best` then leads to the visited subgoal nearest to the goal. Landmarks as in
+    /// search_jump_points(); may be null.
     bool run(const GridMap& map,
              const Subgoals& graph,
              const Landmarks* landmarks,
@@ -30,7 +30,7 @@ class SubgoalSearch {
     std::vector<Cost> to_goal_;  // of doors of the goal, else kNoCost
 };
 
-/// The path by looking up what the doors of start and goal know of hubs.
+/// Finds the path by looking up the labels of the doors of start and goal.
 class LabelLookup {
   public:
     void resize(const Subgoals& graph);
@@ -45,10 +45,10 @@ class LabelLookup {
              std::uint32_t& looked);
 
   private:
-    /// Sums of a mark and costs don't overflow.
+    /// Sums of a mark and costs do not overflow.
     static constexpr std::uint32_t kFirstMark = ~0U / 2;
 
-    /// By hub: the least cost from the start, below a mark that falls with each query, so that
+    /// By hub: the least cost from the start, below a mark. The mark falls with each query, so
     /// values of earlier queries are larger than any of this one.
     std::vector<std::uint64_t> from_start_;
     std::uint32_t mark_ = kFirstMark;

@@ -14,7 +14,7 @@ constexpr int kDirections = 8;
 constexpr std::array<int, kDirections> kStepX{1, 0, -1, 0, 1, -1, -1, 1};
 constexpr std::array<int, kDirections> kStepY{0, 1, 0, -1, 1, 1, -1, -1};
 
-/// How far one can go from each place, until a blocked cell bars the path or a subgoal is reached.
+/// Clearances: the free distance from each place, up to a blocked cell or a subgoal.
 class Clearances {
   public:
     Clearances(const GridMap& map, std::span<const Subgoal> numbers)
@@ -27,9 +27,9 @@ class Clearances {
         }
     }
 
-    /// What lies ahead of a place is known before it: first all rows downwards, in them cells to
-    /// the right, then all rows upwards, in them cells to the left. Memory is first touched row by
-    /// row, too.
+    /// The cells ahead of a place are known before the place itself. First come all rows downwards,
+    /// and in them cells to the right. Then come all rows upwards, and in them cells to the left.
+    /// Memory is first touched row by row, too.
     void take_row(int y, bool downwards) {
         for (int i = 0; i < map_.width(); ++i) {
             if (downwards) {
@@ -99,9 +99,9 @@ void find_corners(const GridMap& map, int y, std::vector<Place>& found) {
     }
 }
 
-/// All subgoals that are seen from p: those straight ahead, and those in the wedge between a
-/// diagonal and a direction beside it, each only up to what the lines nearer to the start allow
-/// (algorithm 1 of the paper).
+/// Finds all subgoals that p sees. They lie straight ahead, or in the wedge between a diagonal and
+/// a direction beside it. In the wedge each line goes only as far as the lines nearer to the start
+/// allow (algorithm 1 of the paper).
 template <class Found>
 void look_around(const Clearances& clear, Place p, const Found& found) {
     for (std::size_t d = 0; d < kDirections; ++d) {
@@ -191,7 +191,7 @@ class Rays {
         }
     }
 
-    /// What lies ahead of p is known.
+    /// Takes p, after all cells ahead of it.
     void take(Place p, std::size_t d) {
         meets_[p][d] = kNoPlace;
         if (!map_.passable(p) || !passable(p, offset_[d])) {
@@ -225,8 +225,8 @@ ResumableTask Subgoals::build(const GridMap& map,
     constexpr std::uint64_t kDoorUnits = 8;
     constexpr std::uint64_t kSeenUnits = 10;
     constexpr std::uint64_t kAroundUnits = 60;  // of a subgoal
-    // Room for what most have is taken at once: no page of it is touched before its turn, and
-    // nothing large is copied on the way.
+    // Room for this many, enough for most subgoals, is taken at once. So no page of it is touched
+    // before its turn, and nothing large is copied meanwhile.
     constexpr std::size_t kSeenByMost = 32;
     built.reset();
     Subgoals s;
@@ -317,7 +317,7 @@ Subgoal Subgoals::at(Place p) const {
 }
 
 std::size_t Subgoals::bytes() const {
-    // Of room that was taken beforehand no more is in memory than is used.
+    // Of the room taken beforehand only the used part is in memory.
     return cells_.size() * sizeof(Cell) + place_.size() * sizeof(Place) +
            (first_seen_.size() + first_door_.size()) * sizeof(std::uint32_t) +
            (seen_.size() + doors_.size()) * sizeof(Subgoal);

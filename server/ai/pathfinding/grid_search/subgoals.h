@@ -1,5 +1,5 @@
-// Subgoals: the cells at corners of obstacles, how they see each other, and which of them cells go
-// by.
+// Subgoals: the cells at corners of obstacles, their visibility of each other, and the doors of
+// other cells.
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
@@ -17,25 +17,28 @@ using Subgoal = std::uint32_t;
 
 inline constexpr Subgoal kNoSubgoal = ~Subgoal{0};
 
-/// Simple subgoal graph (Uras, Koenig and Hernandez, "Subgoal graphs for optimal pathfinding in
-/// eight-neighbor grids", ICAPS 2013). A subgoal is a passable cell next to a blocked one across a
-/// corner that can be walked around. Two see each other where all paths between them that are as
-/// short as on an empty map are free and none passes a third; a best path between subgoals leads
-/// along such pairs (theorem 1 there).
+/// Simple subgoal graph. Source: Uras, Koenig and Hernandez, "Subgoal graphs for optimal
+/// pathfinding in eight-neighbor grids", ICAPS 2013. A subgoal is a passable cell that touches a
+/// blocked one across a corner that can be walked around. Consider all paths between two subgoals
+/// that are as short as on an empty map. The two see each other where all of these are free and
+/// none passes a third subgoal. A best path between subgoals leads along such pairs (theorem 1
+/// there).
 ///
-/// Other cells keep their doors only, far fewer: the jump points that the straight rays from a cell
-/// and from the cells on its diagonals meet first (Harabor and Grastien, "Online graph pruning for
-/// pathfinding on grid maps", AAAI 2011; without cutting corners diagonals have none of their own).
+/// Other cells keep only their doors, which are far fewer. Doors are the jump points that the
+/// straight rays from a cell, and from the cells on its diagonals, meet first. Source: Harabor and
+/// Grastien, "Online graph pruning for pathfinding on grid maps", AAAI 2011; without cutting
+/// corners diagonals have none of their own.
+///
 /// From a to b either the path along the diagonal first and then straight is free, or some best
 /// path leads through a door t of a. Then from b to t either that path is free, or some best path
-/// leads through a door u of b. So what is best is free_line(a, b), or a - t - b with free_line(b,
+/// leads through a door u of b. So the best path is free_line(a, b), or a - t - b with free_line(b,
 /// t), or a - t - u - b.
 class Subgoals {
   public:
-    /// Takes the map as it is. Nothing where all cells together have more than `most_doors`.
+    /// Builds from the map as it is. Nothing where all cells together have more than `most_doors`.
     static std::optional<Subgoals> build(const GridMap& map, std::size_t most_doors);
 
-    /// The same in resumable_task; `map` stays as it is, and `built` where it is, until all is
+    /// The same as a resumable task. `map` stays unchanged, and `built` in place, until all is
     /// done.
     static ResumableTask build(const GridMap& map,
                                std::size_t most_doors,
@@ -45,23 +48,23 @@ class Subgoals {
 
     [[nodiscard]] Cell cell(Subgoal s) const { return cells_[s]; }
 
-    /// Of a passable place.
+    /// The doors of a passable place.
     [[nodiscard]] std::span<const Subgoal> doors(Place p) const {
         return {doors_.data() + first_door_[p], doors_.data() + first_door_[p + 1]};
     }
 
-    /// Subgoals that a subgoal sees.
+    /// The subgoals that a subgoal sees.
     [[nodiscard]] std::span<const Subgoal> neighbours(Subgoal s) const {
         return {seen_.data() + first_seen_[s], seen_.data() + first_seen_[s + 1]};
     }
 
-    /// All subgoals together.
+    /// The number of visible pairs, of all subgoals together.
     [[nodiscard]] std::size_t edges() const { return seen_.size(); }
 
-    /// kNoSubgoal where there is none.
+    /// The subgoal at a place; kNoSubgoal where there is none.
     [[nodiscard]] Subgoal at(Place p) const;
 
-    /// Cost between cells as on an empty map.
+    /// The cost between cells as on an empty map.
     [[nodiscard]] Cost cost(Subgoal a, Subgoal b) const { return cost(cells_[a], b); }
 
     [[nodiscard]] Cost cost(Cell a, Subgoal b) const {

@@ -1,4 +1,4 @@
-// GraphConnectivity: which clusters of nodes links join, kept up to date as some of them change.
+// GraphConnectivity: the connected sets of node clusters, kept up to date as some clusters change.
 #pragma once
 
 #include "shared/core/union_find.h"
@@ -10,33 +10,34 @@
 
 namespace zoned::ai::pathfinding {
 
-/// What links join whichever way they lead, in two levels, as Components does for cells: clusters
-/// lie in blocks; those of a block that links within it join are a region, and regions are joined
-/// by the links between blocks. A change costs the blocks in which clusters or their links are
-/// others than before, the blocks beside these, and a look at all regions: a small share of a look
+/// Connects clusters by links, whatever their direction, in two levels, as Components does for
+/// cells. Clusters lie in blocks. Clusters that are linked within a block are a region, and links
+/// between blocks join regions. A change costs the blocks in which clusters or their links have
+/// changed, the blocks beside these, and a look at all regions. The cost is a small share of a look
 /// at all clusters.
 class GraphConnectivity {
   public:
     static constexpr std::uint32_t kNone = ~0U;
 
-    /// No clusters, and so many blocks.
+    /// Starts with no clusters and this many blocks.
     void start(std::uint32_t blocks);
 
-    /// A cluster that is new, in a block.
+    /// Adds a new cluster to a block.
     void add(std::uint32_t cluster, std::uint32_t block);
 
-    /// One that is gone; all that it had links with are touched.
+    /// Removes a cluster; all clusters that it had links with count as touched.
     void remove(std::uint32_t cluster);
 
-    /// One that has other links now.
+    /// Marks a cluster whose links have changed.
     void touch(std::uint32_t cluster) { mark(block_[cluster]); }
 
-    /// Once all changes are told. `out(c)` and `in(c)` are the clusters that links from c lead to,
-    /// and those from which links lead to c.
+    /// Call once all changes are reported. `out(c)` are the clusters that links from c lead to, and
+    /// `in(c)` the clusters from which links lead to c.
     template <class Out, class In>
     void renew(const Out& out, const In& in);
 
-    /// A number that clusters share exactly where they are joined, until the next renew().
+    /// A number that two clusters share exactly where they are joined, valid until the next
+    /// renew().
     [[nodiscard]] std::uint32_t of(std::uint32_t cluster) const {
         return root_[first_[block_[cluster]] + region_[cluster]];
     }
@@ -44,7 +45,7 @@ class GraphConnectivity {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// A link from a region to one of another block.
+    /// A link from a region to a region of another block.
     struct BlockLink {
         std::uint32_t region;
         std::uint32_t block;
@@ -57,8 +58,8 @@ class GraphConnectivity {
         std::vector<std::uint32_t> clusters;
         std::vector<BlockLink> links;  ///< ascending, each once
         std::uint32_t regions = 0;
-        bool stale = false;  ///< its regions, during a change
-        bool noted = false;  ///< its links, likewise
+        bool stale = false;  ///< during a change: its regions are out of date
+        bool noted = false;  ///< during a change: its links are out of date
     };
 
     void mark(std::uint32_t block);
@@ -69,8 +70,8 @@ class GraphConnectivity {
 
     std::vector<NodeBlock> blocks_;
     std::vector<std::uint32_t> block_;   // by cluster
-    std::vector<std::uint32_t> within_;  // its place in its block
-    std::vector<std::uint32_t> region_;  // number in its block
+    std::vector<std::uint32_t> within_;  // by cluster, its place in its block
+    std::vector<std::uint32_t> region_;  // by cluster, its region's number in its block
     core::UnionFind joined_;             // clusters, while a block is looked at
     core::UnionFind joined_regions_;     // of all blocks
     std::vector<std::uint32_t> first_;   // by block: the number of its first region
@@ -94,7 +95,7 @@ void GraphConnectivity::renew(const Out& out, const In& in) {
         }
         number_regions(blocks_[b]);
     }
-    // Who has links to regions that are numbered anew names them anew.
+    // Blocks with links to renumbered regions update their links.
     for (const std::uint32_t b : stale_) {
         note(b);
         for (const std::uint32_t c : blocks_[b].clusters) {

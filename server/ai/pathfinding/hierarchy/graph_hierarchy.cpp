@@ -9,7 +9,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Whether one gets along a link.
+/// True if a link can be passed.
 bool leads(const NodeGraph& graph, std::uint32_t link) {
     return graph.linked[link] != 0 && graph.open[graph.to[link]] != 0;
 }
@@ -130,7 +130,7 @@ void GraphHierarchy::put(std::uint32_t node, std::uint32_t cluster) {
     nodes_[cluster * kMost + count_[cluster]++] = node;
 }
 
-/// The nodes of a share that a seed is joined with, the least of them, by links both ways.
+/// Gathers the nodes of a share that are joined with a seed, the least of them, by two-way links.
 std::uint32_t GraphHierarchy::gather(const NodeGraph& graph, std::uint32_t seed) {
     const std::uint32_t number = take_number();
     put(seed, number);
@@ -266,7 +266,7 @@ void GraphHierarchy::change(const NodeGraph& graph, std::span<const std::uint32_
             }
         }
     }
-    // What is renewed leads to others than before, and others to it.
+    // Renewed clusters have new links out, and other clusters have new links to them.
     for (std::size_t i = 0; i < dirty_.size(); ++i) {
         if (count_[dirty_[i]] != 0) {
             link(graph, dirty_[i]);
@@ -339,7 +339,7 @@ std::size_t GraphHierarchy::segment(const NodeGraph& graph,
     }
     const std::uint32_t here = cluster_[from];
     const std::uint32_t next = tables_[cluster_[goal]][here];
-    // Breadth first within the group; what lies in the next one ends it.
+    // Breadth first within the group; a node of the next group ends the search.
     std::array<std::uint32_t, kMost> found{};
     std::array<std::uint8_t, kMost> before{};
     std::array<bool, kMost> seen{};

@@ -1,4 +1,5 @@
-// GraphHierarchy: nodes of a graph in small groups, and which group next from anywhere to anywhere.
+// GraphHierarchy: the nodes of a graph in small groups, and the next group on the path from any
+// group to any goal.
 #pragma once
 
 #include "server/ai/pathfinding/grid/corner_pool.h"
@@ -14,43 +15,45 @@
 
 namespace zoned::ai::pathfinding {
 
-/// A graph as others keep it: links out of each node, in compressed rows.
+/// NodeGraph: a view of a graph that others keep, with the links out of each node in compressed
+/// rows.
 struct NodeGraph {
     std::span<const Vec3> places;            ///< of nodes, m
     std::span<const std::uint32_t> first;    ///< by node, and one more
     std::span<const std::uint32_t> to;       ///< by link
     std::span<const std::uint8_t> open;      ///< by node, whether it is passable
-    std::span<const std::uint8_t> linked;    ///< by link, likewise
-    std::span<const std::uint32_t> return_;  ///< by link, the one back; kNone: one way
+    std::span<const std::uint8_t> linked;    ///< by link, whether it is passable
+    std::span<const std::uint32_t> return_;  ///< by link, the reverse link; kNone: the link has one
+                                             ///< direction only
 };
 
-/// Groups of up to kMost nodes each of which reaches the others within the group. So who goes from
-/// group to group, through each by a search of its few nodes, gets to the goal at a cost that is
-/// bounded by the groups on the way, which is near the best one: hierarchical planning as of Botea,
-/// Mueller and Schaeffer, "Near optimal hierarchical path-finding", Journal of Game Development 1,
-/// 2004.
+/// Groups of up to kMost nodes each of which reaches the others within the group. A walker goes
+/// from group to group, through each by a search of its few nodes. The groups passed bound its
+/// cost, which is near the best one. Source for hierarchical planning: Botea, Mueller and
+/// Schaeffer, "Near optimal hierarchical path-finding", Journal of Game Development 1, 2004.
 ///
-/// Nodes are shared out once, as if all were open; a group is what is joined within such a share.
-/// So groups are those of the graph as it is, whatever it was before: who builds them anew gets
-/// the same.
+/// Nodes are divided into shares once, as if all were open. A group is a joined part of such a
+/// share. So groups depend only on the graph as it is, whatever it was before: building them anew
+/// gives the same groups.
 class GraphHierarchy {
   public:
     static constexpr std::uint32_t kNone = ~0U;
     static constexpr std::size_t kMost = 32;
 
-    /// Of all passable nodes. Costs as much as a look at every link. Tables to goals are gone.
+    /// Builds the groups of all passable nodes. Costs as much as a look at every link. Drops the
+    /// tables to goals.
     void build(const NodeGraph& graph);
 
-    /// After nodes or links of the graph that was built have opened or closed; `touched` are such
+    /// Updates after nodes or links of the built graph have opened or closed. `touched` are such
     /// nodes and both ends of such links, none twice. The groups of their shares are renewed; the
-    /// rest stays as it is. Tables to goals are gone.
+    /// rest stays as it is. Drops the tables to goals.
     void change(const NodeGraph& graph, std::span<const std::uint32_t> touched);
 
-    /// Groups, and numbers of groups that were given up by a change.
+    /// The number of groups, with the unused numbers of groups that a change gave up.
     [[nodiscard]] std::size_t size() const { return count_.size(); }
 
-    /// Makes the table to a goal's group, where there is none: as much as a search of all groups.
-    /// True: it was made now.
+    /// Makes the table to a goal's group, where there is none. It costs as much as a search of all
+    /// groups. True: it was made now.
     bool prepare(std::uint32_t goal);
 
     [[nodiscard]] bool prepared(std::uint32_t goal) const {
@@ -60,27 +63,27 @@ class GraphHierarchy {
     /// A node of each group that has a table.
     [[nodiscard]] std::vector<std::uint32_t> prepared() const;
 
-    /// Whether a path leads from a node to the goal. prepared(goal).
+    /// True if a path leads from a node to the goal. prepared(goal) must hold.
     [[nodiscard]] bool joined(std::uint32_t from, std::uint32_t goal) const;
 
-    /// Nodes of a path from a node, without it, to where it enters the next group, or to the goal
-    /// in the same one; 0 where there is none. prepared(goal).
+    /// The nodes of a path from a node (left out) to its entry into the next group, or to a goal in
+    /// the same group. Returns their number; 0 where there is none. prepared(goal) must hold.
     std::size_t segment(const NodeGraph& graph,
                         std::uint32_t from,
                         std::uint32_t goal,
                         std::array<std::uint32_t, kMost + 1>& nodes) const;
 
-    /// Marks the groups that are reached from a node. Costs as much as a look at all groups.
+    /// Marks the groups that can be reached from a node. Costs as much as a look at all groups.
     void flood(std::uint32_t from);
 
-    /// Whether the last flood() has reached the node.
+    /// True if the last flood() has reached the node.
     [[nodiscard]] bool flooded(std::uint32_t node) const {
         return cluster_[node] != kNone && flooded_[cluster_[node]] != 0;
     }
 
-    /// Whether what can be reached from this node may be more than before the last change(): what
-    /// links join there, whichever way they lead, was apart before, or there are links that lead
-    /// one way only. True before the first change.
+    /// True if more may be reachable from this node than before the last change(). Either links of
+    /// any direction now join parts that were apart, or some links have one direction only. True
+    /// before the first change.
     [[nodiscard]] bool joined_anew(std::uint32_t node) const;
 
     [[nodiscard]] std::size_t bytes() const;
@@ -95,25 +98,25 @@ class GraphHierarchy {
         std::uint32_t cluster;
     };
 
-    /// A link that is not the path back of the one that is its path back.
+    /// A link whose reverse link does not have it as its own reverse link.
     struct Stray {
         std::uint32_t to;
         std::uint32_t from;
         std::uint32_t link;
     };
 
-    static constexpr std::uint8_t kDirty = 1;    ///< its links are to be found anew
-    static constexpr std::uint8_t kRenewed = 2;  ///< it has other nodes too
+    static constexpr std::uint8_t kDirty = 1;    ///< its links have to be found anew
+    static constexpr std::uint8_t kRenewed = 2;  ///< its nodes have changed too
 
-    /// Other clusters next to one.
+    /// The other clusters next to one cluster.
     using Beside = CornerBlock;
 
     [[nodiscard]] std::span<const std::uint32_t> nodes_of(std::uint32_t cluster) const {
         return {nodes_.data() + cluster * kMost, count_[cluster]};
     }
 
-    /// Shares next to each other that are a block of GraphConnectivity: a change renews some nine
-    /// of these, and looks at what joins all of them.
+    /// Shares next to each other that form a block of GraphConnectivity. A change renews some nine
+    /// of these, and then looks at the joints of all blocks.
     static constexpr std::uint32_t kSharesOfBlock = 64;
 
     void find_strays(const NodeGraph& graph);
@@ -129,7 +132,7 @@ class GraphHierarchy {
         return share_block_[share_[name_of(cluster)]];
     }
 
-    /// The first node of a cluster: what it is called whatever its number.
+    /// The first node of a cluster: its name, whatever its number.
     [[nodiscard]] std::uint32_t name_of(std::uint32_t cluster) const {
         return nodes_[cluster * kMost];
     }
@@ -140,7 +143,7 @@ class GraphHierarchy {
     void dissolve(std::uint32_t cluster);
     void give_up(std::uint32_t cluster);
     void find_middle(const NodeGraph& graph, std::uint32_t cluster);
-    /// Clusters that one gets to from this one, and those from which one gets to it.
+    /// Finds the clusters that this one leads to, and those that lead to it.
     void link(const NodeGraph& graph, std::uint32_t cluster);
     void mark_dirty(std::uint32_t cluster);
     void mark_renewed(std::uint32_t cluster);
@@ -164,15 +167,16 @@ class GraphHierarchy {
     std::vector<Beside> in_;              // by cluster, within beside_
     std::vector<Beside> out_;
     BlockPool<std::uint32_t> beside_;
-    std::vector<std::uint32_t> free_;  // numbers
-    std::vector<Table> tables_;        // by cluster of the goal: the next one, by cluster
+    std::vector<std::uint32_t> free_;  // unused numbers
+    std::vector<Table> tables_;        // by cluster of the goal: the next cluster, by cluster
     std::vector<std::uint32_t> table_round_;
     std::uint32_t round_ = 1;
     GraphConnectivity parts_;
-    std::vector<std::uint8_t> is_one_way_;  // by cluster: reached by another that it doesn't reach
-    std::uint32_t one_way_ = 0;             // how many are
-    bool were_one_way_ = false;             // some were, before the last change
-    bool compared_ = false;                 // by the last change
+    std::vector<std::uint8_t> is_one_way_;  // by cluster: another cluster reaches it and it does
+                                            // not reach that one
+    std::uint32_t one_way_ = 0;             // number of one-way clusters
+    bool were_one_way_ = false;             // some were one-way before the last change
+    bool compared_ = false;                 // set by the last change
     std::vector<std::pair<std::uint32_t, std::uint32_t>> touched_;  // node, part before; then after
     std::vector<std::uint32_t> joined_;                             // parts, ascending
     std::vector<std::uint8_t> is_dirty_;                            // by cluster, during a change

@@ -1,4 +1,5 @@
-// GraphHierarchy: what links join whichever way they lead, and what a change has joined.
+// GraphHierarchy: the parts that links of any direction join, and the parts that a change has
+// joined.
 #include "server/ai/pathfinding/hierarchy/graph_hierarchy.h"
 
 #include <algorithm>
@@ -6,7 +7,7 @@
 
 namespace zoned::ai::pathfinding {
 
-/// By what lies next to each other, as nodes are shared out.
+/// Forms blocks of adjacent shares, in the same manner as nodes are divided into shares.
 void GraphHierarchy::share_out_blocks(const NodeGraph& graph) {
     const std::size_t shares = first_share_.size() - 1;
     share_block_.assign(shares, kNone);
@@ -78,7 +79,7 @@ void GraphHierarchy::compare_parts() {
     }
     std::sort(touched_.begin(), touched_.end());
     for (std::size_t i = 0; i < touched_.size(); ++i) {
-        // Where links lead one way only, who was in the same part may not have reached all of it.
+        // Where links have one direction only, a node may not have reached all of its part.
         const auto [now, before] = touched_[i];
         const bool first = i == 0 || touched_[i - 1].first != now;
         const bool several = !first && before != kNone && touched_[i - 1].second != before;

@@ -69,7 +69,7 @@ void HpaClusterCosts::take_rows(const GridMap& map, Cell corner, int width, int 
     }
 }
 
-/// From the rows that have cells to begin with, which tell those below.
+/// Starts from the rows that have cells to begin with; these notify the rows below.
 void HpaClusterCosts::settle(int height) {
     tells_up_.fill(false);
     for (int y = 0; y < height; ++y) {
@@ -79,7 +79,7 @@ void HpaClusterCosts::settle(int height) {
             tells_up_[row] = true;
         }
     }
-    // What the last row tells nobody hears.
+    // The last row of a sweep notifies no row.
     const auto sweep = [&](int first, int end, int step, auto& tells) {
         bool changed = false;
         for (int y = first; y != end; y += step) {

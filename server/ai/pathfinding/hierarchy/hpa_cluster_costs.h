@@ -1,4 +1,4 @@
-// HpaClusterCosts: the best costs between some cells of a small square, all at once.
+// HpaClusterCosts: measures the best costs between some cells of a small square, all at once.
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"
@@ -13,23 +13,24 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Costs from several cells are columns that are looked at together, kAtOnce of them: what a cell
-/// costs is the least of what its neighbours cost and the step from there, which is asked of row
-/// after row downwards and upwards until nothing gets cheaper (the sweeps of Zhao, "A fast sweeping
-/// method for Eikonal equations", Mathematics of Computation 74, 2005, for which on a graph the
-/// bound of Bellman and Ford holds; costs are whole, so that the end is exact). Sweeps needed are
-/// the turns between down and up of a best path, and two: rows are looked at again only where the
-/// one that leads to them has changed.
+/// Costs from several cells are columns, and kAtOnce of them are processed together. The cost of a
+/// cell is the least sum of a neighbour's cost and the step from there. Row after row is computed
+/// downwards and upwards until no cost falls. Source for the sweeps: Zhao, "A fast sweeping method
+/// for Eikonal equations", Mathematics of Computation 74, 2005. On a graph the bound of Bellman and
+/// Ford holds for them; costs are whole, so the end is exact. The number of sweeps is two more than
+/// the turns of a best path between down and up. A row is computed again only where the row that
+/// leads to it has changed.
 class HpaClusterCosts {
   public:
-    static constexpr int kSide = 32;  ///< cells, at most
+    static constexpr int kSide = 32;  ///< side of the square, cells, at most
     static constexpr std::size_t kAtOnce = 2 * kernels::kLanes;
 
     HpaClusterCosts() : costs_(kSide * kSide) {}
 
-    /// Of best paths between `cells`, each passable, that stay within the rectangle from (left,
-    /// top) on: row by row into `costs`, which has room for the square of their number. kNoCost
-    /// where there is none. 1 <= width, height <= kSide. Allocates nothing.
+    /// Measures the costs of best paths between `cells`, each passable, that stay within the
+    /// rectangle from (left, top) on. They are written row by row into `costs`, which has room for
+    /// the square of their number. kNoCost where there is no path. 1 <= width, height <= kSide.
+    /// Allocates nothing.
     void measure(const GridMap& map,
                  Cell corner,
                  int width,
@@ -38,7 +39,7 @@ class HpaClusterCosts {
                  std::span<Cost> costs);
 
     /// Steps along a row or column, or from row to row, that the last measure() has looked at, each
-    /// for kAtOnce cells: its measure of work.
+    /// for kAtOnce cells. It is the measure of work.
     [[nodiscard]] std::uint64_t work() const { return work_; }
 
   private:
@@ -60,7 +61,7 @@ class HpaClusterCosts {
 
     std::array<std::uint32_t, kSide> rows_{};  // passable cells, as bits
     std::vector<Costs> costs_;
-    std::array<bool, kSide> tells_down_{};  // has changed since the row below has looked
+    std::array<bool, kSide> tells_down_{};  // the row has changed since the row below was computed
     std::array<bool, kSide> tells_up_{};
     std::uint64_t work_ = 0;
 };

@@ -7,8 +7,9 @@ namespace zoned::ai::pathfinding {
 namespace {
 
 constexpr std::uint32_t kFromStart = ~0U;
-/// What is ahead counts for more by one so-manieth: a path through portals may cost as much more
-/// than the best of these (Pohl 1970), and where many are nearly as good fewer are looked at.
+/// The estimate of the path ahead is raised by this fraction (one in kHaste). A path through
+/// portals may cost as much more than the best of these (Pohl 1970). Where many paths are nearly as
+/// good, fewer are looked at.
 constexpr Cost kHaste = 48;
 
 Cell cell_of(int x, int y) {
@@ -154,9 +155,9 @@ void HpaGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goa
     }
 }
 
-/// From the start through the portals of its square, and from those of the goal's to the goal. What
-/// is looked at are the cells behind portals only: two segments within one square are never shorter
-/// than the one between their ends.
+/// Links the start with the portals of its square, and the portals of the goal's square with the
+/// goal. Only the cells behind portals are looked at. Two segments within one square are never
+/// shorter than the one between their ends.
 void HpaGraph::open_ends(const GridMap& map, const GridQuery& query) {
     const HpaCluster& first = clusters_[cluster_of(query.start)];
     const HpaCluster& last = clusters_[cluster_of(query.goal)];

@@ -12,24 +12,26 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Hierarchical planning (Botea, Mueller and Schaeffer, "Near optimal hierarchical path-finding",
-/// Journal of Game Development 1, 2004): pairs of cells on either side of a border are portals,
-/// at most kSpacing cells apart where it can be crossed; within a square the best costs between its
-/// portals are known. Paths through portals are not the best, but nearly.
+/// Hierarchical planning (HPA*). A portal is a pair of cells on either side of a border. Portals
+/// are at most kSpacing cells apart where the border can be crossed. Within a square the best costs
+/// between its portals are stored. Paths through portals are nearly the best. Source: Botea,
+/// Mueller and Schaeffer, "Near optimal hierarchical path-finding", Journal of Game Development 1,
+/// 2004.
 class HpaGraph {
   public:
-    static constexpr int kSide = HpaClusterCosts::kSide;  ///< of a square, cells
-    static constexpr int kSpacing = 6;  ///< of portals along a border, cells at most
+    static constexpr int kSide = HpaClusterCosts::kSide;  ///< side of a square, cells
+    static constexpr int kSpacing = 6;  ///< of portals along a border, at most, cells
 
     explicit HpaGraph(const GridMap& map);
 
-    /// After `changes` were made to the map: renews the squares that they lie in, and those across
-    /// a border whose portals are others now; the rest costs nothing, however large the map is.
+    /// Updates after `changes` to the map. It renews the squares of the changed cells, and the
+    /// squares across a border whose portals have changed. The rest costs nothing, however large
+    /// the map is.
     void update(const GridMap& map, std::span<const CellChange> changes);
 
-    /// Cells from start to goal, these two among them, that a good path goes through; neighbours in
-    /// the list are in one square or in two next to each other. False where there is none, or
-    /// query.max_work is exceeded. Start and goal are passable.
+    /// Lists cells of a good path from start to goal, both included. Neighbours in the list are in
+    /// one square or in two adjacent squares. False where there is no path, or query.max_work is
+    /// exceeded. Start and goal must be passable.
     bool run(const GridMap& map,
              const GridQuery& query,
              std::vector<Cell>& through,
@@ -40,7 +42,7 @@ class HpaGraph {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// Sides of a square.
+    /// The sides of a square.
     enum ClusterSide : std::uint32_t {
         kAbove,
         kLeft,
@@ -49,12 +51,12 @@ class HpaGraph {
         kSides
     };
 
-    /// Two portals of a side don't lie next to each other.
+    /// Two portals of a side are never adjacent.
     static constexpr std::uint32_t kMostOfSide = kSide / 2;
     static constexpr std::uint32_t kMostOfCluster = kSides * kMostOfSide;
 
-    /// The portals of a cluster on its side of the borders. Their numbers hang on the cluster and
-    /// the side alone, so that a change leaves the others theirs.
+    /// The portals of a cluster on its side of the borders. Their numbers depend on the cluster and
+    /// the side alone, so a change leaves the numbers of other portals alone.
     struct HpaCluster {
         std::array<std::uint8_t, kSides> count{};
         std::vector<std::uint32_t> nodes;  ///< numbers, ascending
@@ -70,7 +72,7 @@ class HpaGraph {
         return c.y / kSide * across_ + c.x / kSide;
     }
 
-    /// The cells of both sides of a border, kRight or kBelow. True: they are others than before.
+    /// Finds the cells of both sides of a border, kRight or kBelow. True: they have changed.
     bool find_portals(const GridMap& map, std::uint32_t cluster, ClusterSide side);
     void list_nodes(std::uint32_t cluster);
 
@@ -99,15 +101,15 @@ class HpaGraph {
     std::uint32_t across_;
     std::uint32_t down_;
     std::vector<HpaCluster> clusters_;
-    std::vector<PortalNode> nodes_;  // by number; room for kMostOfCluster of each cluster
+    std::vector<PortalNode> nodes_;  // by number; each cluster has room for kMostOfCluster
     std::size_t portals_ = 0;
-    SearchSpace space_;  // nodes, then the goal
+    SearchSpace space_;  // for nodes, and the goal as the last one
     FlowField field_;
     HpaClusterCosts square_;
-    std::vector<Cell> cells_;  // of the nodes of the cluster that is looked at
+    std::vector<Cell> cells_;  // cells of the nodes of the present cluster
     std::vector<std::uint32_t> touched_;
-    std::vector<Cost> to_goal_;  // of the nodes in the goal's cluster
-    Cost direct_ = kNoCost;      // from start to goal within one cluster
+    std::vector<Cost> to_goal_;  // costs from the nodes in the goal's cluster
+    Cost direct_ = kNoCost;      // cost from start to goal within one cluster
 };
 
 }  // namespace zoned::ai::pathfinding

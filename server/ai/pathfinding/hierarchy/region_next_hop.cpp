@@ -13,13 +13,13 @@ namespace {
 constexpr int kSmallestSide = 32;
 /// Tables of regions grow with the square of their number.
 constexpr int kMostSquares = 1024;
-/// How far an exit may be at most, in cells; larger is cut to it.
+/// The largest stored distance of an exit, in cells; larger distances are cut to it.
 constexpr std::uint32_t kFarthestExit = 4095;
 constexpr std::uint16_t kNoPathThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.
 constexpr Hop kSides = 4;
 constexpr std::uint32_t kAllSides = 15;
-// What is renewed costs in units of about 2 ns.
+// The costs of renewal in units of about 2 ns.
 constexpr std::uint64_t kSquareCellUnits = 5;  ///< a cell of a square whose regions are found
 constexpr std::uint64_t kExitCellUnits = 7;    ///< a cell of the steps to an exit
 constexpr std::uint64_t kJoinUnits = 5;        ///< an exit of the map, or a square

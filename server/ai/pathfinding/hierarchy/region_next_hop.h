@@ -1,4 +1,4 @@
-// RegionNextHop: the next hop from anywhere to anywhere, by two look-ups.
+// RegionNextHop: looks up the next hop from any cell to any goal in two tables.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
@@ -12,26 +12,26 @@
 
 namespace zoned::ai::pathfinding {
 
-/// The map is cut into squares. Cells of a square that reach each other within it are an region; it
-/// has an exit to each region beyond the square's sides that it touches. Each cell knows the next
-/// step to each exit of its region, and how far that is; each region learns how far it is to a
-/// goal's region when somebody asks for one there (routes over coarse regions, as in Sturtevant,
-/// "Memory- efficient abstractions for pathfinding", AIIDE 2007). So who has no path yet can set
-/// out at once.
+/// The map is cut into squares. Cells of a square that reach each other within it are a region. A
+/// region has an exit to each region beyond the square's sides that it touches. Each cell stores
+/// the next step to each exit of its region, and the distance. The distances of all regions to a
+/// goal's region are computed when a goal there is first requested. So an agent without a path can
+/// set out at once. Source for routes over coarse regions: Sturtevant, "Memory-efficient
+/// abstractions for pathfinding", AIIDE 2007.
 ///
-/// Hops lead to the goal, not by a best path: on, each exit leads nearer to it, region by region,
-/// and each step nearer to an exit.
+/// Hops lead to the goal, but not by a best path. Each exit leads nearer to the goal, region by
+/// region, and each step nearer to an exit.
 class RegionNextHop {
   public:
     explicit RegionNextHop(const GridMap& map);
 
-    /// After `changes` were made to the map: forgets which regions lie how far from which. Nothing
-    /// else may be asked until settle() has renewed the squares that they touch.
+    /// Call after `changes` to the map: drops the distances between regions. Nothing else may be
+    /// called until settle() has renewed the squares that the changes touch.
     void note(std::span<const CellChange> changes);
 
     [[nodiscard]] bool settled() const { return stale_.empty(); }
 
-    /// Renews what was noted, for the map as it is. Units of some 2 ns that it took.
+    /// Renews the noted squares, for the map as it is. Returns the work in units of some 2 ns.
     std::uint64_t settle(const GridMap& map);
 
     void update(const GridMap& map, std::span<const CellChange> changes) {
@@ -39,11 +39,11 @@ class RegionNextHop {
         settle(map);
     }
 
-    /// Makes the table for goals in the region of `to`, a passable cell, unless it is there. hop()
-    /// is then const, for any number of threads.
+    /// Makes the table for goals in the region of `to`, a passable cell, unless it exists. hop() is
+    /// then const, for any number of threads.
     void prepare(const GridMap& map, Cell to);
 
-    /// The table of one region, 0 to regions() - 1, unless it is there.
+    /// Makes the table of one region, 0 to regions() - 1, unless it exists.
     void prepare(std::uint32_t region) { measure(region); }
 
     [[nodiscard]] bool prepared(const GridMap& map, Cell to) const {
@@ -57,21 +57,22 @@ class RegionNextHop {
 
     void forget_tables();
 
-    /// Whether both lie in one region: hop() then knows no more.
+    /// True if both lie in one region: hop() then has no answer.
     [[nodiscard]] bool together(const GridMap& map, Cell a, Cell b) const {
         return region_of(map, a) == region_of(map, b);
     }
 
-    /// Both passable, `to` prepared. kArrived where both lie in one region, kNoHop where there is
-    /// no path.
+    /// The hop from `from` towards `to`. Both must be passable, and `to` prepared. kArrived where
+    /// both lie in one region, kNoHop where there is no path.
     [[nodiscard]] Hop hop(const GridMap& map, Cell from, Cell to) const;
 
-    /// About how far it is by hops, in cells; both passable, joined, `to` prepared.
+    /// The approximate distance by hops, in cells. Both must be passable and joined, and `to`
+    /// prepared.
     [[nodiscard]] std::uint32_t cells(const GridMap& map, Cell from, Cell to) const;
 
-    /// Calls `visit(cell, hop)` for each cell that hops lead to from `from`, and the hop there,
-    /// until it says false or the goal's region is entered. Each region is left by the exit that is
-    /// best from where it is entered. False where there is no path.
+    /// Calls `visit(cell, hop)` for each cell that hops lead to from `from`, with the hop there. It
+    /// ends when visit returns false or the goal's region is entered. Each region is left by the
+    /// exit that is best from its entry. False where there is no path.
     template <class Visit>
     bool lead(const GridMap& map, Cell from, Cell to, const Visit& visit) const {
         const std::uint32_t goal = region_of(map, to);
@@ -119,39 +120,39 @@ class RegionNextHop {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    using Step = std::uint16_t;  ///< a hop in its low four bits, above them how far, in cells
+    using Step = std::uint16_t;  ///< a hop in its low four bits, the distance in cells above them
 
     static constexpr unsigned kHopBits = 4;
     static constexpr unsigned kHopMask = 15;
 
     struct Exit {
-        std::uint16_t region;  ///< of the square
-        std::uint16_t other;   ///< of the square beyond
-        std::uint32_t square;  ///< beyond
-        std::uint32_t first;   ///< of its steps, which cover the region's box
-        std::uint32_t cells;   ///< to it from the cell that stands for the region
+        std::uint16_t region;  ///< number in the square
+        std::uint16_t other;   ///< number in the square beyond
+        std::uint32_t square;  ///< the square beyond
+        std::uint32_t first;   ///< index of the first of its steps, which cover the region's box
+        std::uint32_t cells;   ///< distance to it from the cell that stands for the region
     };
 
-    /// The box of an region, and the cell in it that stands for the region.
+    /// The box of a region, and the cell in it that stands for the region.
     struct RegionBox {
         std::uint16_t left, top, width, height;
         Cell middle;
     };
 
     struct Square {
-        std::vector<RegionBox> boxes;           // of its regions
+        std::vector<RegionBox> boxes;           // of the square's regions
         std::vector<Exit> exits;                // ascending by region
         std::vector<std::uint32_t> first_exit;  // by region, and one more
         std::vector<Step> steps;
     };
 
-    /// From an region to one beside it.
+    /// From a region to an adjacent one.
     struct RegionEdge {
         std::uint32_t to;
         std::uint32_t cells;
     };
 
-    /// A cell next to another region, and the number of that in its square.
+    /// A cell next to another region, and that region's number in its square.
     struct Crossing {
         std::uint16_t other;
         Cell cell;
@@ -171,7 +172,7 @@ class RegionNextHop {
                             static_cast<std::uint32_t>(c.x - box.left)];
     }
 
-    /// Of the labels along its sides, in the order of hops.
+    /// The labels along a square's sides, in the order of hops.
     [[nodiscard]] std::array<std::uint64_t, 4> sides_of(const GridMap& map,
                                                         std::uint32_t square) const;
     [[nodiscard]] FlowField::Window window_of(const GridMap& map, std::uint32_t square) const;
@@ -181,15 +182,16 @@ class RegionNextHop {
                           const FlowField::Window& w,
                           Cell first,
                           std::uint16_t label);
-    /// By the sides whose bits are set; other exits stay as they are, `square`'s regions too.
+    /// Finds the exits at the sides whose bits are set; other exits and the regions of `square`
+    /// stay as they are.
     void find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides);
     void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t region, Hop side);
     void add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across);
     void keep_exits(std::uint32_t square, std::uint16_t region, std::uint32_t beyond);
-    /// Of a square: the one beyond a side; itself where that is off the map.
+    /// The square beyond a side of a square; the square itself where that is off the map.
     [[nodiscard]] std::uint32_t beside(std::uint32_t square, Hop side) const;
     void join_regions_of_squares();
-    /// Of those of an region by which a cell of it comes nearer to a goal's region; null for none.
+    /// The exit of a region by which a cell of it comes nearer to a goal's region; null for none.
     [[nodiscard]] const Exit* best_exit(const Square& square,
                                         std::uint32_t region,
                                         std::uint32_t goal,
@@ -204,17 +206,18 @@ class RegionNextHop {
     std::vector<std::uint32_t> first_region_;  // by square, and one more
     std::vector<std::uint32_t> first_edge_;    // by region, and one more
     std::vector<RegionEdge> edges_;
-    std::vector<std::vector<std::uint16_t>> far_;  // by goal's region: by region how many cells
+    std::vector<std::vector<std::uint16_t>> far_;  // by goal's region: by region the distance in
+                                                   // cells
     OpenList open_;                                // regions
-    std::vector<std::uint32_t> cells_to_;          // by region, of the search that goes on
+    std::vector<std::uint32_t> cells_to_;          // by region, distance in the present search
     FlowField field_;
     std::vector<Cell> stack_;
     std::vector<Cell> crossings_;
     std::vector<Crossing> touched_;
     std::vector<std::uint8_t> stale_sides_;  // by square: bits of sides, during an update
     std::vector<std::uint32_t> stale_;       // squares
-    std::uint64_t units_ = 0;                // of the settle() that goes on
-    Square old_;                             // whose exits are found anew
+    std::uint64_t units_ = 0;                // work of the present settle()
+    Square old_;                             // the square whose exits are found anew
 };
 
 }  // namespace zoned::ai::pathfinding

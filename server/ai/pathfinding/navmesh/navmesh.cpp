@@ -12,12 +12,12 @@ namespace {
 constexpr float kIndexCell_m = 4.0F;
 constexpr int kMostIndexCells = 1000;  ///< to a side
 
-/// Twice the area of a triangle over x and z; its sign tells which way it turns.
+/// Twice the area of a triangle over x and z; its sign is the sense of its corners.
 float turn(const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b.x() - a.x()) * (c.z() - a.z()) - (c.x() - a.x()) * (b.z() - a.z());
 }
 
-/// Of a triangle, either way round, over x and z.
+/// OverTriangle: a place relative to a triangle of either sense, over x and z.
 struct OverTriangle {
     float depth = 0.0F;   ///< >= 0: the place is above or below it; else how far outside
     float height = 0.0F;  ///< of its plane at the place
@@ -242,7 +242,7 @@ std::uint32_t Navmesh::nearest(const Vec3& place, float reach_m, float height_m,
         float height = 0.0F;
         if (over(p, place, height)) {
             const float off = on_ground ? height : std::abs(height - place.y());
-            // A floor far above or below is not what is meant.
+            // A floor far above or below the place is not the place's floor.
             if (on_ground || off <= height_m) {
                 consider(p, off, Vec3(place.x(), height, place.z()));
             }
@@ -421,8 +421,8 @@ void NavmeshSearch::pull(const Navmesh& mesh, const Vec3& from, const Vec3& to) 
         }
     }
     gates_.push_back({to, to});
-    // From the last corner, what can be seen through all gates so far lies between two lines; where
-    // they cross, the corner is the end that bars the view.
+    // The region seen from the last corner through all gates so far lies between two lines. Where
+    // the lines cross, the corner is the end that bars the view.
     passed_.clear();
     turn_at(from, 0);
     passed_.back() = 0;

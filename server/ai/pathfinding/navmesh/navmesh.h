@@ -1,4 +1,4 @@
-// Navmesh: where characters of one size can walk, as convex polygons over any number of floors.
+// Navmesh: the ground for characters of one size, as convex polygons over any number of floors.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"
@@ -17,27 +17,27 @@
 namespace zoned::ai::pathfinding {
 
 struct NavmeshSettings {
-    float cell_m = 0.25F;         ///< of the heightfield that polygons are found on
-    float cell_height_m = 0.05F;  ///< its steps of height
+    float cell_m = 0.25F;         ///< cell side of the heightfield from which polygons are made
+    float cell_height_m = 0.05F;  ///< height of its steps
 };
 
-/// Polygons share edges with their neighbours. Baked by Recast (Mononen) from solid columns: the
+/// Polygons share edges with their neighbours. Recast (Mononen) bakes them from solid columns: the
 /// ground plane, boxes through and through, height grids down to the bottom, and the triangles of
-/// other surfaces. Recast's rules decide what can be walked: headroom, slope, a step's height, and
-/// distance to walls and edges, each rounded to cells. Unlike movement it knows no rims, so that
-/// GroundMap is nearer to the truth where a zone has one floor. Within a polygon heights are those
-/// of triangles that Recast lays over its floors, 0.2 m off where it looks (every 4 cells); along
-/// its edges they are those of its corners.
+/// other surfaces. Recast's rules decide where one can walk: headroom, slope, a step's height, and
+/// distance to walls and edges, each rounded to cells. Unlike movement it has no rims, so GroundMap
+/// is nearer to the truth where a zone has one floor. Within a polygon heights are those of
+/// triangles that Recast lays over its floors, 0.2 m off at its samples (every 4 cells). Along its
+/// edges they are those of its corners.
 ///
-/// Doors: the ground is baked without them and with each of them shut. What that takes away or
-/// gives (a bridge) is polygons of its own, as an area of Recast's, so that a door that turns
-/// changes which polygons are passable, and nothing else: the mesh is that of the ground as it is,
-/// to within Recast's own contours.
+/// Doors: the ground is baked without them and with each of them shut. The ground that a door takes
+/// away or gives (a bridge) has polygons of its own, as a Recast area. So a turning door changes
+/// which polygons are passable, and nothing else. The mesh equals that of the present ground, to
+/// within Recast's own contours.
 class Navmesh {
   public:
     static constexpr int kMostCorners = 6;
     static constexpr std::uint32_t kNone = ~0U;
-    /// Who is no farther from a floor in height, m, stands on it.
+    /// An agent stands on a floor within this height of it, m.
     static constexpr float kOnFloor_m = 1.0F;
 
     struct Polygon {
@@ -45,11 +45,12 @@ class Navmesh {
         std::array<std::uint32_t, kMostCorners>
             neighbours{};  ///< beyond the edge that begins there
         int size = 0;
-        std::uint32_t gate = 0;  ///< of gates(): whose doors it hangs on
+        std::uint32_t gate = 0;  ///< index in gates() of the doors that it depends on
     };
 
-    /// Doors that polygons hang on, by their numbers: passable while none of `takers` is shut, and
-    /// if it is not `open`, any of `givers` is. The first one hangs on none.
+    /// The doors that polygons depend on, by number. A polygon is passable while none of `takers`
+    /// is shut. If it is not `open`, any of `givers` must also be shut. The first gate depends on
+    /// no door.
     struct Gate {
         bool open = true;  ///< ground while no door is shut
         std::vector<std::uint32_t> takers;
@@ -58,14 +59,15 @@ class Navmesh {
         friend auto operator<=>(const Gate&, const Gate&) = default;
     };
 
-    /// What can't be: no room for a cell, too many cells, more height than Recast counts, or a step
-    /// of Recast's that failed.
+    /// Bakes a mesh. Errors: no room for a cell, too many cells, more height than Recast counts, or
+    /// a failed step of Recast.
     static core::Result<Navmesh> bake(const motion::StaticGeometry& world,
                                       const motion::CharacterLimits& limits,
                                       const GroundRect& area,
                                       const NavmeshSettings& settings = {});
 
-    /// Polygons from elsewhere: corners in order, in either sense, neighbours beyond each edge.
+    /// Makes a mesh of given polygons: corners in order, in either sense, neighbours beyond each
+    /// edge.
     static Navmesh of(std::vector<Vec3> vertices, std::vector<Polygon> polygons);
 
     [[nodiscard]] std::span<const Vec3> vertices() const { return vertices_; }
@@ -74,23 +76,23 @@ class Navmesh {
 
     [[nodiscard]] std::span<const Gate> gates() const { return gates_; }
 
-    /// Edges that lie no farther from a side of what was baked lie at its end, m.
+    /// Edges within this distance of a side of the baked area lie at its end, m.
     [[nodiscard]] float rim_m() const { return rim_m_; }
 
-    /// Whether it can be walked on now.
+    /// True if one can walk on it now.
     [[nodiscard]] bool passable(std::uint32_t polygon) const { return passable_[polygon] != 0; }
 
-    /// Until doors are said to be otherwise they are as with none of them shut.
+    /// The state with all doors open holds until set otherwise.
     void set_passable(std::uint32_t polygon, bool passable) {
         passable_[polygon] = passable ? 1 : 0;
     }
 
-    /// The passable polygon that a place is on: the one below or above it that is nearest in
-    /// height, by no more than `height_m`. Where that is not within kOnFloor_m, or there is none,
-    /// one beside it whose edge is nearer (in three dimensions), no farther than `reach_m`, and
-    /// within kOnFloor_m in height if there is one below or above: at the rim of a bridge one is
-    /// on the bridge. kNone: there is none. `on` becomes the place on it. A place whose height is
-    /// not a number is on the ground: the lowest polygon there.
+    /// The passable polygon of a place: the one below or above it that is nearest in height, by no
+    /// more than `height_m`. Where there is none within kOnFloor_m, it may be one beside the place
+    /// instead. The one beside must have a nearer edge (in three dimensions), no farther than
+    /// `reach_m`. Its height is within kOnFloor_m if there is a polygon below or above. So a place
+    /// at the rim of a bridge is on the bridge. kNone: there is none. `on` becomes the place on the
+    /// polygon. A place whose height is not a number is on the ground: the lowest polygon there.
     [[nodiscard]] std::uint32_t nearest(const Vec3& place,
                                         float reach_m,
                                         float height_m,
@@ -100,12 +102,12 @@ class Navmesh {
         return nearest(place, reach_m, reach_m, on);
     }
 
-    /// The nearest place of a polygon, in three dimensions.
+    /// The point of a polygon nearest to `place`, in three dimensions.
     [[nodiscard]] Vec3 nearest_on(std::uint32_t polygon, const Vec3& place) const;
 
-    /// Walks straight from a place on a polygon to another over passable polygons: the one on which
-    /// it comes to `to`, kNone where the line leaves them. Calls `visit(polygon)` for each, the
-    /// first among them. Heights follow the polygons.
+    /// Walks straight from a place on a polygon to another over passable polygons. Returns the
+    /// polygon on which it reaches `to`, or kNone where the line leaves them. Calls
+    /// `visit(polygon)` for each, including the first. Heights follow the polygons.
     template <class Visit>
     std::uint32_t walk(std::uint32_t polygon,
                        const Vec3& from,
@@ -117,18 +119,18 @@ class Navmesh {
   private:
     friend class NavmeshBaker;
 
-    /// Where a line leaves a polygon: the edge, or -1 where it ends in it.
+    /// The edge by which a line leaves a polygon, or -1 where the line ends in it.
     [[nodiscard]] int exit_edge(std::uint32_t polygon,
                                 std::uint32_t before,
                                 const Vec3& from,
                                 const Vec3& to) const;
-    /// Whether a place is above or below a polygon, whose height there is `height`.
+    /// True if a place is above or below a polygon; `height` gets the polygon's height there.
     [[nodiscard]] bool over(std::uint32_t polygon, const Vec3& place, float& height) const;
-    /// The nearest place of a polygon's edge `i`, over x and z.
+    /// The point of a polygon's edge `i` nearest to a place, over x and z.
     [[nodiscard]] Vec3 nearest_on_edge(std::uint32_t polygon, int i, const Vec3& place) const;
-    /// The height of a place on a polygon; `height` where its corners tell all.
+    /// The height of a place on a polygon; `height` where its corners decide the height.
     [[nodiscard]] float relief_at(std::uint32_t polygon, const Vec3& place, float height) const;
-    /// All polygons turn the same way round; they are listed by cells.
+    /// Gives all polygons the same sense of rotation, and lists them by cells.
     void finish();
     void index_polygons();
 
@@ -136,8 +138,8 @@ class Navmesh {
     std::vector<Polygon> polygons_;
     std::vector<Gate> gates_{1};
     std::vector<std::uint8_t> passable_;  // by polygon
-    // Triangles over the floors of each polygon, those of polygon p from relief_first_[p] on; none
-    // for polygons from elsewhere, and where the corners' heights are those of all.
+    // Triangles over the floors of each polygon, those of polygon p from relief_first_[p] on. There
+    // are none for given polygons, and where the corners decide all heights.
     std::vector<std::array<Vec3, 3>> relief_;
     std::vector<std::uint32_t> relief_first_;  // by polygon, and one more; or empty
     float rim_m_ = 0.0F;
@@ -172,10 +174,10 @@ std::uint32_t Navmesh::walk(std::uint32_t polygon,
     return kNone;
 }
 
-/// A* over passable polygons, then the string pulled straight through the edges between them (the
-/// funnel of Lee and Preparata, "Euclidean shortest paths in the presence of rectilinear barriers",
-/// Networks 14, 1984). The corridor is chosen by the middles of edges: the path is near the best.
-/// Memory for one query at a time, none allocated once warm.
+/// A* over passable polygons, then a string pulled straight through the edges between them
+/// (funnel). Source: Lee and Preparata, "Euclidean shortest paths in the presence of rectilinear
+/// barriers", Networks 14, 1984. The corridor is chosen by the middles of edges, so the path is
+/// only near the best. It has memory for one query at a time, and allocates nothing once warm.
 class NavmeshSearch {
   public:
     struct NavmeshAnswer {
@@ -184,14 +186,14 @@ class NavmeshSearch {
         std::uint32_t work = 0;  ///< polygons looked at
     };
 
-    /// kStartBlocked and kGoalBlocked: no polygon within `reach_m`.
+    /// Plans between two places. kStartBlocked and kGoalBlocked: no polygon within `reach_m`.
     NavmeshAnswer plan(const Navmesh& mesh,
                        const Vec3& from,
                        const Vec3& to,
                        float reach_m,
                        std::uint32_t max_work = ~0U);
 
-    /// The same between places on polygons.
+    /// The same between places whose polygons are known.
     NavmeshAnswer plan(const Navmesh& mesh,
                        std::uint32_t first,
                        std::uint32_t last,
@@ -199,20 +201,21 @@ class NavmeshSearch {
                        const Vec3& to,
                        std::uint32_t max_work = ~0U);
 
-    /// Along polygons each of which is a neighbour of the one before it, from the first to the
-    /// last: corners and length.
+    /// The corners and length of a path along given polygons, from the first to the last. Each must
+    /// be a neighbour of the one before it.
     NavmeshAnswer follow(const Navmesh& mesh,
                          std::span<const std::uint32_t> polygons,
                          const Vec3& from,
                          const Vec3& to);
 
-    /// Of the last answer that was found, with both ends.
+    /// The corners of the last found path, with both ends.
     [[nodiscard]] std::span<const Vec3> corners() const { return corners_; }
 
-    /// Its polygons, from start to goal.
+    /// The path's polygons, from start to goal.
     [[nodiscard]] std::span<const std::uint32_t> corridor() const { return corridor_; }
 
-    /// By corner: so many polygons of the corridor, its first ones, are behind who stands there.
+    /// By corner: the number of polygons, from the corridor's start, that lie behind an agent at
+    /// that corner.
     [[nodiscard]] std::span<const std::uint32_t> passed() const { return passed_; }
 
     [[nodiscard]] std::size_t bytes() const;
@@ -222,7 +225,7 @@ class NavmeshSearch {
         float cost = 0.0F;
         std::uint32_t from = 0;
         std::uint32_t search = 0;
-        Vec3 entry = Vec3::Zero();  ///< where it was entered
+        Vec3 entry = Vec3::Zero();  ///< point where it was entered
     };
 
     struct OpenPolygon {

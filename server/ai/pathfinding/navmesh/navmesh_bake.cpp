@@ -16,12 +16,12 @@ namespace zoned::ai::pathfinding {
 namespace {
 
 constexpr float kContourError = 1.3F;  // as in Recast's demonstration
-/// Heights within polygons are looked at every so many cells, and kept to so much, m.
+/// Heights within polygons are sampled every so many cells, and kept to within so much, m.
 constexpr float kReliefCells = 4.0F;
 constexpr float kReliefError_m = 0.2F;
 constexpr int kMinRegion = 8;
 constexpr int kMergeRegion = 20;
-/// Recast links so many floors of a column.
+/// The most floors of a column that Recast links.
 constexpr int kMostLayers = RC_NOT_CONNECTED - 1;
 constexpr std::array<int, 4> kBesideX{-1, 0, 1, 0};  // in Recast's order of directions
 constexpr std::array<int, 4> kBesideZ{0, 1, 0, -1};
@@ -117,8 +117,8 @@ class NavmeshBaker {
         }
     }
 
-    /// Floors of a column that are not among others; one that is a step higher or lower is the
-    /// same.
+    /// Notes the floors of a column that are missing among others; a floor one step higher or lower
+    /// is the same.
     void note_missing(std::span<const NavmeshFloor> floors,
                       std::span<const NavmeshFloor> others,
                       TurnedFloor turned) {
@@ -157,7 +157,7 @@ class NavmeshBaker {
         }
     }
 
-    /// Of a floor with all doors that turn it, which begin at `next`.
+    /// The gate of a floor with all doors that turn it, which begin at `next`.
     std::uint32_t gate_of(std::uint32_t column,
                           const NavmeshFloor& floor,
                           bool open,
@@ -266,8 +266,8 @@ class NavmeshBaker {
         return best;
     }
 
-    /// Recast keeps areas apart. It tells few of them from each other, but only those that lie
-    /// beside each other need to be other ones.
+    /// Recast keeps areas apart. It has few different areas, but only adjacent gates need different
+    /// ones.
     bool colour_gates() {
         rcCompactHeightfield& f = *compact_;
         std::vector<std::set<std::uint32_t>> beside(gates_.size());
@@ -383,7 +383,7 @@ class NavmeshBaker {
         return true;
     }
 
-    /// Whether the corners of a polygon tell all heights over it.
+    /// True if the corners of a polygon decide all heights over it.
     [[nodiscard]] bool is_flat(const Navmesh& out, std::uint32_t p) const {
         const unsigned* part = detail_->meshes + std::ptrdiff_t{4} * p;
         bool flat = true;

@@ -120,7 +120,7 @@ class FloorSurvey {
         }
     }
 
-    /// What lies below heights is solid.
+    /// The space below a height grid is solid.
     void fill_below(const motion::PlacedSurface& s) {
         for (int z = 0; z < frame_.grid.height(); ++z) {
             for (int x = 0; x < frame_.grid.width(); ++x) {

@@ -1,5 +1,4 @@
-// Navmesh layers: on which floors of which columns of a world a character can walk, by Recast's
-// rules.
+// Navmesh layers: the floors of a world's columns on which a character can walk, by Recast's rules.
 #pragma once
 
 #include "server/ai/pathfinding/grid/ground_grid.h"
@@ -13,21 +12,22 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Columns and steps of height in which a world is looked at, and the body in these.
+/// FloorFrame: the columns and steps of height into which a world is divided, and the body in these
+/// units.
 struct FloorFrame {
     GroundGrid grid;
-    float low_m = 0.0F;   ///< of the lowest step
-    float high_m = 0.0F;  ///< nothing is higher
+    float low_m = 0.0F;   ///< height of the lowest step
+    float high_m = 0.0F;  ///< upper bound of all heights
     float step_m = 0.05F;
-    int height_steps = 1;  ///< of the body
+    int height_steps = 1;  ///< height of the body
     int climb_steps = 0;
     int radius_cells = 0;
 };
 
-/// Empty, or why the heights of a world can't be counted in such steps.
+/// Empty, or the reason why the world's heights cannot be counted in such steps.
 std::string frame_defect(const FloorFrame& frame);
 
-/// `world` with its doors, which may be the highest that there is.
+/// Takes `world` with its doors, which may be its highest parts.
 FloorFrame floor_frame(const motion::StaticGeometry& world,
                        const motion::CharacterLimits& limits,
                        const GroundRect& area,
@@ -37,10 +37,10 @@ FloorFrame floor_frame(const motion::StaticGeometry& world,
 /// A floor of a column, in steps above FloorFrame::low_m.
 struct NavmeshFloor {
     std::uint16_t y = 0;
-    std::uint8_t room = 0;  ///< above it, at most 255
+    std::uint8_t room = 0;  ///< free space above it, at most 255
 };
 
-/// By column (row by row), floors upwards.
+/// Floors by column (row by row), from below upwards.
 struct NavmeshLayers {
     std::vector<std::uint32_t> first;  ///< by column, and one more
     std::vector<NavmeshFloor> floors;
@@ -50,8 +50,8 @@ struct NavmeshLayers {
     }
 };
 
-/// Of a world with none of its doors shut, the middle of the body as far from walls and edges as it
-/// is wide. Fails where Recast has no room.
+/// The layers of a world with no doors shut. They keep the middle of the body one body radius away
+/// from walls and edges. Fails where Recast has no room.
 core::Result<NavmeshLayers> navmesh_layers(const motion::StaticGeometry& world,
                                            const motion::CharacterLimits& limits,
                                            const FloorFrame& frame);

@@ -9,7 +9,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-// What things cost in units of about 2 ns; measured once and rounded.
+// The costs of work in units of about 2 ns; measured once and rounded.
 constexpr std::uint64_t kPolygonUnits = 60;  ///< a polygon of a search
 constexpr std::uint64_t kStepUnits = 20;     ///< a polygon walked over, or put into a corridor
 constexpr std::uint64_t kGroupUnits = 60;    ///< a group of a table to a goal
@@ -18,13 +18,13 @@ constexpr std::uint64_t kScanUnits = 20;     ///< a polygon of a scan
 constexpr float kAnyHeight = std::numeric_limits<float>::infinity();
 /// A goal on the edge of two polygons counts as on both, m.
 constexpr float kOnEdge_m = 0.01F;
-/// A place counts as another than the one that was wanted beyond this, m.
+/// Beyond this distance a place counts as another than the wanted one, m.
 constexpr float kMoved_m = 0.01F;
 /// A short cut must gain more than rounding, m.
 constexpr float kGainOnMesh_m = 1e-3F;
-/// Who waits is sent ahead through so many polygons.
+/// A waiting agent is sent ahead through this many polygons.
 constexpr std::size_t kSegmentPolygons = 8;
-/// A segment ahead is longer than this, m: who comes to its end has to be in the next polygon.
+/// A segment ahead is longer than this, m: an agent at its end has to be in the next polygon.
 constexpr float kLeastSegment_m = 0.3F;
 
 Spot flat_spot(const Vec3& v) {
@@ -35,18 +35,20 @@ float flat_distance(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
-/// Whether a place that was meant for `wanted_y` (kOnGround: on none above) lies on another floor.
+/// True if a place that was meant for `wanted_y` (kOnGround: the lowest floor) lies on another
+/// floor.
 bool on_another_floor(float wanted_y, const Vec3& on) {
     return std::abs(wanted_y - on.y()) > Navmesh::kOnFloor_m;
 }
 
-/// How far the place that stands for a goal is from it: over the ground where it is its floor.
+/// The distance from a goal to the place that replaces it: over the ground where it is on its
+/// floor.
 float off_goal(const Vec3& wanted, const Vec3& on) {
     return on_another_floor(wanted.y(), on) ? (wanted - on).norm()
                                             : flat_distance(flat_spot(wanted), flat_spot(on));
 }
 
-/// How far a place lies from a box.
+/// The distance of a place from a box.
 float off_box(Spot s, Spot low, Spot high) {
     return flat_distance(s, {std::clamp(s.x, low.x, high.x), std::clamp(s.z, low.z, high.z)});
 }
@@ -71,8 +73,8 @@ Vec3 least_detour(const Vec3& a, const Vec3& b, Spot from, Spot to) {
     return a + std::clamp(at, 0.0F, 1.0F) * (b - a);
 }
 
-/// Length of the shortest path from a place to another by way of a box over the ground: straight
-/// where that passes through it, else by one of its sides.
+/// Length of the shortest path from a place to another by a box over the ground. It is straight
+/// where the line passes through the box, else it goes by one of the box's sides.
 float around_box(Spot from, Spot to, Spot low, Spot high) {
     const std::array<Vec3, 4> corners{Vec3(low.x, 0.0F, low.z),
                                       Vec3(high.x, 0.0F, low.z),
@@ -144,7 +146,7 @@ void NavmeshPaths::link_polygons() {
 }
 
 void NavmeshPaths::find_rims() {
-    // The mesh ends as far from the area's sides as from a wall.
+    // The mesh keeps as far from the area's sides as from a wall.
     for (std::uint32_t p = 0; p < mesh_.polygons().size(); ++p) {
         const Navmesh::Polygon& polygon = mesh_.polygons()[p];
         for (int i = 0; i < polygon.size; ++i) {
@@ -297,7 +299,7 @@ bool NavmeshPaths::find_straight(const PathRequestEntry& request,
 PathRequestQueue::End NavmeshPaths::nearest_reached(const PathRequestEntry& request) {
     clusters_.flood(request.from.node);
     End best = request.from;
-    // On the ground where the goal's height is not told: where it was found.
+    // Where the goal's height is not given, its place on the ground is used.
     const Vec3 goal(request.to.wanted.x(), request.to.on.y(), request.to.wanted.z());
     float least = std::numeric_limits<float>::infinity();
     for (std::uint32_t p = 0; p < mesh_.polygons().size(); ++p) {
@@ -375,7 +377,7 @@ Spot NavmeshPaths::first_segment(PathRequestEntry& request, Spot at) const {
     if (end != Navmesh::kNone && (mesh_.nearest_on(end, goal) - goal).norm() <= kOnEdge_m) {
         return flat_spot(goal);
     }
-    // As far through the polygons ahead as one can see.
+    // Goes as far through the polygons ahead as the view is free.
     Spot ahead = at;
     std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
     std::uint32_t last = node;

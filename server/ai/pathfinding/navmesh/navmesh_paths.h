@@ -1,4 +1,4 @@
-// NavmeshPaths: paths over the floors of a zone, one over the other, where doors turn.
+// NavmeshPaths: finds paths over the floors of a zone, one above the other, with doors that turn.
 #pragma once
 
 #include "server/ai/pathfinding/hierarchy/graph_hierarchy.h"
@@ -11,19 +11,19 @@ namespace zoned::ai::pathfinding {
 
 struct NavmeshPathsSettings {
     QueueSettings queue;
-    /// Polygons that one search may look at; beyond, the path goes from group to group.
+    /// The most polygons that one search may look at; beyond, the path goes from group to group.
     std::uint32_t search_work = 20'000;
-    /// A place beside all floors stands for the nearest one within so much, m.
+    /// A place beside all floors is replaced by the nearest one within this distance, m.
     float reach_m = 4.0F;
 };
 
-/// A straight line over the polygons where one is free, else NavmeshSearch, else, where the tick
-/// has no more work to give, from group of polygons to group. To a goal that can't be reached a
-/// path leads to the place nearest to it that can (kPartial). A path is near the best; a straight
-/// one is.
+/// It tries a free straight line over the polygons first, then NavmeshSearch. Where the tick has no
+/// more work to give, the path goes from group to group of polygons. If the goal cannot be reached,
+/// the path leads to the nearest reachable place (kPartial). A path is near the best; a straight
+/// one is the best.
 class NavmeshPaths final : public PathRequestQueue {
   public:
-    /// `area` as the mesh was baked; `shut` by door.
+    /// `area` as the mesh was baked; `shut` is by door.
     NavmeshPaths(Navmesh mesh,
                  const GroundRect& area,
                  std::span<const std::uint8_t> shut,
@@ -33,8 +33,9 @@ class NavmeshPaths final : public PathRequestQueue {
     [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
     [[nodiscard]] bool contains(Spot place) const override;
 
-    /// Of the places that can be reached along the sides of the area that the place lies beyond,
-    /// the one by which two straight lines lead there soonest.
+    /// The exit towards a place beyond the area. The candidates are reachable places along the
+    /// sides of the area that the place lies beyond. The exit gives the shortest two straight
+    /// lines.
     MapExit straight_exit(Spot from, float from_y, Spot to) override;
 
     [[nodiscard]] float ground(Spot place) const override;
@@ -69,7 +70,7 @@ class NavmeshPaths final : public PathRequestQueue {
         int side;  ///< least x, most x, least z, most z
     };
 
-    /// What a change opened, over the ground.
+    /// The part of the ground that a change opened.
     struct OpenedBox {
         Spot low;
         Spot high;
@@ -78,11 +79,12 @@ class NavmeshPaths final : public PathRequestQueue {
     void link_polygons();
     void find_rims();
     [[nodiscard]] NodeGraph graph() const;
-    /// Sets gates as doors are; whether any polygon has changed. Notes what was opened.
+    /// Sets the gates as doors are; returns true if any polygon has changed. Notes the opened
+    /// parts.
     bool follow(std::span<const std::uint8_t> shut);
     void ready(std::uint32_t goal);
     bool find_straight(const PathRequestEntry& request, const End& goal, FoundPath& found);
-    /// The place nearest to a goal among those that can be reached.
+    /// The reachable place nearest to a goal.
     End nearest_reached(const PathRequestEntry& request);
     bool find_by_clusters(const PathRequestEntry& request, const End& goal);
     void take(FoundPath& found) const;
@@ -99,8 +101,8 @@ class NavmeshPaths final : public PathRequestQueue {
     std::vector<std::uint32_t> return_;
     std::vector<std::uint8_t> linked_;
     std::vector<std::uint8_t> open_;
-    std::vector<std::uint32_t> hinged_;  // polygons that hang on doors
-    std::vector<std::uint32_t> turned_;  // by the last change
+    std::vector<std::uint32_t> hinged_;  // polygons that depend on doors
+    std::vector<std::uint32_t> turned_;  // changed by the last change
     std::vector<Rim> rims_;
     std::vector<OpenedBox> opened_;
     std::vector<std::uint32_t> corridor_;

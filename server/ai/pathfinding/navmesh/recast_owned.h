@@ -1,4 +1,4 @@
-// Recast's structures, owned.
+// Recast owners: smart pointers that free Recast's structures.
 #pragma once
 
 #include <recastnavigation/Recast.h>

@@ -7,17 +7,17 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// How much walkers like to go on, by eighths of a turn away from ahead.
+/// The preference of walkers for a direction, by eighths of a turn away from ahead.
 constexpr std::array<float, 5> kLiking{1.0F, 0.6F, 0.15F, 0.05F, 0.02F};
-/// Weight of what has no scent, beside 1 for what smells as strong as here.
+/// The weight of a cell without scent; a cell that smells as strong as here has 1.
 constexpr float kUnscented = 0.02F;
 constexpr float kMostRatio = 1e6F;
-/// A step less on the way makes a cell at least so many times as attractive.
+/// A cell whose mark is one step younger is at least this many times as attractive.
 constexpr float kStepRatio = 1.4F;
 /// Scent that is weaker is none.
 constexpr float kLeastScent = 1e-4F;
 
-/// What a cell adds to the hash: whoever adds these up need not care for an order.
+/// The term of a cell in the hash; a sum of terms does not depend on their order.
 std::uint64_t term(pathfinding::Place at, float home, float food) {
     const std::uint64_t scents = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(home))
                                      << 32U |
@@ -139,7 +139,8 @@ float PheromoneTrails::weight(pathfinding::Place at,
         return liking;
     }
     const pathfinding::Place there = beside(at, direction);
-    // Against what is smelt here, so that what counts is which way it grows, however weak it is.
+    // Scents are compared with the scent here, so that the direction of growth counts, however weak
+    // it is.
     const float own = std::max(scent_[wanted][at], kLeastScent);
     float ratio = scent_[wanted][there] / own;
     for (unsigned k = 0; k < sharpness_; ++k) {

@@ -15,15 +15,15 @@ namespace {
 
 /// Tables to all goals' regions are made beforehand where there are no more regions.
 constexpr std::size_t kMostTables = 1500;
-/// What a path from area to area is taken to cost before one was made.
+/// The assumed cost of a path from region to region before one was made.
 constexpr std::uint64_t kFirstCheapWork = 4000;
 /// One so-manieth of the work that is left of a tick goes into the index.
 constexpr std::uint64_t kIndexShare = 4;
-/// A mean over about so many.
+/// The mean is taken over about so many values.
 constexpr std::uint64_t kMeanOver = 16;
-/// Who waits is sent ahead by so many cells.
+/// A waiting agent is sent ahead by this many cells.
 constexpr int kSegmentCells = 8;
-/// Who stands where nothing is passable looks for a cell as far away, in cells.
+/// An agent on a blocked cell looks for a passable one this far away, in cells.
 constexpr int kBesideReach = 3;
 
 float distance(Spot a, Spot b) {
@@ -87,7 +87,7 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
         fail(number, PathOutcome::kOffMap);
     } else if (find_ends(number)) {
         wait(number);
-        // Where to walk meanwhile; the other half is for the paths themselves.
+        // Prepares the hops of waiting agents; the other half is for the paths themselves.
         if (spent_ < settings_.work_per_tick / 2) {
             prepare_table(slot.goal);
         }
@@ -98,7 +98,7 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
 bool GridPathRequests::find_ends(std::uint32_t number) {
     RequestSlot& slot = slots_[number];
     const GridMap& map = planner_.map();
-    // Of a place on the line between two cells the one that it counts to.
+    // For a place on the line between two cells, the cell to which it counts.
     slot.start = grid_.cell(slot.at);
     slot.goal = grid_.cell(slot.to);
     if (!map.passable(slot.start) &&
@@ -194,7 +194,8 @@ void GridPathRequests::serve_waiting() {
             continue;
         }
         if (!find(slot, late)) {
-            continue;  // the tick's work is done: whoever is due is served as one that is late
+            continue;  // the tick's work is used up: a request that is due is then served as a late
+                       // one
         }
         ++served;
         counts_.longest_wait_ticks = std::max(counts_.longest_wait_ticks, queue_.waited() + 1);
@@ -218,7 +219,8 @@ void GridPathRequests::serve() {
     lead_waiting();
     counts_.index_work = 0;
     if (!indexed_) {
-        // A share of what nobody needed, too: the sooner it is there, the cheaper are paths.
+        // A share of the left-over work goes to the index, too: the sooner it is ready, the
+        // cheaper are paths.
         const std::uint64_t left =
             settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
         const std::uint64_t share = left / kIndexShare;
@@ -325,7 +327,7 @@ Spot GridPathRequests::first_segment(const RequestSlot& slot, Spot at) const {
     if (!regions_.prepared(map, slot.goal)) {
         return at;
     }
-    // As far along the hops as can be seen from here.
+    // Goes as far along the hops as can be seen from here.
     Cell ahead = from;
     std::uint32_t looked = 0;
     int cells = 0;

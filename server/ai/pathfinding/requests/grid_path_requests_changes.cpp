@@ -13,21 +13,21 @@ namespace {
 
 /// A short cut must gain more than rounding, m.
 constexpr float kGain_m = 1e-3F;
-/// Of so many closed cells at most each is held against each segment; of more the segment is walked
+/// Up to this many closed cells, each is tested against each segment; beyond, the segment is walked
 /// along.
 constexpr std::size_t kFewCells = 32;
-/// So many paths ahead corners are fetched.
+/// Corners are prefetched this many paths ahead.
 constexpr std::size_t kAhead = 6;
 /// Octile lengths are up to 1 / cos(pi / 8) times the straight line.
 constexpr float kOctileOver = 1.0824F;
-/// Cells within a reach that is counted by columns and rows are so many times farther at most.
+/// Cells within a reach that is counted by columns and rows are at most this many times farther.
 constexpr float kReachOver = 1.4143F;
 
 float apart(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
-/// How far a place lies from a box.
+/// The distance of a place from a box.
 float off(Spot s, Spot low, Spot high) {
     return apart(s, {std::clamp(s.x, low.x, high.x), std::clamp(s.z, low.z, high.z)});
 }
@@ -158,7 +158,7 @@ void GridPathRequests::queue_again() {
         RequestSlot& slot = slots_[number];
         slot.waiting = false;
         --counts_.waiting;
-        // Its ends are looked for anew when its turn comes.
+        // Its ends are found again when its turn comes.
         if (map.passable(slot.goal) || find_ends(number)) {
             wait(number);
             if (!slot.usable) {
@@ -169,11 +169,11 @@ void GridPathRequests::queue_again() {
     to_queue_.clear();
 }
 
-/// Whether one of the segments that are left of a path leads through something that was closed.
+/// True if one of the remaining segments of a path leads through a closed cell.
 bool GridPathRequests::cut(const RequestSlot& slot, const Closed& closed) const {
     const std::span<const Spot> corners = pool_.of(slot.corners);
-    // Most segments lie far from it: two cells are more than what is in a cell but not in its
-    // middle.
+    // Most segments lie far from it. Two cells cover the distance from a cell's middle to any place
+    // in it.
     const auto at = [this](int x, int y) {
         return Spot{grid_.min_x() + static_cast<float>(x) * grid_.cell_m(),
                     grid_.min_z() + static_cast<float>(y) * grid_.cell_m()};
@@ -202,7 +202,7 @@ bool GridPathRequests::cut(const RequestSlot& slot, const Closed& closed) const 
     return false;
 }
 
-/// Whether a segment that was free leads through what was closed.
+/// True if a segment that was free leads through a closed cell.
 bool GridPathRequests::leads_through(Spot from, Spot to, const Closed& closed) const {
     const Cell a = grid_.cell(from);
     const Cell b = grid_.cell(to);
@@ -214,7 +214,7 @@ bool GridPathRequests::leads_through(Spot from, Spot to, const Closed& closed) c
     return !sees(planner_.map(), a, b, looked);
 }
 
-/// Whether a path through what was opened could be shorter than what is left of this one, or lead
+/// True if a path through the opened cells could be shorter than the rest of this one, or lead
 /// nearer to the goal.
 bool GridPathRequests::may_be_shorter(const RequestSlot& slot, const Gap& gap) const {
     if (slot.waiting || slot.outcome == PathOutcome::kOffMap) {
@@ -245,8 +245,8 @@ bool GridPathRequests::may_be_shorter(const RequestSlot& slot, const Gap& gap) c
                });
 }
 
-/// Whether one whose path ends short of its goal may get nearer to it now: other cells are reached
-/// than before only where components were joined or by the cells opened themselves.
+/// True if a request whose path ends short of its goal may get nearer to it now. New cells are
+/// reachable only where components were joined, or by the opened cells themselves.
 bool GridPathRequests::may_come_nearer(const RequestSlot& slot, const Gap& gap, Spot end) const {
     const Cell last = grid_.cell(end);
     if (slot.outcome != PathOutcome::kPartial || !planner_.map().passable(last) ||

@@ -11,9 +11,9 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// A field must save so many times what it costs.
+/// A field must save this many times its cost.
 constexpr std::uint64_t kFieldGain = 2;
-/// Cells or corners looked at on the last segment of a path from area to area.
+/// Cells or corners looked at on the last segment of a path from region to region.
 constexpr std::uint32_t kRegionSearch = 500;
 
 float segment_m(Spot a, Spot b) {
@@ -72,7 +72,8 @@ bool GridPathRequests::pays(const RequestSlot& slot, std::uint64_t& work) const 
     if (best == pathfinding::CrowdFlowField::kNoPath) {
         return false;
     }
-    // Steps to eight sides are up to 8 % longer than lines: in favour of what one has.
+    // Steps in eight directions are up to 8 % longer than straight lines: this favours the present
+    // path.
     pathfinding::CrowdPaths::Cost own = 0;
     const std::span<const Spot> corners = pool_.of(slot.corners);
     Spot before = slot.at;
@@ -189,8 +190,8 @@ void GridPathRequests::walk(const HopAt& hop_at) {
     spent_ += kHopUnits * steps;
 }
 
-/// A search that the end of the tick cuts off begins anew in the next one; one that had all of a
-/// tick goes from area to area.
+/// A search that the end of the tick cuts off begins again in the next one. A search that had all
+/// of a tick goes from region to region.
 bool GridPathRequests::find_by_planner(RequestSlot& slot) {
     const bool first = !std::exchange(searched_, true);
     const std::uint64_t left = budget_ > spent_ ? (budget_ - spent_) / kNodeUnits : 0;
@@ -218,7 +219,7 @@ bool GridPathRequests::find_by_planner(RequestSlot& slot) {
 }
 
 void GridPathRequests::settle_regions() {
-    queue_again();  // who waits has a goal that is passable
+    queue_again();  // a waiting request has a passable goal
     spent_ += regions_.settle(planner_.map());
 }
 
@@ -254,7 +255,7 @@ void GridPathRequests::find_by_regions(RequestSlot& slot) {
     ++counts_.by_regions;
     if (!regions_.together(map, slot.start, goal) &&
         regions_.hop(map, slot.start, goal) == kNoHop) {
-        // Farther than tables tell: as far as a short search comes.
+        // Farther than the tables reach: as far as a short search gets.
         GridQuery query;
         query.start = slot.start;
         query.goal = goal;

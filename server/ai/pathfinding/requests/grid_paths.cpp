@@ -65,7 +65,7 @@ std::optional<Spot> GridPaths::portal_towards(Spot from, Spot to) {
         return std::nullopt;
     }
     if (contains(to)) {
-        // A goal in an obstacle stands for what is nearest, and is looked for within the zone.
+        // A goal in an obstacle is replaced by the nearest cell, and searched within the zone.
         const Cell goal = grid().cell(to);
         if (!planner().map().passable(goal) || reaches(from, goal)) {
             return std::nullopt;

@@ -1,4 +1,5 @@
-// GridPaths: paths over the cells of a zone's ground, where doors turn.
+// GridPaths: answers path requests over the cells of a zone's ground, with doors and neighbouring
+// zones.
 #pragma once
 
 #include "server/ai/pathfinding/grid/door_cells.h"
@@ -14,7 +15,7 @@ namespace zoned::ai::pathfinding {
 /// The ground of a zone for characters of one size, with its doors and the zones around it.
 class GridPaths final : public GridPathRequests {
   public:
-    /// GroundGrid::defect_of() is empty; `shut` by door.
+    /// GroundGrid::defect_of() must be empty; `shut` is by door.
     GridPaths(const motion::StaticGeometry& statics,
               const motion::CharacterLimits& limits,
               const GroundRect& area,
@@ -24,8 +25,8 @@ class GridPaths final : public GridPathRequests {
 
     void turn_doors(std::span<const std::uint8_t> shut) override;
 
-    /// By the portals of the world where they are known and lead there (doors of other zones count
-    /// as open).
+    /// Goes by the portals of the world where they are known and lead there (doors of other zones
+    /// count as open).
     std::optional<MapExit> exit_towards(Spot from, float from_y, Spot to) override;
 
     [[nodiscard]] const GroundMap* ground_map() const override { return ground_.get(); }
@@ -37,12 +38,12 @@ class GridPaths final : public GridPathRequests {
     [[nodiscard]] std::size_t bytes() const override;
 
   private:
-    /// The ground as the doors are, and what they do to it.
+    /// Baked: the ground with the doors as they are, and the cells that doors change.
     struct Baked {
         std::unique_ptr<GroundMap> open;  ///< with all doors open
         GroundMap ground;
         DoorMap doors;
-        GridMap most_open;  ///< with all cells that doors take or give
+        GridMap most_open;  ///< with all cells passable that doors take or give
     };
 
     static Baked bake(const motion::StaticGeometry& statics,
@@ -55,12 +56,12 @@ class GridPaths final : public GridPathRequests {
 
     std::optional<Spot> portal_towards(Spot from, Spot to);
 
-    std::unique_ptr<GroundMap> ground_;           // until portals are made of it
+    std::unique_ptr<GroundMap> ground_;           // kept until portals are made from it
     std::shared_ptr<const ZonePortals> portals_;  // of the world; may be null
-    std::uint32_t zone_ = 0;                      // in them
+    std::uint32_t zone_ = 0;                      // this zone's number in the portals
     ZonePortals::Scratch scratch_;
     DoorMap doors_;
-    std::vector<CellChange> changes_;  // of the last turn
+    std::vector<CellChange> changes_;  // changes of the last turn of doors
 };
 
 }  // namespace zoned::ai::pathfinding

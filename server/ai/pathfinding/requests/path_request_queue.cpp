@@ -10,7 +10,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// A step along what is looked up, in units of work.
+/// The cost of one look-up step, in units of work.
 constexpr std::uint64_t kAskUnits = 100;
 
 float ground_distance(Spot a, Spot b) {

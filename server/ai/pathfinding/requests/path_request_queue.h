@@ -1,5 +1,4 @@
-// PathRequestQueue: requests for paths over a map of nodes, served in turn: what all such maps
-// share.
+// PathRequestQueue: the common part of path providers over maps of nodes: requests, served in turn.
 #pragma once
 
 #include "server/ai/pathfinding/grid/corner_pool.h"
@@ -12,14 +11,16 @@
 namespace zoned::ai::pathfinding {
 
 struct QueueSettings {
-    /// Of a tick, in units of about 2 ns.
+    /// Work in a tick, in units of about 2 ns.
     std::uint64_t work_per_tick = 1'000'000;
-    /// Who has asked for one path alone has it after so many ticks, whatever the load.
+    /// An asker with a single request gets its path after at most this many ticks, whatever the
+    /// load.
     std::uint32_t longest_wait_ticks = 20;
 };
 
-/// A map says where nodes are, finds paths, and says what a change cuts; the rest is here: turns,
-/// the tick's work, corners, who has come how far, and who looks anew after a change.
+/// A derived map locates nodes, finds paths, and decides which paths a change cuts. This class does
+/// the rest: turns, the tick's work, corners, the progress of askers, and new searches after a
+/// change.
 class PathRequestQueue : public PathProvider {
   public:
     explicit PathRequestQueue(const QueueSettings& settings);
@@ -52,7 +53,7 @@ class PathRequestQueue : public PathProvider {
         CornerBlock hinges;
     };
 
-    /// A path as it is found.
+    /// FoundPath: a path as a search returns it.
     struct FoundPath {
         PathOutcome outcome = PathOutcome::kFound;
         bool best = false;
@@ -65,40 +66,39 @@ class PathRequestQueue : public PathProvider {
         std::vector<Hinge> hinges;
     };
 
-    /// The places on the map of both ends. kFound, or why there are none.
+    /// Finds the places of both ends on the map. kFound, or the reason why there are none.
     virtual PathOutcome locate(PathRequestEntry& request) = 0;
 
-    /// Puts a path into `found`, whose vectors are empty, and adds what it cost to spent(). `late`:
-    /// the tick's work is used up.
+    /// Puts a path into `found`, whose vectors are empty, and adds its cost to spent(). `late`: the
+    /// tick's work is used up.
     virtual void find(const PathRequestEntry& request, bool late, FoundPath& found) = 0;
 
-    /// Where to go from a place as long as the path is not there; moves `from` there.
+    /// The point to walk to from a place while the path is not ready; moves `from` there.
     virtual Spot first_segment(PathRequestEntry& request, Spot at) const = 0;
 
-    /// Makes ready what first_segment() looks up, as far as the tick's work goes.
+    /// Prepares the tables that first_segment() reads, within the tick's work.
     virtual void prepare_segments(const PathRequestEntry& request) = 0;
 
-    /// How many nodes and hinges the map numbers.
+    /// The numbers of nodes and hinges on the map.
     [[nodiscard]] virtual MapNumbers numbers() const = 0;
 
-    /// See SavedPaths::tables. One is made for nothing.
+    /// See SavedPaths::tables. By default there are none.
     [[nodiscard]] virtual std::vector<std::uint32_t> tables() const = 0;
     virtual void make_table(std::uint32_t node) = 0;
 
-    /// Whether one gets past this now.
+    /// True if the hinge can be passed now.
     [[nodiscard]] virtual bool passable(const Hinge& hinge) const = 0;
 
-    /// Whether a path through what the last change opened to where a path ends could be shorter
-    /// than what is left of that.
+    /// True if a path through the parts opened by the last change could be shorter than the rest of
+    /// this path.
     [[nodiscard]] virtual bool may_be_shorter(const PathRequestEntry& request) const = 0;
 
-    /// Whether one that has no path, or a path that ends short of what was wanted (kPartial), may
-    /// get nearer to it after the last change: what can be reached was joined with more by it, or
-    /// it opened something nearer.
+    /// For a request without a path, or with one that ends short of its goal (kPartial). True if it
+    /// may get nearer after the last change. The change joined its reachable part with more, or
+    /// opened something nearer.
     [[nodiscard]] virtual bool may_come_nearer(const PathRequestEntry& request) const = 0;
 
-    /// After a change of the map: looks for paths anew. `opened`: something can be passed that
-    /// could not before.
+    /// Call after a change of the map: looks for paths anew. `opened`: something became passable.
     void review(bool opened);
 
     void nothing_changed() { requeued_.clear(); }
@@ -107,12 +107,12 @@ class PathRequestQueue : public PathProvider {
 
     [[nodiscard]] bool work_left() const { return spent_ < settings_.work_per_tick; }
 
-    /// Of a request that is usable.
+    /// The end of a usable request's path.
     [[nodiscard]] Spot end_of(const PathRequestEntry& request) const {
         return pool_.of(request.corners).back();
     }
 
-    /// What is left of a path, from where the asker was last seen.
+    /// The length of the rest of a path, from where the asker was last seen.
     [[nodiscard]] float left_m(const PathRequestEntry& request) const;
 
     [[nodiscard]] std::size_t queue_bytes() const;
@@ -124,7 +124,7 @@ class PathRequestQueue : public PathProvider {
     void fail(std::uint32_t number, PathOutcome outcome);
     void done(std::uint32_t number);
     void free_blocks(PathRequestEntry& request);
-    /// Whether it leads, ahead of its asker, over something that can't be passed now.
+    /// True if the path, ahead of its asker, crosses something that cannot be passed now.
     [[nodiscard]] bool cut(const PathRequestEntry& request) const;
 
     QueueSettings settings_;
@@ -133,10 +133,10 @@ class PathRequestQueue : public PathProvider {
     RequestTurns queue_;
     std::vector<PathRequestEntry> requests_;
     std::vector<std::uint32_t> free_;
-    std::vector<std::uint32_t> answered_;  // since the last serve()
-    std::vector<std::uint32_t> told_;      // by it
+    std::vector<std::uint32_t> answered_;  // answered since the last serve()
+    std::vector<std::uint32_t> told_;      // reported by the last serve()
     std::vector<std::uint32_t> requeued_;
-    std::vector<std::uint32_t> unled_;  // that wait since a change
+    std::vector<std::uint32_t> unled_;  // requests that wait since a change
     FoundPath found_;
     std::uint64_t spent_ = 0;
     PathCounts counts_;

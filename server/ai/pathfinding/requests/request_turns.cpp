@@ -71,7 +71,7 @@ std::vector<SavedTurn> RequestTurns::turns() const {
 }
 
 void RequestTurns::load(const std::vector<SavedTurn>& turns) {
-    now_ = wait_;  // nobody has waited longer
+    now_ = wait_;  // no asker has waited longer
     for (const SavedTurn& turn : turns) {
         for (const std::uint32_t request : turn.requests) {
             // The first one takes its turn only now, which is put right.

@@ -16,7 +16,7 @@ bool on_a_map(float metres) {
     return std::abs(metres) <= kOffAnyMap_m;
 }
 
-/// Who asked for a place off any map has it still; heights may be none.
+/// A request for a place off any map keeps that place; heights may be not a number.
 bool is_end(const PathEnd& end, std::size_t nodes) {
     return std::isfinite(end.wanted.x()) && std::isfinite(end.wanted.z()) &&
            !std::isinf(end.wanted.y()) && !std::isinf(end.on.y()) &&

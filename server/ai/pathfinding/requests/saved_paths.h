@@ -1,4 +1,4 @@
-// SavedPaths: what a map of paths remembers of who has asked, for whoever writes it down.
+// SavedPaths: the saved state of a map's path requests.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
@@ -12,20 +12,20 @@
 
 namespace zoned::ai::pathfinding {
 
-/// Something that a path leads over and that doors may take away.
+/// Hinge: a part of the map under a path that doors may take away.
 struct Hinge {
     std::uint32_t what = 0;    ///< the map's own number
-    std::uint32_t corner = 0;  ///< it lies before this corner, and behind the one before
+    std::uint32_t corner = 0;  ///< it lies between the corner before and this one
 };
 
-/// One end of a path: where somebody is or wants to be, and where that is on the map.
+/// PathEnd: one end of a path: an asker's place or goal, and the matching place on the map.
 struct PathEnd {
     Vec3 wanted = Vec3::Zero();  ///< y: of the feet; not a number: on the ground
-    Vec3 on = Vec3::Zero();      ///< on maps of cells: of no meaning
+    Vec3 on = Vec3::Zero();      ///< unused on maps of cells
     std::uint32_t node = ~0U;    ///< the map's own number: of a cell, a polygon, a waypoint
 };
 
-/// What a map of nodes knows of a request beside its corners and what they hang on.
+/// The state of a request on a map of nodes, besides its corners and hinges.
 struct RequestState {
     std::uint32_t round = 0;
     std::uint32_t asker = 0;
@@ -33,67 +33,69 @@ struct RequestState {
     PathEnd to;
     bool taken = false;  ///< false: it was released and still has its turn
     bool waiting = false;
-    bool usable = false;  ///< its corners lead somewhere
+    bool usable = false;  ///< its corners form a path
     bool best = false;
     PathOutcome outcome = PathOutcome::kUnreachable;
-    std::uint32_t next = 0;  ///< corner that the asker heads for
+    std::uint32_t next = 0;  ///< the corner that the asker heads for
     float length_m = 0.0F;
-    float rest_m = 0.0F;   ///< from that corner on
-    double cost = 0.0;     ///< what the map says that the path costs
-    float short_m = 0.0F;  ///< from its end to the place that was wanted; nodes only, like the next
+    float rest_m = 0.0F;   ///< length from that corner on
+    double cost = 0.0;     ///< cost of the path on the map
+    float short_m = 0.0F;  ///< distance from its end to the wanted place; only for maps of nodes,
+                           ///< like the next
     std::uint32_t last = ~0U;  ///< node in which it ends
 };
 
-/// A request, by the number that its ticket has.
+/// SavedRequest: a request, by the slot number of its id.
 struct SavedRequest : RequestState {
     std::uint32_t number = 0;
-    bool doubted = false;  ///< cells: it waits for another path if that pays
-    bool reaches = false;  ///< cells: the goal is no obstacle, for which another cell would stand
+    bool doubted = false;  ///< cells: it waits for another path, to be taken if that pays
+    bool reaches = false;  ///< cells: the goal is no obstacle, so no other cell replaces it
     std::vector<Spot> corners;
     std::vector<Hinge> hinges;
 };
 
-/// An asker and its requests, whose turn is next first.
+/// SavedTurn: an asker and its requests, the one whose turn is next first.
 struct SavedTurn {
     std::uint32_t asker = 0;
-    std::uint32_t waited_ticks = 0;  ///< since its turn began
+    std::uint32_t waited_ticks = 0;  ///< ticks since its turn began
     std::vector<std::uint32_t> requests;
 };
 
-/// Next steps to a common goal that were there; they are made anew.
+/// SavedField: a common goal that had a field of next steps; the field is made anew.
 struct SavedField {
     std::uint32_t goal = 0;  ///< the cell's place
-    std::uint64_t used = 0;  ///< tick of the map
+    std::uint64_t used = 0;  ///< tick of the map when it was last used
 };
 
-/// All that later answers hang on beside the map itself, which is baked anew with its doors as they
-/// are. Whoever remembers it gives the same answers in the same ticks. Only while a map was still
-/// being renewed after a door had turned, another path may be found among equally long ones;
-/// and while paths around crowds were being brought up to date, the new ones are there some ticks
-/// sooner.
+/// All state that later answers depend on, besides the map itself. The map is baked anew with its
+/// doors as they are. With this state loaded, a map gives the same answers in the same ticks. There
+/// are two exceptions. While a map is still being renewed after a door has turned, it may find
+/// another of several equally long paths. While paths around crowds are being brought up to date,
+/// the new ones are ready some ticks sooner.
 struct SavedPaths {
     std::vector<SavedRequest> requests;  ///< ascending by number
-    std::vector<std::uint32_t> free;     ///< other numbers, the next to be used last
+    std::vector<std::uint32_t> free;     ///< unused numbers, the next to be used last
     std::vector<SavedTurn> turns;
     std::vector<std::uint32_t> unled;  ///< requests that wait since a change
     std::vector<SavedField> fields;
-    std::vector<std::uint32_t> tables;  ///< a node of each part of the map that has a table to it
-    std::uint32_t next_table = 0;       ///< part that is next to have one
-    std::uint64_t tick = 0;             ///< of the map
+    std::vector<std::uint32_t> tables;  ///< a node of each part of the map that has a table
+    std::uint32_t next_table = 0;       ///< the part whose table is made next
+    std::uint64_t tick = 0;             ///< tick of the map
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
-    pathfinding::SavedCrowds crowd{};  ///< of maps that know of crowds
+    pathfinding::SavedCrowds crowd{};  ///< for maps that know crowds
 };
 
-/// How many of each a map numbers.
+/// MapNumbers: the numbers of nodes and hinges on a map.
 struct MapNumbers {
     std::size_t nodes = 0;
     std::size_t hinges = 0;
     std::uint32_t longest_wait_ticks = 0;
 };
 
-/// What keeps it from being one of a map that has so many; empty: nothing. PointsOfInterest are
-/// finite but for heights, each number up to the largest is there once, who waits has one turn.
+/// The reason why the state does not fit a map with these numbers; empty: it fits. Places must be
+/// finite, except heights. Each number up to the largest must occur once. A waiting request must
+/// have one turn.
 std::string defect_of(const SavedPaths& memory, const MapNumbers& numbers);
 
 }  // namespace zoned::ai::pathfinding

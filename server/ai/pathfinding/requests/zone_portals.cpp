@@ -16,7 +16,7 @@ namespace {
 constexpr float kNoPath_m = std::numeric_limits<float>::infinity();
 /// To cross a border costs as much at least, so that no path goes to and fro for nothing.
 constexpr float kLeastCrossing_m = 0.1F;
-/// A goal in an obstacle stands for the nearest passable cell within so many.
+/// A goal in an obstacle is replaced by the nearest passable cell within so many cells.
 constexpr int kReach = 8;
 /// Sides of a map: to the right, left, down, up.
 constexpr unsigned kMapSides = 4;
@@ -122,7 +122,7 @@ void ZonePortals::cross_side(std::span<const ZoneGround> zones,
                 portal = Portal{zone, *other, exit, entry, at};
             }
         }
-        // Cells of the other may be larger or smaller: what does not join ends a run.
+        // Cells of the other map may be larger or smaller: a portal that does not join ends a run.
         const bool joined = portal && !run.empty() && run.back().to == portal->to &&
                             std::abs(run.back().entry.x - portal->entry.x) <= 1 &&
                             std::abs(run.back().entry.y - portal->entry.y) <= 1;
@@ -217,8 +217,8 @@ Spot ZonePortals::local(std::uint32_t from, Spot at, std::uint32_t to) const {
             static_cast<float>(static_cast<double>(at.z) + (a.origin_z - b.origin_z))};
 }
 
-/// Of each portal out of a zone what is left of a path behind it, at least. The path may end in any
-/// zone whose map has the goal on it.
+/// For each portal out of a zone, a lower bound of the rest of a path behind it. The path may end
+/// in any zone whose map has the goal on it.
 void ZonePortals::promise(std::uint32_t from,
                           std::uint32_t to,
                           Spot goal,
@@ -277,7 +277,7 @@ std::optional<ZonePortals::PortalChoice> ZonePortals::choose(std::uint32_t from,
         if (!(c.least_m < (best ? best->cost_m : kNoPath_m)) || (best && tries >= kTries)) {
             break;
         }
-        // Whether a path leads there at all costs next to nothing.
+        // Testing that a path leads there at all costs next to nothing.
         const std::optional<float> length = length_to(portals_[c.first].exit);
         if (!length) {
             continue;

@@ -1,4 +1,4 @@
-// ZonePortals: paths that run through several zones, by the places where borders can be crossed.
+// ZonePortals: plans paths that run through several zones, by portals where borders can be crossed.
 #pragma once
 
 #include "server/ai/pathfinding/grid/components.h"
@@ -14,62 +14,63 @@
 
 namespace zoned::ai::pathfinding {
 
-/// The map of a zone and where it lies: world coordinates of the zone's local (0, 0). The map may
+/// ZoneGround: the map of a zone, and the world coordinates of the zone's local (0, 0). The map may
 /// go beyond the zone, over parts of its neighbours.
 struct ZoneGround {
     const GroundMap* ground = nullptr;
     double origin_x = 0.0;
     double origin_z = 0.0;
-    std::optional<GroundRect> region;  ///< zone-local; none: what the map covers
+    std::optional<GroundRect> region;  ///< zone-local; none: all that the map covers
 };
 
-/// A path's part in one zone: walk to `to`, which lies in the next zone for all parts but the last.
+/// A path's part in one zone: walk to `to`. For all parts but the last, `to` lies in the next zone.
 struct ZonePathSegment {
     std::uint32_t zone = 0;
     Spot to;  ///< in coordinates of `zone`
 };
 
 /// A zone is left by the outermost cells of its map. Where these lie in another zone (or next to
-/// it), each stretch of them that can be crossed has portals, no farther apart than kSpacing_m
-/// (more where a world would have more than kMostPortals); in each zone the costs of best paths
-/// from the portals that lead into it to those that lead out are known, and from each portal to
-/// each other the cost of the best path through zones. What is planned in a zone is exact; across
-/// borders it is the best path through portals (as HpaGraph does within a zone). Doors are as
-/// on the maps that it is built of.
+/// it), each stretch of them that can be crossed has portals. Portals are no farther apart than
+/// kSpacing_m (more where a world would have more than kMostPortals). The table holds the costs of
+/// best paths in each zone from the portals into it to the portals out of it. It also holds the
+/// cost of the best path through zones between any two portals.
 ///
-/// Immutable, so that zones share it; a zone needs no more of the others than this table. Building
-/// it takes a field over its zone for each portal, and a search for each; memory grows with the
-/// square of the portals (4 MiB for 1,024).
+/// Plans within a zone are exact; across borders they are the best path through portals (as
+/// HpaGraph does within a zone). Doors are as on the maps from which it is built.
+///
+/// Immutable, so that zones share it; a zone needs nothing else of the others. Building it takes a
+/// field over its zone and a search for each portal. Memory grows with the square of the portals (4
+/// MiB for 1,024).
 class ZonePortals {
   public:
     static constexpr float kSpacing_m = 12.0F;
     static constexpr std::size_t kMostPortals = 1024;
-    /// Floors on either side of a border may be so far apart, m.
+    /// The largest difference of floors on the two sides of a border, m.
     static constexpr float kStep_m = 0.5F;
 
     explicit ZonePortals(std::span<const ZoneGround> zones);
 
-    /// Portal by which to leave, and the last one of the path.
+    /// The portal by which to leave, and the last one of the path.
     struct PortalChoice {
         std::uint32_t first;
         std::uint32_t last;
-        float cost_m;   ///< from the first on; of what is chosen in all
-        float least_m;  ///< with the straight line to the first
+        float cost_m;   ///< cost from the first portal on; for the chosen one, of the whole path
+        float least_m;  ///< cost_m plus the straight line to the first portal
     };
 
-    /// Memory for a question; none is allocated once it has been used.
+    /// Memory for a query; nothing is allocated once it has been used.
     struct Scratch {
         std::vector<PortalChoice> promised;
     };
 
-    /// How far it is from the start to a cell of its zone, m; nothing where no path leads there.
+    /// The distance from the start to a cell of its zone, m; nothing where no path leads there.
     using LengthTo = std::function<std::optional<float>(Cell)>;
 
-    /// Where to leave the zone `from` for a place in zone `to`, which may be the same one: another
-    /// path out and back in. In coordinates of `from`. Nothing where no path through portals leads
-    /// there, or a place lies off its zone's map, or nothing near the goal is passable. At most
-    /// kTries lengths are asked for, of the portals by which straight lines would be shortest; in
-    /// the last zone the last part counts as the straight line.
+    /// The place at which to leave the zone `from` for a place in zone `to`, in coordinates of
+    /// `from`. Both may be the same zone: the path then leads out and back in. Nothing where no
+    /// path through portals leads there, a place lies off its zone's map, or nothing near the goal
+    /// is passable. At most kTries lengths are asked for, for the portals with the shortest
+    /// straight lines. In the last zone the last part counts as the straight line.
     [[nodiscard]] std::optional<Spot> straight_exit(std::uint32_t from,
                                                     Spot start,
                                                     std::uint32_t to,
@@ -79,9 +80,9 @@ class ZonePortals {
 
     static constexpr std::size_t kTries = 16;
 
-    /// Zones that a path from a place in one leads through, with what to walk to in each. `planner`
-    /// is that of zone `from`; the ends lie on their zones' maps. kFound, kStartBlocked and
-    /// kGoalBlocked (the place is not passable), kUnreachable.
+    /// The zones that a path from one place to another crosses, with the point to walk to in each.
+    /// `planner` must be that of zone `from`; the ends must lie on their zones' maps. kFound,
+    /// kUnreachable, or kStartBlocked and kGoalBlocked (the place is not passable).
     PathOutcome route(GridPlanner& planner,
                       std::uint32_t from,
                       Spot start,
@@ -91,22 +92,23 @@ class ZonePortals {
 
     [[nodiscard]] std::size_t portals() const { return portals_.size(); }
 
-    /// The zone that a place in the coordinates of one lies in; nothing outside the world.
+    /// The zone that contains a place given in the coordinates of zone `zone`; nothing outside the
+    /// world.
     [[nodiscard]] std::optional<std::uint32_t> zone_of(std::uint32_t zone, Spot at) const;
 
-    /// A place in the coordinates of one zone in those of another.
+    /// Converts a place from the coordinates of one zone to those of another.
     [[nodiscard]] Spot local(std::uint32_t from, Spot at, std::uint32_t to) const;
 
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    /// From a cell of one zone to one of another.
+    /// Portal: a step from a cell of one zone to a cell of another.
     struct Portal {
         std::uint32_t from;
         std::uint32_t to;
-        Cell exit;    ///< of `from`'s map
-        Cell entry;   ///< of `to`'s map
-        Spot beyond;  ///< where `entry` is crossed into, in coordinates of `from`
+        Cell exit;    ///< on `from`'s map
+        Cell entry;   ///< on `to`'s map
+        Spot beyond;  ///< position of `entry`, in coordinates of `from`
     };
 
     struct PortalZone {
@@ -116,8 +118,8 @@ class ZonePortals {
         double origin_z;
         Components components;
         GridMap cells;
-        std::vector<std::uint32_t> in;   // portals, ascending
-        std::vector<std::uint32_t> out;  // alike
+        std::vector<std::uint32_t> in;   // portals into the zone, ascending
+        std::vector<std::uint32_t> out;  // portals out of the zone, ascending
         std::vector<float> cost_m;       // by portal in, by portal out; infinite for no path
     };
 
@@ -140,7 +142,7 @@ class ZonePortals {
                  Spot goal,
                  std::vector<PortalChoice>& promised) const;
 
-    /// From its exit to beyond it.
+    /// The length from its exit to its entry beyond.
     [[nodiscard]] float crossing_m(std::uint32_t portal) const;
 
     [[nodiscard]] float through(std::uint32_t first, std::uint32_t last) const {

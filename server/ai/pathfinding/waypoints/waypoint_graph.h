@@ -1,4 +1,4 @@
-// WaypointGraph: paths along hand-placed or regular points, and their text form.
+// WaypointGraph: a graph of hand-placed or regular waypoints, with its text form.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_query.h"
@@ -20,27 +20,27 @@ struct Waypoint {
     bool passable = true;
 };
 
-/// From a waypoint to another, one way.
+/// A directed edge from a waypoint to another.
 struct WaypointEdge {
     std::uint32_t from = 0;  ///< id
     std::uint32_t to = 0;
-    float weight = 0.0F;  ///< what it costs to go along it: >= 0, e.g. its length
+    float weight = 0.0F;  ///< cost of the edge: >= 0, e.g. its length
 };
 
-/// Waypoints by number (0, 1, ... in the order given) with edges out of each.
+/// Waypoints by number (0, 1, ... in the order given) with the edges out of each.
 class WaypointGraph {
   public:
     static constexpr std::size_t kMostWaypoints = 1'000'000;
     static constexpr std::size_t kMostEdges = 8'000'000;
 
-    /// What is wrong: an id given twice or unknown, a weight below 0 or not a number, a position
-    /// that is none, too many of either.
+    /// Builds a graph. Errors: an id given twice or unknown, a weight below 0 or not a number, an
+    /// invalid position, too many waypoints or edges.
     static core::Result<WaypointGraph> build(std::span<const Waypoint> waypoints,
                                              std::span<const WaypointEdge> edges);
 
     [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(ids_.size()); }
 
-    /// size() for an id that there is not.
+    /// The number of an id; size() for an unknown id.
     [[nodiscard]] std::uint32_t number_of(std::uint32_t id) const;
 
     [[nodiscard]] std::uint32_t id(std::uint32_t number) const { return ids_[number]; }
@@ -49,20 +49,20 @@ class WaypointGraph {
 
     [[nodiscard]] bool passable(std::uint32_t number) const { return passable_[number] != 0; }
 
-    /// A door that opens or shuts; the next answer is exact again.
+    /// Sets a waypoint that a door opens or shuts; the next answer is exact again.
     void set_passable(std::uint32_t number, bool passable) { passable_[number] = passable ? 1 : 0; }
 
-    /// All edges from a waypoint to another get this weight, >= 0; false where there is none.
+    /// Gives this weight, >= 0, to all edges from a waypoint to another; false where there is none.
     bool set_weight(std::uint32_t from, std::uint32_t to, float weight);
 
-    /// The passable waypoint nearest to a place, ties to the smaller number; size() for none. Looks
-    /// at those whose x is near first. A place whose height is not a number is at any height.
+    /// The passable waypoint nearest to a place, ties to the smaller number; size() for none. It
+    /// looks at waypoints with near x first. A place whose height is not a number is at any height.
     [[nodiscard]] std::uint32_t nearest(const Vec3& place) const;
 
     struct Edge {
         std::uint32_t to;
         float weight;
-        bool open = true;  ///< one can go along it
+        bool open = true;  ///< the edge is passable
     };
 
     /// Edges are numbered, those of a waypoint one after the other.
@@ -78,15 +78,15 @@ class WaypointGraph {
 
     void set_open(std::uint32_t edge, bool open) { edges_[edge].open = open; }
 
-    /// The same with all places less `origin`: in the coordinates of a zone.
+    /// The same graph with `origin` subtracted from all places: in the coordinates of a zone.
     [[nodiscard]] WaypointGraph seen_from(const Vec3d& origin) const;
 
     [[nodiscard]] std::span<const Edge> edges(std::uint32_t number) const {
         return {edges_.data() + first_edge_[number], edges_.data() + first_edge_[number + 1]};
     }
 
-    /// No edge costs less than this times its length: so much of the distance to a goal is what a
-    /// path there costs at least.
+    /// No edge costs less than this times its length. So this times the distance to a goal is a
+    /// lower bound of a path's cost.
     [[nodiscard]] double least_weight_per_m() const { return least_per_m_; }
 
     [[nodiscard]] std::size_t bytes() const {
@@ -110,12 +110,13 @@ class WaypointGraph {
     double least_per_m_ = 0.0;
 };
 
-/// Lines `node ID X Y Z [blocked]` and `edge FROM TO WEIGHT [both]` in any order (an edge after its
-/// nodes or before), WEIGHT a number or `length`; empty lines and what follows a # are skipped. An
-/// error names its line.
+/// Parses lines `node ID X Y Z [blocked]` and `edge FROM TO WEIGHT [both]` in any order (an edge
+/// may come before its nodes). WEIGHT is a number or `length`. Empty lines and text after a # are
+/// skipped. An error names its line.
 core::Result<WaypointGraph> parse_waypoints(std::string_view text);
 
-/// Asks for paths on a graph; memory for one query at a time, none allocated after the first.
+/// WaypointSearch: searches paths on a graph. It has memory for one query at a time, and allocates
+/// nothing after the first.
 class WaypointSearch {
   public:
     struct WaypointAnswer {
@@ -124,26 +125,27 @@ class WaypointSearch {
         std::uint32_t work = 0;                           ///< waypoints looked at
     };
 
-    /// A* with the distance to the goal times least_weight_per_m(): exact (Hart, Nilsson and
-    /// Raphael, IEEE Transactions on Systems Science and Cybernetics 4, 1968). Ties go by number.
+    /// A* with the distance to the goal times least_weight_per_m(): exact. Ties go by number.
+    /// Source: Hart, Nilsson and Raphael, IEEE Transactions on Systems Science and Cybernetics 4,
+    /// 1968.
     WaypointAnswer plan(const WaypointGraph& graph,
                         std::uint32_t start,
                         std::uint32_t goal,
                         std::uint32_t max_work = ~0U);
 
-    /// A waypoint at which a path may begin or end, and what it costs to come there.
+    /// A waypoint at which a path may begin or end, and the cost of coming there.
     struct WaypointEnd {
         std::uint32_t number;
         double cost;
     };
 
-    /// The best path from any of some waypoints to any of others, what it costs to come there
-    /// counted; by Dijkstra. Ends are passable.
+    /// The best path from any of some waypoints to any of others, by Dijkstra. The costs of coming
+    /// to the ends count. Ends must be passable.
     WaypointAnswer plan(const WaypointGraph& graph,
                         std::span<const WaypointEnd> starts,
                         std::span<const WaypointEnd> ends);
 
-    /// Of the last answer that was found: numbers from start to goal.
+    /// The last found path: numbers from start to goal.
     [[nodiscard]] std::span<const std::uint32_t> path() const { return path_; }
 
     [[nodiscard]] std::size_t bytes() const {

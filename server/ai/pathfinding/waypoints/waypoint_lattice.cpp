@@ -25,7 +25,7 @@ core::Result<WaypointGraph> waypoint_lattice(const GroundMap& ground) {
             waypoints.push_back({map.place(c), place_of(c), true});
             for (int dy = -1; dy <= 1; ++dy) {
                 for (int dx = -1; dx <= 1; ++dx) {
-                    // What lies beside the map is not passable.
+                    // Places beside the map are not passable.
                     const bool inside =
                         x + dx >= 0 && y + dy >= 0 && x + dx < map.width() && y + dy < map.height();
                     if (!inside || (dx == 0 && dy == 0) || !map.passable(beside(c, dx, dy)) ||

@@ -1,4 +1,4 @@
-// Waypoint lattice: waypoints at regular distances wherever one can stand.
+// Waypoint lattice: makes a graph of waypoints at regular distances wherever one can stand.
 #pragma once
 
 #include "server/ai/pathfinding/grid/ground_map.h"
@@ -6,9 +6,9 @@
 
 namespace zoned::ai::pathfinding {
 
-/// A waypoint in the middle of each passable cell, with edges to its eight neighbours that a step
-/// leads to (diagonally only where both cells beside it are passable), as long as they are. Fails
-/// where the graph would be too large.
+/// Puts a waypoint in the middle of each passable cell. Its edges lead to the eight neighbours that
+/// a step can reach, and weigh their lengths. A diagonal edge needs both cells beside it passable.
+/// Fails where the graph would be too large.
 core::Result<WaypointGraph> waypoint_lattice(const GroundMap& ground);
 
 }  // namespace zoned::ai::pathfinding

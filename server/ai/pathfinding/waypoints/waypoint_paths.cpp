@@ -9,13 +9,13 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-// What things cost in units of about 2 ns.
+// The costs of work in units of about 2 ns.
 constexpr std::uint64_t kWaypointUnits = 80;     ///< a waypoint of a search
 constexpr std::uint64_t kAlongUnits = 10;        ///< one of a path that is put together
 constexpr std::uint64_t kGraphGroupUnits = 60;   ///< a group of a table to a goal
 constexpr std::uint64_t kWaypointScanUnits = 4;  ///< one of a scan of all
 
-/// Who is no farther from an edge stands on it, m.
+/// An agent within this distance of an edge stands on it, m.
 constexpr float kBesideEdge_m = 0.75F;
 /// A path must be cheaper by more than rounding, as a share.
 constexpr double kCheaper = 1.0 - 1e-6;
@@ -315,7 +315,7 @@ Spot WaypointPaths::first_segment(PathRequestEntry& request, Spot at) const {
     if (count == 0) {
         return at;
     }
-    // Who is there, or already on the way to the next one, goes on to that.
+    // An agent at the waypoint, or already beyond it on the next edge, goes on to the next one.
     const Vec3 on = request.from.wanted;
     const bool past = (on - places_[node]).norm() <= kBesideEdge_m || on_edge(on, node, segment[0]);
     return waypoint_spot(places_[past ? segment[0] : node]);
@@ -330,7 +330,8 @@ bool WaypointPaths::passable(const Hinge& hinge) const {
 }
 
 bool WaypointPaths::may_be_shorter(const PathRequestEntry& request) const {
-    // Who has come some of the path would gain on the whole of it too.
+    // The test covers the whole path: a gain for an agent part-way along it is also a gain on the
+    // whole.
     const Vec3& from = places_[request.from.node];
     const Vec3& to = places_[request.last];
     const auto worth = [&](double around) {

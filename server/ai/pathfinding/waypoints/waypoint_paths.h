@@ -1,4 +1,4 @@
-// WaypointPaths: paths along waypoints, where doors turn.
+// WaypointPaths: finds paths along waypoints, with doors that turn.
 #pragma once
 
 #include "server/ai/pathfinding/hierarchy/graph_hierarchy.h"
@@ -14,18 +14,19 @@ namespace zoned::ai::pathfinding {
 
 struct WaypointPathsSettings {
     QueueSettings queue;
-    /// Waypoints that one search may look at; beyond, the path goes from group to group.
+    /// The most waypoints that one search may look at; beyond, the path goes from group to group.
     std::uint32_t search_work = 20'000;
 };
 
-/// From the waypoint nearest to a place to the one nearest to the goal by the least sum of weights,
-/// then to the goal itself; straight there where both are the same. Who stands on the way's first
-/// edge does not go back to its beginning, nor beyond a goal on its last one. To a goal whose
-/// waypoint can't be reached a path leads to the nearest one that can (kPartial). Whoever places
-/// waypoints sees to it that the nearest one to a place can be walked to.
+/// The path leads from the waypoint nearest to the start to the one nearest to the goal, by the
+/// least sum of weights. Then it leads to the goal itself. Where both waypoints are the same it
+/// leads straight to the goal. An agent on the path's first edge does not go back to its beginning.
+/// It does not go beyond a goal on the last edge either. If the goal's waypoint cannot be reached,
+/// the path leads to the nearest reachable one (kPartial). The author of the waypoints has to make
+/// sure that a walker can reach the waypoint nearest to any place.
 class WaypointPaths final : public PathRequestQueue {
   public:
-    /// `doors` as waypoint_doors() says of the graph; `shut` by door.
+    /// `doors` are the result of waypoint_doors() for the graph; `shut` is by door.
     WaypointPaths(WaypointGraph graph,
                   std::vector<WaypointDoor> doors,
                   std::span<const std::uint8_t> shut,
@@ -34,7 +35,7 @@ class WaypointPaths final : public PathRequestQueue {
     void turn_doors(std::span<const std::uint8_t> shut) override;
     [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
 
-    /// Any place is nearest to some waypoint.
+    /// True: any place has a nearest waypoint.
     [[nodiscard]] bool contains(Spot place) const override;
 
     MapExit straight_exit(Spot /*from*/, float /*from_y*/, Spot to) override { return {to}; }
@@ -61,7 +62,7 @@ class WaypointPaths final : public PathRequestQueue {
     [[nodiscard]] bool may_come_nearer(const PathRequestEntry& request) const override;
 
   private:
-    /// A waypoint or edge that hangs on doors, and how many of these are shut.
+    /// A waypoint or edge that depends on doors, and the number of these that are shut.
     struct Hung {
         std::uint32_t what = 0;
         bool bridge = false;  ///< some door gives it
@@ -76,7 +77,7 @@ class WaypointPaths final : public PathRequestQueue {
     void hang(const std::vector<WaypointDoor>& doors);
     bool follow(std::span<const std::uint8_t> shut);
     [[nodiscard]] bool is_open(std::uint32_t what) const;
-    /// Of a waypoint or edge.
+    /// The two ends of a waypoint or edge.
     [[nodiscard]] std::pair<Vec3, Vec3> ends_of(std::uint32_t what) const;
     /// The waypoint that an edge leads from.
     [[nodiscard]] std::uint32_t start_of(std::uint32_t edge) const;
@@ -85,7 +86,7 @@ class WaypointPaths final : public PathRequestQueue {
     std::uint32_t nearest_reached(const PathRequestEntry& request);
     void take(const PathRequestEntry& request, bool to_goal, FoundPath& found) const;
     [[nodiscard]] std::uint32_t edge_between(std::uint32_t from, std::uint32_t to) const;
-    /// Whether a place lies beside an edge, not before its beginning.
+    /// True if a place lies beside an edge, not before its beginning.
     [[nodiscard]] bool on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const;
 
     WaypointPathsSettings settings_;
@@ -99,12 +100,12 @@ class WaypointPaths final : public PathRequestQueue {
     std::vector<std::uint8_t> open_;                 // by waypoint
     std::vector<std::uint8_t> linked_;               // by edge
     std::vector<Hung> hung_;                         // ascending by number
-    std::vector<std::vector<std::uint32_t>> taken_;  // by door, of hung_
+    std::vector<std::vector<std::uint32_t>> taken_;  // by door, indices in hung_
     std::vector<std::vector<std::uint32_t>> given_;
     std::vector<std::uint8_t> shut_;
-    std::vector<std::uint32_t> touched_;  // waypoints, by the last change
-    std::vector<std::uint32_t> opened_;   // by it
-    Aabb opened_box_;                     // that holds these
+    std::vector<std::uint32_t> touched_;  // waypoints changed by the last change
+    std::vector<std::uint32_t> opened_;   // waypoints and edges opened by the last change
+    Aabb opened_box_;                     // box around these
     std::vector<std::uint32_t> path_;
 };
 
