@@ -6,8 +6,8 @@
 
 ZK_BEGIN
 
-/// Columns of cells over the ground: a cell is as wide as an agent looks far, so that whoever is
-/// near is in the same cell or one beside it. An agent outside counts to the cells at the rim.
+/// Columns of cells over the ground. A cell is as wide as an agent looks far, so every agent near
+/// it is in the same cell or one beside it. An agent outside counts to the cells at the rim.
 typedef struct FlockGrid {
     float x0, z0;       // m
     float cells_per_m;  // 1 / cell size

@@ -1,4 +1,4 @@
-// Kernel base: what lets one source compile as OpenCL C and as C++, for one number or for eight.
+// Kernel base: macros that compile one source as OpenCL C and as C++, for one number or for eight.
 #pragma once
 
 // A shared function is written once over `Real`. In OpenCL C `Real` is float, or float8 where the

@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxGeometryFile = 256U << 20;
 /// All bytes of a file, at most kMaxGeometryFile. The reason names the file.
 core::Result<std::string> read_geometry_file(const std::string& path);
 
-/// What a file holds, by its first bytes and not by its name.
+/// The kind of a file, by its first bytes and not by its name.
 enum class GeometryContent {
     kPng,
     kBaked,

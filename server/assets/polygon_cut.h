@@ -1,4 +1,4 @@
-// Polygon cut: a polygon in space as triangles.
+// Polygon cut: splits a polygon in space into triangles.
 #pragma once
 
 #include "shared/math/types.h"

@@ -1,5 +1,4 @@
-// Device: an OpenCL device that is open: its queue, its programs, and what becomes of it when it
-// fails.
+// Device: an open OpenCL device with its queue and programs, and its handling of failures.
 #pragma once
 
 #include "server/compute/device_list.h"
@@ -166,7 +165,8 @@ class Buffer {
     /// touch the buffer until it took it back. Several ranges may be given and taken one after the
     /// other, at most kRanges: a mapped buffer changes hands as a whole.
     Status give(std::size_t offset, std::size_t bytes);
-    /// Queues the way back; then Device::finish(), then settle(). No bytes: nothing was changed.
+    /// Queues the transfer back; then Device::finish(), then settle(). No bytes: nothing was
+    /// changed.
     Status take(std::size_t offset, std::size_t bytes);
 
     Status give() { return give(0, bytes_); }
@@ -198,7 +198,7 @@ class Buffer {
     void* staging_ = nullptr;  ///< where copies come back to, so that half of one does no harm
     std::size_t bytes_ = 0;
     std::array<BufferRange, kRanges> coming_;
-    std::size_t ranges_ = 0;  ///< of them that are on their way back
+    std::size_t ranges_ = 0;  ///< of them that are being transferred back
     bool mapped_ = false;     ///< the host may touch it
 };
 

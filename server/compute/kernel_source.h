@@ -1,4 +1,4 @@
-// Kernel source: the OpenCL C files that are built into the program, with their includes put in.
+// Kernel source: the OpenCL C files embedded in the program, with their includes put in.
 #pragma once
 
 #include "shared/core/result.h"

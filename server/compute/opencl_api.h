@@ -1,4 +1,4 @@
-// OpenClApi: the functions of libOpenCL, looked up in the library when somebody first asks.
+// OpenClApi: the functions of libOpenCL, looked up in the library on first use.
 #pragma once
 
 #include "shared/core/result.h"

@@ -112,7 +112,7 @@ bool WorkerPool::help_all() {
 void WorkerPool::work_loop() {
     for (std::uint32_t heard = bell_.load(); !stop_.load(); heard = bell_.load()) {
         if (help_all()) {
-            ring();  // whoever waits for the end of a batch
+            ring();  // wakes the threads that wait for the end of a batch
         } else if (!stop_.load()) {
             bell_.wait(heard);
         }

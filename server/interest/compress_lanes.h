@@ -1,4 +1,4 @@
-// Compress store: writes those of eight numbers that a mask names, one after the other.
+// Compress store: writes the masked ones of eight numbers one after the other.
 #pragma once
 
 #include <array>

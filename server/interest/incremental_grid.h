@@ -1,5 +1,5 @@
-// IncrementalGrid: a uniform grid over points in the x-z plane that follows points which move, come
-// and go without being rebuilt.
+// IncrementalGrid: a uniform grid over points in the x-z plane; points may move, come and go
+// without a rebuild.
 #pragma once
 
 #include "server/spatial/box_lanes.h"

@@ -1,5 +1,5 @@
-// Interest rule: the rule of aura-nimbus matching; who hears of what, with hysteresis, and at which
-// level of detail. matcher.h applies it to everybody.
+// Interest rule: decides for one pair, by aura and nimbus with hysteresis, whether the viewer is
+// notified of the entity and at which level of detail. matcher.h applies it to all pairs.
 #pragma once
 
 #include "server/world/entities.h"
@@ -17,7 +17,7 @@ struct InterestSettings {
     std::vector<float> lod_radius_m;  ///< promised LOD k holds within lod_radius_m[k], ascending;
                                       ///< the last LOD holds beyond them all. 0..3 entries
     float lod_lead_m = 3.0F;  ///< a LOD is subscribed this much before its radius is reached, so
-                              ///< that its news is there in time
+                              ///< that its updates arrive in time
 };
 
 struct InterestReport {

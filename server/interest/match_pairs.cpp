@@ -253,7 +253,7 @@ void Matcher::cross_entities(std::uint32_t viewer) {
     }
 }
 
-/// A viewer against the entities near it, whoever of them stepped; sift() knows more.
+/// A viewer against the entities near it, with or without a step by them; sift() knows more.
 void Matcher::cross_all(std::uint32_t viewer) {
     if (fresh_flag_[viewer] != 0 || !(viewer_nimbus_[viewer] > 0.0F)) {
         return;

@@ -1,4 +1,4 @@
-// Matcher: keeps what every viewer hears of, tick by tick, looking only at what moved or changed.
+// Matcher: keeps the visible set of every viewer tick by tick; it looks only at changed pairs.
 #pragma once
 
 #include "server/interest/incremental_grid.h"
@@ -13,18 +13,20 @@
 
 namespace zoned::interest {
 
-/// The sets are in every tick exactly those that hears() and lod_at() give for all pairs, one after
-/// the other, with what was known a tick ago.
+/// In every tick the sets are exactly those of hears() and lod_at() for all pairs, one after the
+/// other, given the sets of the last tick.
 ///
-/// A pair is looked at only when a comparison of its distance came out otherwise than a tick ago
-/// (threshold_crossings.h): eight at a time, entities that moved against a grid of the viewers, and
-/// viewers that moved against a grid of the entities; when most move, all viewers against the
-/// entities. A viewer is matched with everything anew when it came, got another avatar, changed its
-/// nimbus or jumped; a viewer with a cone (world::Cone) in every tick, because whatever turns, its
-/// view or the way to an entity, can lead over its edge. The grids follow what moves
-/// (incremental_grid.h). Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A
-/// dynamic sort-based DDM matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section
-/// 3, on grids in place of sorted lists.
+/// The matcher looks at a pair only when a comparison of its distance changed since the last tick
+/// (threshold_crossings.h), eight pairs at a time. Entities that moved go against a grid of the
+/// viewers, and viewers that moved against a grid of the entities. When most move, all viewers go
+/// against the entities. A viewer is matched with everything anew when it came, got another avatar,
+/// changed its nimbus or jumped. A viewer with a cone (world::Cone) is matched so in every tick,
+/// because a turn of either, or of the line between them, can lead over the cone's edge. The grids
+/// follow the moves (incremental_grid.h).
+///
+/// Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A dynamic sort-based DDM
+/// matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section 3, on grids in place
+/// of sorted lists.
 class Matcher {
   public:
     /// Writes `out` (one set per viewer in the order of `viewers`, which ascend by client id). Sets

@@ -114,7 +114,7 @@ void MovedSet::list_touched(const world::Entities& e) {
             steps_.push_back(row);
         }
     });
-    // Their former rows are anywhere in memory, and now on their way.
+    // Their former rows are anywhere in memory; the prefetch has asked for them.
     std::size_t kept = 0;
     for (const world::Row row : steps_) {
         if (e.id[row] != ids_[row] || kind_in(e, row) != kinds_[row]) {

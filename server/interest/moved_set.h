@@ -1,5 +1,4 @@
-// MovedSet: the columns of all entities that matching reads, and what changed in them since the
-// tick before.
+// MovedSet: the entity columns that matching reads, and their changes since the last tick.
 #pragma once
 
 #include "server/interest/incremental_grid.h"

@@ -1,5 +1,4 @@
-// Topics: publish-subscribe for what is not spatial (team, zone, world), with what happened before
-// for those who come late.
+// Topics: publish-subscribe by topic (team, zone, world), with a history for late subscribers.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -57,7 +56,8 @@ class Topics {
         std::deque<PastEvent> events;
         std::size_t bytes = 0;
         std::uint64_t newest = 0;
-        std::map<ClientId, std::uint64_t> heard;  // up to which number, of those who were told
+        std::map<ClientId, std::uint64_t>
+            heard;  // number of the last message that each notified client got
     };
 
     TopicHistory& history(std::string_view topic);

@@ -1,4 +1,4 @@
-// What to tell an operator when an address cannot be listened on.
+// Bind error: the message for an operator when the server cannot listen on an address.
 #pragma once
 
 #include "server/net/socket_address.h"

@@ -1,4 +1,4 @@
-// Text and socket forms of addresses.
+// Socket address: converts addresses between their text, socket and byte forms.
 #pragma once
 
 #include "server/mailbox/address.h"

@@ -50,7 +50,7 @@ struct DatagramKeys {
 
 class TlsConnection;
 
-/// What a connection tells its listener; shared, so that handlers under way outlive neither.
+/// The callbacks of a connection to its listener; shared, so that pending handlers outlive neither.
 struct ConnectionEvents {
     std::function<void(TlsConnection&, const DatagramKeys&)> opened;
     std::function<void(TlsConnection&, std::span<const std::uint8_t>)> frame;

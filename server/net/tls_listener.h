@@ -21,7 +21,7 @@ struct TlsSettings {
     ConnectionLimits limits;
     std::size_t max_connections = 25000;
     std::size_t max_connections_per_address = 64;  ///< IPv6: per /64 network. Not for loopback.
-    double max_handshakes_per_s = 500.0;  ///< whoever comes faster waits in the kernel's queue
+    double max_handshakes_per_s = 500.0;  ///< faster connections wait in the kernel's queue
 };
 
 /// Events of streams, from the thread of the io_context, never from within a call of the listener.
@@ -29,7 +29,7 @@ struct TlsCallbacks {
     std::function<void(StreamNumber, const Address& peer, bool loopback, const DatagramKeys&)>
         on_open;
     std::function<void(StreamNumber, std::span<const std::uint8_t> frame)> on_frame;
-    /// Once per opened stream, whoever ended it. Empty reason: ended in order.
+    /// Once per opened stream, by whichever side it ended. Empty reason: ended in order.
     std::function<void(StreamNumber, const std::string& reason)> on_closed;
 };
 
@@ -66,7 +66,7 @@ class TlsListener {
 
   private:
     struct Impl;
-    std::shared_ptr<Impl> impl_;  ///< shared with handlers under way
+    std::shared_ptr<Impl> impl_;  ///< shared with pending handlers
 };
 
 }  // namespace zoned::net

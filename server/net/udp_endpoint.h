@@ -73,7 +73,7 @@ class UdpEndpoint {
 
   private:
     struct Impl;
-    std::shared_ptr<Impl> impl_;  ///< shared with the handler under way
+    std::shared_ptr<Impl> impl_;  ///< shared with the pending handler
 };
 
 }  // namespace zoned::net

@@ -53,7 +53,7 @@ struct FlappingFigures {
     std::uint64_t tick = 0;    ///< and when
 };
 
-/// What bytes were spent on.
+/// The use of the bytes.
 struct TrafficFigures {
     wire::TrafficTable table;        ///< of the bodies that the zones made
     std::vector<std::string> types;  ///< their names

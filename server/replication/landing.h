@@ -1,4 +1,4 @@
-// Landing: where what falls comes to rest on the static geometry, so that its prediction does too.
+// Landing: finds where a falling entity comes to rest on static geometry, for its prediction.
 #pragma once
 
 #include "server/world/entity_type.h"

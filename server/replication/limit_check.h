@@ -7,13 +7,13 @@
 
 namespace zoned::replication {
 
-/// The promised bound rests on a_max and dv_max; a truth that exceeds them makes the promise wrong,
-/// so it is found here and reported.
+/// The promised bound rests on a_max and dv_max. A true motion that exceeds them makes the promise
+/// wrong, so this check finds and reports it.
 ///
-/// The promise grants old news of age D an error of a_max D^2 / 2 + dv_max D. It is kept by any
-/// motion whose velocity changes, over any window of length w up to D, by no more than
-/// dv_max + a_max w: several impacts in a row are as good as one, as long as they do not add up to
-/// more. What is compared is thus the net change over a window, in velocity and in place.
+/// The promise grants an update of age D an error of a_max D^2 / 2 + dv_max D. It holds for any
+/// motion whose velocity changes by no more than dv_max + a_max w over any window of length w up to
+/// D. Several impacts in a row are as good as one, as long as they do not add up to more. The check
+/// thus compares the net change over a window, in velocity and in place.
 class LimitCheck {
   public:
     /// True when within a window that ends at `now` the velocity changed by more than
@@ -28,7 +28,7 @@ class LimitCheck {
                   const world::EntityType& type,
                   float tick_s);
 
-    /// Half a second at 30 Hz: news that is older belongs to a connection that hardly works.
+    /// Half a second at 30 Hz: an older update belongs to a connection that hardly works.
     static constexpr Tick kWindowTicks = 16;
 
   private:

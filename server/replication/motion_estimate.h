@@ -1,5 +1,5 @@
-// MotionEstimate: what the last ticks of an entity tell of its motion beyond its state: whether it
-// falls, whether its acceleration turns.
+// MotionEstimate: estimates from the last ticks of an entity whether it falls and whether its
+// acceleration turns.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -36,10 +36,10 @@ class MotionEstimate {
         }
     }
 
-    /// What to add to the velocity of the newest tick to get that of the parabola through the last
-    /// positions, m/s. A step that moves with the velocity at its end (semi-implicit Euler) takes
-    /// what accelerates by a h / 2 farther per second than p + v t + a t^2 / 2 says, h its length:
-    /// 5 cm after a third of a second of free fall at 30 Hz. Zero where nothing accelerates.
+    /// The correction from the velocity of the newest tick to that of the parabola through the last
+    /// positions, m/s. Semi-implicit Euler moves with the velocity at the end of a step of length
+    /// h. An accelerating entity then goes a h / 2 farther per second than p + v t + a t^2 / 2
+    /// says: 5 cm after a third of a second of free fall at 30 Hz. Zero where nothing accelerates.
     [[nodiscard]] const Vec3& centring() const { return centring_; }
 
     /// It accelerates as gravity alone does.

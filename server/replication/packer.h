@@ -1,5 +1,5 @@
-// Packer: chooses what one client is sent in a tick, by priority within its byte budget, and writes
-// the packets.
+// Packer: chooses the updates of one client in a tick, by priority within its byte budget, and
+// writes the packets.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -42,7 +42,7 @@ class Packer {
     /// when it is spent, packets carry shared records.
     void allow_coding(const mailbox::CodecPrice& price);
 
-    /// Appends the packets of this tick for one client to `out`: none when nothing is owed.
+    /// Appends the packets of this tick for one client to `out`: none when nothing is pending.
     void pack(Tick now,
               ZoneId zone,
               const OwnNow& own,
@@ -141,7 +141,7 @@ class Packer {
     std::vector<std::pair<EntityId, wire::TrafficReason>> reasons_;  // of coded_, for the meter
     mailbox::CodecPrice price_;
     double coding_ns_ = 0.0;  // left for coding
-    bool codes_ = false;      // what the client being packed for is told
+    bool codes_ = false;      // the output for the client being packed
     int copies_wanted_ = 1;
     bool tight_ = false;  // more is to be sent than the budget allows
 };

@@ -13,7 +13,7 @@
 
 namespace zoned::replication {
 
-/// Who a record is written for.
+/// The recipients of a record.
 enum class Codec : std::uint8_t {
     kShared,     ///< for all subscribers: one encoding is copied
     kPerClient,  ///< for each client alone, against what it has acknowledged: fewest bytes
@@ -44,10 +44,10 @@ struct ReplicationSettings {
     int forced_order = -1;
     Codec codec = Codec::kShared;
     std::uint32_t codec_budget_us = 1000;  ///< Codec::kAuto: CPU time of coding per tick at most
-    /// What falls lands on it, zone-local; null: it falls on for all that is predicted.
+    /// Falling entities land on it, zone-local; null: predictions let them fall on.
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
-        1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
+        1e-6F;  ///< an update is repeated until the chance that all copies were lost is below this
     bool meter = false;  ///< count what bytes are spent on: Replicator::traffic()
     bool resend = true;  ///< off: what was lost is not sent again
 };
@@ -59,10 +59,9 @@ struct ReplicationReport {
     std::uint32_t records_sent = 0;    ///< copies into packets
     std::uint32_t records_resent = 0;  ///< of these: again, after loss or as redundancy
     std::uint32_t packets = 0;
-    std::uint64_t bytes = 0;  ///< bodies
-    std::uint32_t over_budget =
-        0;                      ///< clients that were still owed something when their budget ended
-    std::uint32_t widened = 0;  ///< clients that were told of bounds wider than promised
+    std::uint64_t bytes = 0;        ///< bodies
+    std::uint32_t over_budget = 0;  ///< clients with updates still pending when their budget ended
+    std::uint32_t widened = 0;      ///< clients that were notified of bounds wider than promised
     std::uint32_t limit_exceeded =
         0;                     ///< entities whose truth exceeded its declared a_max or dv_max
     std::uint32_t inputs = 0;  ///< commands that were due
@@ -92,7 +91,7 @@ struct ClientTransfer {
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
     std::uint32_t rate_bytes_per_s = 0;  ///< what its path carries; 0: no limit known
-    wire::Widened widened;               ///< the bounds that it was told last
+    wire::Widened widened;               ///< the bounds that it was last notified of
     std::vector<EntityId>
         known;  ///< entities that the client may hold: the new zone sends them anew or removes them
 };

@@ -141,8 +141,8 @@ ReplicationReport Replicator::step(Tick now,
     return report;
 }
 
-/// By what each client was told of late, in counted units: the same on every machine that was given
-/// the same price.
+/// By the recent output to each client, in counted units. Every machine that was given the same
+/// price decides the same.
 void Replicator::Impl::choose_codecs(Tick now) {
     if (settings.codec != Codec::kAuto) {
         return;

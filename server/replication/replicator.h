@@ -1,5 +1,5 @@
-// Replicator: turns what viewers hear of into state packets: encode once, promise a bound, owe what
-// was lost.
+// Replicator: turns the visible sets of viewers into state packets: it encodes once, promises a
+// bound, and keeps lost updates pending.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -22,13 +22,14 @@ namespace zoned::replication {
 /// Replication state of one zone. Deterministic; no wall clock: round trips and losses come in with
 /// the acks.
 ///
-/// What it relies on in clients: records are ordered by the packets that carried them (tick or
-/// sequence), whatever zone or level of detail they belong to; within a stream the publication tick
-/// says the same. A remove ends the entity and its keyframes for all older packets, and is itself
-/// void when a newer packet has named the entity. A keyframe is stored even when its state is old
-/// news, unless a newer one with its number is there. Acknowledged means stored.
+/// It relies on these properties of clients. Records are ordered by the packets that carried them
+/// (tick or sequence), whatever zone or level of detail they belong to. Within a stream the
+/// publication tick gives the same order. A remove ends the entity and its keyframes for all older
+/// packets. It is itself void when a newer packet has named the entity. A keyframe is stored even
+/// when its state is out of date, unless a newer one with its number is there. Acknowledged means
+/// stored.
 ///
-/// A stream's numbering starts anew when it is created again; that is safe because deltas refer
+/// A stream's numbering starts anew when it is created again. That is safe because deltas refer
 /// only to keyframes that were acknowledged within the present subscription.
 class Replicator {
   public:
@@ -45,7 +46,7 @@ class Replicator {
     [[nodiscard]] const mailbox::CodecPrice& codec_price() const;
     /// Something else came from the client: after an outage it is asked sooner what it holds.
     void on_heard(ClientId client);
-    /// Everything is owed to this client again, absolute.
+    /// Everything becomes pending for this client again, absolute.
     void reset_view(ClientId client);
 
     /// One tick. `visibility` and `own` ascend by client id. Packets are appended to `out`,
@@ -67,12 +68,13 @@ class Replicator {
     /// never or no such stream. For audits.
     [[nodiscard]] Tick breach_tick(EntityId entity, std::uint8_t lod) const;
 
-    /// When this client passed from one stream of the entity to another (level of detail, zone), 0
-    /// = never. Until news of the new stream has come it still predicts from the old one, whose
-    /// breaches nobody watches any more: for an audit that is a breach of its own.
+    /// The tick when this client passed from one stream of the entity to another (level of detail,
+    /// zone), 0 = never. Until an update of the new stream has come it still predicts from the old
+    /// one. Nobody watches the breaches of the old stream any more: for an audit that is a breach
+    /// of its own.
     [[nodiscard]] Tick switch_tick(ClientId client, EntityId entity) const;
 
-    /// What a client that has a publication predicts from it.
+    /// The prediction of a client that has a publication.
     struct SentState {
         Vec3 position = Vec3::Zero();  ///< at the tick asked for, zone-local, m
         /// Blending from the publications before may show it this far off, m: the sum of the jumps
@@ -88,17 +90,18 @@ class Replicator {
                                                       Tick at,
                                                       Tick since) const;
 
-    /// What this client is promised of the entity's position, m; 0: it does not hear of it.
+    /// The promised error of the entity's position for this client, m; 0: it is not subscribed to
+    /// it.
     [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;
 
-    /// How long news takes to this client, ticks, rounded up: half of its round trip; 0: not
-    /// measured yet.
+    /// The time that an update takes to this client, ticks, rounded up: half of its round trip; 0:
+    /// not measured yet.
     [[nodiscard]] Tick one_way_ticks(ClientId client) const;
 
-    /// What was done to tell this client of entities and has not been acknowledged: for each, the
-    /// packets that carried news or its removal since the newest one of them that was. Ascending by
-    /// entity. For audits; packets of other zones are not known here: returns from which tick on
-    /// all are, 0 if none.
+    /// The unacknowledged packets about entities to this client. For each entity: the packets that
+    /// carried an update or its removal since the newest acknowledged one. Ascending by entity. For
+    /// audits. Packets of other zones are not known here: returns the tick from which on all are, 0
+    /// if none.
     Tick unacknowledged(ClientId client, std::vector<mailbox::AuditUpdate>& out) const;
 
     /// Whether anybody hears of the entity.
@@ -106,7 +109,7 @@ class Replicator {
 
     void hash(core::StateHash& hash) const;
 
-    /// What the bodies of all packets so far were spent on; nullptr without
+    /// The use of the bytes in the bodies of all packets so far; nullptr without
     /// ReplicationSettings::meter.
     [[nodiscard]] const wire::TrafficTable* traffic() const;
 

@@ -25,7 +25,7 @@ static_assert(kKeyframesKept < wire::kKeyframeNumbers);
 using StreamIndex = std::uint32_t;
 inline constexpr StreamIndex kNoStream = 0xFFFFFFFFu;
 
-/// A publication that was sent absolute; whoever received it holds it under its number.
+/// A publication that was sent absolute; each client that received it holds it under its number.
 struct Keyframe {
     std::uint32_t serial = 0;  ///< counted from 1 in the life of a stream; 0 = none
     wire::QuantizedState state;

@@ -1,5 +1,5 @@
-// Agreement: what must not diverge (deaths, kills, trades) is told to the clients concerned until
-// they hold the same.
+// Agreement: sends facts that must not diverge (deaths, kills, trades) to the clients concerned
+// until they hold the same.
 #pragma once
 
 #include "server/rules/game.h"
@@ -15,8 +15,8 @@ void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord
 /// Sends again what is due.
 void run_agreement(Game& game, RulesContext& context, CharacterRecord& record);
 
-/// The client's word. When its digest is not the server's, it is counted, the client is told to
-/// take over what the server holds, and its view is reset.
+/// The client's report of its digest. A digest that differs from the server's is counted. The
+/// client is then ordered to take over the server's state, and its view is reset.
 void agree(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 /// An offer to a player of this zone within reach: an item for an item. It stands for
@@ -24,7 +24,7 @@ void agree(Game& game, RulesContext& context, const Actor& actor, Payload payloa
 void offer(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 /// Takes an offer as it was made: both items change hands at once, or nothing does. Both clients
-/// are told and confirm.
+/// are notified and confirm.
 void accept(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 }  // namespace zoned::rules

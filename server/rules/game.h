@@ -58,7 +58,7 @@ struct Game {
     TouchedRecords<CharacterRecord> characters;
     std::map<EntityId, PropRecord> props;  ///< only those with something to remember
     std::map<ClientId, EntityId> avatars;
-    std::set<EntityId> pending;  ///< whoever has a timer to run
+    std::set<EntityId> pending;  ///< entities with a running timer
     bool surveyed = false;       ///< the characters of the world's beginning have records
     GameStats stats;
 };
@@ -106,7 +106,7 @@ void deny_malformed(Game& game, RulesContext& context, const Actor& actor);
 bool within_rate(Tick& due, Tick now, Tick interval, Tick burst);
 
 /// Debris flies off a surface at `point` along its outward `normal`, where the world has such a
-/// system: cosmetic, clients are told; simulated, nobody is.
+/// system. Cosmetic: clients are notified. Simulated: nobody is.
 void throw_debris(const Game& game, RulesContext& context, const Vec3& point, const Vec3& normal);
 
 }  // namespace zoned::rules

@@ -24,7 +24,7 @@ constexpr std::size_t kCodecRuns = 3;
 constexpr std::uint32_t kClients = 64;
 constexpr float kCodecTickS = 1.0F / 30.0F;
 
-/// Walks straight on, and now and then another way.
+/// Walks straight on, and now and then in another direction.
 struct TrialWalker {
     motion::KinematicState state;
 

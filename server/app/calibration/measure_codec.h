@@ -1,4 +1,4 @@
-// Measured price of coding records for one client alone, found out on this machine.
+// Measured codec price: times on this machine the coding of records for one client alone.
 #pragma once
 
 #include "server/mailbox/messages.h"

@@ -1,4 +1,4 @@
-// Measured crossovers: from how many items on a device is faster, found out on this machine.
+// Measured crossovers: finds on this machine the number of items from which a device is faster.
 #pragma once
 
 #include "server/compute/crossover.h"
@@ -18,7 +18,7 @@ struct MeasuredCrossover {
     std::string fault;             ///< why; empty: it did not
 };
 
-/// What most particle systems are: drag in a steady wind, a floor.
+/// The usual particle system: drag in a steady wind, and a floor.
 compute::ParticleScene common_scene();
 
 /// Steps a few thousand and a few hundred thousand particles on both sides, five times each after

@@ -17,7 +17,7 @@ namespace zoned::app {
 /// for.
 inline constexpr double kDeviceShare = 0.01;
 
-/// What a tick of a particle takes one thread of the CPU by
+/// Time that one thread of the CPU needs for a tick of a particle, by
 /// physics::method_selection::ParticleCost, ns; other machines differ.
 double particle_ns(const zone::ParticleSource& source, bool heightfield);
 

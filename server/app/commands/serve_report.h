@@ -1,5 +1,5 @@
-// The report of a server run: what loop, network and sessions counted, as one JSON file and a few
-// log lines.
+// Serve report: the counts of loop, network and sessions after a server run, as one JSON file and a
+// few log lines.
 #pragma once
 
 #include "server/app/runtime/network.h"

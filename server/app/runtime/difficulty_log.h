@@ -1,4 +1,4 @@
-// Adapting: what difficulty and rubber bands have become as players do, in words.
+// Difficulty log: puts the changes of adaptive difficulty and rubber bands into words.
 #pragma once
 
 #include "server/zone/zone.h"

@@ -1,4 +1,4 @@
-// Network: sockets and sessions on one thread; it speaks with the tick loop by messages only.
+// Network: sockets and sessions on one thread; it exchanges only messages with the tick loop.
 #pragma once
 
 #include "server/app/runtime/tick_loop.h"

@@ -1,4 +1,4 @@
-// StateFlapping: NPCs that go to and fro between two states, over all zones, by name.
+// StateFlapping: names the NPCs, over all zones, that switch to and fro between two states.
 #pragma once
 
 #include "server/recording/report.h"

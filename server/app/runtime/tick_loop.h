@@ -28,7 +28,7 @@ double steady_seconds();
 /// CPU time of the calling thread, ns.
 std::uint64_t thread_cpu_ns();
 
-/// What a tick brought, on its way to the network.
+/// The output of a tick, before the network sends it.
 struct TickResult {
     Tick tick = 0;
     double server_time_s = 0.0;   ///< nominal time of the tick
@@ -104,7 +104,7 @@ class TickLoop {
     ~TickLoop();
 
     void start();
-    /// Returns when the tick under way is done. Called by the destructor too.
+    /// Returns when the running tick is done. Called by the destructor too.
     void stop();
 
     /// From any thread; false when the mailbox is full (counted).

@@ -1,4 +1,4 @@
-// TickSchedule: decides when ticks run; keeps phase, drops what cannot be caught up, never spirals.
+// TickSchedule: decides when ticks run; keeps phase and drops ticks that cannot be caught up.
 #pragma once
 
 #include "shared/core/assert.h"

@@ -26,7 +26,7 @@ struct Player {
     motion::InputCommand command;
 };
 
-/// All players whom others could see, by client.
+/// All players that others could see, by client.
 std::vector<Player> players_of(const World& world) {
     std::vector<Player> players;
     for (const auto& zone : world.zones()) {

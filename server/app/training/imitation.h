@@ -1,4 +1,4 @@
-// Imitation: what players sensed and did, from a recording that is simulated again.
+// Imitation: simulates a recording again to extract the inputs and actions of its players.
 #pragma once
 
 #include "server/ai/learning/descent.h"

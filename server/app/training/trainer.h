@@ -1,4 +1,4 @@
-// Trainer: a training in progress, round by round, whatever is learned and how.
+// Trainer: a training in progress, round by round, for any subject and method of learning.
 #pragma once
 
 #include "server/ai/learning/policy.h"

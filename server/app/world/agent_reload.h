@@ -1,4 +1,4 @@
-// Reload: agents of a config that was read anew, on their way into a world that runs.
+// Agent reload: puts the agents of a config that was read anew into a running world.
 #pragma once
 
 #include "server/config/settings.h"

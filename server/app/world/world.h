@@ -1,5 +1,5 @@
-// World: all zones of a process stepped tick by tick; messages in, messages out, no sockets and no
-// clock.
+// World: steps all zones of a process tick by tick; it takes and gives messages, and has no sockets
+// and no clock.
 #pragma once
 
 #include "server/compute/worker_pool.h"
@@ -42,7 +42,7 @@ class World {
 
     [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
 
-    /// What each zone was given in the last tick, for the recorder.
+    /// The input of each zone in the last tick, for the recorder.
     [[nodiscard]] std::span<const ZoneInbox> inboxes() const { return inboxes_; }
 
     /// Hash over all zones' hashes.
@@ -58,7 +58,7 @@ class World {
     /// Cosmetic bursts that somebody heard.
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 
-    /// What the state packets of all zones so far were spent on; empty where
+    /// The use of the bytes in the state packets of all zones so far; empty where
     /// replication::ReplicationSettings::meter is off.
     void sum_traffic(wire::TrafficTable& out) const;
 

@@ -1,5 +1,5 @@
-// World faults: what `testing` settings make a world do wrong on purpose, so that those who check
-// clients can be checked.
+// World faults: the errors that `testing` settings make a world commit on purpose, to test the
+// checkers of clients.
 #pragma once
 
 #include "server/config/settings.h"

@@ -1,4 +1,4 @@
-// World settings: from the checked config to what each zone is made of.
+// World settings: turns the checked config into the settings of each zone.
 #pragma once
 
 #include "server/config/settings.h"

@@ -21,7 +21,7 @@ class DeviceColumns {
 
     /// The device gets the first `count` of each column.
     Status give(std::size_t count);
-    /// They are on their way back: Device::finish(), then settle().
+    /// They are being transferred back: Device::finish(), then settle().
     Status take(std::size_t count);
     /// The host may touch them again; the device did not change them.
     Status take_unchanged();

@@ -48,7 +48,7 @@ class ParticleColumns {
         return block_->as<float>() + c * stride_;
     }
 
-    /// Replaced where the columns grow. Whoever has a device work in it keeps it alive.
+    /// Replaced where the columns grow. A caller that has a device work in it keeps it alive.
     [[nodiscard]] const std::shared_ptr<HostBlock>& block() const { return block_; }
 
   private:
