@@ -117,16 +117,8 @@ __kernel void flock_step_tiles(__global float* agents,
             const int stop = min(end, t + n) - t;
             for (int j = max(begin, t) - t; j < stop; ++j) {
                 __local const float* n_at = tile + j;
-                flock_add(&sum,
-                          rules,
-                          a.x,
-                          a.y,
-                          a.z,
-                          n_at[0],
-                          n_at[tile_agents],
-                          n_at[2 * tile_agents],
-                          n_at[3 * tile_agents],
-                          n_at[4 * tile_agents],
+                flock_add(&sum, rules, a.x, a.y, a.z, n_at[0], n_at[tile_agents],
+                          n_at[2 * tile_agents], n_at[3 * tile_agents], n_at[4 * tile_agents],
                           n_at[5 * tile_agents]);
             }
         }

@@ -141,7 +141,7 @@ class Packer {
     std::vector<std::pair<EntityId, wire::TrafficReason>> reasons_;  // of coded_, for the meter
     mailbox::CodecPrice price_;
     double coding_ns_ = 0.0;  // left for coding
-    bool codes_ = false;      // the output for the client being packed
+    bool codes_ = false;      // the client being packed for gets coded records
     int copies_wanted_ = 1;
     bool tight_ = false;  // more is to be sent than the budget allows
 };

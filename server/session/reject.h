@@ -1,4 +1,4 @@
-// Reasons for which something was refused, and their counters: cheap enough to count a flood.
+// Reject: the reasons for a refusal and their counters, cheap enough to count a flood.
 #pragma once
 
 #include <array>

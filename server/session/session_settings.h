@@ -1,4 +1,4 @@
-// Settings of all sessions of a server: limits, times, who may log in.
+// Session settings of a server: limits, times and permission to log in.
 #pragma once
 
 #include "server/mailbox/messages.h"

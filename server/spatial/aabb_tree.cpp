@@ -98,8 +98,8 @@ void AabbTree::append(std::uint32_t index, const AabbTreeEntry& entry) {
     put(index, nodes_[index].count++, entry);
 }
 
-/// Goes down to the node at level 0 that grows least by taking the box in, and grows the boxes on
-/// the way.
+/// Goes down to the node at level 0 that grows least by taking the box in. Grows the boxes that it
+/// passes.
 std::uint32_t AabbTree::choose(const Aabb& box) {
     std::uint32_t index = root_;
     while (nodes_[index].level > 0) {

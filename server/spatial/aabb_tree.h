@@ -90,7 +90,7 @@ class AabbTree {
         [[nodiscard]] std::uint32_t valid() const { return (1U << count) - 1; }
     };
 
-    /// A box on its way into a node: of a row (level 0) or of a node.
+    /// A box to be inserted into a node: of a row (level 0) or of a node.
     struct AabbTreeEntry {
         Aabb box;
         std::uint32_t child = kNone;

@@ -24,7 +24,7 @@ float middle_of(const Aabb& box, int axis) {
     return box.lower[axis] + box.upper[axis];
 }
 
-/// What parts a range of boxes into those whose middle lies below `bound` and the others.
+/// Splits a range of boxes into those whose middle lies below `bound` and the others.
 struct Cut {
     int axis = 0;
     float origin = 0.0F;

@@ -1,4 +1,4 @@
-// BoxGrid: uniform grids of doubling cell size, each box in the one whose cells fit it.
+// BoxGrid: uniform grids of doubling cell size; each box is in the grid whose cells fit it.
 #pragma once
 
 #include "server/spatial/box_lanes.h"
@@ -261,7 +261,7 @@ float BoxGrid::walk_ray(int index, const Sweep& ray, float limit, Visit&& visit)
     return limit;
 }
 
-/// Piece by piece along the way of a box.
+/// Piece by piece along the path of a box.
 template <class Visit>
 float BoxGrid::walk_sweep(const BoxGridLevel& level,
                           int index,
@@ -295,7 +295,7 @@ float BoxGrid::cast(const Sweep& sweep, float limit, Visit&& visit) const {
         const Vec3 span = 2.0F * level.inv_cell * sweep.half_extents + Vec3::Constant(3.0F);
         const bool ray = sweep.half_extents.isZero(0.0F);
         const double cells = pieces * (ray ? 3.0 : static_cast<double>(span.prod()));
-        // A way through more cells than the level has boxes: the boxes are the shorter list.
+        // A path through more cells than the level has boxes: the boxes are the shorter list.
         if (!(cells < static_cast<double>(level.rows.size()))) {
             for (const std::uint32_t row : level.rows) {
                 limit = test(row, limit);

@@ -16,7 +16,7 @@ namespace zoned::spatial {
 struct OctreeSettings {
     int max_depth = 16;       ///< levels below the root, 1..30
     int boxes_per_cell = 16;  ///< a cell with more of them splits, 1..1000
-    bool flat = false;        ///< a quadtree over x and z; boxes are still told apart along y
+    bool flat = false;        ///< a quadtree over x and z; boxes still differ along y
 };
 
 /// Each box lies in one cell: a cell takes boxes whose middle it holds and whose longest side is at

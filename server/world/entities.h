@@ -45,7 +45,7 @@ class KeptColumn {
     std::vector<T> values_;
 };
 
-/// Who goes over the rows that were touched since it did so last.
+/// The consumers that each go over the rows touched since their last pass.
 enum class Reader : std::uint8_t {
     kHash,
     kExport,

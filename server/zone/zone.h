@@ -1,5 +1,5 @@
-// Zone: one region of the world with its full simulation; the step of this class is the table of
-// contents of the server.
+// Zone: one region of the world with its full simulation; its step lists the stages of the server
+// in order.
 #pragma once
 
 #include "server/zone/zone_state.h"

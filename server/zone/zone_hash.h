@@ -1,4 +1,4 @@
-// Hash: chains what a tick changed into the zone's hash.
+// Zone hash: chains the changes of a tick into the zone's hash.
 #pragma once
 
 #include "server/zone/zone_state.h"

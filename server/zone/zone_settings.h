@@ -1,4 +1,4 @@
-// ZoneSettings: what one zone needs to know of the world, itself and its neighbours.
+// ZoneSettings: the facts of the world, of one zone and of its neighbours that the zone needs.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -76,11 +76,11 @@ struct ParticleSource {
     std::uint32_t characters_met = 0;        ///< as balls, at most kernels::ZK_MOST_SPHERES
 };
 
-/// A cosmetic system that rules may let bursts out of: who hears the place is told, once, and
-/// nothing is simulated.
+/// A cosmetic system whose bursts rules may emit. Clients that hear the place get one event each,
+/// and nothing is simulated.
 struct CosmeticBurst {
     std::string name;
-    std::uint32_t system = 0;  ///< its number among those that clients are told of at login
+    std::uint32_t system = 0;  ///< its number in the list that clients get at login
     motion::BurstKind kind;
     float aura_m = 50.0F;
     float events_per_s = 20.0F;  ///< of this zone; a second's worth may come at once

@@ -32,7 +32,7 @@ class Team;
 
 namespace zoned::zone {
 
-/// What a tick sends out. Cleared at the beginning of each tick.
+/// The output of a tick. Cleared at the beginning of each tick.
 struct StepOutput {
     std::vector<mailbox::StatePacket> packets;
     std::vector<mailbox::OutboxItem> messages;  ///< Joined, Kick, AuditRecord
@@ -47,7 +47,7 @@ struct StepOutput {
     void clear();
 };
 
-/// What a tick did, for metrics; never read by the simulation.
+/// The work of a tick, for metrics; never read by the simulation.
 struct StepReport {
     Tick tick = 0;
     Census census;
@@ -120,7 +120,7 @@ struct SoftMatter {
     std::vector<SoftLink> links;  ///< ascending by entity
 };
 
-/// What one viewer was told of an entity that may be concealed from it.
+/// The last answer for one viewer and an entity that may be concealed.
 struct FilteredPair {
     EntityId entity;
     Tick asked = -1;        ///< -1: never
@@ -141,7 +141,7 @@ struct DuePair {
     std::uint32_t sight = 0;
 };
 
-/// Who may know of what within the radii; empty where no type conceals itself.
+/// The visibility filter within the radii; empty where no type conceals itself.
 struct FilteredVisibility {
     world::Visibility heard;            ///< by the radii alone: what the matcher keeps
     std::vector<ViewerFilter> viewers;  ///< in the order of `heard`

@@ -1,4 +1,4 @@
-// Pacer: when the datagrams of one tick leave, so that they do not meet the path as a burst.
+// Pacer: spreads the datagrams of one tick in time, so that they do not meet the path as a burst.
 #pragma once
 
 #include <algorithm>

@@ -53,7 +53,7 @@ void RateControl::on_sent(std::uint64_t sequence,
                           double now_s,
                           std::uint32_t stamp_us) {
     sent_bytes_ += static_cast<double>(bytes);
-    // What follows at once waits for the one before: together they are one transmission.
+    // A datagram that follows at once waits for the one before: together they are one transmission.
     const SentDatagram& before = sent_[newest_sent_ % kSent];
     const bool burst = newest_sent_ != 0 && now_s - before.sent_s < kBurst_s;
     const float together = static_cast<float>(bytes) + (burst ? before.burst_bytes : 0.0F);
@@ -271,7 +271,7 @@ void RateControl::decide(double rtt_s, double now_s) {
         take_base(now_s);
         low_s_ = now_s;
     }
-    // What a cut does shows after a round trip.
+    // The effect of a cut shows after a round trip.
     const bool shown = now_s - cut_s_ > rtt_s + cut_hold_s_;
     if (shown && delivered_ > 0.0 && queue_s_ > threshold_s_) {
         answer_delay(now_s);
@@ -285,7 +285,7 @@ void RateControl::answer_delay(double now_s) {
     futile_ = cuts_in_row_ > 1 && queue_s_ > 0.8 * queue_at_cut_s_ ? futile_ + 1 : 0;
     queue_at_cut_s_ = queue_s_;
     if (futile_ >= kFutileCuts) {
-        // Those cuts were for nothing, and what they took for the capacity was none.
+        // Those cuts were for nothing, and the capacity that they assumed was wrong.
         capacity_ = 0.0;
         full_at_ = 0.0;
         take_base(now_s);
@@ -298,7 +298,7 @@ void RateControl::answer_delay(double now_s) {
             capacity_ = delivered_;
         }
         const double drain = std::min(kDeepest, queue_s_ / kDrain_s);
-        // What is lost at any rate used the path before it was lost.
+        // Datagrams that are lost at any rate used the path before they were lost.
         const double carried =
             delivered_ / (1.0 - std::min(0.5, std::max(loss_floor_, clear_loss_)));
         cut(std::min(rate_, (kBackoff - drain) * carried), now_s);
@@ -348,7 +348,7 @@ bool RateControl::uses_its_rate() const {
 }
 
 void RateControl::cut(double to, double now_s) {
-    // What arrives is measured over few datagrams: one bad sample must not starve a client.
+    // The arrival rate is measured over few datagrams: one bad sample must not starve a client.
     rate_ = std::clamp(std::max(to, kDeepestCut * rate_), settings_.floor, settings_.ceiling);
     full_at_ = capacity_;
     cut_s_ = now_s;

@@ -17,7 +17,7 @@ void SessionHost::Impl::on_frame(StreamId stream,
     stats.frame_bytes_in += frame.size();
     const auto it = streams.find(stream);
     if (it == streams.end()) {
-        reject(Reject::kFrameNoStream);  // closed by us; frames under way still arrive
+        reject(Reject::kFrameNoStream);  // closed by us; frames in flight still arrive
         return;
     }
     Session* session = table.by_stream(stream);

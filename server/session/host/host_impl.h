@@ -1,5 +1,5 @@
-// SessionHost's inside: one object, its functions grouped by file: login, frames, datagrams,
-// outbox.
+// SessionHost::Impl: the inside of SessionHost; its functions are grouped by file: login, frames,
+// datagrams, outbox.
 #pragma once
 
 #include "server/session/host/session_host.h"

@@ -46,7 +46,7 @@ void SessionHost::Impl::on_state(const mailbox::StatePacket& packet,
     std::push_heap(releases.begin(), releases.end(), std::greater<>());
 }
 
-/// What is held of one session and due until then.
+/// The held packets of one session that are due until then.
 void SessionHost::Impl::release_of(Session& session,
                                    double until_s,
                                    double now_s,

@@ -1,5 +1,5 @@
-// SessionHost: all sessions of a server; bytes in, bytes out, no sockets: net and the test harness
-// both drive it.
+// SessionHost: all sessions of a server; it takes and gives bytes without sockets, so that net and
+// the test harness can both drive it.
 #pragma once
 
 #include "server/mailbox/address.h"
@@ -23,10 +23,10 @@ namespace zoned::session {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// An accepted TCP connection, numbered by whoever accepted it. Zero = none.
+/// An accepted TCP connection, numbered by its acceptor. Zero = none.
 using StreamId = StrongId<struct StreamTag, std::uint64_t>;
 
-/// What goes out. The host calls these from within its own calls; they must not call back.
+/// The host's output. The host calls these from within its own calls; they must not call back.
 struct SessionOutput {
     std::function<void(StreamId, Bytes frame)>
         send_frame;  ///< serialised ServerMessage, without the length prefix
@@ -88,8 +88,8 @@ class SessionHost {
                      std::span<const std::uint8_t> datagram,
                      double now_s);
 
-    /// From the zones. `server_time_s` stamps state packets. What is much at once is spread over
-    /// most of a tick: release() sends the rest.
+    /// From the zones. `server_time_s` stamps state packets. A large output is spread over most of
+    /// a tick: release() sends the rest.
     void on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s);
 
     /// Sends what was held back until now. Call at next_release_s().
@@ -109,7 +109,7 @@ class SessionHost {
     /// that is allowed from within SessionOutput.
     void recycle(Bytes datagram);
 
-    /// Tells every client that the server closes, and closes the streams. Whoever comes later is
+    /// Notifies every client that the server closes, and closes the streams. Later clients are
     /// refused.
     void shutdown(const std::string& text);
 

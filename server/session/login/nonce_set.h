@@ -1,4 +1,4 @@
-// NonceSet: ticket nonces that were used and have not expired, so that a ticket opens one session.
+// NonceSet: remembers used ticket nonces until they expire, so that a ticket opens one session.
 #pragma once
 
 #include "server/session/login/ticket.h"

@@ -236,7 +236,7 @@ std::uint32_t hand_off(ZoneState& state) {
     note_approaches(state);
     follow_ghost_contacts(state);
     const world::Entities& e = state.entities;
-    // Who leaves is replaced by another row, which comes next.
+    // Another row fills the gap of an entity that leaves, and comes next.
     for (world::Row row = e.moving().next(0); row != world::kNoRow; row = e.moving().next(row)) {
         if (e.has(row, world::kGhost) || e.has(row, world::kHidden)) {
             ++row;

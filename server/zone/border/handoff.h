@@ -1,5 +1,5 @@
-// Handoff: entities whose centre left the region go to the zone where it lies, contact islands as a
-// whole.
+// Handoff: moves entities whose centre left the region to the zone where it lies, contact islands
+// as a whole.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -1,4 +1,4 @@
-// Paths between zones: what zones need to know of each other to plan paths through several of them.
+// Zone portal exchange: the data that zones share to plan paths through several of them.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Fault settings: what a zone does wrong on purpose.
+// Fault settings: the errors that a zone commits on purpose.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -31,7 +31,7 @@ struct FaultSettings {
     ShareFault drop_decision;       ///< these clients do not hear what they are to confirm
     Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
     Tick stall_ticks = 0;           ///< ... for this many
-    bool silent_bound = false;      ///< clients are not told of wider bounds
+    bool silent_bound = false;      ///< clients are not notified of wider bounds
 
     [[nodiscard]] bool operator==(const FaultSettings&) const = default;
 };

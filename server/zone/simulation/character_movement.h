@@ -1,5 +1,5 @@
-// Movement: every owned character consumes one command; players' come from their input ring, the
-// others' from ai.
+// Character movement: every owned character consumes one command; players' come from their input
+// ring, the others' from ai.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -14,7 +14,7 @@ namespace {
 
 /// A player within this share of the distance ends what began beyond it.
 constexpr float kReturn = 0.9F;
-/// What is faster than this is found when it is nearer, m/s.
+/// A faster entity is found when it is nearer, m/s.
 constexpr float kFast = 25.0F;
 constexpr float kSlack = 0.05F;
 
@@ -51,7 +51,7 @@ Representation wanted_at(const world::EntityType& type, float distance, Represen
                                                                  : Representation::kFull;
 }
 
-/// What moves and may reach it before the next look, or what it may reach.
+/// Moving entities that may reach it, or that it may reach, before the next look.
 bool may_touch(ZoneState& state, world::Row row, const world::EntityType& type) {
     const world::Entities& e = state.entities;
     const float time = static_cast<float>(2 * kRepresentationTicks) * state.settings.dt;

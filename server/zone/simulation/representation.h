@@ -1,4 +1,4 @@
-// Representation: what is far from all players is simulated as less than it is.
+// Representation: simulates entities far from all players at a lower level of detail.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -1,5 +1,5 @@
-// The zone's particles: simulated ones, made from the settings, moved by the particle pass, asked
-// about by rules; and bursts that rules let out, simulated or told to clients.
+// Zone particles: makes particle systems from the settings, moves them, answers rules about them,
+// and emits bursts that are simulated or sent to clients.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -1,4 +1,4 @@
-// Soft bodies of a zone: entities whose type is one; a zone without any holds nothing for them.
+// Zone soft bodies: the entities of a zone whose type is a soft body.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -26,7 +26,8 @@ void push_soft(ZoneState& state, world::Row row, const Vec3& change);
 /// Moves all nodes to where the columns say, at rest, as deformed as they are.
 void place_soft(ZoneState& state, world::Row row);
 
-/// The body on its way to another zone, or an empty parcel; and back. `shift` as in write_entity.
+/// The body for the transfer to another zone, or an empty parcel; and back. `shift` as in
+/// write_entity.
 physics::soft::SoftParcel take_soft(ZoneState& state, EntityId entity);
 void give_soft(ZoneState& state,
                world::Row row,

@@ -9,9 +9,9 @@ namespace zoned::zone {
 
 namespace {
 
-// From the centre of a shape up, as a share of the way to its top.
+// From the centre of a shape up, as a share of the distance to its top.
 constexpr float kEyes = 0.9F;
-// What something flies off is not in its way.
+// The surface that something flies off does not block its flight.
 constexpr float kOnSurface_m = 0.1F;
 
 float half_height(const world::EntityType& type) {

@@ -1,5 +1,5 @@
-// Visibility filter: keeps from viewers what they must not know of although it is within their
-// radii.
+// Visibility filter: hides entities from viewers that must not know of them although the radii
+// reach.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -7,8 +7,8 @@
 namespace zoned::zone {
 
 /// Whether a viewer's avatar may know of an entity of a type that conceals itself, by the state of
-/// this moment: line of sight from its eyes (nine tenths of the way to its top) to the entity's
-/// centre or top, past statics and bodies; or by the rules.
+/// this moment. The rules may decide it. Else it is the line of sight from the avatar's eyes (nine
+/// tenths of the height from centre to top) to the entity's centre or top, past statics and bodies.
 [[nodiscard]] bool may_know(const ZoneState& state,
                             const RulesContext& context,
                             world::Row viewer,
