@@ -1,4 +1,4 @@
-// SolverBodies: what a solver moves, in rows of eight numbers per body.
+// SolverBodies: the bodies that a solver moves, in rows of eight numbers per body.
 #pragma once
 
 #include "server/compute/team.h"

@@ -1,4 +1,4 @@
-// ContactGraph: the pairs whose bounding boxes overlap, with what they remember between steps.
+// ContactGraph: the pairs whose bounding boxes overlap, and their state between steps.
 #pragma once
 
 #include "server/physics/bodies/bodies.h"

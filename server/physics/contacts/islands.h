@@ -1,4 +1,4 @@
-// Islands: which dynamic bodies hang together through contacts, and which of them may sleep.
+// Islands: groups the dynamic bodies that contacts connect, and decides which groups may sleep.
 #pragma once
 
 #include "server/physics/bodies/bodies.h"

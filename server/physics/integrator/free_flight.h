@@ -33,8 +33,9 @@ inline bool free_flight(IntegratorKind kind,
     return free_flight_by(kind, fall, dt, position, velocity);
 }
 
-/// The same in `pieces` equal pieces, from 1 to kMostFlightPieces. One: the very bits of the above;
-/// several: their ways are summed up before the position is rounded to its own fineness.
+/// The same in `pieces` equal pieces, from 1 to kMostFlightPieces. One piece gives the very bits of
+/// the above. The paths of several are summed up before the position is rounded to its own
+/// fineness.
 bool free_flight_in(int pieces,
                     IntegratorKind kind,
                     const FreeFall<float, 3>& fall,

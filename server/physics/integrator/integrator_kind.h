@@ -1,4 +1,4 @@
-// Which integrator carries a motion on: the alternatives by name.
+// IntegratorKind: the integrators by name.
 #pragma once
 
 #include <array>

@@ -10,10 +10,10 @@ namespace zoned::physics {
 
 namespace {
 
-/// Added to the diagonal, as a share of it. Rows of loops that say the same thing twice differ by
-/// the rounding of floats, 1e-7: without it that difference would be divided by itself. A joint
-/// that carries R times the weight of its own bodies gives way by this times R g h^2: with
-/// R = 1e5 and 240 substeps a second 17 micrometres.
+/// Added to the diagonal, as a share of it. Redundant rows of loops differ by the rounding of
+/// floats, 1e-7: without this share that difference would be divided by itself. A joint that
+/// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
+/// substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
 /// An error is undone no faster than this, m/s and rad/s, besides what the joint's own turning
 /// makes anew in each substep: what is torn apart (a body that was teleported) comes back within
@@ -280,10 +280,10 @@ double JointSolver::share_to_bound(const Row& row, double unknown) {
                                       : std::numeric_limits<double>::infinity();
 }
 
-/// Goes as far as the first bound; rows there hold no longer; true if there are any, and then the
-/// others have to be solved for anew. Each such step lowers the energy of the impulses, where all
-/// the way and a cut at the bounds might not (the primal active-set method: J. Nocedal, S. J.
-/// Wright, "Numerical Optimization", 2nd ed., 16.5).
+/// Goes as far as the first bound; rows there hold no longer. True if there are any, and then the
+/// others have to be solved for anew. Each such step lowers the energy of the impulses. A full step
+/// with a cut at the bounds might not (the primal active-set method: J. Nocedal, S. J. Wright,
+/// "Numerical Optimization", 2nd ed., 16.5).
 bool JointSolver::release(SolverBodies& moving, const JointGroup& group) {
     double share = 1.0;
     for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {

@@ -1,4 +1,4 @@
-// Costs: what methods cost, in nanoseconds, as measured; the one table from which choices are made.
+// Cost table: the measured costs of methods, in ns; the one table from which choices are made.
 #pragma once
 
 #include "server/physics/integrator/integrator_kind.h"

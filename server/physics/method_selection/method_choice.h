@@ -1,5 +1,5 @@
-// MethodChoice: of several methods the cheapest that keeps an error budget, and why the others are
-// not it.
+// MethodChoice: the cheapest of several methods that keeps an error budget, and the reasons against
+// the others.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Particle choice: in how many pieces a tick the particles of a system move within a budget.
+// Particle choice: the pieces a tick in which a system's particles move within a budget.
 #pragma once
 
 #include "server/physics/method_selection/flight_choice.h"

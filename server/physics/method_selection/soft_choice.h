@@ -1,5 +1,4 @@
-// Soft choice: which method, in how many substeps a tick, moves a kind of soft body within a
-// budget.
+// Soft choice: the method and its substeps a tick that move a kind of soft body within a budget.
 #pragma once
 
 #include "server/physics/method_selection/method_choice.h"

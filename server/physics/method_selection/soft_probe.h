@@ -40,10 +40,10 @@ class SoftProbe {
     /// size of the body (the longest side of its box). Infinity where one of them broke.
     [[nodiscard]] double distance(const ProbeRun& a, const ProbeRun& b) const;
 
-    /// Semi-implicit Euler with steps of 1/3840 s or shorter, by half until a halving changes less
-    /// than a tenth of `budget` or would take more than kMostReference of springs and tetrahedra;
-    /// where even that is too much (springs too stiff), XPBD in the same way, in at most 512
-    /// substeps a tick.
+    /// Semi-implicit Euler with steps of 1/3840 s or shorter. Steps are halved until a halving
+    /// changes less than a tenth of `budget` or would take more than kMostReference of springs and
+    /// tetrahedra. Where even that is too much (springs too stiff), XPBD is refined in the same
+    /// way, in at most 512 substeps a tick.
     [[nodiscard]] ProbeReference reference(double budget) const;
 
     [[nodiscard]] int ticks() const { return ticks_; }

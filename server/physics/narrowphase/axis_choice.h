@@ -1,4 +1,4 @@
-// How the separating axis tests choose among axes that are nearly as good.
+// Axis choice: the rule by which separating axis tests choose among nearly equal axes.
 #pragma once
 
 namespace zoned::physics {

@@ -1,4 +1,4 @@
-// The pair tests of the narrowphase: one function per pair of shapes, all with one signature.
+// Collide: the pair tests of the narrowphase, one function per pair of shapes with one signature.
 #pragma once
 
 #include "server/physics/narrowphase/manifold.h"

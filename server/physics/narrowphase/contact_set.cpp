@@ -31,7 +31,7 @@ struct Local {
     Local(const Local&) = delete;
     Local& operator=(const Local&) = delete;
 
-    /// Its box on its way along `travel` (world axes).
+    /// Its box swept along `travel` (world axes).
     [[nodiscard]] Aabb reach(const Placed& frame, const Vec3& travel, float margin) const {
         const Aabb box = shape_bounds(placed.shape, placed.position, rotation);
         return swept(box.grown(margin), frame.rotation.transpose() * travel);

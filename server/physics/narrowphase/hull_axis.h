@@ -1,4 +1,4 @@
-// The separating axis test of two convex polyhedra.
+// Hull axis: the separating axis test of two convex polyhedra.
 #pragma once
 
 #include "server/physics/narrowphase/axis_choice.h"

@@ -1,4 +1,4 @@
-// Contact points of two convex polyhedra along an axis.
+// Hull clip: the contact points of two convex polyhedra along an axis.
 #pragma once
 
 #include "server/physics/narrowphase/hull_axis.h"

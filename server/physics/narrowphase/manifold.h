@@ -1,4 +1,4 @@
-// Manifold: where two shapes touch, and the clipping that finds it for flat faces.
+// Manifold: the contact points of two shapes, and the clipping that finds them for flat faces.
 #pragma once
 
 #include "shared/math/types.h"

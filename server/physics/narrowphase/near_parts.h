@@ -1,4 +1,4 @@
-// Which parts of two shapes may meet: children of compounds, triangles of surfaces.
+// Near parts: finds the parts of two shapes that may meet: compound children, surface triangles.
 #pragma once
 
 #include "server/physics/narrowphase/collide_triangle.h"
@@ -18,8 +18,8 @@ struct PartPlaced {
     std::uint32_t index = 0;
 };
 
-/// Calls visit(PartPlaced) for the parts of `shape` whose boxes overlap that of `other` on its way
-/// along `travel` (relative to the shape, world axes), grown by `margin`.
+/// Calls visit(PartPlaced) for the parts of `shape` whose boxes overlap that of `other`, swept
+/// along `travel` (relative to the shape, world axes) and grown by `margin`.
 template <class Visit>
 void for_parts_near(const Placed& shape,
                     const Placed& other,

@@ -1,4 +1,4 @@
-// Query: what stands where in a scene: rays, moving shapes, overlaps, nearest bodies.
+// Query: finds the bodies in a scene by rays, moving shapes, overlaps and nearest distance.
 #pragma once
 
 #include "server/physics/shapes/shape.h"

@@ -1,4 +1,4 @@
-// The order in which the rays of a large batch are cast: neighbours after one another.
+// Ray order: sorts the rays of a large batch so that neighbours are cast after one another.
 #pragma once
 
 #include "server/physics/query/query.h"

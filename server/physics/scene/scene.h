@@ -162,9 +162,9 @@ class Scene {
     /// Joints that broke in the last step.
     [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
 
-    /// Steps are led by whoever calls step(), and those of the team help where there is much to do.
-    /// The result is the same for any number of threads. The team must outlive the scene, or be
-    /// taken back by nullptr.
+    /// The thread that calls step() leads it, and the threads of the team help where there is much
+    /// to do. The result is the same for any number of threads. The team must outlive the scene, or
+    /// be taken back by nullptr.
     void work_with(compute::Team* team);
 
     StepStats step(float dt);

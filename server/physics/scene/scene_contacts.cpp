@@ -204,7 +204,7 @@ void Scene::Impl::update_contacts(float dt) {
     }
 }
 
-/// After the solve: who touches whom now, and of whom there is touch_changes.
+/// After the solve: finds the touching pairs, and those of them with touch_changes.
 void Scene::Impl::settle_contacts() {
     const std::vector<std::uint32_t>& active = graph.active();
     touch_changes.resize(active.size());

@@ -92,7 +92,7 @@ struct Scene::Impl {
     std::vector<TouchChange> touch_changes;  ///< of the step, by place in ContactGraph::active
     std::vector<std::uint8_t> in_contact;    ///< by row: a contact holds it in this step
     std::vector<StepStart> starts;           ///< by row: as it was before the solve
-    std::vector<std::uint32_t> refitted;     ///< rows whose fat box is new, on their way to `boxes`
+    std::vector<std::uint32_t> refitted;  ///< rows whose new fat box still has to go into `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
     [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {
@@ -188,7 +188,7 @@ struct Scene::Impl {
     struct Bump;
     void step_particles(float dt);
     void step_particle(std::uint32_t row, float dt);
-    /// Kept out of the way of those that fly by the default.
+    /// Kept apart from the code of particles that fly by the default.
     [[nodiscard, gnu::noinline, gnu::cold]] bool bend_flight(std::uint32_t row,
                                                              const Vec3& pull,
                                                              float dt,
@@ -226,7 +226,7 @@ struct Scene::Impl {
     void hold_back(float dt);
     void hold_back(std::uint32_t row, float dt);
     struct Surface;
-    /// Shortens the way to where it meets static geometry that the body collides with.
+    /// Shortens the path to where it meets static geometry that the body collides with.
     [[nodiscard]] Surface first_surface(std::uint32_t row, const Vec3& from, const Vec3& way) const;
 
     // scene_step.cpp

@@ -1,4 +1,4 @@
-// Particles: points with a mass that fly, bounce, slide and rest on what does not give way.
+// Particles: points with a mass that fly, and bounce, slide and rest on unyielding bodies.
 #include "server/physics/integrator/free_flight.h"
 #include "server/physics/integrator/integrate.h"
 #include "server/physics/query/shape_ray.h"
@@ -47,11 +47,11 @@ struct Scene::Impl::ParticleFlight {
 
 struct Scene::Impl::Bump {
     std::uint32_t body = kNoIndex;
-    float share = INFINITY;     // of the way
+    float share = INFINITY;     // of the path
     Vec3 point = Vec3::Zero();  // just off the surface
     Vec3 normal = Vec3::UnitY();
     Vec3 surface_velocity = Vec3::Zero();
-    Vec3 before = Vec3::Zero();  // on the way, off the surface by as much
+    Vec3 before = Vec3::Zero();  // on the path, off the surface by as much
     Frame end;                   // where a kinematic body will be
 };
 
@@ -59,9 +59,9 @@ bool Scene::Impl::meets_particle(std::uint32_t row, std::uint32_t other) const {
     return bodies.sensor[other] == 0 && bodies.filter[row].meets(bodies.filter[other]);
 }
 
-/// The first surface on the straight way to where the flight ends. The true path bends off it by
-/// g t^2 / 8, a third of a millimetre; but each way begins where the last one ended, so that
-/// nothing is passed through.
+/// The first surface on the straight line to where the flight ends. The true path bends off it by g
+/// t^2 / 8, a third of a millimetre. But each line begins where the last one ended, so that nothing
+/// is passed through.
 void Scene::Impl::find_bump(std::uint32_t row, const ParticleFlight& flight, Bump& bump) const {
     const Vec3 way = flight.way();
     const float length = way.norm();
@@ -141,8 +141,8 @@ void Scene::Impl::find_moving_bump(std::uint32_t row,
     });
 }
 
-/// Goes to where the true path meets the surface. In a narrow crease the other side may be in the
-/// way: then the particle stays on the straight way, where it is known that nothing is.
+/// Goes to where the true path meets the surface. In a narrow crease the other side may stand
+/// before it: then the particle stays on the straight line, which is known to be free.
 void Scene::Impl::land(std::uint32_t row,
                        const Bump& bump,
                        float time,
@@ -157,8 +157,8 @@ void Scene::Impl::land(std::uint32_t row,
 }
 
 /// Coulomb friction and Newton's restitution at the surface. The speed at the surface follows from
-/// the height that was lost, so that a bounce rises to what the restitution says. What does not
-/// bounce slides on for the rest of the step.
+/// the height that was lost, so that a bounce rises as the restitution says. A particle that does
+/// not bounce slides on for the rest of the step.
 void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, ParticleFlight& flight) const {
     const Vec3& n = bump.normal;
     const float before = n.dot(flight.velocity);
@@ -232,10 +232,10 @@ void Scene::Impl::ride(std::uint32_t row,
     flight.position = wall.body != kNoIndex ? wall.before : to;
 }
 
-/// Bends the way of a step, as if nothing were on it, from the default's to another integrator's
-/// (or the default's in several pieces): a
-/// parabola that ends where, and as fast as, that one says. It may not begin with the velocity that
-/// the particle has (semi-implicit Euler's is a straight line). False where the integrator gave up.
+/// Bends the path of a step, as if nothing were on it, from the default's to another integrator's
+/// (or the default's in several pieces). The result is a parabola that ends at that integrator's
+/// position and velocity. It need not begin with the particle's velocity (semi-implicit Euler's is
+/// a straight line). False where the integrator gave up.
 bool Scene::Impl::bend_flight(std::uint32_t row,
                               const Vec3& pull,
                               float dt,
@@ -360,7 +360,7 @@ void Scene::Impl::disturb_particles(std::uint32_t row) {
     }
 }
 
-/// How deep a body lies in another one at its deepest point, m, and which way is out; zero: apart.
+/// How deep a body lies in another one at its deepest point, m, and the direction out; zero: apart.
 float Scene::Impl::deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3& out) {
     float deepest = 0.0F;
     const auto look = [&](const Manifold& manifold) {
@@ -385,7 +385,7 @@ float Scene::Impl::deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3&
     return deepest;
 }
 
-/// Pushes a body out of what does not give way, the deepest overlap first.
+/// Pushes a body out of the unyielding bodies that it overlaps, the deepest overlap first.
 void Scene::Impl::lift_out(std::uint32_t row) {
     constexpr int kMostPushes = 16;
     for (int push = 0; push < kMostPushes; ++push) {

@@ -33,7 +33,7 @@ SensorEvent Scene::Impl::sensor_event(std::uint32_t index) const {
             pair.inside != 0};
 }
 
-/// The pair is about to be forgotten: whoever was in a sensor leaves it.
+/// The pair is about to be forgotten: a body in a sensor leaves it.
 void Scene::Impl::end_sensing(std::uint32_t index, std::vector<SensorEvent>& out) {
     Pair& pair = graph.pair(index);
     if (pair.inside != 0) {

@@ -1,4 +1,4 @@
-// PhysicsSettings: everything that a config can say about the rigid bodies of a zone.
+// PhysicsSettings: the config of a zone's rigid bodies.
 #pragma once
 
 #include "server/physics/integrator/integrator_kind.h"
@@ -16,8 +16,8 @@ struct PhysicsSettings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
     /// 0: each island gets as many as its loads ask for within the error budget; 1..64: this many.
     int substeps = 0;
-    /// How far a contact may give way under its load, m: what `substeps` 0 goes by. A contact that
-    /// carries the same load for seconds gives way by far less.
+    /// The distance by which a contact may yield to its load, m: `substeps` 0 goes by it. A contact
+    /// that carries the same load for seconds yields by far less.
     float error_budget_m = 0.005F;
     int velocity_iterations = 1;    ///< per substep, 1..64
     float sleep_speed_mps = 0.05F;  ///< a body slower than this ...

@@ -1,4 +1,4 @@
-// BoxTree: a tree of axis-aligned boxes over things that do not move, built once.
+// BoxTree: a tree of axis-aligned boxes over fixed items, built once.
 #pragma once
 
 #include "shared/core/result.h"

@@ -118,7 +118,7 @@ EdgeBend bend_at(const MeshTables& t, std::span<const Side> sides, const Side& s
     bool found = false;
     for (const Side& other : sides) {
         if (other.upward == side.upward) {
-            continue;  // itself, or one that faces the other way
+            continue;  // itself, or one that faces the opposite direction
         }
         const Vec3& apex = t.vertices[t.corners[other.triangle][(other.edge + 2U) % 3U]];
         const EdgeBend b = bend_towards(triangle, side.edge, t.normals[other.triangle], apex);

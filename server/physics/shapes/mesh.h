@@ -61,12 +61,12 @@ struct MeshOptions {
 
 struct BuiltMesh {
     std::shared_ptr<const TriangleMesh> mesh;
-    // Findings on the way; none of them stops the mesh from being used.
+    // Findings of the build; none of them stops the mesh from being used.
     std::uint32_t degenerate = 0;    ///< triangles without area, left out
     std::uint32_t repeated = 0;      ///< triangles that are there already, left out
     std::uint32_t open_edges = 0;    ///< edges of one triangle only: the rim of the surface
     std::uint32_t shared_edges = 0;  ///< edges of more than two triangles
-    std::uint32_t turned_edges = 0;  ///< edges of two triangles that face opposite ways
+    std::uint32_t turned_edges = 0;  ///< edges of two triangles that face in opposite directions
     std::uint32_t merged = 0;        ///< vertices that another one stands for
     std::uint32_t unused = 0;        ///< vertices that no triangle names; left out like the merged
     // Where the first of each was, as numbers of the triangles and vertices that were given. Only

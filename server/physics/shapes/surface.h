@@ -1,4 +1,4 @@
-// Triangles of static surfaces (meshes, heightfields) and how the surface goes on beyond their
+// Surface: the triangles of static surfaces (meshes, heightfields), and the surface beyond their
 // edges.
 #pragma once
 

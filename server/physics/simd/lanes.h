@@ -126,8 +126,8 @@ ZONED_INLINE Lanes3 operator*(const LanesTensor& m, const Lanes3& v) {
             m.xz * v.x + m.yz * v.y + m.zz * v.z};
 }
 
-/// Eight numbers of one body. What a constraint needs of it comes in whole rows, so that eight rows
-/// become eight lanes by one transposition.
+/// Eight numbers of one body. A constraint takes the body's numbers in whole rows, so that eight
+/// rows become eight lanes by one transposition.
 struct Row8 {
     Lanes at{};
 };

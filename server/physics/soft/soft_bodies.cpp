@@ -136,8 +136,8 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
         body.batches.refresh(body.springs);
     }
     stats.contacts += static_cast<std::uint32_t>(body.contacts.size());
-    // By the way of the step: where springs hold weight, the velocity at the end of a substep is
-    // g h / 2 (half of what gravity gave it), though nothing moves.
+    // By the distance of the step: where springs hold weight, the velocity at the end of a substep
+    // is g h / 2 (half of gravity's share), though nothing moves.
     float farthest = 0.0F;
     for (std::size_t i = 0; i < body.kept.size(); ++i) {
         farthest = std::max(farthest, (body.x[i] - body.kept[i]).head<3>().squaredNorm());

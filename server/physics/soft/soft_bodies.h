@@ -45,8 +45,8 @@ struct SoftStats {
     bool skipped = false;               ///< nothing was awake: no pass ran
 };
 
-/// A soft body on its way from one SoftBodies to another, whole: nodes, springs, what was torn and
-/// what has set, whether it sleeps.
+/// A soft body in transfer from one SoftBodies to another, whole: nodes, springs, tears, plastic
+/// set, and whether it sleeps.
 class SoftParcel {
   public:
     SoftParcel();

@@ -1,4 +1,4 @@
-// SoftDef: what a soft body is made of and how it is simulated, before it is added.
+// SoftDef: the material and the method of a soft body, before it is added.
 #pragma once
 
 #include "shared/core/ids.h"

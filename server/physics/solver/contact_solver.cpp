@@ -15,8 +15,8 @@ constexpr float kPushSpeed = 3.0F;
 /// How often the points of one contact are solved among themselves in one visit. With two, stacks
 /// come to rest at half the substeps that they need with one; three gain nothing more.
 constexpr int kSweeps = 2;
-/// A soft contact gives way under its load. What a contact carries for longer is taken out of the
-/// spring's deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
+/// A soft contact yields to its load. A load carried for longer is taken out of the spring's
+/// deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
 constexpr float kSagRate = 0.3F;
 
 /// The work that one thread takes at a time: some microseconds.

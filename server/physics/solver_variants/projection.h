@@ -1,4 +1,4 @@
-// Projection: positions are moved apart, and velocities follow from how far they were moved.
+// Projection: moves positions apart; velocities follow from the distance moved.
 #pragma once
 
 #include "server/physics/joints/joint_table.h"

@@ -1,4 +1,4 @@
-// Dense systems of equations by elimination with partial pivoting, in place and without allocation.
+// Dense LU: solves dense systems by elimination with partial pivoting, in place, no allocation.
 #pragma once
 
 #include <cstddef>

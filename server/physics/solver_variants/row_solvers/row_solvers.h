@@ -21,7 +21,7 @@ struct IterationLimits {
 
 struct SolveReport {
     int iterations = 0;           ///< passes done; direct: rounds of pivoting of the longest
-    double residual_mps = 0.0;    ///< see residual.h; 0 unless it was asked for in some way
+    double residual_mps = 0.0;    ///< see residual.h; 0 unless a setting asked for it
     std::uint32_t direct = 0;     ///< islands solved exactly
     std::uint32_t too_large = 0;  ///< islands with more rows than `direct_rows`
     std::uint32_t unsolved = 0;   ///< islands where pivoting found no end

@@ -1,4 +1,4 @@
-// The speed at which bodies part after a bounce within a substep.
+// Restitution: the speed at which bodies part after a bounce within a substep.
 #pragma once
 
 #include <algorithm>
