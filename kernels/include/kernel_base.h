@@ -176,7 +176,7 @@ ZK_REAL_FN Real zk_floor(const Real x) {
     return zk_pick(x < cut, cut - 1.0f, cut);
 }
 
-/// `low` for what is not a number: what is clamped may become an index.
+/// `low` for NaN: a clamped number may become an index.
 ZK_REAL_FN Real zk_clamp(const Real x, const Real low, const Real high) {
     return zk_pick(x > low, zk_pick(x < high, x, high), low);
 }

@@ -55,7 +55,8 @@ typedef struct ParticleWorld {
     ParticleSphere sphere[ZK_MOST_SPHERES];
 } ParticleWorld;
 
-/// Air: what a program or template is made for, so that no particle pays for what is not there.
+/// Air: the parts for which a program or template is made, so that no particle pays for a missing
+/// part.
 enum {
     ZK_AIR_NONE = 0,    // vacuum
     ZK_AIR_STEADY = 1,  // drag in a uniform wind
@@ -270,7 +271,7 @@ ZK_REAL_FN void particle_hit_field(ZK_OF_REAL(ParticleMotion) * m,
     particle_bounce(m, world, hit, -sx * up, up, -sz * up, depth);
 }
 
-/// Spheres, then planes, then the field: what is pushed by one may be pushed by the next.
+/// Spheres, then planes, then the field: a particle pushed by one may be pushed by the next.
 ZK_REAL_FN void particle_collide(ZK_OF_REAL(ParticleMotion) * m,
                                  ZK_TABLE const ParticleWorld* world,
                                  ZK_GLOBAL const float* heights,

@@ -63,8 +63,8 @@ core::Result<physics::Shape> read_baked(std::string_view bytes);
 /// The same from a file; the reason names it.
 core::Result<physics::Shape> load_baked(const std::string& path);
 
-/// Writes a checksum that fits over the one in the bytes (at least kBakedBodyAt of them): for tests
-/// of what lies behind it.
+/// Writes a matching checksum over the one in the bytes (at least kBakedBodyAt of them): for tests
+/// of the checks behind it.
 void seal_baked(std::string& bytes);
 
 /// Empty when both hold the same geometry bit for bit, otherwise which table differs.

@@ -58,8 +58,8 @@ struct ProgramCounts {
 /// A device that failed once is lost: every later call fails at once with the first reason, and its
 /// user goes on without it. A kernel that does not build is lost alone.
 ///
-/// Threads take turns: who queues work holds turn() until it is finished. Kernels and buffers may
-/// go at any time.
+/// Threads take turns: a thread that queues work holds turn() until the work is finished. Kernels
+/// and buffers may go at any time.
 class Device {
   public:
     /// Chooses among the devices and opens one. Fails with the reason where none fits or opens:
@@ -173,8 +173,8 @@ class Buffer {
 
     Status take() { return take(0, bytes_); }
 
-    /// The host's memory holds what came back. Where the device was lost before, it holds what it
-    /// held at give() (copied), or what the kernels did until then (mapped).
+    /// The host's memory holds the returned data. Where the device was lost before, copied memory
+    /// holds its content at give(), and mapped memory the kernels' results until then.
     void settle();
 
     [[nodiscard]] std::size_t bytes() const { return bytes_; }

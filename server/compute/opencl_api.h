@@ -47,8 +47,8 @@ struct OpenClApi {
 #undef ZONED_OPENCL_POINTER
 };
 
-/// Opens libOpenCL.so.1 on the first call; later calls give
-/// what the first gave. Fails with the loader's reason. Threads may call it at once.
+/// Opens libOpenCL.so.1 on the first call; later calls return the first result. Fails with the
+/// loader's reason. Threads may call it at once.
 const core::Result<OpenClApi>& opencl_api();
 
 /// Whether opencl_api() was ever called in this process.

@@ -25,9 +25,8 @@ inline constexpr std::array<std::uint64_t, 256> kPlacesOfBits = [] {
     return table;
 }();
 
-/// Writes from[i] for each bit i of `mask`, in order, and something to what is left of eight
-/// numbers from `to` on. Without the
-/// instruction that moves lanes about it takes 1.7 ns in place of 0.6.
+/// Writes from[i] for each bit i of `mask`, in order, and something to the rest of eight numbers
+/// from `to` on. Without the instruction that moves lanes about it takes 1.7 ns in place of 0.6.
 inline void compress_store(const std::uint32_t* from, std::uint32_t mask, std::uint32_t* to) {
     const std::uint64_t places = kPlacesOfBits[mask];
 #if defined(__AVX2__)

@@ -24,12 +24,12 @@ struct GridPoints {
 };
 
 /// Cells stand in one row of slots, line by line, so that a query reads a few long runs. Eight
-/// slots' places share a line of the cache, which is what a query reads and a step writes. Every
+/// slots' places share a line of the cache: a query reads such a line and a step writes it. Every
 /// fourth cell has a spare slot at first; a cell that is full borrows one from a neighbour, as in a
 /// packed memory array (Bender, Demaine and Farach-Colton, "Cache-oblivious B-trees", SIAM Journal
-/// on Computing 35, 2005, section 2). Empty slots hold what is not a number and fail every
-/// comparison. The order within a cell depends on the past; nobody may depend on it. A grid of its
-/// own beside spatial::PointGrid, which sorts all points anew: that costs more than matching does.
+/// on Computing 35, 2005, section 2). Empty slots hold NaN and fail every comparison. The order
+/// within a cell depends on the past; nobody may depend on it. It is a grid of its own beside
+/// spatial::PointGrid, because that sorts all points anew, which costs more than matching does.
 class IncrementalGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -162,7 +162,7 @@ class IncrementalGrid {
         std::uint32_t mask = 0;
     };
 
-    /// As for_each_chosen(), but only writes down what was chosen, without a branch for each eight;
+    /// As for_each_chosen(), but only writes the choices down, without a branch for each eight;
     /// `out` has room for blocks() + 1 notes. Returns how many.
     template <bool kFlat, class Test>
     std::size_t note_chosen(float x0,

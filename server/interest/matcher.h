@@ -31,10 +31,10 @@ class Matcher {
   public:
     /// Writes `out` (one set per viewer in the order of `viewers`, which ascend by client id). Sets
     /// of viewers that stay are updated in place, sets of viewers that are gone are dropped;
-    /// entered/left/lod_changed/changed say the difference. Hidden entities are heard by nobody; a
-    /// viewer without a row hears nothing; no two share an avatar. The type table has to be the
-    /// same in each call, and `out` the one of the last call (sets may be added, taken away or be
-    /// given another `visible`, see VisibleSet::stamp). No allocation after warm-up.
+    /// entered/left/lod_changed/changed give the difference. No viewer hears of a hidden entity; a
+    /// viewer without a row hears of nothing; no two share an avatar. The type table has to be the
+    /// same in each call, and `out` the one of the last call. (Sets may be added, taken away or be
+    /// given another `visible`, see VisibleSet::stamp.) No allocation after warm-up.
     InterestReport step(const world::Entities& entities,
                         const world::TypeTable& types,
                         std::span<const world::Viewer> viewers,
@@ -42,7 +42,7 @@ class Matcher {
                         world::Visibility& out);
 
   private:
-    /// Matched with everything for its cone's sake: its set is what it was but for differences.
+    /// Matched with everything because of its cone: its set changes only by the differences.
     static constexpr std::uint8_t kFreshByCone = 2;
 
     /// The memory of a viewer, beside the columns below.
@@ -121,7 +121,7 @@ class Matcher {
     float entity_step_m_ = 0.0F;  // farthest that an entity stepped in this tick
     std::uint64_t next_stamp_ = 1;
     InterestReport report_;
-    std::uint32_t pairs_ = 0;           // that somebody hears of
+    std::uint32_t pairs_ = 0;           // in all visible sets together
     world::Visibility* out_ = nullptr;  // during step()
 
     std::vector<MatchedViewer> matched_viewers_;
@@ -129,7 +129,7 @@ class Matcher {
     std::vector<float> viewer_z_;
     std::vector<float> viewer_old_x_;
     std::vector<float> viewer_old_z_;
-    std::vector<float> viewer_nimbus_;          // 0: hears nothing
+    std::vector<float> viewer_nimbus_;          // 0: no visible set
     std::vector<ViewCone> viewer_cone_;         // empty where no type has one
     std::vector<std::uint32_t> viewer_of_row_;  // by row
     std::vector<std::uint32_t> moved_;          // viewers that stepped

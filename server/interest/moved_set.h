@@ -26,9 +26,9 @@ class MovedSet {
     /// in the place that it left and in the place that it came to, m.
     static constexpr float kStep_m = 8.0F;
 
-    /// Compares rows with those of the last call and lists what changed: those that stir or were
-    /// touched for Reader::kInterest, which the caller forgets afterwards. The type table has to be
-    /// the same in each call.
+    /// Compares rows with those of the last call and lists the changes. It looks at rows that move
+    /// or were touched for Reader::kInterest, which the caller forgets afterwards. The type table
+    /// has to be the same in each call.
     void follow(const world::Entities& entities, const world::TypeTable& types);
     /// Forgets where things were.
     void settle();
@@ -62,7 +62,7 @@ class MovedSet {
 
     [[nodiscard]] float old_z(world::Row row) const { return old_z_[row]; }
 
-    /// 0 where it is hidden or nowhere: heard by nobody.
+    /// 0 where it is hidden or nowhere: no viewer hears of it.
     [[nodiscard]] float aura_m(world::Row row) const { return aura_[row]; }
 
     [[nodiscard]] float nimbus_m(world::Row row) const { return nimbus_of_[kind_of(row)]; }

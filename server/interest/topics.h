@@ -13,7 +13,7 @@
 
 namespace zoned::interest {
 
-/// How much of a topic is kept for those who subscribe later.
+/// The history of a topic for later subscribers.
 struct HistoryRule {
     std::string name;        ///< of the topic; an end of "*" stands for any end
     std::size_t events = 0;  ///< at most
@@ -41,13 +41,12 @@ class Topics {
     /// The first rule that fits a topic holds for it. Before the first event.
     void keep(std::vector<HistoryRule> rules) { rules_ = std::move(rules); }
 
-    /// An event is published: all subscribers of now hear of it, who come later as long as it is
-    /// kept. `event.number` is set here. Nothing where the topic has no history.
+    /// Publishes an event. All present subscribers get it, and later ones as long as it is kept.
+    /// `event.number` is set here. Nothing where the topic has no history.
     void remember(std::string_view topic, PastEvent event);
 
-    /// The events that a subscriber that just came has not heard of yet, oldest first: each event
-    /// is given out once to each client, whether it was subscribed when it happened or comes (back)
-    /// later.
+    /// The events that a new subscriber has not got yet, oldest first. Each event goes out once to
+    /// each client, whether the client was subscribed when it happened or comes (back) later.
     void take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out);
 
   private:

@@ -62,10 +62,10 @@ struct Input {
 struct Acks {
     ClientId client;
     std::uint64_t newest = 0;
-    std::uint32_t bits = 0;              ///< bit i: newest - 1 - i has arrived as well
-    std::uint32_t rtt_us = 0;            ///< smoothed round trip as the session measures it
-    std::uint32_t rate_bytes_per_s = 0;  ///< what the path carries as the session measures it,
-                                         ///< headers counted; 0: no limit known
+    std::uint32_t bits = 0;    ///< bit i: newest - 1 - i has arrived as well
+    std::uint32_t rtt_us = 0;  ///< smoothed round trip as the session measures it
+    std::uint32_t rate_bytes_per_s =
+        0;  ///< the path's capacity as the session measures it, headers counted; 0: no limit known
 };
 
 /// A reliable command to the rules of the game.
@@ -110,7 +110,7 @@ struct CodecPrice {
 /// out before it was sent.
 struct NewBrains {
     std::shared_ptr<const std::string> config;       ///< as recordings hold it
-    std::shared_ptr<const ai::AiSettings> settings;  ///< what it says of them, compiled
+    std::shared_ptr<const ai::AiSettings> settings;  ///< the agents' settings in it, compiled
 };
 
 using InboxItem = std::variant<Join,
@@ -175,7 +175,7 @@ struct AuditEntity {
     Tick discontinuity_tick = 0;  ///< last spawn, teleport or unhide
     Tick radii_tick = 0;          ///< when its stance, and so its radii, last became others
     Tick breach_tick =
-        0;  ///< when truth last left what its own last publication predicted, 0 = never
+        0;  ///< when truth last left the prediction of its own last publication, 0 = never
     std::vector<std::int32_t>
         quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
 };
@@ -185,7 +185,7 @@ struct AuditEntity {
 struct AuditUpdate {
     EntityId entity;
     Tick postponed_tick = 0;  ///< when the byte budget last made something of it wait; 0 = never
-    bool leaving = false;     ///< what the packets carry is its removal
+    bool leaving = false;     ///< the packets carry its removal
 
     struct Carried {
         Tick tick = 0;

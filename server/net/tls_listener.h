@@ -51,13 +51,13 @@ class TlsListener {
 
     /// Queues a frame; nothing happens when the stream is gone or closing.
     void send(StreamNumber stream, std::span<const std::uint8_t> frame);
-    /// Ends a stream after what is queued.
+    /// Ends a stream after its queue is sent.
     void close(StreamNumber stream);
     /// Bytes that wait to be sent; 0 when the stream is gone.
     [[nodiscard]] std::size_t backlog(StreamNumber stream) const;
 
     [[nodiscard]] std::uint16_t port() const;
-    /// SHA-256 of the certificate, hexadecimal: what clients pin.
+    /// SHA-256 of the certificate, hexadecimal. Clients pin it.
     [[nodiscard]] const std::string& fingerprint() const;
     [[nodiscard]] const CertificateFiles& certificate_files() const;
     /// Streams that are not gone yet, those in handshake or closing included.

@@ -22,7 +22,7 @@ auto lower_bound_entity(List& list, EntityId entity) {
     });
 }
 
-/// How often the newest copy of something was sent and what became of it.
+/// How often the newest copy of something was sent, and its fate.
 struct Delivery {
     Tick sent_tick = 0;          ///< of the newest copy
     Tick pending_tick = 0;       ///< since when something is unsent; 0 = nothing noticed yet
@@ -34,7 +34,7 @@ struct Delivery {
 struct Subscription {
     EntityId entity;
     StreamIndex stream = kNoStream;
-    std::uint32_t stamp = 0;  ///< names this subscription: what belongs to an earlier one is void
+    std::uint32_t stamp = 0;  ///< names this subscription: packets of an earlier one are void
     std::uint32_t sent_version = 0;       ///< newest version sent, 0 = none
     std::uint32_t delivered_version = 0;  ///< newest version acknowledged
     std::uint32_t held_keyframe = 0;      ///< newest keyframe acknowledged, by serial
@@ -46,7 +46,7 @@ struct Subscription {
     Tick postponed_tick = 0;  ///< when the budget last delayed the first update of it
 };
 
-/// The version of its stream that the client is taken to predict from: what was sent last unless
+/// The version of its stream from which the client is assumed to predict: the last one sent unless
 /// that was lost; 0: none.
 inline std::uint32_t held_version(const Subscription& s) {
     return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
@@ -85,7 +85,7 @@ class ClientState {
 
     [[nodiscard]] ClientTransfer transfer() const;
 
-    /// Brings subscriptions in line with what the client hears of now; both ascend by entity.
+    /// Brings subscriptions in line with the client's visible set; both ascend by entity.
     void update_subscriptions(const std::vector<world::Visible>& visible,
                               Tick now,
                               StreamTable& streams,
@@ -99,11 +99,11 @@ class ClientState {
     /// As the session measures it; 0: not yet.
     [[nodiscard]] std::uint32_t rtt_us() const { return rtt_us_; }
 
-    /// nullptr: it does not hear of the entity.
+    /// nullptr: it is not subscribed to the entity.
     [[nodiscard]] const Subscription* subscription(EntityId entity) const;
 
     void on_acks(const mailbox::Acks& acks);
-    /// Gives up packets that must be lost by now, or all when nothing is heard any more.
+    /// Gives up packets that must be lost by now, or all when the client has gone silent.
     void expire(Tick now, float tick_s);
 
     /// True in an outage: the client acknowledged packets before, but none for a second and two
@@ -126,7 +126,7 @@ class ClientState {
     /// Copies of an update to send so that the chance to lose them all is below `target`, 1..8.
     [[nodiscard]] int copies_wanted(float target) const;
 
-    /// When away: a sign of life is due, because something was heard of the client.
+    /// When away: a sign of life is due, because something came from the client.
     [[nodiscard]] bool sign_due(Tick now) const;
 
     /// From now on this client's records are coded for it alone, or not any more.
@@ -135,9 +135,10 @@ class ClientState {
     /// Bytes that it may be sent per tick: its budget, or the capacity of the path if that is less.
     [[nodiscard]] double allowed_bytes(const ReplicationSettings& settings) const;
 
-    /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
-    /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
-    /// bursts wait in a queue, a tick and a half's (or what one small packet needs).
+    /// Tokens for one more tick, of the budget or of the path's capacity, if that is less. They
+    /// never exceed a quarter of a second's worth of the budget. On a path with less capacity,
+    /// where bursts wait in a queue, the limit is a tick and a half's (or the size of one small
+    /// packet).
     void refill(const ReplicationSettings& settings);
 
     /// When the client passed to the present stream of an entity from another level of detail or

@@ -14,10 +14,10 @@ namespace zoned::replication {
 struct CodecDemand {
     float records = 0.0F;
     float packets = 0.0F;  ///< that carry records
-    float use = 0.0F;      ///< of what may be sent to it: the share that shared records would take
+    float use = 0.0F;      ///< the share of its allowance that shared records would take
 
-    /// A tick in which so many records went out in so many packets; `allowed_bytes`: what may be
-    /// sent to the client per tick, > 0.
+    /// A tick in which so many records went out in so many packets; `allowed_bytes`: the client's
+    /// allowance per tick, > 0.
     void add(std::uint32_t records_now, std::uint32_t packets_now, double allowed_bytes);
 
     /// The cost of coding all of it, ns per tick.

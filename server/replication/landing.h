@@ -11,11 +11,11 @@ namespace zoned::replication {
 /// the side that looks down most.
 float resting_height(const world::EntityType& type, const Quat& orientation);
 
-/// Height of the centre where an entity that falls from `from` (position, velocity; acceleration is
-/// that of gravity) comes to rest: `height` over the topmost solid under its path that it is above.
-/// The path is looked at in steps of a sixteenth of a second for three seconds; minus infinity
-/// where nothing is met by then. It is a guess for a prediction: sides of boxes, slopes and what
-/// moves are left out, and being wrong costs a publication, never the bound.
+/// Height of the centre where an entity that falls from `from` comes to rest (position, velocity;
+/// acceleration is that of gravity). It is `height` over the topmost solid under its path that it
+/// is above. The path is sampled in steps of a sixteenth of a second for three seconds; minus
+/// infinity where it meets nothing by then. It is a guess for a prediction: sides of boxes, slopes
+/// and moving solids are left out. A wrong guess costs a publication, never the bound.
 float landing_height(const motion::StaticGeometry& ground,
                      const motion::KinematicState& from,
                      float height);

@@ -9,8 +9,8 @@
 
 namespace zoned::replication {
 
-/// One per entity, whatever the levels of detail; a few additions per tick for what does not
-/// accelerate.
+/// One per entity, whatever the levels of detail; a few additions per tick for an entity that does
+/// not accelerate.
 class MotionEstimate {
   public:
     /// Velocities are compared over windows of so many ticks: an eighth of a second at 30 Hz.
@@ -29,7 +29,7 @@ class MotionEstimate {
                  const motion::KinematicState& truth,
                  const EstimateSettings& settings);
 
-    /// It rests: nothing is known of what it will do.
+    /// It rests: nothing is known of its future motion.
     void rest() {
         if (tick_ >= 0) {
             *this = MotionEstimate();
@@ -45,11 +45,12 @@ class MotionEstimate {
     /// It accelerates as gravity alone does.
     [[nodiscard]] bool falls() const { return falls_; }
 
-    /// Its acceleration turns steadily, by what `acceleration` and `turn` say (else both are zero).
-    /// Of the velocities of three ticks, kWindow apart, the two differences are mean accelerations
-    /// over neighbouring windows. For one that turns at a constant rate w they differ by a turn of
-    /// w times the window, whatever constant velocity is added (a centre that drifts); each is
-    /// shorter than the acceleration at the middle of its window by sin(x) / x, x half that angle.
+    /// Its acceleration turns steadily, as `acceleration` and `turn` give it (else both are zero).
+    /// The velocities of three ticks, kWindow apart, give two differences: mean accelerations over
+    /// neighbouring windows. If the acceleration turns at a constant rate w, they differ by a turn
+    /// of w times the window. A constant velocity added (a centre that drifts) changes nothing.
+    /// Each is shorter than the acceleration at the middle of its window by sin(x) / x, x half that
+    /// angle.
     [[nodiscard]] bool turns() const { return turns_; }
 
     [[nodiscard]] const Vec3& acceleration() const { return acceleration_; }  ///< m/s2, now

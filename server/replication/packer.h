@@ -136,7 +136,7 @@ class Packer {
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;
     std::vector<wire::record::CodedRecord> coded_;   // as entries_, for a client with a coder
-    std::vector<wire::record::CodedRecord> coding_;  // what is being coded and sent,
+    std::vector<wire::record::CodedRecord> coding_;  // the records being coded and sent,
     std::vector<SentEntry> coding_entries_;          // and its entries
     std::vector<std::pair<EntityId, wire::TrafficReason>> reasons_;  // of coded_, for the meter
     mailbox::CodecPrice price_;

@@ -44,14 +44,14 @@ class Replicator {
     /// Holds from the next choice on.
     void set_codec_price(const mailbox::CodecPrice& price);
     [[nodiscard]] const mailbox::CodecPrice& codec_price() const;
-    /// Something else came from the client: after an outage it is asked sooner what it holds.
+    /// Something else came from the client: after an outage it is asked sooner for its state.
     void on_heard(ClientId client);
     /// Everything becomes pending for this client again, absolute.
     void reset_view(ClientId client);
 
     /// One tick. `visibility` and `own` ascend by client id. Packets are appended to `out`,
     /// ascending by client. A removed entity is announced by its absence from VisibleSet::visible.
-    /// A client without a set hears only that the connection lives. Orientation is taken from
+    /// A client without a set gets only signs of life. Orientation is taken from
     /// Entities::orientation, also of upright entities. Accelerations above a type's a_max are
     /// impacts and are not extrapolated.
     ReplicationReport step(Tick now,
@@ -104,7 +104,7 @@ class Replicator {
     /// if none.
     Tick unacknowledged(ClientId client, std::vector<mailbox::AuditUpdate>& out) const;
 
-    /// Whether anybody hears of the entity.
+    /// Whether any client is subscribed to the entity.
     [[nodiscard]] bool heard(EntityId entity) const;
 
     void hash(core::StateHash& hash) const;

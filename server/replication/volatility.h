@@ -25,8 +25,8 @@ motion::KinematicState start_of(const Truth& truth,
                                 motion::PredictorOrder order,
                                 const ReplicationSettings& settings);
 
-/// Whether an entity moves as the kind supposes: what does not fall is not ballistic, what does not
-/// turn not turning; the orders are for everything.
+/// Whether an entity moves as the kind supposes: a ballistic one falls, a turning one turns; the
+/// orders suit every motion.
 bool suits(const MotionEstimate& estimate, motion::PredictorOrder order);
 
 /// The substitute for a kind that does not suit the entity now: order 1 for an entity that does not

@@ -6,13 +6,12 @@
 
 namespace zoned::rules {
 
-/// A decision changed what this player holds. The whole of it is sent now and again every
-/// `agree_repeat_s` until the client says what it holds after it: repeated state regeneration,
-/// which repairs whatever two clients would otherwise see differently. Given up, and counted, after
-/// kMostRepeats.
+/// A decision changed this player's inventory or state. The whole of it is sent now and again every
+/// `agree_repeat_s` until the client confirms the same state. This is repeated state regeneration:
+/// it repairs any difference between two clients. Given up, and counted, after kMostRepeats.
 void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
 
-/// Sends again what is due.
+/// Sends again the decisions that are due.
 void run_agreement(Game& game, RulesContext& context, CharacterRecord& record);
 
 /// The client's report of its digest. A digest that differs from the server's is counted. The

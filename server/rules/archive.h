@@ -81,7 +81,8 @@ class Writer {
     std::vector<std::uint8_t>& out_;
 };
 
-/// Reads what Writer wrote. After the first fault `ok()` is false and all further values are zero.
+/// Reads the output of Writer. After the first fault `ok()` is false and all further values are
+/// zero.
 class ArchiveReader {
   public:
     static constexpr std::size_t kMaxText = 256;

@@ -29,12 +29,12 @@ struct GameStats {
     std::uint64_t denials_muted = 0;  ///< of these: not even answered, the client asked too often
     std::uint64_t stray_confirms = 0;
     std::uint64_t bad_messages = 0;     ///< from other zones, unreadable
-    std::uint64_t missed_messages = 0;  ///< whose target was not what they expected
+    std::uint64_t missed_messages = 0;  ///< whose target was not as they expected
     std::uint64_t bad_states = 0;       ///< load_entity could not read
     std::uint64_t shots = 0;
     std::uint64_t shots_as_seen = 0;  ///< of these: at the world as the shooter's client saw it
     std::uint64_t shots_cut = 0;      ///< of these: it asked for more than is rewound
-    std::uint64_t shots_doubted = 0;  ///< of these: it said what nothing explains
+    std::uint64_t shots_doubted = 0;  ///< of these: nothing explains the client's claim
     std::uint64_t hits = 0;
     std::uint64_t kills = 0;
     std::uint64_t kills_unconfirmed = 0;  ///< of these: announced after the time-out

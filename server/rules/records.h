@@ -40,7 +40,7 @@ struct SeenRecord {
     }
 };
 
-/// A shot that waits for its tick, with what its client saw.
+/// A shot that waits for its tick, with its client's view.
 struct FiredShot {
     Tick tick = 0;  ///< fired from where the avatar is after it
     Vec3 along = Vec3::UnitZ();

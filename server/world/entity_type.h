@@ -1,5 +1,5 @@
-// EntityType: what all entities of one kind have in common; the type table is fixed while a world
-// lives.
+// EntityType: the common properties of all entities of one kind; the type table is fixed while a
+// world lives.
 #pragma once
 
 #include "shared/core/ids.h"

@@ -61,8 +61,8 @@ struct EntityContact {
 // their nodes. near() finds them; ray_cast() goes through them, and their touches are not reported
 // as contacts. The other rules for them stand below.
 
-/// Which contacts rules hear of besides those that begin and those with an impulse of more than
-/// physics::PhysicsSettings::event_impulse_ns.
+/// The contacts that rules are notified of, besides those that begin and those with an impulse of
+/// more than physics::PhysicsSettings::event_impulse_ns.
 struct ContactWish {
     bool lasts = false;  ///< in each step after the first, while one of the two is awake
     bool ends = false;
@@ -100,7 +100,7 @@ struct Seen {
     DisplayedTime view = DisplayedTime::kPresent;
     Tick tick = 0;                         ///< that was displayed of others
     float fraction = 0.0F;                 ///< of the tick after it, 0..1
-    EntityId aimed;                        ///< what the ray hit there; none: nothing
+    EntityId aimed;                        ///< the entity that the ray hit there; none: nothing
     std::span<const SeenEntity> entities;  ///< those near the ray
 };
 
@@ -138,7 +138,7 @@ class RulesContext {
     }
 
     /// From `ahead_s` on (at least half a second, so that all clients know in time) the clock runs
-    /// at this rate, in place of what was announced for then and later. False where there is none
+    /// at this rate, in place of the rates announced for then and later. False where there is none
     /// of that name, or the numbers are not finite.
     virtual bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
         (void)name;
@@ -155,8 +155,9 @@ class RulesContext {
     /// Props: impulse / mass, of soft ones for each node that is not pinned; characters: a knock
     /// that apply_input starts from. m/s.
     virtual void add_velocity(EntityId entity, const Vec3& change) = 0;
-    /// Takes an entity out of the world (no body, heard by nobody) or puts it back at `position`. A
-    /// soft body comes back as its type defines it: what was torn is whole, what had set is not.
+    /// Takes an entity out of the world (no body, no viewer hears of it) or puts it back at
+    /// `position`. A soft body comes back as its type defines it: tears are whole again, plastic
+    /// set is gone.
     virtual void hide(EntityId entity) = 0;
     virtual void show(EntityId entity, const Vec3& position, const Vec3& velocity) = 0;
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
@@ -183,7 +184,7 @@ class RulesContext {
                                              EntityId ignore) const = 0;
 
     /// The same through the world as a client saw it when it acted
-    /// (server/zone/viewers/lag_compensation.h): what is of a rewindable type stands where it was
+    /// (server/zone/viewers/lag_compensation.h): an entity of a rewindable type stands where it was
     /// displayed, within the configured bounds.
     [[nodiscard]] virtual SeenHit ray_cast_as_seen(ClientId client,
                                                    const Seen& seen,
@@ -242,9 +243,9 @@ class RulesContext {
     /// found to hold something else.
     virtual void reset_view(ClientId client) { (void)client; }
 
-    /// A player has succeeded, or failed, at what agents of this zone make difficult (has beaten
-    /// one, or was beaten): difficulty follows where the config says so (`ai.adaptation`), else
-    /// nothing happens. Agents change after the rules of this tick at the earliest.
+    /// A player has succeeded, or failed, at a task that agents of this zone make difficult (has
+    /// beaten one, or was beaten). Difficulty follows where the config says so (`ai.adaptation`),
+    /// else nothing happens. Agents change after the rules of this tick at the earliest.
     virtual void note_outcome(bool player_succeeded) { (void)player_succeeded; }
 
     virtual void kick(ClientId client, std::string_view reason) = 0;
@@ -321,7 +322,7 @@ class Rules {
     /// True while something is pending that must run although nobody moves or watches (a respawn
     /// timer, say).
     [[nodiscard]] virtual bool busy() const = 0;
-    /// Chains at least what has changed since the last call: what it keeps for that is no state.
+    /// Chains at least the changes since the last call: bookkeeping for that is no state.
     virtual void hash(core::StateHash& hash) const = 0;
 };
 

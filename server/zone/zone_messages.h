@@ -40,7 +40,7 @@ struct Handoff {
     physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;
-    std::vector<world::Visible> visible;   ///< what the client heard of, so that hysteresis goes on
+    std::vector<world::Visible> visible;   ///< the client's visible set, so that hysteresis goes on
     replication::ClientTransfer transfer;  ///< where client is set
 };
 

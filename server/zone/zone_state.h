@@ -143,7 +143,7 @@ struct DuePair {
 
 /// The visibility filter within the radii; empty where no type conceals itself.
 struct FilteredVisibility {
-    world::Visibility heard;            ///< by the radii alone: what the matcher keeps
+    world::Visibility heard;            ///< by the radii alone: the matcher's sets
     std::vector<ViewerFilter> viewers;  ///< in the order of `heard`
     std::uint32_t checks = 0;           ///< in this tick
     std::uint32_t overdue = 0;          ///< pairs that were due and not asked about
@@ -213,7 +213,7 @@ struct ZoneState {
     std::vector<RulesMessage> messages_in;
 
     core::StateHash hash;
-    bool hashed = false;  ///< at least once: what was placed at rest is in the hash
+    bool hashed = false;  ///< at least once: entities placed at rest are in the hash
     std::vector<world::Row> changed_rows;  ///< those that the last hash pass went over
     StepOutput out;
     StepReport report;
@@ -221,7 +221,7 @@ struct ZoneState {
     ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules);
 };
 
-/// The sets that the matcher keeps: what viewers hear of by the radii alone.
+/// The sets that the matcher keeps: by the radii alone.
 world::Visibility& matched_sets(ZoneState& state);
 const world::Visibility& matched_sets(const ZoneState& state);
 

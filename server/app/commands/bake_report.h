@@ -1,4 +1,4 @@
-// Bake report: what `zoned bake` prints of a geometry file.
+// Bake report: the output of `zoned bake` for a geometry file.
 #pragma once
 
 #include "server/assets/geometry_survey.h"

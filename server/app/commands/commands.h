@@ -30,7 +30,7 @@ struct ExplainArguments {
     unsigned ticks = 90;
     std::string diagram;       ///< name of a brain: its diagram in place of the plan
     std::string svg;           ///< file for it; empty: as text for Graphviz on standard output
-    std::uint32_t entity = 0;  ///< why this one does what it does, in place of the plan
+    std::uint32_t entity = 0;  ///< explain the actions of this agent, in place of the plan
 };
 
 struct TicketArguments {

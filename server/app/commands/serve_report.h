@@ -19,7 +19,7 @@ struct ServeFigures {
     double seconds = 0.0;
 };
 
-/// One line: what state packets took since `before`, which becomes what there is now; nothing
+/// One line: the bytes of state packets since `before`, which becomes the present count; nothing
 /// where the meter is off.
 void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double seconds);
 

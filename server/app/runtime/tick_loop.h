@@ -76,7 +76,7 @@ struct LoopStats {
     std::uint64_t publications = 0;
     std::uint64_t broadcast_ticks = 0;
     std::uint64_t particles = 0;         ///< simulated, in the last tick
-    std::uint64_t bursts_sent = 0;       ///< cosmetic ones that somebody heard
+    std::uint64_t bursts_sent = 0;       ///< cosmetic ones that reached a client
     std::uint64_t device_particles = 0;  ///< systems and ticks that a device moved
     std::uint64_t device_faults = 0;     ///< systems that lost their device
     std::uint32_t entities = 0;

@@ -35,7 +35,7 @@ class ColouredLinks {
     std::vector<std::size_t> begin_{0};
 };
 
-/// Where the columns of nodes have what: positions as particles have, then the inverse mass (1/kg).
+/// The layout of the columns of nodes: positions as particles have, then the inverse mass (1/kg).
 inline constexpr std::size_t kInverseMass = ParticleColumns::kVx;
 
 /// `passes` passes over all colours in order, with lambdas from zero, for a step of h seconds.
@@ -46,8 +46,8 @@ class ConstraintStage {
     ConstraintStage(ConstraintStage&&) noexcept;
     ConstraintStage& operator=(ConstraintStage&&) noexcept;
 
-    /// Where a device fails, the positions are what they were, and the CPU does all passes: the
-    /// stage keeps a copy of the nodes for that.
+    /// Where a device fails, the positions are restored, and the CPU does all passes: the stage
+    /// keeps a copy of the nodes for that.
     StageRun solve(ParticleColumns& nodes,
                    std::size_t count,
                    const ColouredLinks& links,

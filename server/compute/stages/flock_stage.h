@@ -15,7 +15,7 @@ namespace zoned::compute {
 
 struct DeviceInfo;
 
-/// Agents in the order of their cells: what a step reads. A grid of its own beside
+/// Agents in the order of their cells, for a step to read. A grid of its own beside
 /// spatial::PointGrid: kernels read its columns as they are, eight agents at a time.
 class FlockOrder {
   public:
@@ -66,7 +66,7 @@ void step_flock_batches(ParticleColumns& agents,
                         std::size_t begin,
                         std::size_t end);
 
-/// Choices of a measurement; the defaults are what pays. All give the same bits.
+/// Choices of a measurement; the defaults are the fastest. All give the same bits.
 struct FlockKernelOptions {
     enum class Tiles : std::uint8_t {
         kChosen,  ///< on where a device has local memory of its own

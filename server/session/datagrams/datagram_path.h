@@ -63,7 +63,7 @@ class DatagramPath {
     /// The capacity of the path, from the client's reports of arrivals.
     [[nodiscard]] const RateControl& rate() const { return rate_; }
 
-    /// The acks that are known, again, when the rate fell because nothing is heard; else nothing.
+    /// The known acks, again, when the rate fell because the client is silent; else nothing.
     std::optional<AckUpdate> take_silence(double now_s);
 
     /// Smoothed round trip without the client's delay, us; 0 before the first measurement.

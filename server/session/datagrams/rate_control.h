@@ -10,7 +10,7 @@ namespace zoned::session {
 
 /// Bytes per second, headers counted.
 struct RateSettings {
-    double ceiling = 16000.0;  ///< what a client may cost; the rate begins here
+    double ceiling = 16000.0;  ///< the most that a client may cost; the rate begins here
     double floor = 2000.0;     ///< own state and updates of near entities; never below
     bool on = true;            ///< off: the rate is the ceiling
 };
@@ -56,7 +56,7 @@ class RateControl {
                      double rtt_s,
                      double now_s);
 
-    /// True when the rate was halved because datagrams leave and nothing has been heard of them.
+    /// True when the rate was halved because datagrams leave and no feedback comes.
     bool on_silence(double now_s);
 
     /// Within floor and ceiling.
@@ -130,7 +130,7 @@ class RateControl {
     std::array<DelaySample, kSamples> samples_{};
     std::size_t sampled_ = 0;
     bool anchored_ = false;
-    std::uint32_t anchor_us_ = 0;  // what delays are counted from, before unwrapping
+    std::uint32_t anchor_us_ = 0;  // origin of delays, before unwrapping
     double anchor_delay_s_ = 0.0;
     std::array<DelaySample, kBases> bases_{};  // with the least delay of each period
     std::size_t base_periods_ = 0;             // begun so far; the newest is last modulo kBases
@@ -141,7 +141,7 @@ class RateControl {
     double delivered_ = 0.0;  // bytes per second that arrived lately
     double offered_ = 0.0;    // that were sent lately
     double capacity_ = 0.0;   // most that arrived per second since the path was full; 0: never full
-    double full_at_ = 0.0;    // what arrived per second at the newest cut
+    double full_at_ = 0.0;    // arrivals per second at the newest cut
     double loss_ = 0.0;
     double loss_floor_ = 0.0;  // remained whatever the rate
     double clear_loss_ = 0.0;  // while the queue was short

@@ -66,9 +66,9 @@ struct HostStats {
 };
 
 /// A session is a login; it outlives its streams. Where a stream ends without Quit, the session
-/// waits for grace_s; state packets and inputs go on by UDP as long as the client is heard there.
-/// Not thread-safe: one thread drives it. Times are seconds of one monotonic clock, server_time_s
-/// is the tick clock's time (tick * dt).
+/// waits for grace_s; state packets and inputs go on by UDP as long as datagrams come from the
+/// client. Not thread-safe: one thread drives it. Times are seconds of one monotonic clock,
+/// server_time_s is the tick clock's time (tick * dt).
 class SessionHost {
   public:
     /// Throws std::invalid_argument when a setting is outside its range.
@@ -92,7 +92,7 @@ class SessionHost {
     /// a tick: release() sends the rest.
     void on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s);
 
-    /// Sends what was held back until now. Call at next_release_s().
+    /// Sends the packets held back until now. Call at next_release_s().
     void release(double now_s, double server_time_s);
     /// When the next held datagram is due; infinity when none is.
     [[nodiscard]] double next_release_s() const;

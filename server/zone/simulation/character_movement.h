@@ -6,7 +6,7 @@
 
 namespace zoned::zone {
 
-/// Fills the command column of players' avatars from the input rings and records what was missing.
+/// Fills the command column of players' avatars from the input rings and records missing commands.
 void take_inputs(ZoneState& state);
 
 /// Moves all owned characters by apply_input and gives their kinematic bodies the velocity that

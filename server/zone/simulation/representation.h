@@ -5,7 +5,7 @@
 
 namespace zoned::zone {
 
-/// As what a prop is simulated; the higher, the cheaper. A column of the entities.
+/// The simulated form of a prop; the higher, the cheaper. A column of the entities.
 enum class Representation : std::uint8_t {
     kFull,
     kSingle,    ///< a compound as one hull around its parts, a soft body as its rigid hull

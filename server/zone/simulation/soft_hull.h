@@ -15,7 +15,7 @@ bool step_down_soft(ZoneState& state, world::Row row);
 /// a soft body calls this first.
 void step_up_soft(ZoneState& state, world::Row row);
 
-/// The entity's orientation where its hull has `turn`; `turn` itself for what has none.
+/// The entity's orientation where its hull has `turn`; `turn` itself for an entity without a hull.
 Quat turn_of_hull(const ZoneState& state, world::Row row, const Quat& turn);
 
 }  // namespace zoned::zone

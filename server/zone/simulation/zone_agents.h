@@ -8,8 +8,8 @@ namespace zoned::zone {
 /// The input of an update of the zone's agents; `team` and `query` outlive it.
 ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Query* query);
 
-/// Decisions and steering; who falls asleep loses the body, who wakes up gets it back. Returns how
-/// many decided.
+/// Decisions and steering. A suspended agent loses its body, and a resumed one gets it back.
+/// Returns how many decided.
 std::uint32_t update_agents(ZoneState& state);
 
 /// Moves agents to another difficulty where the players' actions ask for it (ai/difficulty.h), at

@@ -34,10 +34,10 @@ void give_soft(ZoneState& state,
                physics::soft::SoftParcel parcel,
                const Vec3& shift);
 
-/// One step of all that is awake, with the rigid bodies where they are now, which are stepped
-/// afterwards. The columns take the centre of mass and its velocity, the turn that fits best (see
-/// SoftBodies::best_fit_turn) and the rate at which this turned, which is what clients predict it
-/// by. Returns the number of bodies that were awake.
+/// One step of all awake soft bodies, with the rigid bodies where they are now. The rigid bodies
+/// are stepped afterwards. The columns take the centre of mass and its velocity, and the turn that
+/// fits best (see SoftBodies::best_fit_turn). They also take the rate of this turn, by which
+/// clients predict it. Returns the number of bodies that were awake.
 std::uint32_t step_soft(ZoneState& state);
 
 struct SoftCount {

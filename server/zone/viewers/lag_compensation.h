@@ -14,8 +14,8 @@
 
 namespace zoned::zone {
 
-/// Records this tick: what is of a rewindable type, not hidden, and heard of by somebody or
-/// somebody's avatar; ghosts too. Returns how many entities.
+/// Records this tick. An entity counts if it is of a rewindable type, not hidden, and either
+/// somebody's avatar or in a visible set; ghosts too. Returns how many entities.
 std::uint32_t record_history(ZoneState& state);
 
 /// The ray through the world as the client says it saw it. An entity named among Seen::entities

@@ -14,18 +14,18 @@ namespace zoned::zone {
                             world::Row viewer,
                             world::Row entity);
 
-/// Whether nothing stands between the avatar's eyes and a place (zone-local); what the place lies
-/// on, a tenth of a metre around it, does not count.
+/// Whether nothing stands between the avatar's eyes and a place (zone-local). Solids within a tenth
+/// of a metre of the place do not count.
 [[nodiscard]] bool sees_place(const ZoneState& state, world::Row viewer, const Vec3& place);
 
-/// Writes state.visibility: what the matcher found, without what is concealed. Pairs are asked
-/// about at once when they come within the radii and again before their answer is stale, the
-/// longest unasked first and no more than the budget; without an answer that counts an entity is
-/// not known. Once known it stays so for the grace. Returns how many pairs it asked about. No
-/// allocation after warm-up.
+/// Writes state.visibility: the matcher's sets without the concealed entities. Pairs are tested at
+/// once when they come within the radii, and again before their answer is stale. The longest
+/// untested come first, and no more than the budget. Without a valid answer an entity is not known.
+/// Once known it stays so for the grace. Returns how many pairs it tested. No allocation after
+/// warm-up.
 std::uint32_t filter_visibility(ZoneState& state, const RulesContext& context);
 
-/// By what was asked: nullptr where the pair is not among those that were.
+/// By the tested pair: nullptr where the pair was not tested.
 [[nodiscard]] const FilteredPair* find_filtered_pair(const ZoneState& state,
                                                      ClientId client,
                                                      EntityId entity);
