@@ -62,7 +62,7 @@ class SoftProbe {
     bool pinned_ = false;
 };
 
-/// Springs (and what takes as long) times substeps that a reference may take: some 0.1 s.
+/// Limit of springs (and equally slow parts) times substeps for a reference: some 0.1 s.
 inline constexpr double kMostReference = 4.0e7;
 
 }  // namespace zoned::physics::method_selection

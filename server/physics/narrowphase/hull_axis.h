@@ -38,7 +38,7 @@ struct HullAxes {
     HullAxis face;
     HullAxis edges;  ///< separation -infinity: no pair of edges was looked at
 
-    /// The one that tells what kind of contact it is.
+    /// The axis that decides the kind of contact.
     [[nodiscard]] const HullAxis& best(float scale) const {
         return edges.separation > face.separation + kEdgeBias * scale ? edges : face;
     }

@@ -70,7 +70,7 @@ void for_triangles(const Heightfield& field, const Aabb& area, Visit&& visit) {
                                          field.height(i + 1, k),
                                          field.height(i, k + 1),
                                          field.height(i + 1, k + 1)};
-            // The ground has no underside: what is above a cell's highest point is clear of it.
+            // The ground has no underside: a part above a cell's highest point is clear of it.
             if (*std::max_element(y.begin(), y.end()) >= area.lower.y()) {
                 visit(field.triangle(i, k, 0));
                 visit(field.triangle(i, k, 1));

@@ -53,9 +53,9 @@ struct ParticleCounts {
     std::size_t refused = 0;  ///< births for which there was no room
 };
 
-/// Particles in columns, without an order that means anything: who dies is replaced by the last.
+/// Particles in columns, without a meaningful order: the last one replaces a particle that dies.
 /// Births, deaths and their order depend on emitters and ticks alone, and each particle's step on
-/// that particle alone, so everything is the same for any number of threads and on any device that
+/// that particle alone. So everything is the same for any number of threads and on any device that
 /// rounds correctly.
 class ParticleSystem {
   public:

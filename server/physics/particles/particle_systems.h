@@ -30,7 +30,7 @@ struct ParticleReport {
 /// keep: empty() says so.
 class ParticleSystems {
   public:
-    /// Fails with the name of the system and what is wrong.
+    /// Fails with the name of the system and the mistake.
     core::Result<ParticleSystemId> add(ParticleSystemDef def);
 
     /// Fails where there is no such system or the emitter is unfit. An emitter that began in the

@@ -43,7 +43,7 @@ struct Scene::Impl {
 
     PhysicsSettings settings;
     compute::Team alone;           ///< of the caller only
-    compute::Team* team = &alone;  ///< who works at a step
+    compute::Team* team = &alone;  ///< the threads that work at a step
     Bodies bodies;
     ContactGraph graph;
     JointTable joints;
@@ -54,7 +54,7 @@ struct Scene::Impl {
     /// looked for.
     std::array<spatial::BoxIndex, 3> boxes;
     spatial::BoxIndex resting;               ///< particles asleep
-    std::vector<std::uint32_t> disturbed;    ///< scratch: who is to wake
+    std::vector<std::uint32_t> disturbed;    ///< scratch: bodies to wake
     std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
@@ -159,7 +159,7 @@ struct Scene::Impl {
     [[nodiscard]] TouchChange touch_change_of(const Pair& pair, bool touched, float impulse) const;
     void report_contacts();
     [[nodiscard]] ContactEvent contact_event(std::uint32_t contact) const;
-    /// The pair is about to be forgotten: if it touches and somebody asked, that is an event.
+    /// The pair is about to be forgotten: if it touches and a body asked for events, that is one.
     void end_touch(std::uint32_t contact, std::vector<ContactEvent>& out);
 
     // scene_joints.cpp
@@ -222,7 +222,7 @@ struct Scene::Impl {
 
     // scene_tunnelling.cpp
     void note_starts();
-    /// Takes back what the solve carried through static geometry.
+    /// Takes back motion of the solve through static geometry.
     void hold_back(float dt);
     void hold_back(std::uint32_t row, float dt);
     struct Surface;

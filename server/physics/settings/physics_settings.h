@@ -35,14 +35,14 @@ struct PhysicsSettings {
     int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
     float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
     float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
-    SolverVariant method = SolverVariant::kSoftStep;  ///< what answers contacts and joints
+    SolverVariant method = SolverVariant::kSoftStep;  ///< solves contacts and joints
     VariantSettings methods;                          ///< of all methods but kSoftStep
     /// The method that moves the centre of mass of dynamic bodies while neither contact nor joint
     /// holds them; the solver's substeps move the others, and rotation keeps its own method
     /// (rotate_freely), whatever is chosen. All but kVerlet, see why_unfit_integrator.
     IntegratorKind body_integrator = IntegratorKind::kDefault;
-    /// The same for particles until they meet a surface: the rest of that step, and what lies still
-    /// on something, is left to the default.
+    /// The same for particles until they meet a surface. The default moves them for the rest of
+    /// that step, and moves particles that rest on something.
     IntegratorKind particle_integrator = IntegratorKind::kDefault;
     /// Free flight is cut into so many equal pieces a step, 1..kMostFlightPieces.
     int body_flight_pieces = 1;

@@ -57,9 +57,9 @@ struct PrincipalAxes {
 /// Three numbers as text, for reasons.
 std::string listed(const Vec3d& v);
 
-/// Symmetry and the sum of two moments may be off by 1e-5 of the trace: what rounding does to
-/// floats. Fails with the reason when the tensor is not finite, not symmetric, not positive, or one
-/// moment exceeds the sum of the other two, which no distribution of mass can have.
+/// Symmetry and the sum of two moments may be off by 1e-5 of the trace, for the rounding of floats.
+/// Fails with the reason when the tensor is not finite, not symmetric, not positive, or one moment
+/// exceeds the sum of the other two, which no distribution of mass can have.
 core::Result<PrincipalAxes> principal_axes(const Mat3d& tensor);
 
 }  // namespace zoned::physics

@@ -17,8 +17,8 @@ namespace zoned::physics {
 inline constexpr std::size_t kMaxMeshTriangles = 1U << 22;
 inline constexpr std::size_t kMaxEdgeTriangles = 64;  ///< all of them look at each other
 
-/// Immutable. One-sided: solid behind, so only what has its centre in front of a triangle's plane
-/// touches it. A thing that got behind is not pulled through: it is not held at all.
+/// Immutable. One-sided: solid behind, so a body touches it only with its centre in front of a
+/// triangle's plane. A body that got behind is not pulled through: it is not held at all.
 class TriangleMesh final : public Geometry {
   public:
     struct MeshTables {

@@ -21,8 +21,8 @@ typedef float Lanes __attribute__((vector_size(32)));
 
 #define ZONED_INLINE [[gnu::always_inline]] inline
 
-/// Before a loop over lanes or points: its body is written out, so that what it holds stays in
-/// registers. (clang++ does so by itself.)
+/// Before a loop over lanes or points: unrolls its body, so that its values stay in registers.
+/// (clang++ does so by itself.)
 #if defined(__clang__)
 #define ZONED_UNROLL
 #else

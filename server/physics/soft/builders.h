@@ -55,8 +55,7 @@ struct JellyDef {
     float stiffness = 1.0e3F;           ///< N/m
     float damping_share = 0.1F;
     float bulk_modulus = 1.0e5F;  ///< Pa
-    /// Hangs this many vertices along each side of each face on the lattice, as what is drawn; 0:
-    /// none.
+    /// Hangs this many drawn vertices along each side of each face on the lattice; 0: none.
     int drawn = 0;
 };
 
@@ -71,7 +70,7 @@ struct BalloonDef {
     float gas_pressure = 1.013e5F;  ///< absolute, Pa
 };
 
-/// Each gives a definition that may be changed further, or says what is wrong.
+/// Each gives a definition that may be changed further, or the mistake.
 core::Result<SoftDef> build_rope(const RopeDef& def);
 core::Result<SoftDef> build_cloth(const ClothDef& def);
 core::Result<SoftDef> build_jelly(const JellyDef& def);

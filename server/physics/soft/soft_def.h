@@ -97,7 +97,7 @@ struct SoftDef {
     std::vector<SoftSpring> springs;
     std::vector<SoftFace> faces;
     std::vector<SoftTetrahedron> tetrahedra;
-    std::vector<SoftVertex> vertices;  ///< empty: the nodes are what is drawn
+    std::vector<SoftVertex> vertices;  ///< empty: the nodes are drawn
     SoftMaterial material;
     SoftSolver solver;
     std::uint32_t user = 0;  ///< the caller's tag

@@ -52,8 +52,8 @@ class SubstepPolicy {
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
     /// start that is worth the name, and a stack sinks before its impulses have been found.
     static constexpr int kYoungIterations = 8;
-    /// Where the most substeps do not do, contacts take what is lighter than the heaviest body by
-    /// more than this for as much.
+    /// Where the most substeps do not suffice, a body lighter than the heaviest by more than this
+    /// counts in contacts as lighter by this much.
     static constexpr float kHeaviest = 1000.0F;
     /// Islands of up to so many contacts may be left to an exact solver, whose work grows with
     /// their third power.

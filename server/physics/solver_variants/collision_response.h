@@ -26,11 +26,11 @@ double penalty_limit(double damping_ratio);
 
 /// Springs and dampers along normal rows that overlap, and along the rows of joints, push over
 /// `seconds` of a substep of h. With m = 1 / `split` of a row - the body's mass shared by its rows
-/// - k = m w^2 and c = 2 m zeta w, w = penalty_share x penalty_limit / h: as J M^-1 J^T <= split,
-/// no mode of all the springs together is faster than w, and the whole is stable for a share
-/// below 1. Contacts never pull. Friction is a spring of the same stiffness that slides at the
-/// coefficient times the load (P. Cundall, O. Strack, Geotechnique 29, 1979); its force is the
-/// row's first guess and, over the substep, what `lambda` holds afterwards.
+/// - k = m w^2 and c = 2 m zeta w, w = penalty_share x penalty_limit / h. As J M^-1 J^T <= split,
+/// no mode of all the springs together is faster than w, and the whole is stable for a share below
+/// 1. Contacts never pull. Friction is a spring of the same stiffness that slides at the
+/// coefficient times the load (P. Cundall, O. Strack, Geotechnique 29, 1979). Its force is the
+/// row's first guess; afterwards `lambda` holds its sum over the substep.
 void respond_by_penalties(const VariantSettings& settings,
                           double h,
                           double seconds,

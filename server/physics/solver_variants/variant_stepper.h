@@ -45,7 +45,7 @@ class VariantStepper {
 
     [[nodiscard]] const VariantStats& stats() const { return stats_; }
 
-    /// Forgets what the last step did.
+    /// Forgets the results of the last step.
     void reset_stats() { stats_ = VariantStats(); }
 
     [[nodiscard]] int substeps() const { return substeps_; }

@@ -35,8 +35,8 @@ class Pivoting {
     [[nodiscard]] double give() const { return give_; }
 
     /// From the impulses as they stand, in up to `most` rounds, which are added to `rounds`. False
-    /// when no solution was found: then the impulses are what the round with the fewest
-    /// contradictions says, as far as that lowers the residual.
+    /// when no solution was found. Then the impulses are those of the round with the fewest
+    /// contradictions, as far as that lowers the residual.
     bool solve(int most, int& rounds);
 
   private:
@@ -76,7 +76,7 @@ class Pivoting {
     /// All impulses, and w where they are not free, from the states.
     bool solve_equations();
 
-    /// Columns of free rows, those of what slides added to their normal rows'.
+    /// Columns of free rows; those of sliding rows are added to their normal rows'.
     void fill_factors(std::size_t u);
 
     /// How many rows contradict their states. With `flip` they change sides.
@@ -94,7 +94,7 @@ class Pivoting {
     /// The impulse to try, within its bounds to the last bit.
     void project();
 
-    /// Gives the bodies what is tried.
+    /// Gives the bodies the tried impulses.
     void hand_out();
 
     void accept();

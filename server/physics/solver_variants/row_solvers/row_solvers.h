@@ -27,8 +27,8 @@ struct SolveReport {
     std::uint32_t unsolved = 0;   ///< islands where pivoting found no end
 };
 
-/// All start from `lambda`, which the bodies' velocities hold already, and end with bounds kept and
-/// velocities that hold what `lambda` then says.
+/// All start from `lambda`, which the bodies' velocities hold already. They end with bounds kept
+/// and velocities that hold the new `lambda`.
 
 /// Projected Jacobi by mass splitting: all rows that are not friction step at once, then all that
 /// are, lambda <- P(lambda - 1.5 w / D), each with its share of the bodies' masses. As
@@ -44,8 +44,8 @@ SolveReport solve_gauss_seidel(RowSystem& system, const IterationLimits& limits)
 /// The same with steps of `omega`, in (0, 2) for convergence with fixed bounds (C. Cryer, 1971).
 SolveReport solve_over_relaxation(RowSystem& system, const IterationLimits& limits);
 
-/// Nonsmooth nonlinear conjugate gradient: what a pass of Gauss-Seidel changes is taken for a
-/// gradient, combined by Fletcher and Reeves' rule, and the direction is dropped where the gradient
+/// Nonsmooth nonlinear conjugate gradient: the change by a pass of Gauss-Seidel is taken for a
+/// gradient, combined by Fletcher and Reeves' rule. The direction is dropped where the gradient
 /// grows (M. Silcowitz, S. Niebe, K. Erleben, "A nonsmooth nonlinear conjugate gradient method for
 /// interactive contact force problems", The Visual Computer 26, 2010). Norms are taken in the
 /// metric of the diagonal, so that impulses and moments have one unit.
