@@ -39,7 +39,7 @@ class Outline {
             farthest = std::max(farthest, p.cwiseAbs().maxCoeff());
             extent = std::max(extent, (points_[i] - points_[0]).norm());
         }
-        // Corners are rounded to floats: what is straight may bend by that much.
+        // Corners are rounded to floats: a straight line may bend by that much.
         slack_ = 4.0 * std::ldexp(1.0, -24) * farthest * extent;
     }
 

@@ -91,7 +91,7 @@ bool WorkerPool::visit(QueuePlace& place) {
     }
     place.visitors.fetch_add(1);
     bool worked = false;
-    // Read again: who withdraws either sees the visitor or is seen by it.
+    // Read again: a thread that withdraws either sees the visitor or is seen by it.
     if (Team* const team = place.team.load(); team != nullptr) {
         const std::uint64_t begin = thread_cpu_ns();
         worked = team->help();

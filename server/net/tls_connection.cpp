@@ -92,7 +92,7 @@ void TlsConnection::on_handshake(const asio::error_code& ec) {
 
 void TlsConnection::read() {
     if (filled_ == in_.size()) {
-        // Grows with what has arrived, not with what a prefix claims.
+        // Grows with the bytes that arrived, not with the claim of a prefix.
         in_.resize(std::min(2 * in_.size(), kPrefixBytes + limits_.max_frame_bytes));
     }
     reading_ = true;

@@ -252,7 +252,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
 }
 
 /// A packet is given up when one sent three packets later has arrived, or after
-/// wire::resend_timeout_ticks. It counts as lost only after three times that: what was merely late
+/// wire::resend_timeout_ticks. It counts as lost only after three times that: a merely late packet
 /// must not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
     look_for_outage(now, tick_s);

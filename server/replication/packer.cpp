@@ -6,8 +6,8 @@ namespace zoned::replication {
 
 namespace {
 
-// A removal is small and ends a wrong picture; what the client has never seen comes before what it
-// merely predicts a little wrong; further copies come last.
+// A removal is small and ends a wrong picture. An entity that the client has never seen comes
+// before one that it merely predicts a little wrong. Further copies come last.
 constexpr float kRemovalWeight = 4.0F;
 constexpr float kUnknownWeight = 2.0F;
 constexpr float kRepeatWeight = 0.25F;
@@ -81,7 +81,7 @@ void Packer::pack(Tick now,
     notify(client, std::span(out).subspan(packets_before), report);
 }
 
-/// Leaves in candidates_ what did not fit into the budget.
+/// Leaves in candidates_ the updates that did not fit into the budget.
 void Packer::write_records(Tick now,
                            ZoneId zone,
                            ClientState& client,

@@ -68,7 +68,7 @@ void Packer::count_coded(const wire::record::RecordFrame& frame) {
         });
 }
 
-/// Codes what was gathered; where it takes more bytes than was guessed, in several packets.
+/// Codes the gathered records, in several packets where they take more bytes than was guessed.
 void Packer::finish_coded(Tick now,
                           ClientState& client,
                           ReplicationReport& report,

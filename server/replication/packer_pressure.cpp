@@ -19,8 +19,8 @@ constexpr float kMargin = 1.2F;
 constexpr Tick kNarrowEvery = 8;
 constexpr Tick kSwitchTicks = 3;
 
-/// By how many of the bounds that hold for it now the client may be wrong about an entity; infinity
-/// where nobody knows what it predicts from.
+/// The client's possible error about an entity, in bounds that hold for it now; infinity where the
+/// base of its prediction is unknown.
 float excess_of(Tick now,
                 const Subscription& s,
                 const ClientState& client,
@@ -38,8 +38,9 @@ float excess_of(Tick now,
 
 }  // namespace
 
-/// Where not everything fits, those go first whose error is largest beside the bound that holds for
-/// them, by the weight of their type; what waits for another reason (rest, looks) gains by waiting.
+/// Where not everything fits, the entities go first whose error is largest beside the bound that
+/// holds for them, by the weight of their type. One that waits for another reason (rest, looks)
+/// gains by waiting.
 void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
     for (PacketCandidate& c : candidates_) {
         if (c.removal) {
@@ -50,7 +51,7 @@ void Packer::order_by_error(Tick now, const ClientState& client, const StreamTab
         const Stream& stream = streams[s.stream];
         const auto waited = static_cast<float>(now - s.delivery.pending_tick);
         if (s.sent_version == 0) {
-            // Nearest first; who was never shown comes before who is shown a little wrong.
+            // Nearest first; an entity never shown comes before one shown a little wrong.
             c.score = kUnseenScore * stream.priority * (1.0F + waited) /
                       static_cast<float>(1 + s.lod * s.lod);
             continue;

@@ -302,7 +302,7 @@ void StreamTable::publish_state(Stream& stream,
     stream.state = quantized(order);
     const std::array<std::int32_t, 3> none{};
     if (order == motion::PredictorOrder::kQuadratic && stream.state.acceleration == none) {
-        // The same prediction in fewer bits: an impact, or what moves steadily for once.
+        // The same prediction in fewer bits: an impact, or an entity that moves steadily for once.
         stream.state = quantized(motion::PredictorOrder::kLinear);
     }
     stream.from = wire::dequantize(stream.state, stream.upright, quantization_[stream.lod]);

@@ -135,8 +135,8 @@ int read_png(Work& work) {
     return kGood;
 }
 
-/// A mesh is also built anew from its triangles: a file may be whole and yet say of its edges what
-/// its triangles do not.
+/// A mesh is also built anew from its triangles: the edges of an undamaged file may still
+/// contradict its triangles.
 int check_built_anew(Work& work) {
     const physics::TriangleMesh::MeshTables& t = physics::mesh_of(work.shape).tables();
     std::vector<std::uint32_t> indices;

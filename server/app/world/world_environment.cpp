@@ -5,7 +5,7 @@
 
 namespace zoned::app {
 
-/// Changes that rules asked for, in the order of the zones: what comes later holds.
+/// Changes that rules asked for, in the order of the zones: the last one holds.
 void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
     bool changed = false;
     for (const auto& zone : zones_) {

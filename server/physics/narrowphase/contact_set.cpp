@@ -83,7 +83,7 @@ float impact_on(const Surface& surface,
     if (buried(surface, local.placed, over)) {
         return 0.0F;
     }
-    // Seen from the surface, what approaches is the shape.
+    // Seen from the surface, the shape approaches.
     float earliest = INFINITY;
     const Aabb area = local.reach(frame, probe.time * probe.approach, probe.margin);
     for_triangles(surface, area, [&](const Triangle& t) {

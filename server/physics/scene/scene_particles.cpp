@@ -20,7 +20,7 @@ constexpr int kMostBumps = 4;
 constexpr float kNearby = 0.01F;
 
 /// How far off a surface a particle is put: out of reach of rounding, so that no path ever begins
-/// behind what it was stopped by.
+/// behind the surface that stopped it.
 float skin_at(const Vec3& x) {
     return 1.0e-5F + 2.4e-7F * x.cwiseAbs().maxCoeff();
 }
@@ -93,8 +93,9 @@ void Scene::Impl::find_bump(std::uint32_t row, const ParticleFlight& flight, Bum
     boxes[0].cast({flight.position, along, Vec3::Zero()}, limit, test);
 }
 
-/// The same against kinematic bodies, as seen from each of them: what comes up to a particle hits
-/// it as what it flies into. The particle is carried on to where the surface is at the end.
+/// The same against kinematic bodies, as seen from each of them: a body that comes up to a particle
+/// hits it like one that the particle flies into. The particle is carried on to where the surface
+/// is at the end.
 void Scene::Impl::find_moving_bump(std::uint32_t row,
                                    const ParticleFlight& flight,
                                    float dt,
@@ -195,7 +196,7 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, ParticleFlight& fl
         flight.velocity = bump.surface_velocity + slide + std::max(away, n.dot(relative)) * n;
         return;
     }
-    // On the surface for what is left: the mean velocity is exact while it slides.
+    // On the surface for the rest of the step: the mean velocity is exact while it slides.
     const Vec3 start = slide;
     slide += flight.left * (flight.acceleration - pull * n);
     rub(grip.friction * -pull * flight.left);

@@ -1,4 +1,4 @@
-// Sensors: who is within them, and the events of coming and leaving.
+// Sensors: the bodies within them, and the events of coming and leaving.
 #include "server/physics/scene/scene_impl.h"
 
 namespace zoned::physics {
@@ -15,7 +15,7 @@ void Scene::Impl::look_into_sensor(std::uint32_t index) {
     }
 }
 
-/// Reports who came into or left a sensor since the last look.
+/// Reports the bodies that came into or left a sensor since the last look.
 void Scene::Impl::note_sensing(std::uint32_t index) {
     Pair& pair = graph.pair(index);
     if (pair.senses != pair.inside) {

@@ -17,7 +17,7 @@ using Corners = std::array<std::uint32_t, 3>;
 
 constexpr float kMinWeld = 1.0e-6F;
 
-/// Cells as wide as the reach: what is near lies in the same cell or in one beside it.
+/// Cells as wide as the reach: a near vertex lies in the same cell or in one beside it.
 using Cell = std::array<std::int64_t, 3>;
 
 Cell cell_of(const Vec3& p, float reach) {

@@ -19,7 +19,7 @@ namespace {
 /// Bodies with more springs are worked at by all threads, smaller ones each by one.
 constexpr std::size_t kLargeBody = 4096;
 
-/// NaN anywhere shows in the sum; so does what is too large.
+/// NaN anywhere shows in the sum; so does a number that is too large.
 bool is_fit(const SoftBody& body) {
     Row4 x = Row4::Zero();
     Row4 v = Row4::Zero();
@@ -243,7 +243,7 @@ SoftStats SoftBodies::step(float dt, Scene* scene) {
             }
             find_close_pairs(body);
             if (body.gas > 0.0 || body.material.bulk_modulus > 0.0F) {
-                limit_step(body);  // what is pressed is stiffer
+                limit_step(body);  // a pressed body is stiffer
             }
         }
     }

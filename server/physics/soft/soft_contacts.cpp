@@ -13,11 +13,10 @@ namespace zoned::physics::soft {
 
 namespace {
 
-constexpr float kPushOut = 1.0F;      // m/s: at which nodes leave what they were in before
+constexpr float kPushOut = 1.0F;      // m/s: at which nodes leave an overlap from before
 constexpr float kInsideReach = 2.0F;  // m: from where a surface is looked for that a node is behind
 
-/// The surface that a node is behind: the nearest of what is hit from above and from straight
-/// outside.
+/// The surface that a node is behind: the nearest of the hits from above and from straight outside.
 bool straight_exit(const Query& query,
                    const Scene& scene,
                    const Vec3& x,

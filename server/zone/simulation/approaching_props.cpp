@@ -6,7 +6,7 @@ namespace zoned::zone {
 
 namespace {
 
-/// Nothing that matters here is faster, m/s; what is, is found a tick or two later.
+/// Nothing that matters here is faster, m/s; a faster prop is found a tick or two later.
 constexpr float kFast = 25.0F;
 constexpr float kSlack = 0.05F;
 

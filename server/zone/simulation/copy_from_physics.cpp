@@ -59,7 +59,7 @@ std::uint32_t copy_moved_bodies(ZoneState& state) {
 }
 
 std::uint32_t report_contacts(ZoneState& state, RulesContext& context) {
-    // Rules may add and remove bodies, so they get copies of what physics lists.
+    // Rules may add and remove bodies, so they get copies of the lists of physics.
     const auto events = state.scene.contact_events();
     state.contacts.clear();
     for (const physics::ContactEvent& event : events) {

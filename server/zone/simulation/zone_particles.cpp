@@ -37,7 +37,7 @@ void meet_the_ground(const ZoneState& state, physics::ParticleSystemDef& def) {
     }
 }
 
-/// The characters nearest to where the particles are; who is as near as another comes by id.
+/// The characters nearest to the particles; equal distances go by id.
 void move_characters_met(ZoneState& state, ParticlesOfZone::System& system) {
     const world::Entities& e = state.entities;
     auto& near = state.particles.near;
