@@ -97,9 +97,9 @@ ZK_REAL_FN void flock_add(ZK_OF_REAL(FlockKernelSum) * s,
     s->sz = s->sz - push * dz;
 }
 
-/// Where the neighbours of a batch in one row of cells begin among the sorted agents, and where
-/// they end. Beyond the grid's first and last row there are none: both are where such agents would
-/// stand, so that neither decreases from one batch to the next.
+/// The range of sorted agents that holds the neighbours of a batch in one row of cells. Beyond the
+/// grid's first and last row there are none: begin and end are both where such agents would stand,
+/// so that neither decreases from one batch to the next.
 ZK_FN int flock_stretch_begin(ZK_TABLE const FlockGrid* grid,
                               ZK_GLOBAL const int* cell_begin,
                               const FlockBatch batch,

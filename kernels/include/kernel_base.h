@@ -2,8 +2,8 @@
 #pragma once
 
 // A shared function is written once over `Real`. In OpenCL C `Real` is float, or float8 where the
-// program says ZK_WIDE before it includes anything; in C++ it is a template parameter, float or
-// Lanes. The operations and their order are those of the text in all four, and neither side may
+// program says ZK_WIDE before it includes anything. In C++ it is a template parameter, float or
+// Lanes. The operations and their order are those of the text in all four. Neither side may
 // contract, reorder or approximate them, so that the results are the same bit for bit.
 
 #ifdef __OPENCL_C_VERSION__

@@ -12,8 +12,8 @@
 
 namespace zoned::compute {
 
-/// Nothing links libOpenCL, so that a process without work for a device never maps it, nor the
-/// drivers behind it. OpenCL 1.2.
+/// Nothing links libOpenCL, so a process without work for a device maps neither it nor the drivers
+/// behind it. OpenCL 1.2.
 struct OpenClApi {
 #define ZONED_OPENCL_FUNCTIONS(X) \
     X(clGetPlatformIDs)           \

@@ -11,7 +11,7 @@
 
 namespace zoned::interest {
 
-/// For each mask of eight bits the places of the bits that are set, a byte each, lowest first.
+/// For each mask of eight bits the places of the set bits, a byte each, lowest first.
 inline constexpr std::array<std::uint64_t, 256> kPlacesOfBits = [] {
     std::array<std::uint64_t, 256> table{};
     for (std::uint32_t mask = 0; mask < 256; ++mask) {

@@ -105,8 +105,8 @@ class IncrementalGrid {
     /// True where so many points lie beyond the extent of the last build() that queries suffer.
     [[nodiscard]] bool worn() const { return outside_ > 64 + slot_of_.size() / 16; }
 
-    /// Appends to `out` the keys but `own` of all points within min(radius, their radius) x `widen`
-    /// of (x, z), closed, in the arithmetic of hears(). `out` has room for keys() + 8.
+    /// Appends to `out` the keys of all points within min(radius, their radius) x `widen` of (x,
+    /// z), except `own`; closed, in the arithmetic of hears(). `out` has room for keys() + 8.
     std::size_t gather(float x,
                        float z,
                        float radius_m,
@@ -196,8 +196,8 @@ class IncrementalGrid {
         return choose<kFlat>(block, test);
     }
 
-    /// Other places of the points, `x` and `z` by key, in the order of the slots, something in
-    /// those that are empty.
+    /// Other places of the points, `x` and `z` by key, in the order of the slots; empty slots hold
+    /// any number.
     void lay_out(std::span<const float> x,
                  std::span<const float> z,
                  std::vector<GridBlock>& out) const;

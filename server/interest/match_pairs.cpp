@@ -278,7 +278,7 @@ void Matcher::cross_all(std::uint32_t viewer) {
             : entity_grid_.note_chosen<false>(box.x0, box.x1, box.z0, box.z1, test, viewer, out);
 }
 
-/// Of the notes those pairs that came across a step are looked at.
+/// Looks at those pairs of the notes that came across a step.
 void Matcher::sift() {
     if (noted_ > entity_grid_.blocks() / kLayOutShare) {
         sift_blocks();

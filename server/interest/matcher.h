@@ -42,7 +42,7 @@ class Matcher {
                         world::Visibility& out);
 
   private:
-    /// Matched with everything because of its cone: its set changes only by the differences.
+    /// Matched with everything because of its cone: its set is the last one but for differences.
     static constexpr std::uint8_t kFreshByCone = 2;
 
     /// The memory of a viewer, beside the columns below.

@@ -22,8 +22,8 @@ struct EntityChange {
 
 class MovedSet {
   public:
-    /// An entity that moves no farther than this within a tick steps. One that jumps is looked at
-    /// in the place that it left and in the place that it came to, m.
+    /// An entity that moves no farther than this within a tick steps. An entity that jumps is
+    /// looked at both in the place that it left and in its new place, m.
     static constexpr float kStep_m = 8.0F;
 
     /// Compares rows with those of the last call and lists the changes. It looks at rows that move
@@ -42,7 +42,7 @@ class MovedSet {
 
     [[nodiscard]] std::size_t changed() const { return changes_.size() + steps_.size(); }
 
-    /// Of all steps, m; a rounding more.
+    /// The longest of all steps, m; a rounding more.
     [[nodiscard]] float longest_step_m() const { return longest_step_m_; }
 
     /// Rows hold other entities than a tick ago, or there are more or fewer of them.
@@ -103,7 +103,7 @@ class MovedSet {
 
     [[nodiscard]] float largest_aura_m() const { return largest_aura_m_; }
 
-    /// Of all that are not hidden; 0 where one reaches nobody or is nowhere.
+    /// Over all that are not hidden; 0 where one reaches nobody or is nowhere.
     [[nodiscard]] float smallest_aura_m() const { return smallest_aura_m_; }
 
   private:

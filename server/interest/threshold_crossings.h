@@ -160,9 +160,9 @@ struct MutualCrossings {
     }
 };
 
-/// The same for a point whose other sides have moved as well, by their present places alone: a pair
-/// may change whose distance is so near a step that the two came across it with `reach_m` in all.
-/// Some that it names did not: a tick ago they were on the same side.
+/// The same for a point whose other sides have moved as well, by their present places alone. A pair
+/// may change if its distance is so near a step that the two can have crossed it with `reach_m` in
+/// all. Some named pairs did not cross: a tick ago they were on the same side.
 class NearThresholds {
   public:
     using Array8 = spatial::Array8;
@@ -204,9 +204,8 @@ class NearThresholds {
     }
 
   private:
-    /// Squares of distances that differ by `reach_m` on two sides of a step differ by less than
-    /// the slack from the step's, and the second term is for roundings, 2^-24 in each of five
-    /// operations.
+    /// Squares of distances that differ by `reach_m` on two sides of a step differ by less than the
+    /// slack from the step's. The second term is for roundings, 2^-24 in each of five operations.
     void add(float square, float step) {
         const float far = step + reach_m_;
         square_[count_] = square;

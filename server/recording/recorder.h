@@ -13,9 +13,10 @@
 
 namespace zoned::recording {
 
-/// Of the simulation. Raise it with every change after which the same input gives other hashes.
+/// Version of the simulation. Raise it with every change after which the same input gives other
+/// hashes.
 inline constexpr std::uint32_t kSimulationGeneration = 11;
-/// Of the file format.
+/// Version of the file format.
 inline constexpr std::uint32_t kRecordingFormat = 1;
 
 /// The header of a recording: the run that it comes from.

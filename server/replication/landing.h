@@ -7,8 +7,8 @@
 
 namespace zoned::replication {
 
-/// How high the centre is over a level floor that the entity lies on as it is turned, m: a box on
-/// the side that looks down most.
+/// The height of the centre over a level floor on which the entity lies as it is turned, m. A box
+/// lies on the side that looks down most.
 float resting_height(const world::EntityType& type, const Quat& orientation);
 
 /// Height of the centre where an entity that falls from `from` comes to rest (position, velocity;

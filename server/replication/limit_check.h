@@ -16,11 +16,11 @@ namespace zoned::replication {
 /// thus compares the net change over a window, in velocity and in place.
 class LimitCheck {
   public:
-    /// True when within a window that ends at `now` the velocity changed by more than
-    /// dv_max + a_max w, or the place differs by more than dv_max w + a_max w^2 / 2 from where the
-    /// window's first velocity leads (steps onto ledges move without a velocity). Windows begin
-    /// with the tick before and with the last multiple of kWindowTicks. Never across a gap in the
-    /// observation or a discontinuity.
+    /// True when the motion within a window that ends at `now` exceeds a limit. Either the velocity
+    /// changed by more than dv_max + a_max w. Or the place differs by more than dv_max w + a_max
+    /// w^2 / 2 from where the window's first velocity leads (steps onto ledges move without a
+    /// velocity). Windows begin with the tick before and with the last multiple of kWindowTicks.
+    /// Never across a gap in the observation or a discontinuity.
     bool exceeded(Tick now,
                   Tick discontinuity_tick,
                   const Vec3& position,

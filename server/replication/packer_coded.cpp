@@ -57,7 +57,7 @@ bool Packer::add_coded(Tick now,
     return true;
 }
 
-/// A coded record is known to have arrived when all of its packet is.
+/// Counts the coded records once their whole packet is coded: their sizes are known only then.
 void Packer::count_coded(const wire::record::RecordFrame& frame) {
     wire::record::add_traffic(
         meter_->table(), frame, body_.size() - head_bytes_, [&](const auto& record) {

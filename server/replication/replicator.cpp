@@ -250,7 +250,8 @@ std::optional<Replicator::SentState> Replicator::sent_state(ClientId client,
         if (index == kNoStream) {
             continue;
         }
-        // Of a level that the client has left nothing more is sent, and all of it was before.
+        // A level that the client has left sends nothing more, and all that it sent was sent
+        // before.
         const std::uint32_t newest =
             index == s->stream ? s->sent_version : impl_->streams[index].version;
         if (const auto found = impl_->streams.past_at(index, publication, newest, at, since)) {

@@ -62,10 +62,10 @@ class Replicator {
                            std::span<const OwnInput> own,
                            std::vector<mailbox::StatePacket>& out);
 
-    /// When truth last left the prediction of the stream (entity, lod): in position or orientation
-    /// by more than the bound, or in velocity by more than dv_max; within a second after a
-    /// publication that replaced a good one (rest, heartbeat) also when truth left that one. 0 =
-    /// never or no such stream. For audits.
+    /// The tick when truth last left the prediction of the stream (entity, lod): in position or
+    /// orientation by more than the bound, or in velocity by more than dv_max. Within a second
+    /// after a publication that replaced a good one (rest, heartbeat), it also counts when truth
+    /// left that one. 0 = never or no such stream. For audits.
     [[nodiscard]] Tick breach_tick(EntityId entity, std::uint8_t lod) const;
 
     /// The tick when this client passed from one stream of the entity to another (level of detail,

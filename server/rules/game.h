@@ -1,5 +1,4 @@
-// Game: the state of the sandbox game in one zone, and the small words that all of its features
-// share.
+// Game: the state of the sandbox game in one zone, and the small helpers that its features share.
 #pragma once
 
 #include "server/rules/records.h"

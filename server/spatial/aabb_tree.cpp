@@ -11,7 +11,7 @@ namespace {
 
 /// A tree that was built with so few boxes is not worth a rebuild.
 constexpr std::uint32_t kSmall = 64;
-/// Of nine children at least this many go to either half.
+/// At least this many of nine children go to either half.
 constexpr std::size_t kLeastPart = 3;
 constexpr std::size_t kOverfull = kLanes + 1;
 

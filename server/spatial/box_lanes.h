@@ -91,7 +91,7 @@ struct SweepLanes {
         return enter <= leave;
     }
 
-    /// By how much the far end of an interval is moved away, so that roundings lose no box (Ize,
+    /// Moves the far end of an interval away by this much, so that roundings lose no box (Ize,
     /// "Robust BVH ray traversal", JCGT 2, 2013).
     static constexpr float kSlack = 1.000001F;
 

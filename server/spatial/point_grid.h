@@ -54,8 +54,8 @@ class PointGrid {
                 return;
             }
             const float r2 = radius * radius;
-            // A little wider than the radius: the differences below are rounded, so that a point
-            // may count as within the radius that lies a rounding outside it, in the next cell.
+            // A little wider than the radius, because the differences below are rounded. A point a
+            // rounding outside the radius, in the next cell, may count as within it.
             const float reach_x = radius + 1e-6F * (radius + std::abs(x));
             const float reach_z = radius + 1e-6F * (radius + std::abs(z));
             const int x0 = cell(x - reach_x, min_x, cells_x);

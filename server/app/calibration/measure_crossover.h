@@ -22,8 +22,8 @@ struct MeasuredCrossover {
 compute::ParticleScene common_scene();
 
 /// Steps a few thousand and a few hundred thousand particles on both sides, five times each after
-/// the kernel is built and both are warm; the median counts. Takes some 20 ms in the
-/// common scene, a second among 16 balls on a slow device and, where the program is in no cache,
+/// the kernel is built and both are warm; the median counts. Takes some 20 ms in the common scene,
+/// and a second among 16 balls on a slow device. Where the program is in no cache, it also takes
 /// the time of a build. For the first need of a device, not for every start.
 MeasuredCrossover measure_particles(compute::Device& device,
                                     compute::Team& team,

@@ -10,11 +10,11 @@
 
 namespace zoned::app {
 
-/// A device can save no more of a tick than the CPU's step takes. To load OpenCL, open a device,
-/// build kernels and measure took the start of a server 1.3 to 1.5 s and 80 MB (PoCL, two cores,
+/// A device can save no more of a tick than the CPU's step takes. Loading OpenCL, opening a device,
+/// building kernels and measuring took a server's start 1.3 to 1.5 s and 80 MB (PoCL, two cores,
 /// nothing cached). Where the step takes a hundredth of the tick, that is paid back in some minutes
-/// at the earliest; where all systems of a zone, as full as they may be, take less, none is looked
-/// for.
+/// at the earliest. Where all systems of a zone, as full as they may be, take less, no device is
+/// looked for.
 inline constexpr double kDeviceShare = 0.01;
 
 /// Time that one thread of the CPU needs for a tick of a particle, by

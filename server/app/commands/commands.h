@@ -52,10 +52,10 @@ struct BakeArguments {
     std::string file;
     std::string out;     ///< empty: the file's name and ".baked"
     bool check = false;  ///< nothing is written
-    // Of an OBJ.
+    // Options of an OBJ file.
     std::optional<float> scale;  ///< m per unit of the file
     std::optional<float> weld;   ///< m
-    // Of a PNG.
+    // Options of a PNG image.
     std::optional<float> height;     ///< m from black to white
     std::optional<float> spacing;    ///< m between samples
     std::optional<float> offset;     ///< m, height of black

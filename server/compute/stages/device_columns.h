@@ -10,7 +10,7 @@
 
 namespace zoned::compute {
 
-/// The first that is not done, or done. A list is worked off from left to right, and after a
+/// The first result that is not done, or done. A list is worked off from left to right, and after a
 /// failure every call on a device fails at once: so lists of calls read like the order of a step.
 Status first_failure(std::initializer_list<Status> steps);
 

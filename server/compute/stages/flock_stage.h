@@ -20,9 +20,9 @@ struct DeviceInfo;
 class FlockOrder {
   public:
     /// Sorts (stable, by counting) the first `count` agents into cells of `cell_size` (m, > 0) over
-    /// the box of `rules`, which is finite; cells are made larger where there would be more than
-    /// kMostCells. An agent outside of the box counts to the rim, a place that is no number to the
-    /// first cell.
+    /// the box of `rules`, which is finite. Cells are made larger where there would be more than
+    /// kMostCells. An agent outside of the box counts to the rim, an agent at NaN to the first
+    /// cell.
     void sort(const ParticleColumns& agents,
               std::size_t count,
               const kernels::FlockRules& rules,

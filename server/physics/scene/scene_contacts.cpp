@@ -100,7 +100,7 @@ void Scene::Impl::find_manifold(std::uint32_t index, const PairMotion& motion) {
     pair.found.orientation_b = bodies.orientation[b];
 }
 
-/// The speed at which the found points approach.
+/// Works out how the found points approach each other.
 void Scene::Impl::approach(std::uint32_t index, const PairMotion& motion) {
     Pair& pair = graph.pair(index);
     const std::uint32_t a = pair.a;

@@ -6,8 +6,9 @@
 
 namespace zoned::session {
 
-/// Of one session. Paced at twice the rate of the path (RFC 9002, section 7.7, asks for at least
-/// 1.25 times), except for the first datagram's worth; all of a tick has left before the next one.
+/// The pacer of one session. It sends at twice the rate of the path (RFC 9002, section 7.7, asks
+/// for at least 1.25 times), except for the first datagram's worth. All of a tick has left before
+/// the next one.
 class Pacer {
   public:
     /// When a datagram of `bytes` that is ready at `now_s` may leave, s: at least `now_s`. Times do

@@ -106,7 +106,7 @@ void SessionHost::Impl::on_message(Session& session,
 
 void SessionHost::Impl::on_command(Session& session, const proto::Command& command, double now_s) {
     if (command.number() <= session.last_command) {
-        // After a reconnect the client repeats its unacknowledged frames: acknowledge them again.
+        // After a reconnect the client repeats its unacknowledged commands: acknowledge them again.
         reject(Reject::kCommandDuplicate);
         session.command_ack_due = true;
         return;

@@ -20,7 +20,7 @@ std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool 
     const world::Entities& e = state.entities;
     const float time = static_cast<float>(kLookaheadTicks) * state.settings.dt;
     const float radius = (*state.settings.types)[e.type[row]].extent();
-    // Of a ghost the body is a step ahead of the column, which is as its owner sent it.
+    // The body of a ghost is a step ahead of the column, which is as its owner sent it.
     const Vec3 at = state.scene.state(e.body[row]).position;
     const float reach = radius + (e.velocity[row].norm() + kFast) * time + kSlack;
     std::vector<BodyId> bodies;

@@ -10,8 +10,8 @@ namespace zoned::zone {
 void take_inputs(ZoneState& state);
 
 /// Moves all owned characters by apply_input and gives their kinematic bodies the velocity that
-/// leads them there within the step. Returns how many were moved (those that stand and want nothing
-/// are skipped).
+/// leads them there within the step. Returns how many were moved (standing characters without a
+/// command to move are skipped).
 std::uint32_t move_characters(ZoneState& state);
 
 /// True when a character at rest would move or turn by its command.

@@ -12,9 +12,9 @@ enum class Representation : std::uint8_t {
     kParticle,  ///< a point with its mass
 };
 
-/// Looks at the props whose types allow it, every kRepresentationTicks: steps those down that are
-/// far from all players (ghosts of players count) and touch nothing that moves, and those up again
-/// to which one comes or which something may touch. Returns how many changed.
+/// Looks at the props whose types allow it, every kRepresentationTicks. Props far from all players
+/// (ghosts of players count) that touch nothing that moves go to a lower level. Props go up again
+/// when a player comes near or something may touch them. Returns how many changed.
 std::uint32_t choose_representations(ZoneState& state);
 
 inline constexpr Tick kRepresentationTicks = 8;

@@ -5,8 +5,8 @@
 
 namespace zoned::zone {
 
-/// From now on an owned, visible soft body without pins is the rigid hull of its nodes as they are,
-/// and moves on as these did together. False, and nothing changes, where no rigid body can be made
+/// Makes an owned, visible soft body without pins the rigid hull of its nodes as they are; the hull
+/// moves on as the nodes did together. False, and nothing changes, where no rigid body can be made
 /// of it. Allocates.
 bool step_down_soft(ZoneState& state, world::Row row);
 
