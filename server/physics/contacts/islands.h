@@ -23,8 +23,8 @@ class Waker {
     std::vector<std::uint32_t> stack_;
 };
 
-/// Builds the islands of the awake bodies and puts those to sleep whose every body has been still
-/// for long enough and touches no kinematic body that moves.
+/// Builds the islands of the awake bodies. An island goes to sleep when each of its bodies has been
+/// still for long enough and touches no kinematic body that moves.
 class Islands {
   public:
     struct Limits {

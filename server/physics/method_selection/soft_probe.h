@@ -36,8 +36,8 @@ class SoftProbe {
     /// A second; each tick in `splits` >= 1 steps of solver.substeps each.
     [[nodiscard]] ProbeRun run(const soft::SoftSolver& solver, int splits = 1) const;
 
-    /// Largest, over the tenths of the second, of the mean distance of nodes, as a share of the
-    /// size of the body (the longest side of its box). Infinity where one of them broke.
+    /// The mean distance of nodes, as a share of the size of the body (the longest side of its
+    /// box): the largest over the tenths of the second. Infinity where one of them broke.
     [[nodiscard]] double distance(const ProbeRun& a, const ProbeRun& b) const;
 
     /// Semi-implicit Euler with steps of 1/3840 s or shorter. Steps are halved until a halving

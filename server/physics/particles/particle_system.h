@@ -78,8 +78,8 @@ class ParticleSystem {
 
     /// Deaths, births (with the part of the step that they live already), then one step of h
     /// seconds, in as many pieces as the system is defined with. `now` is the tick in which the
-    /// step begins. On which side the motion is computed is the caller's choice; where there is no
-    /// device it is the CPU.
+    /// step begins. The caller chooses the side that computes the motion; without a device it is
+    /// the CPU.
     compute::StageRun step(Tick now,
                            float h,
                            bool on_device,

@@ -29,8 +29,8 @@ struct PhysicsSettings {
     float cell_m = 4.0F;      ///< grid: cell size of one level; the others are doublings of it
     int cell_depth = 16;      ///< octree, quadtree: levels below the root, 1..30
     int boxes_per_cell = 16;  ///< octree, quadtree: a cell with more of them splits, 1..1000
-    /// While there are so many pairs (about 0.5 kB each), no new ones of dynamic bodies are looked
-    /// for, and from twice as many on no others either: those with the highest ids wait.
+    /// While there are so many pairs (about 0.5 kB each), no new pairs of dynamic bodies are looked
+    /// for. From twice as many on no others are either: those with the highest ids wait.
     std::uint32_t max_pairs = 1U << 18;
     int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
     float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce

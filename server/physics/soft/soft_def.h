@@ -83,9 +83,9 @@ struct SoftMaterial {
 
 struct SoftSolver {
     SoftMethod method = SoftMethod::kXpbd;
-    /// Per step, 1..256; 0: for XPBD the root of the number of nodes within 4..64 (a spring passes
-    /// a load on by about one node per substep), for implicit Euler one, for semi-implicit Euler as
-    /// many as its springs need.
+    /// Per step, 1..256. 0 for XPBD: the root of the number of nodes within 4..64 (a spring passes
+    /// a load on by about one node per substep). 0 for implicit Euler: one. 0 for semi-implicit
+    /// Euler: as many as its springs need.
     int substeps = 0;
     int newton_iterations = 2;        ///< implicit Euler, per substep, 1..100
     int gradient_iterations = 60;     ///< implicit Euler: conjugate gradients per Newton step, >= 1

@@ -30,11 +30,11 @@ struct SolveReport {
 /// All start from `lambda`, which the bodies' velocities hold already. They end with bounds kept
 /// and velocities that hold the new `lambda`.
 
-/// Projected Jacobi by mass splitting: all rows that are not friction step at once, then all that
-/// are, lambda <- P(lambda - 1.5 w / D), each with its share of the bodies' masses. As
-/// J M^-1 J^T <= D for the rows of one kind (row_system.cpp), each step of less than twice w / D
-/// lowers the energy norm of the error of a system with fixed bounds: it converges, where the plain
-/// method does not (R. Tonge et al., ACM TOG 31, 2012).
+/// Projected Jacobi by mass splitting. First all rows that are not friction step at once, then all
+/// friction rows: lambda <- P(lambda - 1.5 w / D), each with its share of the bodies' masses. J
+/// M^-1 J^T <= D holds for the rows of one kind (row_system.cpp). So each step of less than twice w
+/// / D lowers the energy norm of the error of a system with fixed bounds. It converges, where the
+/// plain method does not (R. Tonge et al., ACM TOG 31, 2012).
 SolveReport solve_jacobi(RowSystem& system, const IterationLimits& limits);
 
 /// Projected Gauss-Seidel: one row after the other (C. Cryer, SIAM J. Control 9, 1971; the
