@@ -8,7 +8,8 @@ typedef struct FlockEight {
     Real x, y, z, vx, vy, vz;
 } FlockEight;
 
-/// `sorted` holds x, y, z, vx, vy, vz, `stride` apart; lanes beyond the batch are whoever follows.
+/// `sorted` holds x, y, z, vx, vy, vz, `stride` apart; lanes beyond the batch hold the agents that
+/// follow.
 static inline FlockEight flock_load(__global const float* sorted,
                                     const int stride,
                                     const FlockBatch batch) {
@@ -48,8 +49,8 @@ static inline void flock_end(const FlockKernelSum* sum,
     }
 }
 
-/// `sorted` is the state before the step in the order of cells and stays as it is; agent order[i]
-/// of `agents` gets what sorted agent i becomes. Both hold x, y, z, vx, vy, vz, `stride` apart.
+/// `sorted` is the state before the step in the order of cells and stays as it is. Agent order[i]
+/// of `agents` gets the new state of sorted agent i. Both hold x, y, z, vx, vy, vz, `stride` apart.
 __kernel void flock_step(__global float* agents,
                          __global const float* sorted,
                          const int stride,
@@ -72,11 +73,11 @@ __kernel void flock_step(__global float* agents,
 }
 
 /// The same. Batches of a work group are neighbours in the sorted order, so their stretches of a
-/// row of cells are one stretch together: the group copies it to local memory tile by tile, and
-/// each batch adds what of a tile is its own. A tile (`tile_agents` of each column, all six) may
-/// hold a part of a cell or many cells: the sum order is that of flock_step whatever its size.
-/// (Tiles of the all-pairs problem: Nyland, Harris and Prins, "Fast N-body simulation with CUDA",
-/// GPU Gems 3, 2007, section 31.3.)
+/// row of cells are one stretch together. The group copies it to local memory tile by tile, and
+/// each batch adds its own part of a tile. A tile (`tile_agents` of each column, all six) may hold
+/// a part of a cell or many cells: the sum order is that of flock_step whatever its size. (Tiles of
+/// the all-pairs problem: Nyland, Harris and Prins, "Fast N-body simulation with CUDA", GPU Gems 3,
+/// 2007, section 31.3.)
 __kernel void flock_step_tiles(__global float* agents,
                                __global const float* sorted,
                                const int stride,

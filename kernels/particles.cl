@@ -3,10 +3,10 @@
 #include "kernels/include/particle.h"
 
 /// `columns` holds x, y, z, vx, vy, vz, one after the other, `stride` numbers apart, with room for
-/// whole work groups: what lies beyond the particles is worked on like them, for a test whether an
-/// item is one keeps compilers from making vectors of the items (three times slower with PoCL).
-/// done[group] becomes `stamp` when all of a group has been stored: where a device gives up
-/// halfway, the host sees what is left to do.
+/// whole work groups. Items beyond the particles are worked on like them: a test of each item keeps
+/// compilers from making vectors of the items (three times slower with PoCL). done[group] becomes
+/// `stamp` when all of a group has been stored. Where a device gives up halfway, the host sees the
+/// groups left to do.
 __kernel void particles_step(__global float* columns,
                              const uint stride,
                              ZK_TABLE const ParticleWorld* world,

@@ -6,8 +6,8 @@
 
 ZK_BEGIN
 
-/// Columns of cells over the ground: a cell is as wide as an agent looks far, so that whoever is
-/// near is in the same cell or one beside it. An agent outside counts to the cells at the rim.
+/// Columns of cells over the ground. A cell is as wide as an agent looks far, so every agent near
+/// it is in the same cell or one beside it. An agent outside counts to the cells at the rim.
 typedef struct FlockGrid {
     float x0, z0;       // m
     float cells_per_m;  // 1 / cell size
@@ -41,7 +41,7 @@ typedef struct FlockBatch {
     int row;
 } FlockBatch;
 
-/// The cell 0..count - 1 of a place, in cells; what is not a number counts to the first.
+/// The cell 0..count - 1 of a place, in cells; NaN counts to the first.
 ZK_FN int flock_clamp_cell(const float at, const int count) {
     const float high = (float)(count - 1);
     const float in = at > 0.0f ? (at < high ? at : high) : 0.0f;
@@ -97,9 +97,9 @@ ZK_REAL_FN void flock_add(ZK_OF_REAL(FlockKernelSum) * s,
     s->sz = s->sz - push * dz;
 }
 
-/// Where the neighbours of a batch in one row of cells begin among the sorted agents, and where
-/// they end. Beyond the grid's first and last row there are none: both are where such agents would
-/// stand, so that neither decreases from one batch to the next.
+/// The range of sorted agents that holds the neighbours of a batch in one row of cells. Beyond the
+/// grid's first and last row there are none: begin and end are both where such agents would stand,
+/// so that neither decreases from one batch to the next.
 ZK_FN int flock_stretch_begin(ZK_TABLE const FlockGrid* grid,
                               ZK_GLOBAL const int* cell_begin,
                               const FlockBatch batch,
@@ -155,7 +155,7 @@ ZK_REAL_FN Real flock_home(const Real x, const float low, const float high, cons
     return zk_pick(x < low, zk_splat(push), zk_pick(x > high, zk_splat(-push), zero));
 }
 
-/// Adds what the table of directions wants of an acceleration.
+/// Adds the acceleration that the table of directions asks for.
 ZK_REAL_FN void flock_follow(ZK_TABLE const FlockRules* r,
                              ZK_GLOBAL const float* field,
                              const Real x,
@@ -174,9 +174,9 @@ ZK_REAL_FN void flock_follow(ZK_TABLE const FlockRules* r,
     *az = *az + (zk_gather(field, at + 1) * r->most_speed - vz) * r->follow;
 }
 
-/// The rules (Reynolds, "Flocks, herds, and schools", SIGGRAPH 1987): away from who is too near,
-/// with the mean velocity, to the middle, along the field; then one step of semi-implicit Euler
-/// with limits.
+/// The rules (Reynolds, "Flocks, herds, and schools", SIGGRAPH 1987): away from agents that are too
+/// near, with the mean velocity, to the middle, along the field. Then one step of semi-implicit
+/// Euler with limits.
 ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockKernelSum) * s,
                             ZK_TABLE const FlockRules* r,
                             ZK_GLOBAL const float* field,

@@ -1,9 +1,9 @@
-// Kernel base: what lets one source compile as OpenCL C and as C++, for one number or for eight.
+// Kernel base: macros that compile one source as OpenCL C and as C++, for one number or for eight.
 #pragma once
 
 // A shared function is written once over `Real`. In OpenCL C `Real` is float, or float8 where the
-// program says ZK_WIDE before it includes anything; in C++ it is a template parameter, float or
-// Lanes. The operations and their order are those of the text in all four, and neither side may
+// program says ZK_WIDE before it includes anything. In C++ it is a template parameter, float or
+// Lanes. The operations and their order are those of the text in all four. Neither side may
 // contract, reorder or approximate them, so that the results are the same bit for bit.
 
 #ifdef __OPENCL_C_VERSION__
@@ -176,7 +176,7 @@ ZK_REAL_FN Real zk_floor(const Real x) {
     return zk_pick(x < cut, cut - 1.0f, cut);
 }
 
-/// `low` for what is not a number: what is clamped may become an index.
+/// `low` for NaN: a clamped number may become an index.
 ZK_REAL_FN Real zk_clamp(const Real x, const Real low, const Real high) {
     return zk_pick(x > low, zk_pick(x < high, x, high), low);
 }

@@ -1,4 +1,4 @@
-// Particles: how a particle flies and what it bounces off, in one step of semi-implicit Euler.
+// Particles: the flight and the bounces of a particle in one step of semi-implicit Euler.
 #pragma once
 
 #include "kernels/include/kernel_base.h"
@@ -8,7 +8,8 @@ ZK_BEGIN
 enum {
     ZK_MOST_PLANES = 8,
     ZK_MOST_SPHERES = 16,
-    /// Gusts are given at the corners of a lattice of so many cells each way, which repeats.
+    /// Gusts are given at the corners of a lattice with so many cells along each axis. The lattice
+    /// repeats.
     ZK_GUST_CELLS = 8,
     ZK_GUST_CORNERS = ZK_GUST_CELLS * ZK_GUST_CELLS * ZK_GUST_CELLS
 };
@@ -54,7 +55,8 @@ typedef struct ParticleWorld {
     ParticleSphere sphere[ZK_MOST_SPHERES];
 } ParticleWorld;
 
-/// Air: what a program or template is made for, so that no particle pays for what is not there.
+/// Air: the parts for which a program or template is made, so that no particle pays for a missing
+/// part.
 enum {
     ZK_AIR_NONE = 0,    // vacuum
     ZK_AIR_STEADY = 1,  // drag in a uniform wind
@@ -136,10 +138,11 @@ ZK_REAL_FN void particle_gust(ZK_TABLE const ParticleWorld* world,
     *wz = *wz + particle_mix(gusts + 2 * ZK_GUST_CORNERS, x0, x1, y0, y1, z0, z1, u, v, w);
 }
 
-/// Semi-implicit Euler: the velocity first, then the position with the new velocity. Drag is taken
-/// linearly implicitly: of the velocity relative to the air, after the forces, the share 1 / (1 + h
-/// (k1 + k2 |w|)) is left, with |w| before them. That is of first order, stable for any drag and
-/// any step, and has the exact speed at which drag carries the weight.
+/// Semi-implicit Euler: the velocity first, then the position with the new velocity. Drag is
+/// linearly implicit in the velocity relative to the air, w. After the forces the share 1 / (1 + h
+/// (k1 + k2 |w|)) of it is left, with |w| taken before them. The scheme is of first order and
+/// stable for any drag and any step. Its terminal speed, at which drag carries the weight, is
+/// exact.
 ZK_REAL_FN void particle_fly(ZK_OF_REAL(ParticleMotion) * m,
                              ZK_TABLE const ParticleWorld* world,
                              ZK_TABLE const float* gusts,
@@ -201,8 +204,8 @@ ZK_REAL_FN void particle_bounce(ZK_OF_REAL(ParticleMotion) * m,
     m->vz = zk_pick(turns, tz * keep + out * nz, m->vz);
 }
 
-/// The sphere is entered where the way from `from` to the particle first meets it, so that nothing
-/// passes through however fast it is; what is inside already (the sphere moved) is pushed out.
+/// A particle enters the sphere where the line from `from` to it first meets the sphere, so no
+/// speed lets it pass through. A particle that is inside already (the sphere moved) is pushed out.
 ZK_REAL_FN void particle_hit_sphere(ZK_OF_REAL(ParticleMotion) * m,
                                     ZK_TABLE const ParticleWorld* world,
                                     ZK_TABLE const ParticleSphere* sphere,
@@ -268,7 +271,7 @@ ZK_REAL_FN void particle_hit_field(ZK_OF_REAL(ParticleMotion) * m,
     particle_bounce(m, world, hit, -sx * up, up, -sz * up, depth);
 }
 
-/// Spheres, then planes, then the field: what is pushed by one may be pushed by the next.
+/// Spheres, then planes, then the field: a particle pushed by one may be pushed by the next.
 ZK_REAL_FN void particle_collide(ZK_OF_REAL(ParticleMotion) * m,
                                  ZK_TABLE const ParticleWorld* world,
                                  ZK_GLOBAL const float* heights,

@@ -55,16 +55,16 @@ std::string bake(const physics::Shape& shape);
 /// Whether the bytes begin as those of a baked file do.
 bool is_baked(std::string_view bytes);
 
-/// The shape of kind kMesh or kHeightfield that a baked file holds: it answers as the one that was
-/// baked does, bit for bit. The bytes may be any: sizes are checked before memory is asked for, and
-/// a file that is damaged, cut short or of another version is refused with the reason.
+/// The shape of kind kMesh or kHeightfield in a baked file: it answers as the shape that was baked,
+/// bit for bit. The bytes may be any: sizes are checked before memory is asked for. A file that is
+/// damaged, cut short or of another version is refused with the reason.
 core::Result<physics::Shape> read_baked(std::string_view bytes);
 
 /// The same from a file; the reason names it.
 core::Result<physics::Shape> load_baked(const std::string& path);
 
-/// Writes a checksum that fits over the one in the bytes (at least kBakedBodyAt of them): for tests
-/// of what lies behind it.
+/// Writes a matching checksum over the one in the bytes (at least kBakedBodyAt of them): for tests
+/// of the checks behind it.
 void seal_baked(std::string& bytes);
 
 /// Empty when both hold the same geometry bit for bit, otherwise which table differs.

@@ -18,8 +18,8 @@ namespace zoned::assets {
 
 namespace {
 
-/// What libpng reads from, and where it leaves its message. It reports errors by a long jump, so
-/// that nothing with a destructor may live in the functions that it may leave.
+/// The input of libpng, and the place for its message. libpng reports errors by a long jump. A
+/// function that it may leave so must hold nothing with a destructor.
 struct PngReader {
     std::span<const std::byte> bytes;
     char message[128] = "";

@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxGeometryFile = 256U << 20;
 /// All bytes of a file, at most kMaxGeometryFile. The reason names the file.
 core::Result<std::string> read_geometry_file(const std::string& path);
 
-/// What a file holds, by its first bytes and not by its name.
+/// The kind of a file, by its first bytes and not by its name.
 enum class GeometryContent {
     kPng,
     kBaked,
@@ -30,11 +30,10 @@ enum class GeometryContent {
 
 GeometryContent content_of(std::string_view bytes);
 
-/// A greyscale PNG of 8 or 16 bits (colour is refused rather than mixed to grey, and so are
-/// palettes and transparency): column x of row z is the sample there, black is 0 and white is
-/// `height` metres above it, plus `options.offset`. Columns, rows and scale of the options are set
-/// from the image. Samples are values, not light: no gamma is applied. Fails with the reason, which
-/// names the file.
+/// A greyscale PNG of 8 or 16 bits. Colour, palettes and transparency are refused. Column x of row
+/// z is the sample there: black is 0 and white is `height` metres above it, plus `options.offset`.
+/// Columns, rows and scale of the options are set from the image. Samples are values, not light: no
+/// gamma is applied. Fails with the reason, which names the file.
 core::Result<std::shared_ptr<const physics::Heightfield>>
 load_heightfield(const std::string& path, float height, physics::FieldOptions options);
 

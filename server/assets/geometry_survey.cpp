@@ -102,7 +102,7 @@ void add_worst(const Worst& worst, const char* format, float limit, std::vector<
     }
 }
 
-/// Triangles that do not follow each other, so that what the tests suffice for is a fair sample.
+/// Triangles that do not follow each other, so that a limited number of tests is a fair sample.
 void look_behind(const TriangleMesh& mesh, MeshSurvey& out) {
     constexpr std::uint64_t kMostTests = 1U << 24;  // a few seconds at most
     constexpr std::uint64_t kStride = 2654435761U;  // a prime: comes by every triangle once

@@ -1,5 +1,5 @@
-// Geometry survey: the figures of a surface, and what in it is too small, too thin or too far out
-// for the physics.
+// Geometry survey: the figures of a surface, and its parts that are too small, too thin or too far
+// out for the physics.
 #pragma once
 
 #include "server/physics/shapes/heightfield.h"
@@ -54,8 +54,8 @@ struct FieldSurvey {
 
 FieldSurvey survey(const physics::Heightfield& field);
 
-/// What the engine accepts but cannot simulate within the error budget, m: one sentence each, with
-/// figures and the worst place; empty when there is nothing to say. See
+/// Properties that the engine accepts but cannot simulate within the error budget, m. One sentence
+/// each, with figures and the worst place; empty where there are none. See
 /// physics::stability_warnings_of.
 std::vector<std::string> stability_warnings_of(const MeshSurvey& mesh, float error_budget_m);
 

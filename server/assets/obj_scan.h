@@ -19,7 +19,7 @@ inline constexpr std::size_t kMaxObjCorners = 256;
 
 struct ObjMistake {
     std::uint32_t line = 0;  ///< from 1
-    std::string text;        ///< what is wrong, to stand after the line
+    std::string text;        ///< the mistake, to stand after the line
 };
 
 struct ObjScan {
@@ -35,13 +35,13 @@ struct ObjScan {
     [[nodiscard]] bool good() const { return mistake_count == 0; }
 };
 
-/// Reads what matters for a surface (v, f) and checks it: numbers are numbers, finite, and rounded
-/// to the nearest float; faces have 3..kMaxObjCorners corners, each of which names a vertex
-/// (counted from 1, or from -1 backwards) that stands somewhere in the file, and do not cross
-/// themselves; there are no more than physics::kMaxMeshTriangles. Points and lines are checked
-/// alike and left out; materials and other files are not looked at. Words of the format that say
-/// nothing of the surface are passed over; free-form surfaces and words that the format does not
-/// know are mistakes. (Wavefront, "Object files (.obj)", Advanced Visualizer manual, appendix B1.)
+/// Reads the words that matter for a surface (v, f) and checks them. Numbers are numbers, finite,
+/// and rounded to the nearest float. Faces have 3..kMaxObjCorners corners and do not cross
+/// themselves. Each corner names a vertex (counted from 1, or from -1 backwards) that stands
+/// somewhere in the file. There are no more than physics::kMaxMeshTriangles. Points and lines are
+/// checked alike and left out; materials and other files are not looked at. Words of the format
+/// without meaning for the surface are skipped. Free-form surfaces and unknown words are mistakes.
+/// (Wavefront, "Object files (.obj)", Advanced Visualizer manual, appendix B1.)
 ObjScan scan_obj(std::string_view text);
 
 }  // namespace zoned::assets

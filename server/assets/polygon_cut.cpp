@@ -39,7 +39,7 @@ class Outline {
             farthest = std::max(farthest, p.cwiseAbs().maxCoeff());
             extent = std::max(extent, (points_[i] - points_[0]).norm());
         }
-        // Corners are rounded to floats: what is straight may bend by that much.
+        // Corners are rounded to floats: a straight line may bend by that much.
         slack_ = 4.0 * std::ldexp(1.0, -24) * farthest * extent;
     }
 
@@ -103,8 +103,8 @@ class Outline {
         return left_.size();
     }
 
-    /// Cutting corner 0 or 2 off goes along the diagonal 1-3, 1 or 3 along 0-2. Squares, rounded
-    /// this way and that, are all cut the same way.
+    /// Cutting corner 0 or 2 off goes along the diagonal 1-3, 1 or 3 along 0-2. Squares are all cut
+    /// the same way, however they are rounded.
     [[nodiscard]] std::size_t first_of_four() const {
         const double one = (points_[1] - points_[3]).squaredNorm();
         const double other = (points_[0] - points_[2]).squaredNorm();

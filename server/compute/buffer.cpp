@@ -114,7 +114,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     return *this;
 }
 
-/// Not in anybody's turn: what it calls may be called from several threads at a time.
+/// Needs no turn: the functions that it calls may be called from several threads at a time.
 Buffer::~Buffer() {
     if (handle_ != nullptr) {
         Device::Impl& impl = *device_->impl_;

@@ -1,4 +1,4 @@
-// Crossover: which side is faster for how much work, from measured costs.
+// Crossover: chooses the faster side, CPU or device, for an amount of work by measured costs.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ enum class Side : std::uint8_t {
 struct SideCost {
     double launch_us = 0.0;  ///< a batch of any size: starting, waiting
     double item_us = 0.0;    ///< work per item
-    double copy_us = 0.0;    ///< transfers per item, both ways; 0 where memory is shared
+    double copy_us = 0.0;    ///< transfers per item, in both directions; 0 where memory is shared
 
     [[nodiscard]] double of(std::size_t items) const {
         return launch_us + static_cast<double>(items) * (item_us + copy_us);
@@ -27,10 +27,11 @@ struct SideCost {
 /// zero.
 SideCost cost_through(std::size_t few, double few_us, std::size_t many, double many_us);
 
-/// The choice by work size. Whoever owns a clock measures both sides and says so here; until then,
-/// and for work that enters state hashes without being bit-identical on the device, the CPU does
-/// it. Because of the measured costs two runs may choose differently: only what is bit-identical on
-/// both sides keeps a run repeatable, so exactness is asked for at each choice.
+/// The choice by work size. The owner of a clock measures both sides and sets the costs here; until
+/// then the CPU does the work. The CPU also does work that enters state hashes and is not
+/// bit-identical on the device. Two runs may choose differently, because the costs are measured.
+/// Only bit-identical results on both sides keep a run repeatable, so each choice asks for
+/// exactness.
 class Crossover {
   public:
     Crossover() = default;

@@ -106,8 +106,8 @@ Status Device::finish() {
 Status Device::lose(std::string why) {
     if (!lost()) {
         impl_->fault = "OpenCL: lost " + to_text(impl_->info) + ": " + std::move(why);
-        // Work that was queued before may still run, and write into what the CPU is about to work
-        // on.
+        // Work that was queued before may still run, and write into memory that the CPU is about to
+        // use.
         impl_->cl->clFinish(impl_->queue);
     }
     return Status::failure(fault());

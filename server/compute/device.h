@@ -1,5 +1,4 @@
-// Device: an OpenCL device that is open: its queue, its programs, and what becomes of it when it
-// fails.
+// Device: an open OpenCL device with its queue and programs, and its handling of failures.
 #pragma once
 
 #include "server/compute/device_list.h"
@@ -59,8 +58,8 @@ struct ProgramCounts {
 /// A device that failed once is lost: every later call fails at once with the first reason, and its
 /// user goes on without it. A kernel that does not build is lost alone.
 ///
-/// Threads take turns: who queues work holds turn() until it is finished. Kernels and buffers may
-/// go at any time.
+/// Threads take turns: a thread that queues work holds turn() until the work is finished. Kernels
+/// and buffers may go at any time.
 class Device {
   public:
     /// Chooses among the devices and opens one. Fails with the reason where none fits or opens:
@@ -166,15 +165,16 @@ class Buffer {
     /// touch the buffer until it took it back. Several ranges may be given and taken one after the
     /// other, at most kRanges: a mapped buffer changes hands as a whole.
     Status give(std::size_t offset, std::size_t bytes);
-    /// Queues the way back; then Device::finish(), then settle(). No bytes: nothing was changed.
+    /// Queues the transfer back; then Device::finish(), then settle(). No bytes: nothing was
+    /// changed.
     Status take(std::size_t offset, std::size_t bytes);
 
     Status give() { return give(0, bytes_); }
 
     Status take() { return take(0, bytes_); }
 
-    /// The host's memory holds what came back. Where the device was lost before, it holds what it
-    /// held at give() (copied), or what the kernels did until then (mapped).
+    /// The host's memory holds the returned data. Where the device was lost before, copied memory
+    /// holds its content at give(), and mapped memory the kernels' results until then.
     void settle();
 
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
@@ -198,7 +198,7 @@ class Buffer {
     void* staging_ = nullptr;  ///< where copies come back to, so that half of one does no harm
     std::size_t bytes_ = 0;
     std::array<BufferRange, kRanges> coming_;
-    std::size_t ranges_ = 0;  ///< of them that are on their way back
+    std::size_t ranges_ = 0;  ///< of them that are being transferred back
     bool mapped_ = false;     ///< the host may touch it
 };
 

@@ -1,4 +1,4 @@
-// Devices: what OpenCL devices there are, and which one is taken for what reason.
+// Device list: finds the OpenCL devices, chooses one and gives the reason.
 #pragma once
 
 #include "shared/core/result.h"
@@ -49,8 +49,8 @@ struct DeviceChoice {
 };
 
 /// `wish` is "" or "auto", "cpu", "gpu", "none", or part of a device's name (case does not matter).
-/// Devices that are not available or do not round correctly are never taken. "auto" takes a GPU
-/// before a CPU, more compute units before fewer, the first of equals.
+/// Devices that are not available or do not round correctly are never taken. "auto" prefers a GPU
+/// to a CPU, then more compute units to fewer, then the first of equals.
 DeviceChoice choose_device(std::span<const DeviceInfo> devices, std::string_view wish);
 
 /// "gpu NAME (PLATFORM, driver V), 24 compute units, 8192 MiB".

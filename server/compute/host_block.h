@@ -1,4 +1,4 @@
-// HostBlock: memory that begins on a page, which devices may work in.
+// HostBlock: host memory aligned to a page, in which devices may work.
 #pragma once
 
 #include <cstddef>

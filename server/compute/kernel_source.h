@@ -1,4 +1,4 @@
-// Kernel source: the OpenCL C files that are built into the program, with their includes put in.
+// Kernel source: the OpenCL C files embedded in the program, with their includes put in.
 #pragma once
 
 #include "shared/core/result.h"
@@ -22,9 +22,9 @@ std::span<const KernelFile> kernel_files();
 /// Finds the text of a path; nothing where there is no such file.
 using FindKernelFile = std::function<std::optional<std::string_view>(std::string_view path)>;
 
-/// The text of `path` with each "kernels/include/..." put in once in the place of its first
-/// include, and #line directives, so that the compiler names file and line as they are in the
-/// repository. Fails with file and line of an include that is not there.
+/// The text of `path` with each "kernels/include/..." put in once, in the place of its first
+/// include. #line directives make the compiler name file and line as they are in the repository.
+/// Fails with file and line of an include that is not there.
 core::Result<std::string> expand_kernel(std::string_view path, const FindKernelFile& find);
 
 /// The same from kernel_files().

@@ -15,8 +15,9 @@ namespace {
 std::atomic<bool> asked_for_opencl{false};
 
 /// PoCL's threads are left where they wake up, and on two cores both woke on the same one: a
-/// million particles took as long as on one thread. Told so, it keeps thread i on CPU i, which has
-/// to be ours: so only where all are. The environment's own setting goes before.
+/// million particles took as long as on one thread. With this variable it keeps thread i on CPU i.
+/// CPU i has to be ours, so it is set only where all are. The environment's own setting goes
+/// before.
 void keep_pocl_threads_apart() {
     cpu_set_t ours;
     CPU_ZERO(&ours);

@@ -1,4 +1,4 @@
-// OpenClApi: the functions of libOpenCL, looked up in the library when somebody first asks.
+// OpenClApi: the functions of libOpenCL, looked up in the library on first use.
 #pragma once
 
 #include "shared/core/result.h"
@@ -12,8 +12,8 @@
 
 namespace zoned::compute {
 
-/// Nothing links libOpenCL, so that a process without work for a device never maps it, nor the
-/// drivers behind it. OpenCL 1.2.
+/// Nothing links libOpenCL, so a process without work for a device maps neither it nor the drivers
+/// behind it. OpenCL 1.2.
 struct OpenClApi {
 #define ZONED_OPENCL_FUNCTIONS(X) \
     X(clGetPlatformIDs)           \
@@ -47,8 +47,8 @@ struct OpenClApi {
 #undef ZONED_OPENCL_POINTER
 };
 
-/// Opens libOpenCL.so.1 on the first call; later calls give
-/// what the first gave. Fails with the loader's reason. Threads may call it at once.
+/// Opens libOpenCL.so.1 on the first call; later calls return the first result. Fails with the
+/// loader's reason. Threads may call it at once.
 const core::Result<OpenClApi>& opencl_api();
 
 /// Whether opencl_api() was ever called in this process.

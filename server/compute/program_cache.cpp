@@ -128,7 +128,7 @@ bool ProgramCache::store(const ProgramKey& key, std::span<const std::uint8_t> bi
     std::ofstream out(fresh, std::ios::binary | std::ios::trunc);
     out.write(reinterpret_cast<const char*>(file.data()),
               static_cast<std::streamsize>(file.size()));
-    out.close();  // what a full disk refuses is known only now
+    out.close();  // a full disk shows its refusal only now
     if (out) {
         std::filesystem::rename(fresh, path, error);
     }

@@ -19,9 +19,9 @@ struct ProgramKey {
     std::string source;   ///< expanded
 };
 
-/// One file per key. A file is taken only where its key is the same and its checksum right: what is
-/// damaged, cut short or of another program counts as missing, and is written anew. The checksum
-/// finds damage, not forgery: the folder must belong to who runs the server.
+/// One file per key. A file is taken only where its key is the same and its checksum right. A file
+/// that is damaged, cut short or of another program counts as missing, and is written anew. The
+/// checksum finds damage, not forgery: the folder must belong to the user that runs the server.
 class ProgramCache {
   public:
     ProgramCache() = default;

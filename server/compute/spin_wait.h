@@ -1,4 +1,4 @@
-// Spin: a short wait for another thread, that lets others have the core when it becomes long.
+// Spin: a short wait for another thread; it yields the core to others when it becomes long.
 #pragma once
 
 #include <thread>

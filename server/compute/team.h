@@ -11,13 +11,15 @@ namespace zoned::compute {
 
 class WorkerPool;
 
-/// A pool's tasks are long; within one there may be stages of some ten microseconds, one after the
-/// other, whose blocks are independent. The thread that runs the task leads: run() hands blocks to
-/// whoever of the pool has nothing else to do, and works at them itself. Without a pool, or while
-/// all others are busy, the leader does all by itself. Which thread does which block is open, so
-/// blocks must not touch what another block writes; then the result is the same for any number of
-/// threads. The leader takes blocks from the front and the helpers from the back: where one stage
-/// after the other goes through the same data, most of it stays in the same core's cache.
+/// A pool's tasks are long. Within one there may be stages of some ten microseconds, one after the
+/// other, with independent blocks. The thread that runs the task leads: run() hands blocks to the
+/// idle threads of the pool, and works at blocks itself. Without a pool, or while all others are
+/// busy, the leader does all by itself.
+///
+/// Any thread may do any block, so a block must not touch data that another block writes. Then the
+/// result is the same for any number of threads. The leader takes blocks from the front and the
+/// helpers from the back. Where successive stages go through the same data, most of it then stays
+/// in the same core's cache.
 ///
 /// Only one thread may lead. All public functions are the leader's.
 class Team {

@@ -91,7 +91,7 @@ bool WorkerPool::visit(QueuePlace& place) {
     }
     place.visitors.fetch_add(1);
     bool worked = false;
-    // Read again: who withdraws either sees the visitor or is seen by it.
+    // Read again: a thread that withdraws either sees the visitor or is seen by it.
     if (Team* const team = place.team.load(); team != nullptr) {
         const std::uint64_t begin = thread_cpu_ns();
         worked = team->help();
@@ -112,7 +112,7 @@ bool WorkerPool::help_all() {
 void WorkerPool::work_loop() {
     for (std::uint32_t heard = bell_.load(); !stop_.load(); heard = bell_.load()) {
         if (help_all()) {
-            ring();  // whoever waits for the end of a batch
+            ring();  // wakes the threads that wait for the end of a batch
         } else if (!stop_.load()) {
             bell_.wait(heard);
         }

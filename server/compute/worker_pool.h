@@ -1,5 +1,5 @@
-// WorkerPool: a fixed set of threads that run one batch of independent tasks at a time, and help
-// within the tasks when there are fewer of them than threads.
+// WorkerPool: a fixed set of threads that run one batch of independent tasks at a time; idle
+// threads help within the tasks.
 #pragma once
 
 #include "server/compute/team.h"
@@ -30,8 +30,7 @@ class WorkerPool {
 
     [[nodiscard]] unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
-    /// CPU time that the pool's own threads have used so far, ns (the caller's time is the caller's
-    /// business).
+    /// CPU time that the pool's own threads have used so far, ns; the caller's time is not in it.
     [[nodiscard]] std::uint64_t cpu_ns() const { return cpu_ns_.load(std::memory_order_relaxed); }
 
   private:

@@ -1,5 +1,5 @@
-// IncrementalGrid: a uniform grid over points in the x-z plane that follows points which move, come
-// and go without being rebuilt.
+// IncrementalGrid: a uniform grid over points in the x-z plane; points may move, come and go
+// without a rebuild.
 #pragma once
 
 #include "server/spatial/box_lanes.h"
@@ -24,12 +24,12 @@ struct GridPoints {
 };
 
 /// Cells stand in one row of slots, line by line, so that a query reads a few long runs. Eight
-/// slots' places share a line of the cache, which is what a query reads and a step writes. Every
+/// slots' places share a line of the cache: a query reads such a line and a step writes it. Every
 /// fourth cell has a spare slot at first; a cell that is full borrows one from a neighbour, as in a
 /// packed memory array (Bender, Demaine and Farach-Colton, "Cache-oblivious B-trees", SIAM Journal
-/// on Computing 35, 2005, section 2). Empty slots hold what is not a number and fail every
-/// comparison. The order within a cell depends on the past; nobody may depend on it. A grid of its
-/// own beside spatial::PointGrid, which sorts all points anew: that costs more than matching does.
+/// on Computing 35, 2005, section 2). Empty slots hold NaN and fail every comparison. The order
+/// within a cell depends on the past; nobody may depend on it. It is a grid of its own beside
+/// spatial::PointGrid, because that sorts all points anew, which costs more than matching does.
 class IncrementalGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -105,8 +105,8 @@ class IncrementalGrid {
     /// True where so many points lie beyond the extent of the last build() that queries suffer.
     [[nodiscard]] bool worn() const { return outside_ > 64 + slot_of_.size() / 16; }
 
-    /// Appends to `out` the keys but `own` of all points within min(radius, their radius) x `widen`
-    /// of (x, z), closed, in the arithmetic of hears(). `out` has room for keys() + 8.
+    /// Appends to `out` the keys of all points within min(radius, their radius) x `widen` of (x,
+    /// z), except `own`; closed, in the arithmetic of hears(). `out` has room for keys() + 8.
     std::size_t gather(float x,
                        float z,
                        float radius_m,
@@ -162,7 +162,7 @@ class IncrementalGrid {
         std::uint32_t mask = 0;
     };
 
-    /// As for_each_chosen(), but only writes down what was chosen, without a branch for each eight;
+    /// As for_each_chosen(), but only writes the choices down, without a branch for each eight;
     /// `out` has room for blocks() + 1 notes. Returns how many.
     template <bool kFlat, class Test>
     std::size_t note_chosen(float x0,
@@ -196,8 +196,8 @@ class IncrementalGrid {
         return choose<kFlat>(block, test);
     }
 
-    /// Other places of the points, `x` and `z` by key, in the order of the slots, something in
-    /// those that are empty.
+    /// Other places of the points, `x` and `z` by key, in the order of the slots; empty slots hold
+    /// any number.
     void lay_out(std::span<const float> x,
                  std::span<const float> z,
                  std::vector<GridBlock>& out) const;

@@ -1,5 +1,5 @@
-// Interest rule: the rule of aura-nimbus matching; who hears of what, with hysteresis, and at which
-// level of detail. matcher.h applies it to everybody.
+// Interest rule: decides for one pair, by aura and nimbus with hysteresis, whether the viewer is
+// notified of the entity and at which level of detail. matcher.h applies it to all pairs.
 #pragma once
 
 #include "server/world/entities.h"
@@ -13,11 +13,11 @@ namespace zoned::interest {
 
 struct InterestSettings {
     float hysteresis =
-        0.1F;  ///< what is heard is lost only beyond (1 + hysteresis) x the radius, [0, 1]
+        0.1F;  ///< a known entity is lost only beyond (1 + hysteresis) x the radius, [0, 1]
     std::vector<float> lod_radius_m;  ///< promised LOD k holds within lod_radius_m[k], ascending;
                                       ///< the last LOD holds beyond them all. 0..3 entries
     float lod_lead_m = 3.0F;  ///< a LOD is subscribed this much before its radius is reached, so
-                              ///< that its news is there in time
+                              ///< that its updates arrive in time
 };
 
 struct InterestReport {
@@ -27,15 +27,15 @@ struct InterestReport {
     std::uint32_t left = 0;
     std::uint32_t changed = 0;    ///< entities that moved, came, left or changed their radius
     std::uint32_t refreshed = 0;  ///< sets made anew: of viewers that came, jumped or changed
-    std::uint32_t examined = 0;   ///< pairs that a step led out of what was settled
-    bool broadcast = false;       ///< all areas overlap: who moves changes nothing
+    std::uint32_t examined = 0;   ///< pairs that a step led out of their settled range
+    bool broadcast = false;       ///< all areas overlap: no move changes anything
     bool skipped = false;         ///< no viewer: nothing ran
 };
 
 /// The rule, for one pair, horizontally (x, z): a hears of b when the distance is at most min(aura
 /// of b, nimbus of a), m, closed. `known` adds the hysteresis. A radius that is not positive
-/// reaches nobody, not even at distance zero. This one function is what the matching, the broadcast
-/// test and brute force all call.
+/// reaches nobody, not even at distance zero. The matching, the broadcast test and brute force all
+/// call this one function.
 inline bool hears(float distance_squared,
                   float nimbus_m,
                   float aura_m,
@@ -48,8 +48,8 @@ inline bool hears(float distance_squared,
     return radius > 0.0F && distance_squared <= radius * radius;
 }
 
-/// The part that a viewer hears beside its nimbus: as far as `length_m` within half an angle about
-/// where it looks. The default is none.
+/// The cone that a viewer hears beside its nimbus: as far as `length_m` within half an angle about
+/// the direction of its view. The default is none.
 struct ViewCone {
     float length_m = 0.0F;
     float ahead_x = 0.0F;  ///< unit, horizontal: where it looks

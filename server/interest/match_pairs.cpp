@@ -15,11 +15,12 @@ constexpr std::size_t kRoom = 4;
 // More notes than blocks over this: to lay out where all were costs less than to pending it up for
 // each that was noted.
 constexpr std::size_t kLayOutShare = 2;
-constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of floats may lose
+constexpr float kNearest =
+    1e-6F;  // of the coordinates: the rounding error of a difference of floats
 
 }  // namespace
 
-/// Merges what a viewer hears of, by all pairs near it, with what it knew.
+/// Merges a viewer's new set, by all pairs near it, with its last one.
 void Matcher::refresh(std::size_t viewer) {
     const MatchedViewer& add_viewers = matched_viewers_[viewer];
     const ViewCone cone = viewer_cone_.empty() ? ViewCone{} : viewer_cone_[viewer];
@@ -48,8 +49,8 @@ void Matcher::refresh(std::size_t viewer) {
     set.stamp = matched_viewers_[viewer].stamp;
 }
 
-/// Of what is near, what may be heard at all: a cone holds a small part of its disc, and what is
-/// left is sorted.
+/// Of the near entities, those that may be heard at all: a cone holds a small part of its disc, and
+/// the rest is sorted.
 std::size_t Matcher::keep_within_cone(std::size_t viewer,
                                       const ViewCone& cone,
                                       std::size_t candidates) {
@@ -69,7 +70,7 @@ std::size_t Matcher::keep_within_cone(std::size_t viewer,
     return kept;
 }
 
-/// Merges the candidates with what was known, both ascending by entity.
+/// Merges the candidates with the last set, both ascending by entity.
 void Matcher::merge(std::size_t viewer, const ViewCone& cone, std::size_t candidates) {
     world::VisibleSet& set = (*out_)[viewer];
     scratch_.clear();
@@ -253,7 +254,7 @@ void Matcher::cross_entities(std::uint32_t viewer) {
     }
 }
 
-/// A viewer against the entities near it, whoever of them stepped; sift() knows more.
+/// A viewer against the entities near it, with or without a step by them; sift() knows more.
 void Matcher::cross_all(std::uint32_t viewer) {
     if (fresh_flag_[viewer] != 0 || !(viewer_nimbus_[viewer] > 0.0F)) {
         return;
@@ -277,7 +278,7 @@ void Matcher::cross_all(std::uint32_t viewer) {
             : entity_grid_.note_chosen<false>(box.x0, box.x1, box.z0, box.z1, test, viewer, out);
 }
 
-/// Of the notes those pairs that came across a step are looked at.
+/// Looks at those pairs of the notes that came across a step.
 void Matcher::sift() {
     if (noted_ > entity_grid_.blocks() / kLayOutShare) {
         sift_blocks();
@@ -343,8 +344,8 @@ EntityId Matcher::entity_of(const PendingPair& pending) const {
     return pending.row == world::kNoRow ? pending.gone : moved_set_.id(pending.row);
 }
 
-/// The sets lie far apart in memory: what will be read is asked for some pairs ahead. Of a set
-/// that is what the search for the entity reads first, and once this is there, what it reads last.
+/// The sets lie far apart in memory, so they are prefetched some pairs ahead. First comes the part
+/// of a set that the search for the entity reads first, and then the part that it reads last.
 void Matcher::settle_pairs() {
     constexpr std::size_t kSoon = 6;
     constexpr std::size_t kLater = 12;
@@ -383,7 +384,7 @@ void Matcher::settle_pairs() {
     pending_pairs_.clear();
 }
 
-/// The rule for one pair, by what the viewer knows. To do it twice changes nothing.
+/// The rule for one pair, by the viewer's last set. To do it twice changes nothing.
 void Matcher::settle_pair(const PendingPair& pending) {
     const std::uint32_t viewer = pending.viewer;
     const world::Row row = pending.row;

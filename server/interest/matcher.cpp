@@ -112,7 +112,7 @@ InterestReport Matcher::step(const world::Entities& entities,
         viewer_grid_.for_each_key([&](std::uint32_t viewer) { cross_all(viewer); });
         sift();
     } else if (!still) {
-        // They stand anywhere: what one will read is asked for while another reads.
+        // They stand anywhere in memory: the data of one are prefetched while another reads.
         constexpr std::size_t kAhead = 2;
         for (std::size_t i = 0; i < moved_.size(); ++i) {
             if (i + kAhead < moved_.size()) {
@@ -127,7 +127,7 @@ InterestReport Matcher::step(const world::Entities& entities,
     return report_;
 }
 
-/// Takes back what the last tick said of differences.
+/// Clears the differences of the last tick.
 void Matcher::begin(const InterestSettings& settings, world::Visibility& out) {
     out_ = &out;
     refresh_all_ = !same(settings, settings_);
@@ -158,8 +158,7 @@ void Matcher::begin(const InterestSettings& settings, world::Visibility& out) {
     moved_.clear();
 }
 
-/// Makes `out` and the seats hold exactly one entry per viewer; those that stay keep what they
-/// knew.
+/// Makes `out` and the seats hold exactly one entry per viewer; viewers that stay keep their sets.
 void Matcher::align(std::span<const world::Viewer> viewers, world::Visibility& out) {
     const auto client_of = [](const auto& item) {
         if constexpr (requires { item.client; }) {

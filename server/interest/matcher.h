@@ -1,4 +1,4 @@
-// Matcher: keeps what every viewer hears of, tick by tick, looking only at what moved or changed.
+// Matcher: keeps the visible set of every viewer tick by tick; it looks only at changed pairs.
 #pragma once
 
 #include "server/interest/incremental_grid.h"
@@ -13,26 +13,28 @@
 
 namespace zoned::interest {
 
-/// The sets are in every tick exactly those that hears() and lod_at() give for all pairs, one after
-/// the other, with what was known a tick ago.
+/// In every tick the sets are exactly those of hears() and lod_at() for all pairs, one after the
+/// other, given the sets of the last tick.
 ///
-/// A pair is looked at only when a comparison of its distance came out otherwise than a tick ago
-/// (threshold_crossings.h): eight at a time, entities that moved against a grid of the viewers, and
-/// viewers that moved against a grid of the entities; when most move, all viewers against the
-/// entities. A viewer is matched with everything anew when it came, got another avatar, changed its
-/// nimbus or jumped; a viewer with a cone (world::Cone) in every tick, because whatever turns, its
-/// view or the way to an entity, can lead over its edge. The grids follow what moves
-/// (incremental_grid.h). Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A
-/// dynamic sort-based DDM matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section
-/// 3, on grids in place of sorted lists.
+/// The matcher looks at a pair only when a comparison of its distance changed since the last tick
+/// (threshold_crossings.h), eight pairs at a time. Entities that moved go against a grid of the
+/// viewers, and viewers that moved against a grid of the entities. When most move, all viewers go
+/// against the entities. A viewer is matched with everything anew when it came, got another avatar,
+/// changed its nimbus or jumped. A viewer with a cone (world::Cone) is matched so in every tick,
+/// because a turn of either, or of the line between them, can lead over the cone's edge. The grids
+/// follow the moves (incremental_grid.h).
+///
+/// Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A dynamic sort-based DDM
+/// matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section 3, on grids in place
+/// of sorted lists.
 class Matcher {
   public:
     /// Writes `out` (one set per viewer in the order of `viewers`, which ascend by client id). Sets
     /// of viewers that stay are updated in place, sets of viewers that are gone are dropped;
-    /// entered/left/lod_changed/changed say the difference. Hidden entities are heard by nobody; a
-    /// viewer without a row hears nothing; no two share an avatar. The type table has to be the
-    /// same in each call, and `out` the one of the last call (sets may be added, taken away or be
-    /// given another `visible`, see VisibleSet::stamp). No allocation after warm-up.
+    /// entered/left/lod_changed/changed give the difference. No viewer hears of a hidden entity; a
+    /// viewer without a row hears of nothing; no two share an avatar. The type table has to be the
+    /// same in each call, and `out` the one of the last call. (Sets may be added, taken away or be
+    /// given another `visible`, see VisibleSet::stamp.) No allocation after warm-up.
     InterestReport step(const world::Entities& entities,
                         const world::TypeTable& types,
                         std::span<const world::Viewer> viewers,
@@ -40,7 +42,7 @@ class Matcher {
                         world::Visibility& out);
 
   private:
-    /// Matched with everything for its cone's sake: its set is what it was but for differences.
+    /// Matched with everything because of its cone: its set is the last one but for differences.
     static constexpr std::uint8_t kFreshByCone = 2;
 
     /// The memory of a viewer, beside the columns below.
@@ -119,7 +121,7 @@ class Matcher {
     float entity_step_m_ = 0.0F;  // farthest that an entity stepped in this tick
     std::uint64_t next_stamp_ = 1;
     InterestReport report_;
-    std::uint32_t pairs_ = 0;           // that somebody hears of
+    std::uint32_t pairs_ = 0;           // in all visible sets together
     world::Visibility* out_ = nullptr;  // during step()
 
     std::vector<MatchedViewer> matched_viewers_;
@@ -127,7 +129,7 @@ class Matcher {
     std::vector<float> viewer_z_;
     std::vector<float> viewer_old_x_;
     std::vector<float> viewer_old_z_;
-    std::vector<float> viewer_nimbus_;          // 0: hears nothing
+    std::vector<float> viewer_nimbus_;          // 0: no visible set
     std::vector<ViewCone> viewer_cone_;         // empty where no type has one
     std::vector<std::uint32_t> viewer_of_row_;  // by row
     std::vector<std::uint32_t> moved_;          // viewers that stepped

@@ -114,7 +114,7 @@ void MovedSet::list_touched(const world::Entities& e) {
             steps_.push_back(row);
         }
     });
-    // Their former rows are anywhere in memory, and now on their way.
+    // Their former rows are anywhere in memory; the prefetch has asked for them.
     std::size_t kept = 0;
     for (const world::Row row : steps_) {
         if (e.id[row] != ids_[row] || kind_in(e, row) != kinds_[row]) {
@@ -182,8 +182,8 @@ void MovedSet::compare_all(const world::Entities& e, std::size_t common) {
     steps_.resize(found);
 }
 
-/// Writes for each row from `first` on what is other than zero where it holds another entity or one
-/// of another kind than a tick ago; returns all of that together.
+/// Writes for each row from `first` on a number other than zero where it holds another entity or
+/// one of another kind than a tick ago; returns all of these together.
 std::uint32_t MovedSet::compare_kinds(const world::Entities& e,
                                       std::size_t first,
                                       std::size_t size,
@@ -213,7 +213,7 @@ void MovedSet::follow_steps(const world::Entities& e) {
         const float dx = x - x_[row];
         const float dz = z - z_[row];
         const float squared = dx * dx + dz * dz;
-        if (!(squared <= kStep_m * kStep_m)) {  // also what was or is nowhere
+        if (!(squared <= kStep_m * kStep_m)) {  // also rows that were or are nowhere
             take(e, row);
             continue;
         }

@@ -1,5 +1,4 @@
-// MovedSet: the columns of all entities that matching reads, and what changed in them since the
-// tick before.
+// MovedSet: the entity columns that matching reads, and their changes since the last tick.
 #pragma once
 
 #include "server/interest/incremental_grid.h"
@@ -23,13 +22,13 @@ struct EntityChange {
 
 class MovedSet {
   public:
-    /// An entity that moves no farther than this within a tick steps. One that jumps is looked at
-    /// in the place that it left and in the place that it came to, m.
+    /// An entity that moves no farther than this within a tick steps. An entity that jumps is
+    /// looked at both in the place that it left and in its new place, m.
     static constexpr float kStep_m = 8.0F;
 
-    /// Compares rows with those of the last call and lists what changed: those that stir or were
-    /// touched for Reader::kInterest, which the caller forgets afterwards. The type table has to be
-    /// the same in each call.
+    /// Compares rows with those of the last call and lists the changes. It looks at rows that move
+    /// or were touched for Reader::kInterest, which the caller forgets afterwards. The type table
+    /// has to be the same in each call.
     void follow(const world::Entities& entities, const world::TypeTable& types);
     /// Forgets where things were.
     void settle();
@@ -43,7 +42,7 @@ class MovedSet {
 
     [[nodiscard]] std::size_t changed() const { return changes_.size() + steps_.size(); }
 
-    /// Of all steps, m; a rounding more.
+    /// The longest of all steps, m; a rounding more.
     [[nodiscard]] float longest_step_m() const { return longest_step_m_; }
 
     /// Rows hold other entities than a tick ago, or there are more or fewer of them.
@@ -63,7 +62,7 @@ class MovedSet {
 
     [[nodiscard]] float old_z(world::Row row) const { return old_z_[row]; }
 
-    /// 0 where it is hidden or nowhere: heard by nobody.
+    /// 0 where it is hidden or nowhere: no viewer hears of it.
     [[nodiscard]] float aura_m(world::Row row) const { return aura_[row]; }
 
     [[nodiscard]] float nimbus_m(world::Row row) const { return nimbus_of_[kind_of(row)]; }
@@ -104,7 +103,7 @@ class MovedSet {
 
     [[nodiscard]] float largest_aura_m() const { return largest_aura_m_; }
 
-    /// Of all that are not hidden; 0 where one reaches nobody or is nowhere.
+    /// Over all that are not hidden; 0 where one reaches nobody or is nowhere.
     [[nodiscard]] float smallest_aura_m() const { return smallest_aura_m_; }
 
   private:

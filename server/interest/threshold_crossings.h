@@ -1,4 +1,4 @@
-// ThresholdCrossings: which pairs may have changed since the tick before, eight at a time.
+// ThresholdCrossings: finds the pairs that may have changed since the last tick, eight at a time.
 #pragma once
 
 #include "server/interest/interest_rule.h"
@@ -24,15 +24,17 @@ struct LodThresholds {
     explicit LodThresholds(const InterestSettings& settings);
 };
 
-/// What a pair is (known or not, level of detail) follows from what it was and from which of the
-/// comparisons `distance^2 <= radius^2`, `distance^2 <= ((1 + hysteresis) radius)^2` and
-/// `distance^2 <= LOD step` hold; and to settle it twice changes nothing. So it can only change
-/// when it comes within a plain radius (step) that it was beyond a tick ago, or gets beyond a
-/// widened one that it was within: nothing else needs a second look. Here one side is a point that
-/// is now at (x, z) with `radius_m`, and was at (old_x, old_z) with `old_radius_m`; the other sides
-/// are eight points that stay. Where both sides of a pair move, it is a step of the one and then
-/// one of the other: what changes in all changes in one of them. Bit i of the answer is set where
-/// the pair may change. The arithmetic is that of hears(): no pair is missed.
+/// The state of a pair (known or not, level of detail) follows from its last state and three kinds
+/// of comparison: `distance^2 <= radius^2`, `distance^2 <= ((1 + hysteresis) radius)^2` and
+/// `distance^2 <= LOD step`. To settle it twice changes nothing. So it can only change when the
+/// distance falls within a plain radius (step), or rises beyond a widened one, since the last tick.
+/// No other pair needs a second look.
+///
+/// Here one side is a point that is now at (x, z) with `radius_m`, and was at (old_x, old_z) with
+/// `old_radius_m`. The other sides are eight points that stay. Where both sides of a pair move, one
+/// steps first and then the other: any change of the pair is a change in one of the two steps. Bit
+/// i of the answer is set where the pair may change. The arithmetic is that of hears(), so no pair
+/// is missed.
 struct ThresholdCrossings {
     float x = 0.0F;
     float z = 0.0F;
@@ -158,9 +160,9 @@ struct MutualCrossings {
     }
 };
 
-/// The same for a point whose other sides have moved as well, by their present places alone: a pair
-/// may change whose distance is so near a step that the two came across it with `reach_m` in all.
-/// Some that it names did not: a tick ago they were on the same side.
+/// The same for a point whose other sides have moved as well, by their present places alone. A pair
+/// may change if its distance is so near a step that the two can have crossed it with `reach_m` in
+/// all. Some named pairs did not cross: a tick ago they were on the same side.
 class NearThresholds {
   public:
     using Array8 = spatial::Array8;
@@ -202,9 +204,8 @@ class NearThresholds {
     }
 
   private:
-    /// Squares of distances that differ by `reach_m` on two sides of a step differ by less than
-    /// the slack from the step's, and the second term is for roundings, 2^-24 in each of five
-    /// operations.
+    /// Squares of distances that differ by `reach_m` on two sides of a step differ by less than the
+    /// slack from the step's. The second term is for roundings, 2^-24 in each of five operations.
     void add(float square, float step) {
         const float far = step + reach_m_;
         square_[count_] = square;

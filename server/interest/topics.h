@@ -1,5 +1,4 @@
-// Topics: publish-subscribe for what is not spatial (team, zone, world), with what happened before
-// for those who come late.
+// Topics: publish-subscribe by topic (team, zone, world), with a history for late subscribers.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -14,7 +13,7 @@
 
 namespace zoned::interest {
 
-/// How much of a topic is kept for those who subscribe later.
+/// The history of a topic for later subscribers.
 struct HistoryRule {
     std::string name;        ///< of the topic; an end of "*" stands for any end
     std::size_t events = 0;  ///< at most
@@ -42,13 +41,12 @@ class Topics {
     /// The first rule that fits a topic holds for it. Before the first event.
     void keep(std::vector<HistoryRule> rules) { rules_ = std::move(rules); }
 
-    /// An event is published: all subscribers of now hear of it, who come later as long as it is
-    /// kept. `event.number` is set here. Nothing where the topic has no history.
+    /// Publishes an event. All present subscribers get it, and later ones as long as it is kept.
+    /// `event.number` is set here. Nothing where the topic has no history.
     void remember(std::string_view topic, PastEvent event);
 
-    /// The events that a subscriber that just came has not heard of yet, oldest first: each event
-    /// is given out once to each client, whether it was subscribed when it happened or comes (back)
-    /// later.
+    /// The events that a new subscriber has not got yet, oldest first. Each event goes out once to
+    /// each client, whether the client was subscribed when it happened or comes (back) later.
     void take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out);
 
   private:
@@ -57,7 +55,8 @@ class Topics {
         std::deque<PastEvent> events;
         std::size_t bytes = 0;
         std::uint64_t newest = 0;
-        std::map<ClientId, std::uint64_t> heard;  // up to which number, of those who were told
+        std::map<ClientId, std::uint64_t>
+            heard;  // number of the last message that each notified client got
     };
 
     TopicHistory& history(std::string_view topic);

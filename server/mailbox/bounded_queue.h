@@ -1,5 +1,5 @@
-// BoundedQueue: a queue between threads with a fixed capacity; what does not fit is counted, never
-// waited for.
+// BoundedQueue: a queue between threads with a fixed capacity; items that do not fit are dropped
+// and counted.
 #pragma once
 
 #include <atomic>

@@ -19,7 +19,7 @@ namespace zoned::mailbox {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What a ticket allows.
+/// The rights that a ticket gives.
 enum Right : std::uint32_t {
     kRightPlay = 1u << 0,
     kRightAudit = 1u << 1,   ///< may receive the truth (a wall-hack otherwise)
@@ -62,10 +62,10 @@ struct Input {
 struct Acks {
     ClientId client;
     std::uint64_t newest = 0;
-    std::uint32_t bits = 0;              ///< bit i: newest - 1 - i has arrived as well
-    std::uint32_t rtt_us = 0;            ///< smoothed round trip as the session measures it
-    std::uint32_t rate_bytes_per_s = 0;  ///< what the path carries as the session measures it,
-                                         ///< headers counted; 0: no limit known
+    std::uint32_t bits = 0;    ///< bit i: newest - 1 - i has arrived as well
+    std::uint32_t rtt_us = 0;  ///< smoothed round trip as the session measures it
+    std::uint32_t rate_bytes_per_s =
+        0;  ///< the path's capacity as the session measures it, headers counted; 0: no limit known
 };
 
 /// A reliable command to the rules of the game.
@@ -81,7 +81,7 @@ struct Confirm {
     EventId event;
 };
 
-/// A client detected that its view diverged beyond repair: everything is owed to it again,
+/// A client detected that its view diverged beyond repair: everything is sent to it again,
 /// absolute.
 struct ViewReset {
     ClientId client;
@@ -98,9 +98,9 @@ struct AuditRequest {
     ClientId client;
 };
 
-/// What coding records for one client alone costs on this machine, as measured outside of the step:
-/// CPU time of encoder and learning, ns. To all zones. To begin with it is what the benchmark's
-/// machine takes.
+/// The price of coding records for one client alone on this machine, as measured outside of the
+/// step: CPU time of encoder and learning, ns. Sent to all zones. The initial value is that of the
+/// benchmark's machine.
 struct CodecPrice {
     std::uint32_t record_ns = 900;
     std::uint32_t packet_ns = 1000;
@@ -110,7 +110,7 @@ struct CodecPrice {
 /// out before it was sent.
 struct NewBrains {
     std::shared_ptr<const std::string> config;       ///< as recordings hold it
-    std::shared_ptr<const ai::AiSettings> settings;  ///< what it says of them, compiled
+    std::shared_ptr<const ai::AiSettings> settings;  ///< the agents' settings in it, compiled
 };
 
 using InboxItem = std::variant<Join,
@@ -175,27 +175,27 @@ struct AuditEntity {
     Tick discontinuity_tick = 0;  ///< last spawn, teleport or unhide
     Tick radii_tick = 0;          ///< when its stance, and so its radii, last became others
     Tick breach_tick =
-        0;  ///< when truth last left what its own last publication predicted, 0 = never
+        0;  ///< when truth last left the prediction of its own last publication, 0 = never
     std::vector<std::int32_t>
         quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
 };
 
-/// What was done to tell a client of one entity, as far as the client has not acknowledged it:
-/// which packets it may check against those that came. No statement about the truth.
+/// The packets about one entity that a client has not acknowledged yet. The client may check them
+/// against those that came. They state nothing about the truth.
 struct AuditUpdate {
     EntityId entity;
     Tick postponed_tick = 0;  ///< when the byte budget last made something of it wait; 0 = never
-    bool leaving = false;     ///< what the packets carry is its removal
+    bool leaving = false;     ///< the packets carry its removal
 
     struct Carried {
         Tick tick = 0;
         std::uint64_t sequence = 0;
     };
 
-    std::vector<Carried> carried;  ///< packets with news of it, as they were sent
+    std::vector<Carried> carried;  ///< packets with updates of it, as they were sent
 };
 
-/// What one client ought to know at `tick`, computed by brute force from raw state.
+/// The knowledge that one client should have at `tick`, computed by brute force from raw state.
 struct AuditRecord {
     ClientId client;
     Tick tick = 0;

@@ -1,4 +1,4 @@
-// What to tell an operator when an address cannot be listened on.
+// Bind error: the message for an operator when the server cannot listen on an address.
 #pragma once
 
 #include "server/net/socket_address.h"
@@ -8,8 +8,7 @@
 
 namespace zoned::net {
 
-/// A std::system_error whose text names protocol ("TCP", "UDP"), address and port, and says what to
-/// do.
+/// A std::system_error whose text names protocol ("TCP", "UDP"), address and port, and the remedy.
 [[nodiscard]] inline std::system_error bind_error(const std::error_code& error,
                                                   const std::string& protocol,
                                                   const Address& address) {

@@ -166,7 +166,7 @@ CertificateFiles prepare_certificate(const CertificateSettings& settings) {
                                  " holds certificate.pem but not key.pem: delete certificate.pem "
                                  "to have a new pair made");
     }
-    // The key is written first: a key alone is what an interrupted first start leaves behind.
+    // The key is written first: an interrupted first start leaves only a key behind.
     if (!have_certificate) {
         make_pair(files);
     }

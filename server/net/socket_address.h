@@ -1,4 +1,4 @@
-// Text and socket forms of addresses.
+// Socket address: converts addresses between their text, socket and byte forms.
 #pragma once
 
 #include "server/mailbox/address.h"
@@ -20,12 +20,12 @@ using mailbox::Address;
 [[nodiscard]] core::Result<Address> parse_address(const std::string& ip, std::uint16_t port);
 
 /// `family` is the socket's: AF_INET takes v4-mapped addresses only (returns 0 for others). Returns
-/// the length of what was written.
+/// the length written.
 [[nodiscard]] socklen_t to_socket_address(const Address& address,
                                           int family,
                                           sockaddr_storage& out);
 
-/// From what the kernel says; addresses of other families become all zero.
+/// From the kernel's address; addresses of other families become all zero.
 [[nodiscard]] Address from_socket_address(const sockaddr_storage& in);
 
 }  // namespace zoned::net

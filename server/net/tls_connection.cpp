@@ -92,7 +92,7 @@ void TlsConnection::on_handshake(const asio::error_code& ec) {
 
 void TlsConnection::read() {
     if (filled_ == in_.size()) {
-        // Grows with what has arrived, not with what a prefix claims.
+        // Grows with the bytes that arrived, not with the claim of a prefix.
         in_.resize(std::min(2 * in_.size(), kPrefixBytes + limits_.max_frame_bytes));
     }
     reading_ = true;
@@ -243,8 +243,8 @@ void TlsConnection::abort(const std::string& reason) {
     finish(reason);
 }
 
-/// Sends close_notify. No other operation may be under way on the TLS stream, so a read is
-/// cancelled first and its handler comes back here.
+/// Sends close_notify. No other operation may be pending on the TLS stream, so a read is cancelled
+/// first and its handler comes back here.
 void TlsConnection::shut_down() {
     if (reading_) {
         asio::error_code ignored;
@@ -267,7 +267,7 @@ void TlsConnection::shut_down() {
 }
 
 /// The peer was still sending. Closing now would reset the connection and could destroy our last
-/// frames on their way, so what comes is read and dropped until the peer has ended.
+/// frames in flight. So incoming data is read and dropped until the peer has ended.
 void TlsConnection::linger() {
     asio::error_code ec;
     stream_.next_layer().shutdown(asio::ip::tcp::socket::shutdown_send, ec);

@@ -27,7 +27,7 @@ struct ConnectionLimits {
     std::size_t max_queue_bytes = 1u << 20;  ///< waiting to be sent; more: the connection is closed
 };
 
-/// Why connections ended, and what went through them.
+/// The ends of connections by reason, and the bytes that went through them.
 struct TlsStats {
     std::uint64_t accepted = 0;
     std::uint64_t opened = 0;  ///< finished the handshake
@@ -50,7 +50,7 @@ struct DatagramKeys {
 
 class TlsConnection;
 
-/// What a connection tells its listener; shared, so that handlers under way outlive neither.
+/// The callbacks of a connection to its listener; shared, so that pending handlers outlive neither.
 struct ConnectionEvents {
     std::function<void(TlsConnection&, const DatagramKeys&)> opened;
     std::function<void(TlsConnection&, std::span<const std::uint8_t>)> frame;
@@ -73,7 +73,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     void start();
     /// Queues a frame; silently nothing once the connection is closing.
     void send(std::span<const std::uint8_t> frame);
-    /// Ends in order: sends what is queued, then TLS close_notify, then waits for the peer's end.
+    /// Ends in order: sends the queue, then TLS close_notify, then waits for the peer's end.
     void close();
     /// Ends at once.
     void abort(const std::string& reason);

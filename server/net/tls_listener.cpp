@@ -30,7 +30,7 @@ Address address_of(const tcp::endpoint& endpoint) {
     return from_socket_address(storage);
 }
 
-/// What the limit per address counts by: whoever has one IPv6 address has a whole /64.
+/// The key of the limit per address: the owner of one IPv6 address has a whole /64.
 std::array<std::uint8_t, 16> network_of(const Address& address) {
     std::array<std::uint8_t, 16> key{};
     std::copy_n(address.ip, address.is_v4() ? 16 : 8, key.begin());

@@ -21,7 +21,7 @@ struct TlsSettings {
     ConnectionLimits limits;
     std::size_t max_connections = 25000;
     std::size_t max_connections_per_address = 64;  ///< IPv6: per /64 network. Not for loopback.
-    double max_handshakes_per_s = 500.0;  ///< whoever comes faster waits in the kernel's queue
+    double max_handshakes_per_s = 500.0;  ///< faster connections wait in the kernel's queue
 };
 
 /// Events of streams, from the thread of the io_context, never from within a call of the listener.
@@ -29,7 +29,7 @@ struct TlsCallbacks {
     std::function<void(StreamNumber, const Address& peer, bool loopback, const DatagramKeys&)>
         on_open;
     std::function<void(StreamNumber, std::span<const std::uint8_t> frame)> on_frame;
-    /// Once per opened stream, whoever ended it. Empty reason: ended in order.
+    /// Once per opened stream, by whichever side it ended. Empty reason: ended in order.
     std::function<void(StreamNumber, const std::string& reason)> on_closed;
 };
 
@@ -51,13 +51,13 @@ class TlsListener {
 
     /// Queues a frame; nothing happens when the stream is gone or closing.
     void send(StreamNumber stream, std::span<const std::uint8_t> frame);
-    /// Ends a stream after what is queued.
+    /// Ends a stream after its queue is sent.
     void close(StreamNumber stream);
     /// Bytes that wait to be sent; 0 when the stream is gone.
     [[nodiscard]] std::size_t backlog(StreamNumber stream) const;
 
     [[nodiscard]] std::uint16_t port() const;
-    /// SHA-256 of the certificate, hexadecimal: what clients pin.
+    /// SHA-256 of the certificate, hexadecimal. Clients pin it.
     [[nodiscard]] const std::string& fingerprint() const;
     [[nodiscard]] const CertificateFiles& certificate_files() const;
     /// Streams that are not gone yet, those in handshake or closing included.
@@ -66,7 +66,7 @@ class TlsListener {
 
   private:
     struct Impl;
-    std::shared_ptr<Impl> impl_;  ///< shared with handlers under way
+    std::shared_ptr<Impl> impl_;  ///< shared with pending handlers
 };
 
 }  // namespace zoned::net

@@ -26,7 +26,7 @@ std::system_error last_error(const Address& address) {
 }
 
 int granted_buffer(int fd, int option, int wanted) {
-    // A smaller buffer than asked for is no error: the statistics say what was granted.
+    // A smaller buffer than asked for is no error: the statistics give the granted size.
     setsockopt(fd, SOL_SOCKET, option, &wanted, sizeof wanted);
     int granted = 0;
     socklen_t size = sizeof granted;

@@ -38,12 +38,12 @@ struct UdpStats {
     std::uint64_t dropped_full = 0;    ///< the kernel's send buffer was full
     std::uint64_t dropped_error = 0;   ///< the kernel refused the datagram (no route, ...)
     std::uint64_t receive_errors = 0;  ///< reported by the kernel while receiving
-    int receive_buffer_bytes = 0;      ///< what the kernel granted (Linux counts double)
+    int receive_buffer_bytes = 0;      ///< the size that the kernel granted (Linux counts double)
     int send_buffer_bytes = 0;
 };
 
-/// Driven by one thread, that of the io_context. Never blocks; what cannot be sent at once is
-/// dropped and counted, as a network would do.
+/// Driven by one thread, that of the io_context. Never blocks; a datagram that cannot be sent at
+/// once is dropped and counted, as a network would do.
 class UdpEndpoint {
   public:
     using OnDatagrams = std::function<void(std::span<const Datagram>)>;
@@ -73,7 +73,7 @@ class UdpEndpoint {
 
   private:
     struct Impl;
-    std::shared_ptr<Impl> impl_;  ///< shared with the handler under way
+    std::shared_ptr<Impl> impl_;  ///< shared with the pending handler
 };
 
 }  // namespace zoned::net

@@ -1,4 +1,4 @@
-// record_items: mailbox messages to and from their recorded form.
+// Record items: converts mailbox messages to and from their recorded form.
 #pragma once
 
 #include "server/mailbox/messages.h"

@@ -13,12 +13,13 @@
 
 namespace zoned::recording {
 
-/// Of the simulation. Raise it with every change after which the same input gives other hashes.
+/// Version of the simulation. Raise it with every change after which the same input gives other
+/// hashes.
 inline constexpr std::uint32_t kSimulationGeneration = 11;
-/// Of the file format.
+/// Version of the file format.
 inline constexpr std::uint32_t kRecordingFormat = 1;
 
-/// What a recording says of the run that it comes from.
+/// The header of a recording: the run that it comes from.
 struct RecordingHeader {
     std::uint32_t generation = kSimulationGeneration;
     std::string target;    ///< processor target of the build
@@ -31,7 +32,7 @@ struct RecordingHeader {
     static RecordingHeader of_this_build();
 };
 
-/// What entered one zone at a tick, and the hash of its state after it.
+/// The input of one zone at a tick, and the hash of its state after it.
 struct ZoneTick {
     ZoneId zone;
     std::vector<mailbox::InboxItem> inbox;

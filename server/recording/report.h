@@ -1,4 +1,4 @@
-// Report: what `zoned serve --report` writes about a run, as JSON.
+// Report: the figures of a run that `zoned serve --report` writes, as JSON.
 #pragma once
 
 #include "shared/core/json.h"
@@ -46,14 +46,14 @@ struct ZoneFigures {
 struct FlappingFigures {
     std::string brain;
     std::pair<std::string, std::string> states;
-    std::string forth;         ///< the transition from the first to the second, and on what
+    std::string forth;         ///< the transition from the first to the second, and its trigger
     std::string back;          ///< and the one back
     std::uint64_t count = 0;   ///< of times that one was found at it
     std::uint32_t entity = 0;  ///< the last one
     std::uint64_t tick = 0;    ///< and when
 };
 
-/// What bytes were spent on.
+/// The use of the bytes.
 struct TrafficFigures {
     wire::TrafficTable table;        ///< of the bodies that the zones made
     std::vector<std::string> types;  ///< their names
@@ -62,8 +62,8 @@ struct TrafficFigures {
     std::map<std::string, std::uint64_t> stream_bytes;  ///< frames over TCP, by message
 };
 
-/// Figures of one run. Field names in JSON are those of the members, with units; `extra` holds what
-/// else a caller counts, in order of name.
+/// Figures of one run. Field names in JSON are those of the members, with units; `extra` holds
+/// further counts of a caller, in order of name.
 struct ServerReport {
     std::string world;
     std::string config_digest;

@@ -2,7 +2,7 @@
 
 namespace zoned::replication {
 
-/// Of a level that the client has left it keeps what it was sent last.
+/// For a level that the client has left it keeps the last publication sent.
 void ClientState::follow_on(const Subscription& left, const StreamTable& streams) {
     const std::uint32_t version = held_version(left);
     const Past* past = streams.past(left.stream, version);

@@ -65,7 +65,7 @@ ClientTransfer ClientState::transfer() const {
     t.rtt_us = rtt_us_;
     t.rate_bytes_per_s = rate_bytes_per_s_;
     t.widened = widened;
-    // The next zone's coder knows nothing of what this one has told.
+    // The next zone's coder shares no history with this one.
     t.codec_epoch = coder != nullptr ? static_cast<std::uint8_t>(coder->epoch() + 1) : next_epoch_;
     t.coded = coder != nullptr;
     t.demand = demand;
@@ -233,7 +233,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
         if (back != 0 && ((acks.bits >> (back - 1)) & 1u) == 0) {
             continue;
         }
-        // What another zone sent before the handoff is not in this log.
+        // This log does not hold the packets that another zone sent before the handoff.
         SentPacket* packet = log_.find(acks.newest - back);
         if (packet == nullptr || packet->status == DeliveryStatus::kAcked) {
             continue;
@@ -252,7 +252,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
 }
 
 /// A packet is given up when one sent three packets later has arrived, or after
-/// wire::resend_timeout_ticks. It counts as lost only after three times that: what was merely late
+/// wire::resend_timeout_ticks. It counts as lost only after three times that: a merely late packet
 /// must not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
     look_for_outage(now, tick_s);
@@ -284,7 +284,7 @@ void ClientState::expire(Tick now, float tick_s) {
 void ClientState::look_for_outage(Tick now, float tick_s) {
     if (newest_acked_ != heard_newest_ || heard_tick_ < 0) {
         if (away_) {
-            widened = {};  // what is still owed decides anew, in this tick
+            widened = {};  // the bytes still pending decide anew, in this tick
         }
         away_ = false;
         heard_while_away_ = false;
@@ -296,8 +296,8 @@ void ClientState::look_for_outage(Tick now, float tick_s) {
     }
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
     const double silent_s = static_cast<double>(now - heard_tick_) * static_cast<double>(tick_s);
-    // One that has never acknowledged anything may have no way back yet, and is still to be shown
-    // the world.
+    // A client that has never acknowledged anything may have no working uplink yet, and must still
+    // be shown the world.
     if (!away_ && newest_acked_ != 0 && silent_s > kAway_s + 2e-6 * rtt_us) {
         begin_away();
     }
@@ -365,7 +365,7 @@ void ClientState::lose(const SentEntry& entry) {
             delivery = &it->delivery;
         }
     } else if (Subscription* s = find(entry); s != nullptr && s->sent_version == entry.version) {
-        delivery = &s->delivery;  // an older version is not missed: a newer one is under way
+        delivery = &s->delivery;  // an older version is not missed: a newer one is in flight
     }
     if (delivery != nullptr && delivery->in_flight > 0) {
         --delivery->in_flight;
@@ -458,7 +458,7 @@ void ClientState::refill(const ReplicationSettings& settings) {
     const double per_tick = allowed_bytes(settings);
     const double burst =
         narrow ? std::max(kNarrowBurstBytes, 1.5 * per_tick) : burst_bytes(settings);
-    // What a new client may be sent at first is more than what may gather later.
+    // A new client's first allowance is larger than the allowance that may gather later.
     tokens = narrow || tokens < burst ? std::min(burst, tokens + per_tick) : tokens;
 }
 

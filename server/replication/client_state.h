@@ -1,4 +1,4 @@
-// ClientState: what one client hears of, what it has acknowledged and what it is still owed.
+// ClientState: the subscriptions, acknowledgements and pending updates of one client.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -22,7 +22,7 @@ auto lower_bound_entity(List& list, EntityId entity) {
     });
 }
 
-/// How often the newest copy of something was sent and what became of it.
+/// How often the newest copy of something was sent, and its fate.
 struct Delivery {
     Tick sent_tick = 0;          ///< of the newest copy
     Tick pending_tick = 0;       ///< since when something is unsent; 0 = nothing noticed yet
@@ -34,26 +34,26 @@ struct Delivery {
 struct Subscription {
     EntityId entity;
     StreamIndex stream = kNoStream;
-    std::uint32_t stamp = 0;  ///< names this subscription: what belongs to an earlier one is void
+    std::uint32_t stamp = 0;  ///< names this subscription: packets of an earlier one are void
     std::uint32_t sent_version = 0;       ///< newest version sent, 0 = none
     std::uint32_t delivered_version = 0;  ///< newest version acknowledged
     std::uint32_t held_keyframe = 0;      ///< newest keyframe acknowledged, by serial
     Delivery delivery;
     std::uint8_t lod = 0;
-    bool known = false;  ///< the client may hold the entity, so its leaving must be told
+    bool known = false;  ///< the client may hold the entity, so it must be notified of its removal
     Tick switched_tick =
         0;  ///< when it took over from another stream that the client still follows
-    Tick postponed_tick = 0;  ///< when the budget last made it wait before it was ever told of
+    Tick postponed_tick = 0;  ///< when the budget last delayed the first update of it
 };
 
-/// The version of its stream that the client is taken to predict from: what was sent last unless
+/// The version of its stream from which the client is assumed to predict: the last one sent unless
 /// that was lost; 0: none.
 inline std::uint32_t held_version(const Subscription& s) {
     return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
 }
 
-/// What a client predicts an entity from that has passed to another stream, nothing of which it
-/// holds yet.
+/// The base from which a client predicts an entity that has passed to another stream, while the
+/// client holds nothing of that stream yet.
 struct Followed {
     EntityId entity;
     Past publication;      ///< of the stream that it leaves
@@ -61,7 +61,7 @@ struct Followed {
     float off_rad = 0.0F;  ///< ... and so much
 };
 
-/// An entity that the client may hold and must forget; owed until acknowledged.
+/// An entity that the client may hold and must forget; pending until acknowledged.
 struct Removal {
     EntityId entity;
     std::uint32_t stamp = 0;
@@ -85,13 +85,13 @@ class ClientState {
 
     [[nodiscard]] ClientTransfer transfer() const;
 
-    /// Brings subscriptions in line with what the client hears of now; both ascend by entity.
+    /// Brings subscriptions in line with the client's visible set; both ascend by entity.
     void update_subscriptions(const std::vector<world::Visible>& visible,
                               Tick now,
                               StreamTable& streams,
                               std::vector<Subscription>& scratch);
 
-    /// Drops all subscriptions; what the client may hold becomes owed removals.
+    /// Drops all subscriptions; entities that the client may hold become pending removals.
     void detach(Tick now, StreamTable& streams, std::vector<Subscription>& scratch) {
         update_subscriptions({}, now, streams, scratch);
     }
@@ -99,22 +99,22 @@ class ClientState {
     /// As the session measures it; 0: not yet.
     [[nodiscard]] std::uint32_t rtt_us() const { return rtt_us_; }
 
-    /// nullptr: it does not hear of the entity.
+    /// nullptr: it is not subscribed to the entity.
     [[nodiscard]] const Subscription* subscription(EntityId entity) const;
 
     void on_acks(const mailbox::Acks& acks);
-    /// Gives up packets that must be lost by now, or all when nothing is heard any more.
+    /// Gives up packets that must be lost by now, or all when the client has gone silent.
     void expire(Tick now, float tick_s);
 
-    /// True when the client acknowledged packets before, but none for a second and two round trips:
-    /// an outage. It is then sent nothing but signs of life; what it holds and has acknowledged
-    /// stays as it is, so that afterwards it is owed what has changed, and nothing else. What was
-    /// lost meanwhile says nothing of the network as it was before and will be again.
+    /// True in an outage: the client acknowledged packets before, but none for a second and two
+    /// round trips. It then gets nothing but signs of life. Its acknowledged state stays as it is,
+    /// so that afterwards only changes are pending. Losses in an outage say nothing of the network
+    /// before and after it.
     [[nodiscard]] bool away() const { return away_; }
 
     /// Something came from the client: when it is away, the next sign of life is due soon.
     void on_heard();
-    /// Everything is owed anew, absolute.
+    /// Everything is pending anew, absolute.
     void reset_view();
 
     /// Of the next packet.
@@ -123,29 +123,30 @@ class ClientState {
     /// Begins the log entry of a packet and counts the sequence up.
     SentPacket& begin_packet(Tick now);
 
-    /// Copies of news to send so that the chance to lose them all is below `target`, 1..8.
+    /// Copies of an update to send so that the chance to lose them all is below `target`, 1..8.
     [[nodiscard]] int copies_wanted(float target) const;
 
-    /// When away: a sign of life is due, because something was heard of the client.
+    /// When away: a sign of life is due, because something came from the client.
     [[nodiscard]] bool sign_due(Tick now) const;
 
     /// From now on this client's records are coded for it alone, or not any more.
     void code(bool alone, const ReplicationSettings& settings);
 
-    /// What it may be sent per tick, of the budget or of what the path carries, if that is less.
+    /// Bytes that it may be sent per tick: its budget, or the capacity of the path if that is less.
     [[nodiscard]] double allowed_bytes(const ReplicationSettings& settings) const;
 
-    /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
-    /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
-    /// bursts wait in a queue, a tick and a half's (or what one small packet needs).
+    /// Tokens for one more tick, of the budget or of the path's capacity, if that is less. They
+    /// never exceed a quarter of a second's worth of the budget. On a path with less capacity,
+    /// where bursts wait in a queue, the limit is a tick and a half's (or the size of one small
+    /// packet).
     void refill(const ReplicationSettings& settings);
 
     /// When the client passed to the present stream of an entity from another level of detail or
     /// zone; 0 = never.
     [[nodiscard]] Tick switch_tick(EntityId entity) const;
 
-    /// What the client predicts an entity from that it is subscribed to, as long as nothing of the
-    /// present stream has come to it; nullptr: not known.
+    /// The base from which the client predicts a subscribed entity until it has something of the
+    /// present stream; nullptr: not known.
     [[nodiscard]] const Followed* followed(EntityId entity) const;
 
     /// The client follows this from now on, until something of the present stream comes to it.
@@ -162,9 +163,9 @@ class ClientState {
     OwnTrack own;
     double tokens = 0.0;     ///< bytes that may be sent now; heartbeats may drive them below 0
     Tick packet_tick = -1;   ///< of the newest packet; -1: none yet
-    wire::Widened widened;   ///< the bounds that it was told last
+    wire::Widened widened;   ///< the bounds that it was last notified of
     Tick widened_tick = 0;   ///< when they were last needed or narrowed
-    bool is_viewer = false;  ///< in this tick; only viewers are told of entities
+    bool is_viewer = false;  ///< in this tick; only viewers get updates of entities
     /// Codes this client's records for it alone; null: it gets those that all share.
     std::unique_ptr<wire::record::RecordEncoder> coder;
     float coded_bytes = 16.0F;  ///< of a record, as they were of late
@@ -176,7 +177,8 @@ class ClientState {
                            bool known,
                            StreamTable& streams);
     void follow_on(const Subscription& left, const StreamTable& streams);
-    /// What is not followed any more, because the entity is not heard or its present stream is.
+    /// Streams that are not followed any more: the entity is out of interest, or its present stream
+    /// has reached the client.
     void forget_followed();
     bool cancel_removal(EntityId entity);
     void add_removal(EntityId entity, Tick now);
@@ -207,8 +209,8 @@ class ClientState {
     std::uint32_t heard_samples_ = 0;  // ... and what it stood for
 };
 
-/// What a client may be sent at once when it has just joined: a second's worth of its budget, but
-/// no more than TCP's initial window.
+/// Bytes that a client may be sent at once when it has just joined: a second's worth of its budget,
+/// but no more than TCP's initial window.
 double opening_bytes(const ReplicationSettings& settings);
 
 /// Bytes of budget that may gather while nothing is sent.

@@ -7,8 +7,8 @@ namespace zoned::replication {
 namespace {
 
 constexpr float kForget = 1.0F / 64.0F;
-// What a shared record and a packet's headers take, about: whichever codec a client has, its
-// demand is measured alike.
+// The approximate size of a shared record and of a packet's headers. The demand of a client is
+// measured alike, whichever codec it has.
 constexpr double kSharedRecordBytes = 16.0;
 constexpr double kHeaderBytes = 72.0;
 

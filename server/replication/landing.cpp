@@ -75,7 +75,7 @@ float resting_height(const world::EntityType& type, const Quat& orientation) {
 float landing_height(const motion::StaticGeometry& ground,
                      const motion::KinematicState& from,
                      float height) {
-    // What lies a little into the floor (a contact, a step of quantisation) is still above it.
+    // An entity a little inside the floor (a contact, a step of quantisation) is still above it.
     constexpr float kInto_m = 0.05F;
     Vec3 before = from.position;
     for (int k = 1; k <= kSteps; ++k) {

@@ -1,4 +1,4 @@
-// Landing: where what falls comes to rest on the static geometry, so that its prediction does too.
+// Landing: finds where a falling entity comes to rest on static geometry, for its prediction.
 #pragma once
 
 #include "server/world/entity_type.h"
@@ -7,15 +7,15 @@
 
 namespace zoned::replication {
 
-/// How high the centre is over a level floor that the entity lies on as it is turned, m: a box on
-/// the side that looks down most.
+/// The height of the centre over a level floor on which the entity lies as it is turned, m. A box
+/// lies on the side that looks down most.
 float resting_height(const world::EntityType& type, const Quat& orientation);
 
-/// Height of the centre where an entity that falls from `from` (position, velocity; acceleration is
-/// that of gravity) comes to rest: `height` over the topmost solid under its path that it is above.
-/// The path is looked at in steps of a sixteenth of a second for three seconds; minus infinity
-/// where nothing is met by then. It is a guess for a prediction: sides of boxes, slopes and what
-/// moves are left out, and being wrong costs a publication, never the bound.
+/// Height of the centre where an entity that falls from `from` comes to rest (position, velocity;
+/// acceleration is that of gravity). It is `height` over the topmost solid under its path that it
+/// is above. The path is sampled in steps of a sixteenth of a second for three seconds; minus
+/// infinity where it meets nothing by then. It is a guess for a prediction: sides of boxes, slopes
+/// and moving solids are left out. A wrong guess costs a publication, never the bound.
 float landing_height(const motion::StaticGeometry& ground,
                      const motion::KinematicState& from,
                      float height);

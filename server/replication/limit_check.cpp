@@ -12,7 +12,7 @@ bool LimitCheck::exceeded(Tick now,
     const bool comparable = before_.tick == now - 1 && discontinuity_tick < now;
     const bool left =
         comparable && (leaves(before_, end, type, tick_s) || leaves(window_, end, type, tick_s));
-    // What was reported begins anew, so that one impact is reported once.
+    // The window begins anew after a report, so that one impact is reported once.
     if (!comparable || left || now % kWindowTicks == 0) {
         window_ = end;
     }

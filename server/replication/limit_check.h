@@ -7,20 +7,20 @@
 
 namespace zoned::replication {
 
-/// The promised bound rests on a_max and dv_max; a truth that exceeds them makes the promise wrong,
-/// so it is found here and reported.
+/// The promised bound rests on a_max and dv_max. A true motion that exceeds them makes the promise
+/// wrong, so this check finds and reports it.
 ///
-/// The promise grants old news of age D an error of a_max D^2 / 2 + dv_max D. It is kept by any
-/// motion whose velocity changes, over any window of length w up to D, by no more than
-/// dv_max + a_max w: several impacts in a row are as good as one, as long as they do not add up to
-/// more. What is compared is thus the net change over a window, in velocity and in place.
+/// The promise grants an update of age D an error of a_max D^2 / 2 + dv_max D. It holds for any
+/// motion whose velocity changes by no more than dv_max + a_max w over any window of length w up to
+/// D. Several impacts in a row are as good as one, as long as they do not add up to more. The check
+/// thus compares the net change over a window, in velocity and in place.
 class LimitCheck {
   public:
-    /// True when within a window that ends at `now` the velocity changed by more than
-    /// dv_max + a_max w, or the place differs by more than dv_max w + a_max w^2 / 2 from where the
-    /// window's first velocity leads (steps onto ledges move without a velocity). Windows begin
-    /// with the tick before and with the last multiple of kWindowTicks. Never across a gap in the
-    /// observation or a discontinuity.
+    /// True when the motion within a window that ends at `now` exceeds a limit. Either the velocity
+    /// changed by more than dv_max + a_max w. Or the place differs by more than dv_max w + a_max
+    /// w^2 / 2 from where the window's first velocity leads (steps onto ledges move without a
+    /// velocity). Windows begin with the tick before and with the last multiple of kWindowTicks.
+    /// Never across a gap in the observation or a discontinuity.
     bool exceeded(Tick now,
                   Tick discontinuity_tick,
                   const Vec3& position,
@@ -28,7 +28,7 @@ class LimitCheck {
                   const world::EntityType& type,
                   float tick_s);
 
-    /// Half a second at 30 Hz: news that is older belongs to a connection that hardly works.
+    /// Half a second at 30 Hz: an older update belongs to a connection that hardly works.
     static constexpr Tick kWindowTicks = 16;
 
   private:

@@ -7,13 +7,13 @@ namespace zoned::replication {
 
 namespace {
 
-// Free fall is told from resting, sliding and walking by far less than this share of gravity; drag
+// Free fall differs from resting, sliding and walking by far less than this share of gravity. Drag
 // that takes more of it makes order 2 the better guess.
 constexpr float kFallingShare = 0.05F;
 // The two accelerations that are compared may differ by this factor, squared: an eighth of a circle
 // that is not one is none.
 constexpr float kSteadySquared = 1.5F;
-// Beyond it, per window, a turn cannot be told from one the other way round, rad.
+// Beyond it, per window, a turn looks like one in the opposite direction, rad.
 constexpr float kLargestTurn = 2.0F;
 // Below it, per window, an acceleration is as good as constant, rad.
 constexpr float kLeastTurn = 0.02F;
@@ -33,8 +33,8 @@ void MotionEstimate::observe(Tick now,
     falls_ = false;
     turns_ = false;
     if (known_ > 0 && change != Vec3::Zero()) {
-        // What the positions say beyond the mean of both velocities. More than the change of
-        // velocity explains is a push or a contact, not the way of integrating.
+        // The displacement beyond the mean of both velocities. If it exceeds what the change of
+        // velocity explains, it is a push or a contact and not a matter of integration.
         const Vec3 mean = before + 0.5F * change;
         const Vec3 rest = (truth.position - position_) / settings.tick_s - mean;
         if (rest.squaredNorm() <= 0.2501F * change.squaredNorm()) {

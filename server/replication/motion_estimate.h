@@ -1,5 +1,5 @@
-// MotionEstimate: what the last ticks of an entity tell of its motion beyond its state: whether it
-// falls, whether its acceleration turns.
+// MotionEstimate: estimates from the last ticks of an entity whether it falls and whether its
+// acceleration turns.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -9,8 +9,8 @@
 
 namespace zoned::replication {
 
-/// One per entity, whatever the levels of detail; a few additions per tick for what does not
-/// accelerate.
+/// One per entity, whatever the levels of detail; a few additions per tick for an entity that does
+/// not accelerate.
 class MotionEstimate {
   public:
     /// Velocities are compared over windows of so many ticks: an eighth of a second at 30 Hz.
@@ -29,27 +29,28 @@ class MotionEstimate {
                  const motion::KinematicState& truth,
                  const EstimateSettings& settings);
 
-    /// It rests: nothing is known of what it will do.
+    /// It rests: nothing is known of its future motion.
     void rest() {
         if (tick_ >= 0) {
             *this = MotionEstimate();
         }
     }
 
-    /// What to add to the velocity of the newest tick to get that of the parabola through the last
-    /// positions, m/s. A step that moves with the velocity at its end (semi-implicit Euler) takes
-    /// what accelerates by a h / 2 farther per second than p + v t + a t^2 / 2 says, h its length:
-    /// 5 cm after a third of a second of free fall at 30 Hz. Zero where nothing accelerates.
+    /// The correction from the velocity of the newest tick to that of the parabola through the last
+    /// positions, m/s. Semi-implicit Euler moves with the velocity at the end of a step of length
+    /// h. An accelerating entity then goes a h / 2 farther per second than p + v t + a t^2 / 2
+    /// says: 5 cm after a third of a second of free fall at 30 Hz. Zero where nothing accelerates.
     [[nodiscard]] const Vec3& centring() const { return centring_; }
 
     /// It accelerates as gravity alone does.
     [[nodiscard]] bool falls() const { return falls_; }
 
-    /// Its acceleration turns steadily, by what `acceleration` and `turn` say (else both are zero).
-    /// Of the velocities of three ticks, kWindow apart, the two differences are mean accelerations
-    /// over neighbouring windows. For one that turns at a constant rate w they differ by a turn of
-    /// w times the window, whatever constant velocity is added (a centre that drifts); each is
-    /// shorter than the acceleration at the middle of its window by sin(x) / x, x half that angle.
+    /// Its acceleration turns steadily, as `acceleration` and `turn` give it (else both are zero).
+    /// The velocities of three ticks, kWindow apart, give two differences: mean accelerations over
+    /// neighbouring windows. If the acceleration turns at a constant rate w, they differ by a turn
+    /// of w times the window. A constant velocity added (a centre that drifts) changes nothing.
+    /// Each is shorter than the acceleration at the middle of its window by sin(x) / x, x half that
+    /// angle.
     [[nodiscard]] bool turns() const { return turns_; }
 
     [[nodiscard]] const Vec3& acceleration() const { return acceleration_; }  ///< m/s2, now

@@ -6,15 +6,15 @@ namespace zoned::replication {
 
 namespace {
 
-// A removal is small and ends a wrong picture; what the client has never seen comes before what it
-// merely predicts a little wrong; further copies come last.
+// A removal is small and ends a wrong picture. An entity that the client has never seen comes
+// before one that it merely predicts a little wrong. Further copies come last.
 constexpr float kRemovalWeight = 4.0F;
 constexpr float kUnknownWeight = 2.0F;
 constexpr float kRepeatWeight = 0.25F;
 
 // Where the budget is short, packets wait until headers are no more than a fifth of them.
 constexpr double kWorthwhileBytes = 5.0 * kPacketOverheadBytes;
-// What a head and a record take, about; only for the decision to wait.
+// The approximate size of a head and a record; only for the decision to wait.
 constexpr double kTypicalHeadBytes = 10.0;
 constexpr double kTypicalRecordBytes = 24.0;
 
@@ -47,7 +47,7 @@ void Packer::pack(Tick now,
         return;
     }
     if (client.away()) {
-        widen(now, client, streams);  // it is told that it is told of nothing
+        widen(now, client, streams);  // the client is notified that it gets no updates
     }
     const double need = static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes +
                         kTypicalRecordBytes * static_cast<double>(candidates_.size());
@@ -81,7 +81,7 @@ void Packer::pack(Tick now,
     notify(client, std::span(out).subspan(packets_before), report);
 }
 
-/// Leaves in candidates_ what did not fit into the budget.
+/// Leaves in candidates_ the updates that did not fit into the budget.
 void Packer::write_records(Tick now,
                            ZoneId zone,
                            ClientState& client,
@@ -150,8 +150,8 @@ void Packer::sort_candidates() {
               });
 }
 
-/// True when something is to be sent now; says why and how urgent it is: weight times the ticks for
-/// which it has been owed.
+/// True when something is to be sent now. Gives the reason and the urgency: weight times the ticks
+/// for which it has been pending.
 bool Packer::consider(Tick now,
                       bool update,
                       Delivery& delivery,
@@ -268,7 +268,8 @@ bool Packer::add(Tick now,
             ++report.keyframes;
         }
         if (s->sent_version != entry.version || candidate.reason == Reason::kLost) {
-            // What was lost in all its copies (an outage) is repeated as often as the first time.
+            // An update that was lost in all its copies (an outage) is repeated as often as the
+            // first time.
             s->sent_version = entry.version;
             delivery.copies = 0;
             delivery.in_flight = 0;

@@ -1,5 +1,5 @@
-// Packer: chooses what one client is sent in a tick, by priority within its byte budget, and writes
-// the packets.
+// Packer: chooses the updates of one client in a tick, by priority within its byte budget, and
+// writes the packets.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -42,7 +42,7 @@ class Packer {
     /// when it is spent, packets carry shared records.
     void allow_coding(const mailbox::CodecPrice& price);
 
-    /// Appends the packets of this tick for one client to `out`: none when nothing is owed.
+    /// Appends the packets of this tick for one client to `out`: none when nothing is pending.
     void pack(Tick now,
               ZoneId zone,
               const OwnNow& own,
@@ -136,12 +136,12 @@ class Packer {
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;
     std::vector<wire::record::CodedRecord> coded_;   // as entries_, for a client with a coder
-    std::vector<wire::record::CodedRecord> coding_;  // what is being coded and sent,
+    std::vector<wire::record::CodedRecord> coding_;  // the records being coded and sent,
     std::vector<SentEntry> coding_entries_;          // and its entries
     std::vector<std::pair<EntityId, wire::TrafficReason>> reasons_;  // of coded_, for the meter
     mailbox::CodecPrice price_;
     double coding_ns_ = 0.0;  // left for coding
-    bool codes_ = false;      // what the client being packed for is told
+    bool codes_ = false;      // the client being packed for gets coded records
     int copies_wanted_ = 1;
     bool tight_ = false;  // more is to be sent than the budget allows
 };

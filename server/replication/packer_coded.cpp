@@ -19,7 +19,7 @@ wire::record::CodedRecord coded_record(const Stream& stream, Tick now) {
     record.lod = stream.lod;
     record.type = stream.type;
     record.upright = stream.upright;
-    // What has rested for long may have done so for longer still.
+    // An entity that has rested for long may have done so for longer still.
     record.tick = std::max(stream.tick, now - wire::record::kOldestTicks);
     record.state = stream.state;
     return record;
@@ -57,7 +57,7 @@ bool Packer::add_coded(Tick now,
     return true;
 }
 
-/// What was coded is known when all of a packet is.
+/// Counts the coded records once their whole packet is coded: their sizes are known only then.
 void Packer::count_coded(const wire::record::RecordFrame& frame) {
     wire::record::add_traffic(
         meter_->table(), frame, body_.size() - head_bytes_, [&](const auto& record) {
@@ -68,12 +68,12 @@ void Packer::count_coded(const wire::record::RecordFrame& frame) {
         });
 }
 
-/// Codes what was gathered; where it takes more bytes than was guessed, in several packets.
+/// Codes the gathered records, in several packets where they take more bytes than was guessed.
 void Packer::finish_coded(Tick now,
                           ClientState& client,
                           ReplicationReport& report,
                           std::vector<mailbox::StatePacket>& out) {
-    // What is written by the way empties coded_ and entries_.
+    // Writing a packet in between empties coded_ and entries_.
     coding_.swap(coded_);
     coding_entries_.swap(entries_);
     const std::span<const wire::record::CodedRecord> records = coding_;

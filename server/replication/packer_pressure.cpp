@@ -14,13 +14,13 @@ constexpr float kWaitingScore = 1.0F / 30.0F;
 constexpr float kWorstExcess = 1e4F;
 // A few bytes that end a wrong picture, of which no bound says how wrong it is, come before all.
 constexpr float kRemovalScore = 1e9F;
-// Bounds are told with so much to spare, and narrowed half the way in so many ticks.
+// Bounds are announced with so much to spare, and narrowed by half in so many ticks.
 constexpr float kMargin = 1.2F;
 constexpr Tick kNarrowEvery = 8;
 constexpr Tick kSwitchTicks = 3;
 
-/// By how many of the bounds that hold for it now the client may be wrong about an entity; infinity
-/// where nobody knows what it predicts from.
+/// The client's possible error about an entity, in bounds that hold for it now; infinity where the
+/// base of its prediction is unknown.
 float excess_of(Tick now,
                 const Subscription& s,
                 const ClientState& client,
@@ -38,8 +38,9 @@ float excess_of(Tick now,
 
 }  // namespace
 
-/// Where not everything fits, those go first whose error is largest beside the bound that holds for
-/// them, by the weight of their type; what waits for another reason (rest, looks) gains by waiting.
+/// Where not everything fits, the entities go first whose error is largest beside the bound that
+/// holds for them, by the weight of their type. One that waits for another reason (rest, looks)
+/// gains by waiting.
 void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
     for (PacketCandidate& c : candidates_) {
         if (c.removal) {
@@ -50,7 +51,7 @@ void Packer::order_by_error(Tick now, const ClientState& client, const StreamTab
         const Stream& stream = streams[s.stream];
         const auto waited = static_cast<float>(now - s.delivery.pending_tick);
         if (s.sent_version == 0) {
-            // Nearest first; who was never shown comes before who is shown a little wrong.
+            // Nearest first; an entity never shown comes before one shown a little wrong.
             c.score = kUnseenScore * stream.priority * (1.0F + waited) /
                       static_cast<float>(1 + s.lod * s.lod);
             continue;
@@ -63,8 +64,8 @@ void Packer::order_by_error(Tick now, const ClientState& client, const StreamTab
     sort_candidates();
 }
 
-/// Who was never shown comes nearest first within a level of detail, by exact distance (less the
-/// more its type matters); which places in the order the unseen have is not changed.
+/// Entities that were never shown come nearest first within a level of detail, by exact distance
+/// (less the more its type matters). They keep the places in the order that they have together.
 void Packer::order_unseen_by_distance(const OwnNow& own,
                                       const ClientState& client,
                                       const StreamTable& streams) {
@@ -94,9 +95,10 @@ void Packer::order_unseen_by_distance(const OwnNow& own,
     }
 }
 
-/// What another zone told is not known here. It was within the bounds promised there a tick ago;
-/// where truth goes on as this zone has told others, it is a bound farther off now at most. Where
-/// truth has turned just now, or nobody was told before, nothing is known.
+/// The last publication of another zone is not known here. A tick ago the truth was within the
+/// bounds promised there. Where it goes on as this zone has told others, it is now at most a bound
+/// farther off. Where the truth has turned just now, or nobody was notified before, nothing is
+/// known.
 void Packer::follow_from_elsewhere(Tick now,
                                    const Subscription& s,
                                    ClientState& client,
@@ -117,7 +119,7 @@ void Packer::follow_from_elsewhere(Tick now,
         {s.entity, as_truth, bounds_off * bound.position_m, bounds_off * bound.orientation_rad});
 }
 
-/// What could not be sent decides how wide the bounds are now: never silently late.
+/// The updates that could not be sent decide how wide the bounds are now: never silently late.
 void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
     if (client.away()) {
         client.widened.step = wire::kNoBound;
@@ -165,7 +167,7 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
     }
 }
 
-/// One that is away is told of nothing.
+/// A client that is away gets no updates.
 void Packer::postpone_all(Tick now, ClientState& client) {
     for (Removal& r : client.removals) {
         r.postponed_tick = now;

@@ -1,4 +1,4 @@
-// Settings of replication, its report of a tick, and what follows a client from zone to zone.
+// Replication settings: the settings, the report of a tick, and a client's state for a handoff.
 #pragma once
 
 #include "server/replication/codec_plan.h"
@@ -13,10 +13,10 @@
 
 namespace zoned::replication {
 
-/// Who a record is written for.
+/// The recipients of a record.
 enum class Codec : std::uint8_t {
     kShared,     ///< for all subscribers: one encoding is copied
-    kPerClient,  ///< for each client alone, against what it has acknowledged: fewest bytes
+    kPerClient,  ///< for each client alone, against its acknowledged state: fewest bytes
     kAuto,  ///< for those alone where it gains most, within ReplicationSettings::codec_budget_us
 };
 
@@ -37,32 +37,31 @@ struct ReplicationSettings {
                 ///< a second (14600 bytes at most) when it joins
     std::uint32_t own_state_every_ticks =
         6;  ///< own avatar's state at least this often while it moves, 1..60
-    std::uint32_t silence_ticks = 12;  ///< a client hears a datagram at least this often, 1..15
+    std::uint32_t silence_ticks = 12;  ///< a client gets a datagram at least this often, 1..15
     float tick_s = 1.0F / 30.0F;
     /// -1: the least volatile kind per entity; 0..4: only this PredictorOrder (order 1 where
     /// nothing falls, order 2 where nothing turns)
     int forced_order = -1;
     Codec codec = Codec::kShared;
     std::uint32_t codec_budget_us = 1000;  ///< Codec::kAuto: CPU time of coding per tick at most
-    /// What falls lands on it, zone-local; null: it falls on for all that is predicted.
+    /// Falling entities land on it, zone-local; null: predictions let them fall on.
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
-        1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
-    bool meter = false;  ///< count what bytes are spent on: Replicator::traffic()
-    bool resend = true;  ///< off: what was lost is not sent again
+        1e-6F;  ///< an update is repeated until the chance that all copies were lost is below this
+    bool meter = false;  ///< count the use of bytes: Replicator::traffic()
+    bool resend = true;  ///< off: lost updates are not sent again
 };
 
 struct ReplicationReport {
-    std::uint32_t streams = 0;         ///< (entity, LOD) that somebody subscribes to
+    std::uint32_t streams = 0;         ///< (entity, LOD) with a subscriber
     std::uint32_t publications = 0;    ///< encoded this tick
     std::uint32_t keyframes = 0;       ///< of these
     std::uint32_t records_sent = 0;    ///< copies into packets
     std::uint32_t records_resent = 0;  ///< of these: again, after loss or as redundancy
     std::uint32_t packets = 0;
-    std::uint64_t bytes = 0;  ///< bodies
-    std::uint32_t over_budget =
-        0;                      ///< clients that were still owed something when their budget ended
-    std::uint32_t widened = 0;  ///< clients that were told of bounds wider than promised
+    std::uint64_t bytes = 0;        ///< bodies
+    std::uint32_t over_budget = 0;  ///< clients with updates still pending when their budget ended
+    std::uint32_t widened = 0;      ///< clients that were notified of bounds wider than promised
     std::uint32_t limit_exceeded =
         0;                     ///< entities whose truth exceeded its declared a_max or dv_max
     std::uint32_t inputs = 0;  ///< commands that were due
@@ -91,8 +90,8 @@ struct ClientTransfer {
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
-    std::uint32_t rate_bytes_per_s = 0;  ///< what its path carries; 0: no limit known
-    wire::Widened widened;               ///< the bounds that it was told last
+    std::uint32_t rate_bytes_per_s = 0;  ///< its path's capacity; 0: no limit known
+    wire::Widened widened;               ///< the bounds that it was last notified of
     std::vector<EntityId>
         known;  ///< entities that the client may hold: the new zone sends them anew or removes them
 };

@@ -141,8 +141,8 @@ ReplicationReport Replicator::step(Tick now,
     return report;
 }
 
-/// By what each client was told of late, in counted units: the same on every machine that was given
-/// the same price.
+/// By the recent output to each client, in counted units. Every machine that was given the same
+/// price decides the same.
 void Replicator::Impl::choose_codecs(Tick now) {
     if (settings.codec != Codec::kAuto) {
         return;
@@ -250,7 +250,8 @@ std::optional<Replicator::SentState> Replicator::sent_state(ClientId client,
         if (index == kNoStream) {
             continue;
         }
-        // Of a level that the client has left nothing more is sent, and all of it was before.
+        // A level that the client has left sends nothing more, and all that it sent was sent
+        // before.
         const std::uint32_t newest =
             index == s->stream ? s->sent_version : impl_->streams[index].version;
         if (const auto found = impl_->streams.past_at(index, publication, newest, at, since)) {

@@ -1,5 +1,5 @@
-// Replicator: turns what viewers hear of into state packets: encode once, promise a bound, owe what
-// was lost.
+// Replicator: turns the visible sets of viewers into state packets: it encodes once, promises a
+// bound, and keeps lost updates pending.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -22,13 +22,14 @@ namespace zoned::replication {
 /// Replication state of one zone. Deterministic; no wall clock: round trips and losses come in with
 /// the acks.
 ///
-/// What it relies on in clients: records are ordered by the packets that carried them (tick or
-/// sequence), whatever zone or level of detail they belong to; within a stream the publication tick
-/// says the same. A remove ends the entity and its keyframes for all older packets, and is itself
-/// void when a newer packet has named the entity. A keyframe is stored even when its state is old
-/// news, unless a newer one with its number is there. Acknowledged means stored.
+/// It relies on these properties of clients. Records are ordered by the packets that carried them
+/// (tick or sequence), whatever zone or level of detail they belong to. Within a stream the
+/// publication tick gives the same order. A remove ends the entity and its keyframes for all older
+/// packets. It is itself void when a newer packet has named the entity. A keyframe is stored even
+/// when its state is out of date, unless a newer one with its number is there. Acknowledged means
+/// stored.
 ///
-/// A stream's numbering starts anew when it is created again; that is safe because deltas refer
+/// A stream's numbering starts anew when it is created again. That is safe because deltas refer
 /// only to keyframes that were acknowledged within the present subscription.
 class Replicator {
   public:
@@ -43,14 +44,14 @@ class Replicator {
     /// Holds from the next choice on.
     void set_codec_price(const mailbox::CodecPrice& price);
     [[nodiscard]] const mailbox::CodecPrice& codec_price() const;
-    /// Something else came from the client: after an outage it is asked sooner what it holds.
+    /// Something else came from the client: after an outage it is asked sooner for its state.
     void on_heard(ClientId client);
-    /// Everything is owed to this client again, absolute.
+    /// Everything becomes pending for this client again, absolute.
     void reset_view(ClientId client);
 
     /// One tick. `visibility` and `own` ascend by client id. Packets are appended to `out`,
     /// ascending by client. A removed entity is announced by its absence from VisibleSet::visible.
-    /// A client without a set hears only that the connection lives. Orientation is taken from
+    /// A client without a set gets only signs of life. Orientation is taken from
     /// Entities::orientation, also of upright entities. Accelerations above a type's a_max are
     /// impacts and are not extrapolated.
     ReplicationReport step(Tick now,
@@ -61,18 +62,19 @@ class Replicator {
                            std::span<const OwnInput> own,
                            std::vector<mailbox::StatePacket>& out);
 
-    /// When truth last left the prediction of the stream (entity, lod): in position or orientation
-    /// by more than the bound, or in velocity by more than dv_max; within a second after a
-    /// publication that replaced a good one (rest, heartbeat) also when truth left that one. 0 =
-    /// never or no such stream. For audits.
+    /// The tick when truth last left the prediction of the stream (entity, lod): in position or
+    /// orientation by more than the bound, or in velocity by more than dv_max. Within a second
+    /// after a publication that replaced a good one (rest, heartbeat), it also counts when truth
+    /// left that one. 0 = never or no such stream. For audits.
     [[nodiscard]] Tick breach_tick(EntityId entity, std::uint8_t lod) const;
 
-    /// When this client passed from one stream of the entity to another (level of detail, zone), 0
-    /// = never. Until news of the new stream has come it still predicts from the old one, whose
-    /// breaches nobody watches any more: for an audit that is a breach of its own.
+    /// The tick when this client passed from one stream of the entity to another (level of detail,
+    /// zone), 0 = never. Until an update of the new stream has come it still predicts from the old
+    /// one. Nobody watches the breaches of the old stream any more: for an audit that is a breach
+    /// of its own.
     [[nodiscard]] Tick switch_tick(ClientId client, EntityId entity) const;
 
-    /// What a client that has a publication predicts from it.
+    /// The prediction of a client that has a publication.
     struct SentState {
         Vec3 position = Vec3::Zero();  ///< at the tick asked for, zone-local, m
         /// Blending from the publications before may show it this far off, m: the sum of the jumps
@@ -88,25 +90,26 @@ class Replicator {
                                                       Tick at,
                                                       Tick since) const;
 
-    /// What this client is promised of the entity's position, m; 0: it does not hear of it.
+    /// The promised error of the entity's position for this client, m; 0: it is not subscribed to
+    /// it.
     [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;
 
-    /// How long news takes to this client, ticks, rounded up: half of its round trip; 0: not
-    /// measured yet.
+    /// The time that an update takes to this client, ticks, rounded up: half of its round trip; 0:
+    /// not measured yet.
     [[nodiscard]] Tick one_way_ticks(ClientId client) const;
 
-    /// What was done to tell this client of entities and has not been acknowledged: for each, the
-    /// packets that carried news or its removal since the newest one of them that was. Ascending by
-    /// entity. For audits; packets of other zones are not known here: returns from which tick on
-    /// all are, 0 if none.
+    /// The unacknowledged packets about entities to this client. For each entity: the packets that
+    /// carried an update or its removal since the newest acknowledged one. Ascending by entity. For
+    /// audits. Packets of other zones are not known here: returns the tick from which on all are, 0
+    /// if none.
     Tick unacknowledged(ClientId client, std::vector<mailbox::AuditUpdate>& out) const;
 
-    /// Whether anybody hears of the entity.
+    /// Whether any client is subscribed to the entity.
     [[nodiscard]] bool heard(EntityId entity) const;
 
     void hash(core::StateHash& hash) const;
 
-    /// What the bodies of all packets so far were spent on; nullptr without
+    /// The use of the bytes in the bodies of all packets so far; nullptr without
     /// ReplicationSettings::meter.
     [[nodiscard]] const wire::TrafficTable* traffic() const;
 

@@ -1,4 +1,4 @@
-// SentLog: what each of the newest packets to one client carried, until its status is known.
+// SentLog: keeps the contents of the newest packets to one client until their status is known.
 #pragma once
 
 #include "shared/core/ids.h"

@@ -9,17 +9,17 @@ namespace zoned::replication {
 
 namespace {
 
-// How long a replaced publication is watched: news that is older than this (a second) belongs to a
+// The time that a replaced publication is watched. An older update (a second) belongs to a
 // connection that is as good as lost.
 constexpr Tick kWatchTicks = 30;
 
-// What is left out of a packet has its next chance in the next tick; it must be worth its bound
+// A record left out of a packet has its next chance in the next tick. It must be worth its bound
 // until then and while that packet is made.
 constexpr float kTicksAhead = 2.0F;
 
-/// The promise lets a subscriber be wrong by dv_max times the age of its news, so a prediction must
-/// not be wrong by more than dv_max in velocity, even while its position is still within the bound.
-/// Order 0 predicts no velocity.
+/// The promise lets a subscriber be wrong by dv_max times the age of its update. So a prediction
+/// must not be wrong by more than dv_max in velocity, even while its position is still within the
+/// bound. Order 0 predicts no velocity.
 bool leaves_velocity(const Stream& stream,
                      float elapsed_s,
                      const motion::KinematicState& truth,
@@ -82,8 +82,8 @@ StreamIndex StreamTable::subscribe(EntityId entity, std::uint8_t lod) {
         stream.entity = entity;
         stream.lod = lod;
         ++used_;
-        // Whoever comes from another level of detail still predicts from that one's publication:
-        // its breach is theirs.
+        // A subscriber that comes from another level of detail still predicts from that one's
+        // publication. It shares that publication's breach.
         for (const StreamIndex other : slot.stream) {
             if (other != kNoStream) {
                 stream.breach_tick = std::max(stream.breach_tick, streams_[other].breach_tick);
@@ -239,8 +239,8 @@ void StreamTable::step_stream(Stream& stream,
     }
     stream.volatility.observe(
         now, truth, stream.upright, bound, quantization_[stream.lod], settings_);
-    // What wakes up is published when it has left the bound, not at once: it moves steadily by
-    // then.
+    // An entity that wakes up is published when it has left the bound, not at once: it moves
+    // steadily by then.
     const bool update = breach || appearance != stream.state.appearance;
     if (update || now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
         publish_state(stream, now, truth, false, appearance, report);
@@ -254,7 +254,7 @@ bool StreamTable::note_breach(Stream& stream,
                               const world::EntityType& type) {
     const LodBound& bound = settings_.lods[stream.lod];
     const float elapsed = elapsed_seconds(stream.tick, now, settings_.tick_s);
-    // A step of quantisation on top: rounding alone must never be news.
+    // A step of quantisation on top: rounding alone must never cause an update.
     const float allowed_mps =
         type.max_velocity_jump_mps + quantization_[stream.lod].velocity_step_mps;
     const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound) ||
@@ -302,7 +302,7 @@ void StreamTable::publish_state(Stream& stream,
     stream.state = quantized(order);
     const std::array<std::int32_t, 3> none{};
     if (order == motion::PredictorOrder::kQuadratic && stream.state.acceleration == none) {
-        // The same prediction in fewer bits: an impact, or what moves steadily for once.
+        // The same prediction in fewer bits: an impact, or an entity that moves steadily for once.
         stream.state = quantized(motion::PredictorOrder::kLinear);
     }
     stream.from = wire::dequantize(stream.state, stream.upright, quantization_[stream.lod]);
@@ -385,7 +385,7 @@ std::optional<StreamTable::Predicted> StreamTable::past_at(StreamIndex index,
                                                            std::uint32_t newest,
                                                            Tick at,
                                                            Tick since) const {
-    // Views blend for less than this, and news may be late by about as much.
+    // Views blend for less than this, and an update may be late by about as much.
     const auto blend_ticks = static_cast<Tick>(0.5F / settings_.tick_s);
     const Stream& stream = streams_[index];
     const auto kept = [&](std::uint32_t version) -> const Past* {

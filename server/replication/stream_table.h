@@ -1,5 +1,5 @@
-// StreamTable: the publications of a zone, one stream per (entity, level of detail) that somebody
-// subscribes to; each publication is encoded once for all its subscribers.
+// StreamTable: the publications of a zone, one stream per subscribed (entity, level of detail);
+// each publication is encoded once for all its subscribers.
 #pragma once
 
 #include "server/replication/limit_check.h"
@@ -25,7 +25,7 @@ static_assert(kKeyframesKept < wire::kKeyframeNumbers);
 using StreamIndex = std::uint32_t;
 inline constexpr StreamIndex kNoStream = 0xFFFFFFFFu;
 
-/// A publication that was sent absolute; whoever received it holds it under its number.
+/// A publication that was sent absolute; each client that received it holds it under its number.
 struct Keyframe {
     std::uint32_t serial = 0;  ///< counted from 1 in the life of a stream; 0 = none
     wire::QuantizedState state;
@@ -72,7 +72,7 @@ struct Stream {
     Tick breach_tick = 0;  ///< when truth last left the prediction, or that of `replaced`
     Replaced replaced;
     wire::QuantizedState state;
-    motion::KinematicState from;         ///< state, dequantised: what everybody predicts from
+    motion::KinematicState from;         ///< state, dequantised: the base of all predictions
     motion::KinematicState settled;      ///< truth that `state` is known to represent exactly
     std::vector<std::uint8_t> absolute;  ///< encoded when first needed; empty before
     motion::KinematicState truth;        ///< in this tick
@@ -107,9 +107,9 @@ class StreamTable {
 
     [[nodiscard]] std::uint32_t size() const { return used_; }
 
-    /// How far truth is, or within the next ticks will be, from what a subscriber predicts that
-    /// holds version `version`, as a multiple of the bound; infinity where that is not known any
-    /// more.
+    /// The distance of truth, now or within the next ticks, from the prediction of a subscriber
+    /// that holds version `version`, as a multiple of the bound; infinity where that is not known
+    /// any more.
     [[nodiscard]] float excess(StreamIndex index, std::uint32_t version, Tick now) const;
 
     /// The same for one that predicts from `held`, of whatever stream of the entity, or from a

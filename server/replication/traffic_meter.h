@@ -1,4 +1,4 @@
-// TrafficMeter: counts what a zone's state packets are spent on, record by record.
+// TrafficMeter: counts the use of the bytes in a zone's state packets, record by record.
 #pragma once
 
 #include "server/replication/stream_table.h"

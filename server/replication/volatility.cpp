@@ -10,15 +10,15 @@ namespace {
 
 using motion::PredictorOrder;
 
-// What one publication of each kind costs, relative to one of order 1: bytes of a record (12, 19,
-// 25, 16 and 27 in the mean over the traces of `zoned-bench replication`) and some 20 more as its
-// share of a packet's headers.
+// The cost of one publication of each kind, relative to one of order 1. It is the bytes of a record
+// (12, 19, 25, 16 and 27 in the mean over the traces of `zoned-bench replication`) plus some 20 as
+// its share of a packet's headers.
 constexpr std::array<float, motion::kPredictorOrders> kCost = {0.82F, 1.0F, 1.15F, 0.92F, 1.2F};
 // Payments fade with a time constant of 64 ticks, about two seconds.
 constexpr float kKeep = 1.0F - 1.0F / 64.0F;
 // Another order must be this much cheaper before it replaces the present one.
 constexpr float kAdvantage = 0.85F;
-// What begins to fall will fall until it meets something: no experience is needed.
+// An entity that begins to fall will fall until it meets something: no experience is needed.
 constexpr float kFallingCredit = 0.8F;
 
 }  // namespace

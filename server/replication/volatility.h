@@ -1,4 +1,4 @@
-// Volatility: which kind of prediction would have needed the fewest publications lately.
+// Volatility: finds the kind of prediction that would have needed the fewest publications lately.
 #pragma once
 
 #include "server/replication/motion_estimate.h"
@@ -18,19 +18,19 @@ struct Truth {
     const world::EntityType* type = nullptr;
 };
 
-/// What a publication of `truth` in this kind says: the acceleration of kTurning is not that of the
-/// last tick but of the estimate, that of kBallistic gravity down to where it lands, which is
-/// looked for here.
+/// The publication of `truth` in this kind. kTurning takes the acceleration of the estimate and not
+/// that of the last tick. kBallistic takes gravity down to the landing point, which this function
+/// finds.
 motion::KinematicState start_of(const Truth& truth,
                                 motion::PredictorOrder order,
                                 const ReplicationSettings& settings);
 
-/// Whether an entity moves as the kind supposes: what does not fall is not ballistic, what does not
-/// turn not turning; the orders are for everything.
+/// Whether an entity moves as the kind supposes: a ballistic one falls, a turning one turns; the
+/// orders suit every motion.
 bool suits(const MotionEstimate& estimate, motion::PredictorOrder order);
 
-/// What is published in the place of a kind that does not suit the entity now: order 1 for what
-/// does not fall, order 2 for what does not turn.
+/// The substitute for a kind that does not suit the entity now: order 1 for an entity that does not
+/// fall, order 2 for one that does not turn.
 motion::PredictorOrder fitting(const MotionEstimate& estimate, motion::PredictorOrder order);
 
 /// Runs, beside the one real stream, a private publication process per kind: each starts again from

@@ -1,22 +1,21 @@
-// Agreement: what must not diverge (deaths, kills, trades) is told to the clients concerned until
-// they hold the same.
+// Agreement: sends facts that must not diverge (deaths, kills, trades) to the clients concerned
+// until they hold the same.
 #pragma once
 
 #include "server/rules/game.h"
 
 namespace zoned::rules {
 
-/// A decision changed what this player holds. The whole of it is sent now and again every
-/// `agree_repeat_s` until the client says what it holds after it: repeated state regeneration,
-/// which repairs whatever two clients would otherwise see differently. Given up, and counted, after
-/// kMostRepeats.
+/// A decision changed this player's inventory or state. The whole of it is sent now and again every
+/// `agree_repeat_s` until the client confirms the same state. This is repeated state regeneration:
+/// it repairs any difference between two clients. Given up, and counted, after kMostRepeats.
 void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
 
-/// Sends again what is due.
+/// Sends again the decisions that are due.
 void run_agreement(Game& game, RulesContext& context, CharacterRecord& record);
 
-/// The client's word. When its digest is not the server's, it is counted, the client is told to
-/// take over what the server holds, and its view is reset.
+/// The client's report of its digest. A digest that differs from the server's is counted. The
+/// client is then ordered to take over the server's state, and its view is reset.
 void agree(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 /// An offer to a player of this zone within reach: an item for an item. It stands for
@@ -24,7 +23,7 @@ void agree(Game& game, RulesContext& context, const Actor& actor, Payload payloa
 void offer(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 /// Takes an offer as it was made: both items change hands at once, or nothing does. Both clients
-/// are told and confirm.
+/// are notified and confirm.
 void accept(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 }  // namespace zoned::rules

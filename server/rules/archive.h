@@ -1,6 +1,6 @@
 // Archives: write, read and hash records field by field, as compact bytes. Agents have an archive
-// of their own (server/ai/agent/field_archive.h): theirs holds numbers of fixed width alone, these
-// hold texts and lists, whose lengths are checked.
+// of their own for numbers of fixed width (server/ai/agent/field_archive.h). These archives also
+// hold texts and lists, with checked lengths.
 #pragma once
 
 #include "server/rules/records.h"
@@ -81,7 +81,8 @@ class Writer {
     std::vector<std::uint8_t>& out_;
 };
 
-/// Reads what Writer wrote. After the first fault `ok()` is false and all further values are zero.
+/// Reads the output of Writer. After the first fault `ok()` is false and all further values are
+/// zero.
 class ArchiveReader {
   public:
     static constexpr std::size_t kMaxText = 256;

@@ -1,4 +1,4 @@
-// Chat by topic and the topics that a client may use.
+// Chat: sends chat by topic, and gives the topics that a client may use.
 #pragma once
 
 #include "server/rules/game.h"

@@ -22,7 +22,7 @@ void fall(Game& game, RulesContext& context, EntityId entity, EntityId by) {
     sandbox::Kill kill;
     kill.set_killer(by.value);
     kill.set_killed(entity.value);
-    ++record.deaths;  // decided; what is told of it from now on includes it
+    ++record.deaths;  // decided; all later messages include it
     record.kill_event = context.send(record.client, event(sandbox::EVENT_KILL, kill, true));
     record.life = Life::kDying;
     record.life_until = context.now() + ticks(context, game.settings.confirm_s);
@@ -34,8 +34,8 @@ bool is_npc(const RulesContext& context, world::Row row) {
     return !e.client[row] && context.types()[e.type[row]].brain != 0;
 }
 
-/// Of a fight between a player and an NPC, which difficulty may follow. Who killed and is gone
-/// meanwhile tells nothing.
+/// Reports a fight between a player and an NPC, which difficulty may follow. A killer that is gone
+/// meanwhile reports nothing.
 void send_outcome(RulesContext& context, EntityId killed, EntityId killer) {
     const world::Entities& e = context.entities();
     const world::Row loser = e.find(killed);

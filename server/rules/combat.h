@@ -1,4 +1,4 @@
-// Combat: damage, bites, thrown props that hit, death by confirmation, and coming back.
+// Combat: damage, bites, hits by thrown props, death by confirmation, and respawning.
 #pragma once
 
 #include "server/rules/game.h"

@@ -1,5 +1,4 @@
-// Game: the state of the sandbox game in one zone, and the small words that all of its features
-// share.
+// Game: the state of the sandbox game in one zone, and the small helpers that its features share.
 #pragma once
 
 #include "server/rules/records.h"
@@ -29,12 +28,12 @@ struct GameStats {
     std::uint64_t denials_muted = 0;  ///< of these: not even answered, the client asked too often
     std::uint64_t stray_confirms = 0;
     std::uint64_t bad_messages = 0;     ///< from other zones, unreadable
-    std::uint64_t missed_messages = 0;  ///< whose target was not what they expected
+    std::uint64_t missed_messages = 0;  ///< whose target was not as they expected
     std::uint64_t bad_states = 0;       ///< load_entity could not read
     std::uint64_t shots = 0;
     std::uint64_t shots_as_seen = 0;  ///< of these: at the world as the shooter's client saw it
     std::uint64_t shots_cut = 0;      ///< of these: it asked for more than is rewound
-    std::uint64_t shots_doubted = 0;  ///< of these: it said what nothing explains
+    std::uint64_t shots_doubted = 0;  ///< of these: nothing explains the client's claim
     std::uint64_t hits = 0;
     std::uint64_t kills = 0;
     std::uint64_t kills_unconfirmed = 0;  ///< of these: announced after the time-out
@@ -58,7 +57,7 @@ struct Game {
     TouchedRecords<CharacterRecord> characters;
     std::map<EntityId, PropRecord> props;  ///< only those with something to remember
     std::map<ClientId, EntityId> avatars;
-    std::set<EntityId> pending;  ///< whoever has a timer to run
+    std::set<EntityId> pending;  ///< entities with a running timer
     bool surveyed = false;       ///< the characters of the world's beginning have records
     GameStats stats;
 };
@@ -106,7 +105,7 @@ void deny_malformed(Game& game, RulesContext& context, const Actor& actor);
 bool within_rate(Tick& due, Tick now, Tick interval, Tick burst);
 
 /// Debris flies off a surface at `point` along its outward `normal`, where the world has such a
-/// system: cosmetic, clients are told; simulated, nobody is.
+/// system. Cosmetic: clients are notified. Simulated: nobody is.
 void throw_debris(const Game& game, RulesContext& context, const Vec3& point, const Vec3& normal);
 
 }  // namespace zoned::rules

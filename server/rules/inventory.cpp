@@ -68,7 +68,7 @@ void pick_up(Game& game, RulesContext& context, const Actor& actor, Payload payl
     const EntityId item(pick.entity());
     const world::Entities& entities = context.entities();
     const world::Row row = item ? entities.find(item) : world::kNoRow;
-    // One answer for what is not there and what is hidden: a client learns nothing of either.
+    // One answer for a missing and a hidden prop: a client learns nothing of either.
     if (row == world::kNoRow || entities.has(row, world::kHidden)) {
         deny(game, context, actor, "no such thing");
         return;
@@ -167,7 +167,7 @@ void drop_inventory(RulesContext& context, world::Row avatar, CharacterRecord& r
         const float ring = 1.0F + static_cast<float>(i / kRing.size());
         const Vec3 outwards(kRing[i % kRing.size()][0], 0.0F, kRing[i % kRing.size()][1]);
         const float distance = ring * (kClearanceM + 2.0F * size);
-        // Never through a wall: what has no room there falls where its carrier stood.
+        // Never through a wall: a prop without room there falls where its carrier stood.
         const bool blocked = context.ray_cast(centre, outwards, distance + size, owner).hit;
         zone::SpawnDef def;
         def.type = item.type;

@@ -6,7 +6,7 @@
 
 namespace zoned::rules {
 
-/// A carried prop is no entity: it is despawned where it was picked up, the inventory keeps its
+/// A carried prop is no entity: it is despawned where it was picked up. The inventory keeps its
 /// type, appearance and, as a handle, its former id; a throw spawns a new entity. So items travel
 /// with their carrier through any handoff.
 void pick_up(Game& game, RulesContext& context, const Actor& actor, Payload payload);
@@ -15,8 +15,12 @@ void throw_item(Game& game, RulesContext& context, const Actor& actor, Payload p
 void drop_inventory(RulesContext& context, world::Row avatar, CharacterRecord& record);
 
 // A pick-up across a border takes three steps, so that the item is never lost and never doubled:
-// request -> the prop's zone hides and reserves it, grants -> the picker's zone stores it, says
-// done -> the prop's zone despawns it. Without an answer the prop comes back.
+//
+//   1. The picker's zone sends a request.
+//   2. The prop's zone hides and reserves the prop, and grants it.
+//   3. The picker's zone stores it and says done; the prop's zone then despawns it.
+//
+// Without an answer the prop comes back.
 void on_pick_request(Game& game, RulesContext& context, EntityId item, const PickRequest& request);
 void on_pick_grant(Game& game, RulesContext& context, EntityId picker, const PickGrant& grant);
 void on_pick_refusal(Game& game, RulesContext& context, EntityId picker);

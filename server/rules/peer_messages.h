@@ -1,4 +1,4 @@
-// Messages between the sandbox games of two zones, for what reaches across a border.
+// Peer messages: messages between the sandbox games of two zones, for effects across a border.
 #pragma once
 
 #include "server/rules/archive.h"

@@ -27,7 +27,7 @@ void push(Game& game, RulesContext& context, const Actor& actor, Payload payload
         return;
     }
     actor.record->next_push = context.now() + ticks(context, game.settings.push_cooldown_s);
-    // What is straight above or below is pushed where the pusher looks.
+    // An entity straight above or below is pushed in the direction in which the pusher looks.
     Vec3 away(offset.x(), 0.0F, offset.z());
     if (away.norm() < 1e-3F) {
         away = entities.orientation[actor.row] * Vec3::UnitZ();

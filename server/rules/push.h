@@ -1,4 +1,4 @@
-// Push: shoves a prop or a character that is near.
+// Push: shoves a prop or a character nearby.
 #pragma once
 
 #include "server/rules/game.h"

@@ -1,5 +1,5 @@
-// Records: what the sandbox game remembers of characters and props; one list of fields drives
-// saving, loading and hashing.
+// Records: the state of characters and props in the sandbox game; one list of fields drives saving,
+// loading and hashing.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -26,7 +26,7 @@ struct Item {
     }
 };
 
-/// What a view displayed of an entity, as its client says.
+/// The displayed state of an entity in a view, as its client says.
 struct SeenRecord {
     EntityId entity;
     Vec3d position = Vec3d::Zero();  ///< world coordinates, m
@@ -40,7 +40,7 @@ struct SeenRecord {
     }
 };
 
-/// A shot that waits for its tick, with what its client saw.
+/// A shot that waits for its tick, with its client's view.
 struct FiredShot {
     Tick tick = 0;  ///< fired from where the avatar is after it
     Vec3 along = Vec3::UnitZ();
@@ -86,16 +86,16 @@ struct CharacterRecord {
     Tick next_bite = 0;
     Tick chat_due = 0;    ///< theoretical arrival time of the rate limit
     Tick denial_due = 0;  ///< the same for denials
-    Tick moved_at = 0;    ///< last tick with a wish to move
+    Tick moved_at = 0;    ///< last tick with a movement command
     std::vector<Item> inventory;
     std::vector<FiredShot> shots;  ///< whose tick has not come yet
     std::uint32_t deaths = 0;
     std::uint32_t kills = 0;
     std::uint32_t trades = 0;
     std::uint64_t ledger_serial = 0;
-    std::uint64_t ledger_digest = 0;   ///< of what was told last
-    std::uint32_t ledger_repeats = 0;  ///< how often it was told; 0: the client agrees
-    Tick ledger_due = 0;               ///< when it is told again
+    std::uint64_t ledger_digest = 0;   ///< of the last ledger sent
+    std::uint32_t ledger_repeats = 0;  ///< how often it was sent; 0: the client agrees
+    Tick ledger_due = 0;               ///< when it is sent again
     EntityId offer_to;
     EntityId offer_give;
     EntityId offer_want;
@@ -148,7 +148,7 @@ struct CharacterRecord {
 struct PropRecord {
     EntityId thrown_by;  ///< flies since a throw and has hit nobody yet
     Tick thrown_until = 0;
-    EntityId reserved_for;  ///< hidden, on its way into the inventory of somebody in another zone
+    EntityId reserved_for;  ///< hidden, in transfer to the inventory of somebody in another zone
     Tick reserved_until = 0;
 
     template <class Archive, class Self>

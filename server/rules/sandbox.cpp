@@ -150,7 +150,7 @@ void Sandbox::on_input(RulesContext& context,
     if (moving) {
         it->second.moved_at = context.now();
     }
-    // Who runs is heard farther, who has stood for a while less far.
+    // A running character is heard farther; one that has stood for a while is heard less far.
     world::Stance stance = world::Stance::kNormal;
     if (moving && (command.buttons & motion::kButtonSprint) != 0) {
         stance = world::Stance::kRunning;

@@ -38,7 +38,7 @@ class Sandbox final : public zone::Rules {
 
     [[nodiscard]] const GameStats& stats() const { return game_.stats; }
 
-    /// What is remembered of a character, or nullptr.
+    /// The record of a character, or nullptr.
     [[nodiscard]] const CharacterRecord* find(EntityId character) const;
 
   private:

@@ -46,8 +46,8 @@ struct GameSettings {
     float bite_cooldown_s = 1.0F;
 };
 
-/// Throws std::runtime_error that names the entry when a name is unknown, a value is not a number
-/// or out of range, or a type is missing from `types` or not a character.
+/// Throws std::runtime_error that names the entry. Causes: a name is unknown, a value is not a
+/// number or out of range, or a type is missing from `types` or not a character.
 GameSettings parse_settings(const zone::RulesSettings& settings, const world::TypeTable& types);
 
 }  // namespace zoned::rules

@@ -43,7 +43,7 @@ bool read_sightings(const sandbox::Seen& seen, FiredShot& shot) {
     return true;
 }
 
-/// What a hit does to whatever was hit.
+/// The effect of a hit on its target.
 void land(Game& game,
           RulesContext& context,
           EntityId shooter,
@@ -79,7 +79,7 @@ void tell(RulesContext& context,
     decision.set_doubted(hit.doubted);
     const zone::RulesEvent notice = event(sandbox::EVENT_SHOT, decision);
     context.send(actor.client, notice);
-    // Who was merely named is not told: a client could name anybody.
+    // A client that was merely named is not notified: a client could name anybody.
     const EntityId other = hit.hit && hit.entity ? hit.entity
                            : hit.aimed_near      ? shot.aimed
                                                  : EntityId();

@@ -5,10 +5,10 @@
 
 namespace zoned::rules {
 
-/// A shot from the eye. With Shoot::seen it is fired from where the avatar was after the command's
-/// tick, at the world as the client displayed it (RulesContext::ray_cast_as_seen), and the decision
-/// is told to the shooter and to the client of what was hit or narrowly missed; a shot whose tick
-/// has not come yet waits for it. Without, at once and at the world as it is.
+/// A shot from the eye. With Shoot::seen it is fired from the avatar's place after the command's
+/// tick, at the world as the client displayed it (RulesContext::ray_cast_as_seen). The decision
+/// goes to the shooter and to the client that was hit or narrowly missed. A shot whose tick has not
+/// come yet waits for it. Without Shoot::seen it is fired at once and at the world as it is.
 void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 /// Fires the shots whose tick has come, of a character of this zone.

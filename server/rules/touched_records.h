@@ -1,5 +1,5 @@
-// TouchedRecords: records by entity, which know of those that may have changed since they were
-// hashed.
+// TouchedRecords: records by entity, with a list of those that may have changed since the last
+// hash.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -71,7 +71,8 @@ class TouchedRecords {
 
   private:
     Map map_;
-    mutable std::vector<EntityId> touched_;  // what was told is no part of what the records are
+    mutable std::vector<EntityId>
+        touched_;  // bookkeeping for the hash; no part of the records' value
 };
 
 }  // namespace zoned::rules

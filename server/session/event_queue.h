@@ -11,7 +11,7 @@
 
 namespace zoned::session {
 
-/// An event's fields but for its number, serialised once for all who hear of it.
+/// An event's fields but for its number, serialised once for all recipients.
 using EventBody = std::shared_ptr<const std::vector<std::uint8_t>>;
 
 /// Serialises `event` without number and recipients.
@@ -21,8 +21,8 @@ using EventBody = std::shared_ptr<const std::vector<std::uint8_t>>;
 [[nodiscard]] std::vector<std::uint8_t> event_frame(std::uint64_t number, const EventBody& body);
 
 /// Numbers count 1, 2, 3, ... without a gap. Exactly once and in order follows from three things:
-/// the stream is ordered, the queue keeps what is not acknowledged, and after a reconnect it is
-/// sent again from where the client says that it stopped.
+/// the stream is ordered, the queue keeps unacknowledged events, and after a reconnect it sends
+/// them again from where the client says that it stopped.
 class EventQueue {
   public:
     /// Numbers an event and keeps it; returns the number.

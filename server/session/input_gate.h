@@ -16,13 +16,13 @@ inline constexpr Tick kInputLateTicks = 8;
 /// Widest window ahead for which the gate's memory of 64 ticks is enough.
 inline constexpr Tick kMaxInputWindowTicks = 63 - kInputLateTicks;
 
-/// Clients repeat their last commands in every packet, so most of what arrives was let through
-/// before: that is dropped without a count. The rate needs no limit of its own: a tick passes once,
-/// and only ticks of a window that moves with the server's clock pass at all.
+/// Clients repeat their last commands in every packet, so most arrivals were let through before:
+/// they are dropped without a count. The rate needs no limit of its own: a tick passes once, and
+/// only ticks of a window that moves with the server's clock pass at all.
 class InputGate {
   public:
-    /// Appends to `passed` what may go on to the zones, ascending by tick; counts what may not.
-    /// `commands` ascend by tick (the codec sees to it).
+    /// Appends to `passed` the commands that may go on to the zones, ascending by tick; counts the
+    /// others. `commands` ascend by tick (the codec sees to it).
     void filter(std::span<const motion::InputCommand> commands,
                 Tick current_tick,
                 Tick window_ticks,

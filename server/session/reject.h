@@ -1,4 +1,4 @@
-// Reasons for which something was refused, and their counters: cheap enough to count a flood.
+// Reject: the reasons for a refusal and their counters, cheap enough to count a flood.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace zoned::session {
 
-/// Why something that came from outside, or from the zones, was not carried out. Datagrams first,
-/// then frames, then what goes out.
+/// The reason why a request from outside, or from the zones, was not carried out. Datagrams first,
+/// then frames, then output.
 enum class Reject : std::uint8_t {
     kDatagramShort,
     kDatagramLong,

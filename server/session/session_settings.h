@@ -1,4 +1,4 @@
-// Settings of all sessions of a server: limits, times, who may log in.
+// Session settings of a server: limits, times and permission to log in.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -14,7 +14,7 @@
 
 namespace zoned::session {
 
-/// Faults on purpose, so that what checks clients can be checked.
+/// Faults on purpose, to test the checkers of clients.
 struct EventFaults {
     double drop_event_probability = 0.0;    ///< uses up an event's number and never sends it
     double double_event_probability = 0.0;  ///< sends an event twice, under consecutive numbers
@@ -49,7 +49,7 @@ struct HostSettings {
     Tick input_window_ticks =
         32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too;
              ///< at most kMaxInputWindowTicks (input_gate.h)
-    RateSettings rate;  ///< what each client's path is given, as long as it carries it
+    RateSettings rate;  ///< the share of each client's path, as long as it carries it
     EventFaults testing;
 };
 

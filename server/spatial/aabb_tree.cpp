@@ -11,7 +11,7 @@ namespace {
 
 /// A tree that was built with so few boxes is not worth a rebuild.
 constexpr std::uint32_t kSmall = 64;
-/// Of nine children at least this many go to either half.
+/// At least this many of nine children go to either half.
 constexpr std::size_t kLeastPart = 3;
 constexpr std::size_t kOverfull = kLanes + 1;
 
@@ -98,8 +98,8 @@ void AabbTree::append(std::uint32_t index, const AabbTreeEntry& entry) {
     put(index, nodes_[index].count++, entry);
 }
 
-/// Goes down to the node at level 0 that grows least by taking the box in, and grows the boxes on
-/// the way.
+/// Goes down to the node at level 0 that grows least by taking the box in. Grows the boxes that it
+/// passes.
 std::uint32_t AabbTree::choose(const Aabb& box) {
     std::uint32_t index = root_;
     while (nodes_[index].level > 0) {

@@ -69,7 +69,7 @@ class AabbTree {
     /// Builds the tree afresh, for the best queries.
     void rebuild();
 
-    /// The sum of half the surfaces of all nodes, m2: what a query costs grows with it.
+    /// The sum of half the surfaces of all nodes, m2: the cost of a query grows with it.
     [[nodiscard]] double cost() const;
     /// For tests: whether links, boxes and counts agree with each other.
     [[nodiscard]] bool consistent() const;
@@ -90,7 +90,7 @@ class AabbTree {
         [[nodiscard]] std::uint32_t valid() const { return (1U << count) - 1; }
     };
 
-    /// A box on its way into a node: of a row (level 0) or of a node.
+    /// A box to be inserted into a node: of a row (level 0) or of a node.
     struct AabbTreeEntry {
         Aabb box;
         std::uint32_t child = kNone;

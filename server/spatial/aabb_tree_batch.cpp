@@ -24,7 +24,7 @@ float middle_of(const Aabb& box, int axis) {
     return box.lower[axis] + box.upper[axis];
 }
 
-/// What parts a range of boxes into those whose middle lies below `bound` and the others.
+/// Splits a range of boxes into those whose middle lies below `bound` and the others.
 struct Cut {
     int axis = 0;
     float origin = 0.0F;
@@ -160,7 +160,7 @@ void AabbTree::update(std::span<const std::uint32_t> rows, std::span<const Aabb>
 
 void AabbTree::rebuild() {
     scratch_.clear();
-    // In the order of rows: what the tree was like before has no say.
+    // In the order of rows, whatever the tree was like before.
     for_each([&](std::uint32_t row, const Aabb& box) { scratch_.push_back({box, row}); });
     nodes_.clear();
     free_nodes_.clear();
@@ -208,7 +208,7 @@ void AabbTree::build_children(std::uint32_t index,
     const std::size_t slots_left = slots / 2;
     const std::size_t slots_right = slots - slots_left;
     const std::size_t room = capacity_of(level);
-    // Either side gets at least half of what is due to it, and no more than it can hold.
+    // Either side gets at least half of its due share, and no more than it can hold.
     const std::size_t due = n * slots_left / slots;
     std::size_t least =
         std::max(std::max<std::size_t>(due / 2, slots_left), n - std::min(n, slots_right * room));

@@ -1,4 +1,4 @@
-// AllPairs: boxes in no order at all; every question looks at every box, eight at a time.
+// AllPairs: boxes in no order; every query tests every box, eight at a time.
 #pragma once
 
 #include "server/spatial/box_lanes.h"

@@ -1,4 +1,4 @@
-// BoxGrid: uniform grids of doubling cell size, each box in the one whose cells fit it.
+// BoxGrid: uniform grids of doubling cell size; each box is in the grid whose cells fit it.
 #pragma once
 
 #include "server/spatial/box_lanes.h"
@@ -13,15 +13,15 @@
 
 namespace zoned::spatial {
 
-/// One uniform grid serves boxes of one size well and a 300 m slab badly: it would lie in
-/// thousands of cells. So there is a stack of uniform grids (Ericson, Real-Time Collision
-/// Detection, 2005, section 7.2.1): a box goes to the finest level whose cells are at least as long
-/// as its longest side, where it lies in at most 2 x 2 x 2 cells. Levels share one hash table;
-/// levels that are empty cost nothing.
+/// One uniform grid serves boxes of one size well and a 300 m slab badly: it would lie in thousands
+/// of cells. So there is a stack of uniform grids (Ericson, Real-Time Collision Detection, 2005,
+/// section 7.2.1). A box goes to the finest level whose cells are at least as long as its longest
+/// side, where it lies in at most 2 x 2 x 2 cells. Levels share one hash table; levels that are
+/// empty cost nothing.
 ///
-/// A query visits each overlapping box once and needs no marks for it: of the cells that two boxes
-/// share, only the one that holds the lower corner of their intersection reports the pair. A grid
-/// of its own beside PointGrid, because boxes lie in several cells and in three dimensions.
+/// A query visits each overlapping box once and needs no marks for it. Of the cells that two boxes
+/// share, only the one that holds the lower corner of their intersection reports the pair. It is a
+/// grid of its own beside PointGrid, because boxes lie in several cells and in three dimensions.
 class BoxGrid {
   public:
     /// `cell_m` is the cell size of one of the levels; the others are it times powers of two.
@@ -230,8 +230,8 @@ void BoxGrid::query(const Aabb& box, Visit&& visit) const {
     }
 }
 
-/// BoxGridCell by cell along a ray (Amanatides and Woo, "A fast voxel traversal algorithm for ray
-/// tracing", Eurographics 1987).
+/// Walks the grid cell by cell along a ray (Amanatides and Woo, "A fast voxel traversal algorithm
+/// for ray tracing", Eurographics 1987).
 template <class Visit>
 float BoxGrid::walk_ray(int index, const Sweep& ray, float limit, Visit&& visit) const {
     const BoxGridLevel& level = levels_[static_cast<std::size_t>(index)];
@@ -261,7 +261,7 @@ float BoxGrid::walk_ray(int index, const Sweep& ray, float limit, Visit&& visit)
     return limit;
 }
 
-/// Piece by piece along the way of a box.
+/// Piece by piece along the path of a box.
 template <class Visit>
 float BoxGrid::walk_sweep(const BoxGridLevel& level,
                           int index,
@@ -295,7 +295,7 @@ float BoxGrid::cast(const Sweep& sweep, float limit, Visit&& visit) const {
         const Vec3 span = 2.0F * level.inv_cell * sweep.half_extents + Vec3::Constant(3.0F);
         const bool ray = sweep.half_extents.isZero(0.0F);
         const double cells = pieces * (ray ? 3.0 : static_cast<double>(span.prod()));
-        // A way through more cells than the level has boxes: the boxes are the shorter list.
+        // A path through more cells than the level has boxes: the boxes are the shorter list.
         if (!(cells < static_cast<double>(level.rows.size()))) {
             for (const std::uint32_t row : level.rows) {
                 limit = test(row, limit);

@@ -16,9 +16,9 @@
 
 namespace zoned::spatial {
 
-/// Which boxes lie where, by row. All kinds answer alike but for the order of visits: who needs an
-/// order that does not depend on the kind sorts what it gets. Questions may be asked from several
-/// threads at once as long as nobody changes anything.
+/// The boxes by place and by row. All kinds answer alike but for the order of visits: a caller that
+/// needs an order independent of the kind sorts the answer. Queries may come from several threads
+/// at once as long as nobody changes anything.
 class BoxIndex {
   public:
     /// `kind` is not kAutomatic: see choose_kind.

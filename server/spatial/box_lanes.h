@@ -27,7 +27,7 @@ struct Sweep {
     Vec3 half_extents = Vec3::Zero();
 };
 
-/// Half the surface of a box, m2: what the cost of a node grows with.
+/// Half the surface of a box, m2: the cost of a node grows with it.
 inline float half_area(const Aabb& box) {
     const Vec3 d = box.upper - box.lower;
     return d.x() * d.y() + d.y() * d.z() + d.z() * d.x();
@@ -91,7 +91,7 @@ struct SweepLanes {
         return enter <= leave;
     }
 
-    /// By how much the far end of an interval is moved away, so that roundings lose no box (Ize,
+    /// Moves the far end of an interval away by this much, so that roundings lose no box (Ize,
     /// "Robust BVH ray traversal", JCGT 2, 2013).
     static constexpr float kSlack = 1.000001F;
 

@@ -1,4 +1,4 @@
-// Which structures over boxes there are, their settings, and how one is chosen by cost.
+// Broadphase kind: names the structures over boxes, their settings and the choice by cost.
 #pragma once
 
 #include <cstdint>

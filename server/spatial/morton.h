@@ -18,7 +18,7 @@ inline std::uint32_t spread_bits(std::uint32_t x) {
 
 /// 30 bits: the cell of a point in a box that is cut into 1024 along each axis, the axes' bits
 /// interlaced (G. M. Morton, "A computer oriented geodetic data base", IBM 1966). Points outside
-/// count as at its border, what is not a number as at its lower end.
+/// count as at its border, NaN as at its lower end.
 inline std::uint32_t morton_code(const Vec3& point, const Aabb& box) {
     std::uint32_t code = 0;
     for (int axis = 0; axis < 3; ++axis) {

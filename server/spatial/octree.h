@@ -16,13 +16,13 @@ namespace zoned::spatial {
 struct OctreeSettings {
     int max_depth = 16;       ///< levels below the root, 1..30
     int boxes_per_cell = 16;  ///< a cell with more of them splits, 1..1000
-    bool flat = false;        ///< a quadtree over x and z; boxes are still told apart along y
+    bool flat = false;        ///< a quadtree over x and z; boxes still differ along y
 };
 
-/// Each box lies in one cell: a cell takes boxes whose middle it holds and whose longest side is at
-/// most its own, so that it reaches half its size beyond itself and no box is ever cut (Ulrich,
-/// "Loose octrees", Game Programming Gems, 2000). Cells split when they hold too many, and boxes
-/// that fit into the parts go down; when few are left, the parts are given up.
+/// Each box lies in one cell. A cell takes boxes whose middle it holds and whose longest side is at
+/// most its own. So it reaches half its size beyond itself and no box is ever cut (Ulrich, "Loose
+/// octrees", Game Programming Gems, 2000). Cells split when they hold too many, and boxes that fit
+/// into the parts go down; when few are left, the parts are given up.
 ///
 /// Order of visits depends on the history of calls only. No allocation after reserve() unless boxes
 /// crowd into ever more cells.

@@ -12,12 +12,12 @@
 
 namespace zoned::spatial {
 
-/// Answers "which points lie near here". No allocation after warm-up. The grid for points: others
-/// exist where boxes (box_grid.h), a radius for each point (interest/incremental_grid.h), three
-/// dimensions (physics/soft/self_collision.cpp) or a layout for devices (FlockOrder) ask for them.
+/// Answers "which points lie near here". No allocation after warm-up. This is the grid for points.
+/// Other grids serve boxes (box_grid.h), a radius for each point (interest/incremental_grid.h),
+/// three dimensions (physics/soft/self_collision.cpp) and a layout for devices (FlockOrder).
 ///
-/// Points that rest can be kept from build to build: then a build costs what is loose, and a query
-/// looks into two grids.
+/// Points that rest can be kept from build to build: then a build costs only the loose points, and
+/// a query looks into two grids.
 class PointGrid {
   public:
     /// Indexes `points` (rows are their positions in the span) afresh. `cell_m` > 0; cells grow
@@ -28,7 +28,7 @@ class PointGrid {
     /// Indexes the points of `rows` until they are loose in follow(), and no others.
     void keep(std::span<const Vec3> points, std::span<const std::uint32_t> rows, float cell_m);
 
-    /// All points but those that are kept are among `loose`; who was kept and is loose now, or
+    /// All points but those that are kept are among `loose`. A kept point that is loose now, or
     /// beyond the end of `points`, is kept no more. Costs as much as there are loose ones.
     void follow(std::span<const Vec3> points, std::span<const std::uint32_t> loose, float cell_m);
 
@@ -54,8 +54,8 @@ class PointGrid {
                 return;
             }
             const float r2 = radius * radius;
-            // A little wider than the radius: the differences below are rounded, so that a point
-            // may count as within the radius that lies a rounding outside it, in the next cell.
+            // A little wider than the radius, because the differences below are rounded. A point a
+            // rounding outside the radius, in the next cell, may count as within it.
             const float reach_x = radius + 1e-6F * (radius + std::abs(x));
             const float reach_z = radius + 1e-6F * (radius + std::abs(z));
             const int x0 = cell(x - reach_x, min_x, cells_x);
@@ -80,7 +80,7 @@ class PointGrid {
 
         [[nodiscard]] int cell(float coordinate, float origin, int cells) const {
             const float c = (coordinate - origin) * inverse_cell;
-            // Also zero for what is not a number: a query there finds nothing.
+            // Also zero for NaN: a query there finds nothing.
             return !(c > 0.0F) ? 0
                                : (c >= static_cast<float>(cells) ? cells - 1 : static_cast<int>(c));
         }

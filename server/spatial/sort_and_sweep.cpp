@@ -108,7 +108,7 @@ void SortAndSweep::choose_axis() {
     }
 }
 
-/// Insertion sort, for what is nearly in order; else the library's.
+/// Insertion sort for a list nearly in order; else the library's.
 void SortAndSweep::sort_order() {
     std::size_t shifts = 0;
     const std::size_t patience = 8 * order_.size() + 64;

@@ -14,11 +14,11 @@ namespace zoned::spatial {
 
 /// Boxes lie in the order of their lower ends along the axis in which they are spread most (Baraff,
 /// PhD thesis, Cornell 1992, section 3.2; Ericson, Real-Time Collision Detection, section 7.5). The
-/// order of the last step is nearly that of the next, so that insertion sort takes linear time. A
-/// question looks at the run of boxes whose intervals may overlap its own, eight at a time; where
-/// the run begins is told by the farthest upper end of all boxes so far.
+/// order of the last step is nearly that of the next, so that insertion sort takes linear time.
 ///
-/// Boxes that come one at a time wait unsorted at the end of the list until they are many.
+/// A query looks at the run of boxes whose intervals may overlap its own, eight at a time. The
+/// farthest upper end of all boxes so far gives the begin of the run. Boxes that come one at a time
+/// wait unsorted at the end of the list until they are many.
 class SortAndSweep {
   public:
     /// Makes room for `boxes` boxes with rows below `boxes`.

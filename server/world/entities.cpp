@@ -107,7 +107,7 @@ void Entities::change_flags(Row row, std::uint8_t to) {
     touch(row);
 }
 
-/// `more` is 1, or what takes one away.
+/// `more` is 1, or the number that takes one away.
 void Entities::count(TypeIndex of, std::uint8_t with, std::uint32_t more) {
     if (of >= counts_.size()) {
         counts_.resize(of + 1U);

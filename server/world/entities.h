@@ -21,9 +21,9 @@ enum EntityFlag : std::uint8_t {
     kAtRest = 1u << 1,    ///< does not move at all (a sleeping body, a character that stands):
                           ///< velocities are exactly zero
     kGrounded = 1u << 2,  ///< characters: carried by the ground
-    kHidden = 1u << 3,    ///< nobody hears of it (carried in an inventory, dead and waiting)
-    kDozing = 1u << 4,    ///< its agent goes from event to event: nothing else moves it, and who
-                          ///< writes one of its columns says so by Entities::touch()
+    kHidden = 1u << 3,    ///< no viewer hears of it (carried in an inventory, dead and waiting)
+    kDozing = 1u << 4,  ///< its agent is suspended and goes from event to event: nothing else moves
+                        ///< it, and code that writes one of its columns calls Entities::touch()
 };
 
 /// A column that everybody reads and Entities alone writes, which keeps sets and counts by it.
@@ -45,7 +45,7 @@ class KeptColumn {
     std::vector<T> values_;
 };
 
-/// Who goes over the rows that were touched since it did so last.
+/// The consumers that each go over the rows touched since their last pass.
 enum class Reader : std::uint8_t {
     kHash,
     kExport,
@@ -57,7 +57,8 @@ inline constexpr std::size_t kReaders = 4;
 /// Rows are dense; removal moves the last row into the gap, so a Row is valid only until the next
 /// removal. All vectors have size() elements. Positions are zone-local metres.
 ///
-/// A pass costs what stirs: it walks a set of rows that is kept where flags change, and not all.
+/// A pass costs only the active rows: it walks a set of rows that is kept where flags change, and
+/// not all.
 class Entities {
   public:
     /// Of one type.
@@ -82,7 +83,7 @@ class Entities {
     std::vector<BodyId> body;     ///< in the zone's physics scene; none for hidden entities
     KeptColumn<ClientId> client;  ///< the client whose avatar this is, or none
     std::vector<motion::InputCommand> command;  ///< characters: consumed by the next movement pass
-    std::vector<std::uint8_t> representation;   ///< props: as what they are simulated, see zone
+    std::vector<std::uint8_t> representation;   ///< props: their simulated representation, see zone
     std::vector<Tick> discontinuity_tick;       ///< last spawn, teleport or unhide: nobody can have
                                                 ///< predicted across it
 
@@ -137,7 +138,7 @@ class Entities {
     /// By type; types beyond its end have no entities.
     [[nodiscard]] const std::vector<Count>& counts() const { return counts_; }
 
-    /// Asks for what an agent reads of a row soon; it need not be there.
+    /// Prefetches the columns that an agent reads of a row soon; the row need not be there.
     void prefetch(Row row) const {
         if (row < size()) {
             __builtin_prefetch(&id[row]);

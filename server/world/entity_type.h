@@ -1,5 +1,5 @@
-// EntityType: what all entities of one kind have in common; the type table is fixed while a world
-// lives.
+// EntityType: the common properties of all entities of one kind; the type table is fixed while a
+// world lives.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -40,7 +40,7 @@ enum class Stance : std::uint8_t {
 
 inline constexpr int kFirstNamedStance = 4;
 
-/// What keeps an entity from viewers that its radii reach.
+/// The rule that keeps an entity from viewers although its radii reach them.
 enum class VisibilityFilter : std::uint8_t {
     kNothing,
     kLineOfSight,  ///< statics and bodies between
@@ -80,7 +80,7 @@ struct EntityType {
     float priority = 1.0F;                ///< relative weight under a byte budget
     float single_beyond_m = 0.0F;    ///< farther from all players a compound is one hull; 0: never
     float particle_beyond_m = 0.0F;  ///< farther from all players it is a point; 0: never
-    std::uint16_t brain = 0;         ///< 1 + index of the state brain; 0 = mindless
+    std::uint16_t brain = 0;         ///< 1 + index of the brain; 0 = no brain
 
     /// Radius of a sphere about the centre that holds the shape, m.
     [[nodiscard]] float extent() const {

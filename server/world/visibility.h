@@ -1,4 +1,4 @@
-// Visibility: who listens and what each of them hears; written by interest, read by replication.
+// Visibility: the viewers and the visible set of each; written by interest, read by replication.
 #pragma once
 
 #include "server/world/entities.h"
@@ -22,7 +22,7 @@ struct Visible {
     std::uint8_t lod = 0;  ///< 0 is the nearest level of detail
 };
 
-/// What one viewer hears of, ascending by entity id, and how that differs from the tick before.
+/// The visible set of one viewer, ascending by entity id, and its changes since the last tick.
 struct VisibleSet {
     ClientId client;
     std::vector<Visible> visible;      ///< never holds the viewer's own avatar
@@ -30,8 +30,8 @@ struct VisibleSet {
     std::vector<EntityId> left;        ///< gone this tick (also when the entity ceased to be)
     std::vector<Visible> lod_changed;  ///< visible before and now, at another level of detail
     bool changed = true;               ///< `visible` is not as it was a tick ago, or is new
-    /// Of the matcher that keeps the set. Who writes `visible` himself sets it to 0, so that the
-    /// matcher looks at everything anew.
+    /// Of the matcher that keeps the set. Code that writes `visible` itself sets it to 0, so that
+    /// the matcher looks at everything anew.
     std::uint64_t stamp = 0;
 };
 
@@ -39,8 +39,8 @@ struct VisibleSet {
 using Visibility = std::vector<VisibleSet>;
 
 /// Makes `items` hold one per element of `wanted`; both ascend by client, which `client_of` gives
-/// for either. Those that stay keep what they hold, the others are `fresh(wanted one)`. True when
-/// anything came or went. `spare` is working memory.
+/// for either. Items that stay keep their content; the others are `fresh(wanted one)`. True when
+/// any item came or went. `spare` is working memory.
 template <class Item, class Wanted, class ClientOf, class Fresh>
 bool align(std::vector<Item>& items,
            std::vector<Item>& spare,

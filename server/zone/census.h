@@ -1,5 +1,5 @@
-// Census: what a zone holds, as the ground for its plan, from counts that are kept and a look at
-// what stirs.
+// Census: the contents of a zone as the basis of its plan, from kept counts and a look at active
+// entities.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -1,4 +1,4 @@
-// Entity serialization: the columns of an entity as one value, on its way from zone to zone.
+// Entity serialization: the columns of an entity as one value, for the transfer between zones.
 #pragma once
 
 #include "server/world/entities.h"

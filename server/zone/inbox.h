@@ -1,4 +1,4 @@
-// Inbox: what clients asked for, applied to the zone in the recorded order.
+// Inbox: applies the requests of clients to the zone in the recorded order.
 #pragma once
 
 #include "server/zone/zone_state.h"

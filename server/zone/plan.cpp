@@ -49,8 +49,9 @@ StepPlan plan_for(const Census& census) {
            live && census.agents > 0,
            "agents live here",
            census.frozen ? frozen : "no agents");
-    // An awake agent or a player may set somebody moving in this very tick: the movement pass looks
-    // at all characters. Whoever wakes up in it moves from the next one on.
+    // An awake agent or a player may set another character moving in this very tick: the movement
+    // pass looks at all characters. A character that wakes up in the pass moves from the next tick
+    // on.
     decide(Pass::kMovement,
            live && census.characters > 0 &&
                (census.moving_characters > 0 || census.active_agents > 0 || census.viewers > 0 ||

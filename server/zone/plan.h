@@ -1,4 +1,4 @@
-// Census and plan: what the scene holds, and therefore which passes of the step run.
+// Plan: the contents of the scene, and the passes of the step that run because of them.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ inline constexpr std::size_t kPasses = static_cast<std::size_t>(Pass::kHash) + 1
 
 std::string_view pass_name(Pass pass);
 
-/// What the scene holds at the beginning of a tick (all counts).
+/// The contents of the scene at the beginning of a tick (all counts).
 struct Census {
     std::uint32_t entities = 0;  ///< owned
     std::uint32_t ghosts = 0;

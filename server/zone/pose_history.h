@@ -1,4 +1,4 @@
-// PoseHistory: where rewindable entities were in the last ticks.
+// PoseHistory: the poses of rewindable entities in the last ticks.
 #pragma once
 
 #include "shared/core/ids.h"

@@ -1,4 +1,4 @@
-// Rules: the interface that a studio implements; the server knows nothing else of the game.
+// Rules: the interface that a studio implements, and the server's only knowledge of the game.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -29,7 +29,7 @@ inline constexpr std::uint16_t kFirstRulesEvent = 16;
 /// Free-form settings of the rules from the config (`rules { name: "..." value: "..." }`).
 using RulesSettings = std::vector<std::pair<std::string, std::string>>;
 
-/// What to spawn. Positions are zone-local, m.
+/// The entity to spawn. Positions are zone-local, m.
 struct SpawnDef {
     TypeIndex type = 0;
     Vec3 position = Vec3::Zero();
@@ -58,11 +58,11 @@ struct EntityContact {
 };
 
 // Entities that are soft bodies (their type has soft { ... }): position is the centre of mass of
-// their nodes. near() finds them; ray_cast() goes through them and their touches are not told as
-// contacts. What else rules do to them is said below.
+// their nodes. near() finds them; ray_cast() goes through them, and their touches are not reported
+// as contacts. The other rules for them stand below.
 
-/// Which contacts rules hear of besides those that begin and those with an impulse of more than
-/// physics::PhysicsSettings::event_impulse_ns.
+/// The contacts that rules are notified of, besides those that begin and those with an impulse of
+/// more than physics::PhysicsSettings::event_impulse_ns.
 struct ContactWish {
     bool lasts = false;  ///< in each step after the first, while one of the two is awake
     bool ends = false;
@@ -90,7 +90,7 @@ struct SeenEntity {
     Tick publication = -1;         ///< a view of the present: whose prediction it was
 };
 
-/// What a client says that its view displayed when it acted. Hostile.
+/// The state that a client says its view displayed when it acted. Hostile.
 struct Seen {
     enum class DisplayedTime : std::uint8_t {
         kPresent,  ///< predicted from publications to `tick`
@@ -100,7 +100,7 @@ struct Seen {
     DisplayedTime view = DisplayedTime::kPresent;
     Tick tick = 0;                         ///< that was displayed of others
     float fraction = 0.0F;                 ///< of the tick after it, 0..1
-    EntityId aimed;                        ///< what the ray hit there; none: nothing
+    EntityId aimed;                        ///< the entity that the ray hit there; none: nothing
     std::span<const SeenEntity> entities;  ///< those near the ray
 };
 
@@ -111,8 +111,8 @@ struct SeenHit : RayResult {
     bool aimed_near = false;  ///< the ray passed Seen::aimed within about 2 m of its surface
 };
 
-/// What rules may see and do during a call. Changes to owned entities take effect at once; entities
-/// of other zones (ghosts) are read-only: reach them by message().
+/// The view and the actions of rules during a call. Changes to owned entities take effect at once;
+/// entities of other zones (ghosts) are read-only: reach them by message().
 class RulesContext {
   public:
     virtual ~RulesContext() = default;
@@ -120,8 +120,8 @@ class RulesContext {
     [[nodiscard]] virtual Tick now() const = 0;
     [[nodiscard]] virtual float dt() const = 0;
     [[nodiscard]] virtual ZoneId zone() const = 0;
-    /// World coordinates of this zone's local (0, 0, 0), m. What rules remember across handoffs (a
-    /// spawn position, say) they keep in world coordinates.
+    /// World coordinates of this zone's local (0, 0, 0), m. Rules keep a position that outlives
+    /// handoffs (a spawn position, say) in world coordinates.
     [[nodiscard]] virtual Vec3d origin() const = 0;
     [[nodiscard]] virtual const world::Entities& entities() const = 0;
     [[nodiscard]] virtual const world::TypeTable& types() const = 0;
@@ -130,15 +130,15 @@ class RulesContext {
     [[nodiscard]] virtual TypeIndex type_named(std::string_view name) const = 0;
     [[nodiscard]] virtual core::Rng& rng() = 0;  ///< seeded per zone
 
-    /// What a shared clock or a shared variable of the config shows now, the same in every zone and
-    /// on every client; none where the world has neither of that name.
+    /// The present value of a shared clock or a shared variable of the config, the same in every
+    /// zone and on every client; none where the world has neither of that name.
     [[nodiscard]] virtual std::optional<double> shared_value(std::string_view name) const {
         (void)name;
         return std::nullopt;
     }
 
     /// From `ahead_s` on (at least half a second, so that all clients know in time) the clock runs
-    /// at this rate, in place of what was announced for then and later. False where there is none
+    /// at this rate, in place of the rates announced for then and later. False where there is none
     /// of that name, or the numbers are not finite.
     virtual bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
         (void)name;
@@ -155,8 +155,9 @@ class RulesContext {
     /// Props: impulse / mass, of soft ones for each node that is not pinned; characters: a knock
     /// that apply_input starts from. m/s.
     virtual void add_velocity(EntityId entity, const Vec3& change) = 0;
-    /// Takes an entity out of the world (no body, heard by nobody) or puts it back at `position`. A
-    /// soft body comes back as its type defines it: what was torn is whole, what had set is not.
+    /// Takes an entity out of the world (no body, no viewer hears of it) or puts it back at
+    /// `position`. A soft body comes back as its type defines it: tears are whole again, plastic
+    /// set is gone.
     virtual void hide(EntityId entity) = 0;
     virtual void show(EntityId entity, const Vec3& position, const Vec3& velocity) = 0;
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
@@ -183,7 +184,7 @@ class RulesContext {
                                              EntityId ignore) const = 0;
 
     /// The same through the world as a client saw it when it acted
-    /// (server/zone/viewers/lag_compensation.h): what is of a rewindable type stands where it was
+    /// (server/zone/viewers/lag_compensation.h): an entity of a rewindable type stands where it was
     /// displayed, within the configured bounds.
     [[nodiscard]] virtual SeenHit ray_cast_as_seen(ClientId client,
                                                    const Seen& seen,
@@ -216,12 +217,12 @@ class RulesContext {
     [[nodiscard]] virtual std::uint32_t particles_near(std::string_view system,
                                                        const Vec3& point,
                                                        float radius) const = 0;
-    /// Lets `count` particles of a system with a `burst` out at `position` with about `velocity`
-    /// (m/s). Of a simulated system they are born in the next tick, those beyond its `most` not,
-    /// and no client is told. Of a cosmetic system nothing is simulated: the clients whose nimbus
-    /// and the burst's aura reach the place get one reliable event, from which they compute the
-    /// particles themselves; at most 1000 of them, and `events_per_s` events. False where the world
-    /// has no such system, it has no `burst`, or the numbers are not finite or too large.
+    /// Emits `count` particles of a system with a `burst` at `position` with about `velocity`
+    /// (m/s). Particles of a simulated system are born in the next tick, at most `most` of them,
+    /// and no client is notified. A cosmetic system simulates nothing. Each client whose nimbus and
+    /// the burst's aura reach the place gets one reliable event, and computes the particles itself.
+    /// At most 1000 particles and `events_per_s` events. False where the world has no such system,
+    /// it has no `burst`, or the numbers are not finite or too large.
     virtual bool emit(std::string_view system,
                       const Vec3& position,
                       const Vec3& velocity,
@@ -242,9 +243,9 @@ class RulesContext {
     /// found to hold something else.
     virtual void reset_view(ClientId client) { (void)client; }
 
-    /// A player has succeeded, or failed, at what agents of this zone make difficult (has beaten
-    /// one, or was beaten): difficulty follows where the config says so (`ai.adaptation`), else
-    /// nothing happens. Agents change after the rules of this tick at the earliest.
+    /// A player has succeeded, or failed, at a task that agents of this zone make difficult (has
+    /// beaten one, or was beaten). Difficulty follows where the config says so (`ai.adaptation`),
+    /// else nothing happens. Agents change after the rules of this tick at the earliest.
     virtual void note_outcome(bool player_succeeded) { (void)player_succeeded; }
 
     virtual void kick(ClientId client, std::string_view reason) = 0;
@@ -281,12 +282,13 @@ class Rules {
                           EntityId avatar,
                           const motion::InputCommand& command,
                           std::uint16_t pressed) = 0;
-    /// A contact is told to each zone that simulates it: with a ghost, to the owners of both sides.
+    /// A contact is reported in each zone that simulates it: with a ghost, in the zones of both
+    /// owners.
     virtual void on_contact(RulesContext& context, const EntityContact& contact) = 0;
 
-    /// Asked when an entity of that type gets a body, a ghost too. A pair of bodies tells what
-    /// either of the two wishes. A contact ends in the zone that an entity leaves and begins in the
-    /// one that it comes to; an end is told by the next step in which physics runs.
+    /// Asked when an entity of that type gets a body, a ghost too. A pair of bodies reports
+    /// contacts if either type asks for it. A contact ends in the zone that an entity leaves and
+    /// begins in the one that it comes to. The next step in which physics runs reports an end.
     [[nodiscard]] virtual ContactWish contact_wish(TypeIndex type) const {
         (void)type;
         return {};
@@ -320,7 +322,7 @@ class Rules {
     /// True while something is pending that must run although nobody moves or watches (a respawn
     /// timer, say).
     [[nodiscard]] virtual bool busy() const = 0;
-    /// Chains at least what has changed since the last call: what it keeps for that is no state.
+    /// Chains at least the changes since the last call: bookkeeping for that is no state.
     virtual void hash(core::StateHash& hash) const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Zone: one region of the world with its full simulation; the step of this class is the table of
-// contents of the server.
+// Zone: one region of the world with its full simulation; its step lists the stages of the server
+// in order.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -13,10 +13,10 @@ namespace zoned::zone {
 /// Monotonic nanoseconds for the pass timers of a report; the simulation never reads it.
 using Stopwatch = std::uint64_t (*)();
 
-/// A tick has two halves. Between them the world carries handoffs and ghosts from zone to zone, so
-/// that what is published for a tick is the truth of that very tick, whichever zone owns an entity.
-/// One zone is never stepped by two threads at once, but different zones may be stepped in
-/// parallel: the result does not depend on it.
+/// A tick has two halves. Between them the world carries handoffs and ghosts from zone to zone. So
+/// the publication of a tick is the truth of that very tick, whichever zone owns an entity. One
+/// zone is never stepped by two threads at once, but different zones may be stepped in parallel:
+/// the result does not depend on it.
 class Zone {
   public:
     Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch = nullptr);
@@ -24,7 +24,7 @@ class Zone {
     Zone& operator=(const Zone&) = delete;
     virtual ~Zone() = default;
 
-    /// Spawns what is there when the world begins; only before the first tick.
+    /// Spawns the first entities of the world; only before the first tick.
     EntityId spawn(const SpawnDef& def);
 
     /// First half: inbox -> rules -> agents -> movement -> representation -> soft bodies ->
@@ -67,7 +67,7 @@ class Zone {
     [[nodiscard]] std::uint64_t state_hash() const { return state_->hash.value(); }
 
   protected:
-    /// Tells clients what changed of the entities in their sets. Returns the number of packets.
+    /// Sends clients the changes of the entities in their sets. Returns the number of packets.
     virtual std::uint32_t replicate(const world::Visibility& sets);
 
   private:

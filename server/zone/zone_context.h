@@ -1,4 +1,4 @@
-// ZoneContext: what the rules see and do, implemented over a zone's state.
+// ZoneContext: the interface of the rules to a zone, implemented over the zone's state.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -19,8 +19,8 @@ void hash_row(const world::Entities& e, world::Row row, core::StateHash& hash) {
     block.pack(e.id[row].value);
     block.pack(e.flags[row]);
     add(e.position[row]);
-    // Who dozes is put elsewhere and is otherwise as it was when it began to: it stands, and faces
-    // where its yaw says.
+    // A dozing agent is only put at another position. Otherwise it is as it was when it began to
+    // doze: it stands, and faces where its yaw says.
     if (!e.has(row, world::kDozing)) {
         add(e.orientation[row].coeffs());
         add(e.velocity[row]);

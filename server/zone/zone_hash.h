@@ -1,12 +1,12 @@
-// Hash: chains what a tick changed into the zone's hash.
+// Zone hash: chains the changes of a tick into the zone's hash.
 #pragma once
 
 #include "server/zone/zone_state.h"
 
 namespace zoned::zone {
 
-/// Rows that move or were touched since the last call, all in the first one; and what agents,
-/// places, particles, soft bodies and rules tell of themselves. Returns the number of rows.
+/// Rows that move or were touched since the last call, all in the first one; and the hashes of
+/// agents, places, particles, soft bodies and rules. Returns the number of rows.
 std::uint32_t hash_tick(ZoneState& state);
 
 }  // namespace zoned::zone

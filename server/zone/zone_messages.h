@@ -1,5 +1,5 @@
-// What zones hand each other and the world between the two halves of a tick: handoffs, messages of
-// the rules, events to resolve.
+// Zone messages: the messages between zones and to the world between the two halves of a tick:
+// handoffs, messages of the rules, events to resolve.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -30,7 +30,7 @@ struct ZoneClient {
     std::uint16_t buttons_before = 0;  ///< of the tick before
 };
 
-/// An entity on its way to another zone: all that makes it what it is.
+/// An entity in transfer to another zone: all of its state.
 struct Handoff {
     ZoneId from;
     ZoneId to;
@@ -40,7 +40,7 @@ struct Handoff {
     physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;
-    std::vector<world::Visible> visible;   ///< what the client heard of, so that hysteresis goes on
+    std::vector<world::Visible> visible;   ///< the client's visible set, so that hysteresis goes on
     replication::ClientTransfer transfer;  ///< where client is set
 };
 
@@ -63,9 +63,10 @@ struct PendingEvent {
     EntityId source;  ///< kViewers
 };
 
-/// Cosmetic particles that rules threw up: who hears the place when all zones have stepped is told.
+/// Cosmetic particles that rules emitted. Clients whose nimbus reaches the place are notified when
+/// all zones have stepped.
 struct BurstOut {
-    std::uint32_t system = 0;  ///< among those that clients are told of at login
+    std::uint32_t system = 0;  ///< its number in the list that clients get at login
     motion::Burst burst;       ///< its position is in world coordinates
     float aura_m = 0.0F;
     bool line_of_sight = false;

@@ -1,4 +1,4 @@
-// ZoneSettings: what one zone needs to know of the world, itself and its neighbours.
+// ZoneSettings: the facts of the world, of one zone and of its neighbours that the zone needs.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -42,8 +42,8 @@ struct Region {
     }
 };
 
-/// Where agents of a zone plan paths, zone-local, m: in its region and around it, two cells farther
-/// than where what leaves it is another zone's.
+/// The area in which agents of a zone plan paths, zone-local, m: its region and two cells more than
+/// the distance at which a leaving agent passes to another zone.
 inline ai::pathfinding::GroundRect paths_area(double wide_m,
                                               double deep_m,
                                               float hysteresis_m,
@@ -69,35 +69,35 @@ struct SurfaceBody {
 
 /// A particle system that rules may ask about, for the whole world.
 struct ParticleSource {
-    physics::ParticleSystemDef def;          ///< without what is there to hit
+    physics::ParticleSystemDef def;          ///< without the solids to hit
     std::vector<motion::Emitter> emitters;   ///< but for their positions:
     std::vector<Vec3d> positions;            ///< of `emitters`, world coordinates, m
     std::optional<motion::BurstKind> burst;  ///< none: rules may not let any out
     std::uint32_t characters_met = 0;        ///< as balls, at most kernels::ZK_MOST_SPHERES
 };
 
-/// A cosmetic system that rules may let bursts out of: who hears the place is told, once, and
-/// nothing is simulated.
+/// A cosmetic system whose bursts rules may emit. Clients that hear the place get one event each,
+/// and nothing is simulated.
 struct CosmeticBurst {
     std::string name;
-    std::uint32_t system = 0;  ///< its number among those that clients are told of at login
+    std::uint32_t system = 0;  ///< its number in the list that clients get at login
     motion::BurstKind kind;
     float aura_m = 50.0F;
     float events_per_s = 20.0F;  ///< of this zone; a second's worth may come at once
-    bool line_of_sight = false;  ///< kept from those who do not see the place
+    bool line_of_sight = false;  ///< hidden from clients that do not see the place
 };
 
-/// How what conceals itself is asked about.
+/// The schedule of tests for types that conceal themselves.
 struct VisibilityFilterSettings {
     std::uint32_t checks_per_tick = 2000;  ///< pairs
     std::uint32_t stale_ticks = 8;         ///< an answer counts so long
-    std::uint32_t grace_ticks = 10;        ///< what was known stays known so long
+    std::uint32_t grace_ticks = 10;        ///< a known entity stays known so long
 };
 
 /// How far back the world may be set for a shot (viewers/lag_compensation.h).
 struct RewindSettings {
-    Tick most_ticks = 15;   ///< what is displayed is never looked for farther back; >= 0
-    float slack_m = 0.15F;  ///< how far a claim may be from what explains it
+    Tick most_ticks = 15;   ///< limit of the search back for the displayed state; >= 0
+    float slack_m = 0.15F;  ///< how far a claim may be from its explanation
 };
 
 struct ZoneSettings {

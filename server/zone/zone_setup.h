@@ -1,5 +1,5 @@
-// Zone setup: what a zone holds before its first entity: static bodies, doors, particle systems and
-// the paths over its ground.
+// Zone setup: makes the contents of a zone before its first entity: static bodies, doors, particle
+// systems and the paths over its ground.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -38,7 +38,7 @@ void build_grid(ZoneState& state) {
     state.grid.follow(e.position, state.grid_rows, kGridCell);
 }
 
-/// Predictions of what falls end where characters stand as well.
+/// Predictions of falling entities end where characters stand as well.
 replication::ReplicationSettings with_ground(const ZoneSettings& settings) {
     replication::ReplicationSettings out = settings.replication;
     out.ground = settings.statics;

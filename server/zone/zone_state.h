@@ -32,7 +32,7 @@ class Team;
 
 namespace zoned::zone {
 
-/// What a tick sends out. Cleared at the beginning of each tick.
+/// The output of a tick. Cleared at the beginning of each tick.
 struct StepOutput {
     std::vector<mailbox::StatePacket> packets;
     std::vector<mailbox::OutboxItem> messages;  ///< Joined, Kick, AuditRecord
@@ -47,7 +47,7 @@ struct StepOutput {
     void clear();
 };
 
-/// What a tick did, for metrics; never read by the simulation.
+/// The work of a tick, for metrics; never read by the simulation.
 struct StepReport {
     Tick tick = 0;
     Census census;
@@ -120,7 +120,7 @@ struct SoftMatter {
     std::vector<SoftLink> links;  ///< ascending by entity
 };
 
-/// What one viewer was told of an entity that may be concealed from it.
+/// The last answer for one viewer and an entity that may be concealed.
 struct FilteredPair {
     EntityId entity;
     Tick asked = -1;        ///< -1: never
@@ -141,9 +141,9 @@ struct DuePair {
     std::uint32_t sight = 0;
 };
 
-/// Who may know of what within the radii; empty where no type conceals itself.
+/// The visibility filter within the radii; empty where no type conceals itself.
 struct FilteredVisibility {
-    world::Visibility heard;            ///< by the radii alone: what the matcher keeps
+    world::Visibility heard;            ///< by the radii alone: the matcher's sets
     std::vector<ViewerFilter> viewers;  ///< in the order of `heard`
     std::uint32_t checks = 0;           ///< in this tick
     std::uint32_t overdue = 0;          ///< pairs that were due and not asked about
@@ -213,7 +213,7 @@ struct ZoneState {
     std::vector<RulesMessage> messages_in;
 
     core::StateHash hash;
-    bool hashed = false;  ///< at least once: what was placed at rest is in the hash
+    bool hashed = false;  ///< at least once: entities placed at rest are in the hash
     std::vector<world::Row> changed_rows;  ///< those that the last hash pass went over
     StepOutput out;
     StepReport report;
@@ -221,7 +221,7 @@ struct ZoneState {
     ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules);
 };
 
-/// The sets that the matcher keeps: what viewers hear of by the radii alone.
+/// The sets that the matcher keeps: by the radii alone.
 world::Visibility& matched_sets(ZoneState& state);
 const world::Visibility& matched_sets(const ZoneState& state);
 

@@ -24,7 +24,7 @@ constexpr std::size_t kCodecRuns = 3;
 constexpr std::uint32_t kClients = 64;
 constexpr float kCodecTickS = 1.0F / 30.0F;
 
-/// Walks straight on, and now and then another way.
+/// Walks straight on, and now and then in another direction.
 struct TrialWalker {
     motion::KinematicState state;
 
@@ -36,8 +36,8 @@ struct TrialWalker {
     }
 };
 
-/// An encoder of one client, as one of many: what it has learned is not in the nearest cache when
-/// its turn comes.
+/// An encoder of one client, as one of many: its model is not in the nearest cache when its turn
+/// comes.
 struct CodecTrial {
     explicit CodecTrial(std::uint32_t walkers)
         : encoder(wire::record::RecordFormat(wire::Quantization(), kCodecTickS)),
@@ -97,7 +97,7 @@ double median_packet_ns(std::uint32_t walkers) {
     return times[kCodecRuns / 2];
 }
 
-/// At least one: what is for nothing would be bought without end.
+/// At least one: work at no cost would be bought without end.
 std::uint32_t whole_ns(double ns) {
     return static_cast<std::uint32_t>(std::lround(std::clamp(ns, 1.0, 1e9)));
 }

@@ -1,4 +1,4 @@
-// Measured crossovers: from how many items on a device is faster, found out on this machine.
+// Measured crossovers: finds on this machine the number of items from which a device is faster.
 #pragma once
 
 #include "server/compute/crossover.h"
@@ -18,12 +18,12 @@ struct MeasuredCrossover {
     std::string fault;             ///< why; empty: it did not
 };
 
-/// What most particle systems are: drag in a steady wind, a floor.
+/// The usual particle system: drag in a steady wind, and a floor.
 compute::ParticleScene common_scene();
 
 /// Steps a few thousand and a few hundred thousand particles on both sides, five times each after
-/// the kernel is built and both are warm; the median counts. Takes some 20 ms in the
-/// common scene, a second among 16 balls on a slow device and, where the program is in no cache,
+/// the kernel is built and both are warm; the median counts. Takes some 20 ms in the common scene,
+/// and a second among 16 balls on a slow device. Where the program is in no cache, it also takes
 /// the time of a build. For the first need of a device, not for every start.
 MeasuredCrossover measure_particles(compute::Device& device,
                                     compute::Team& team,

@@ -50,7 +50,7 @@ std::string one_line(std::string text) {
     return text;
 }
 
-/// What a system's particles live in, but for a heightfield; balls stand where nobody is.
+/// The surroundings of a system's particles, without a heightfield; balls stand where nobody is.
 struct SystemSurroundings {
     SystemSurroundings(const config::Settings& settings, const zone::ParticleSource& source) {
         const physics::ParticleSystemDef& def = source.def;

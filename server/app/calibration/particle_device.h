@@ -10,14 +10,14 @@
 
 namespace zoned::app {
 
-/// A device can save no more of a tick than the CPU's step takes. To load OpenCL, open a device,
-/// build kernels and measure took the start of a server 1.3 to 1.5 s and 80 MB (PoCL, two cores,
+/// A device can save no more of a tick than the CPU's step takes. Loading OpenCL, opening a device,
+/// building kernels and measuring took a server's start 1.3 to 1.5 s and 80 MB (PoCL, two cores,
 /// nothing cached). Where the step takes a hundredth of the tick, that is paid back in some minutes
-/// at the earliest; where all systems of a zone, as full as they may be, take less, none is looked
-/// for.
+/// at the earliest. Where all systems of a zone, as full as they may be, take less, no device is
+/// looked for.
 inline constexpr double kDeviceShare = 0.01;
 
-/// What a tick of a particle takes one thread of the CPU by
+/// Time that one thread of the CPU needs for a tick of a particle, by
 /// physics::method_selection::ParticleCost, ns; other machines differ.
 double particle_ns(const zone::ParticleSource& source, bool heightfield);
 
@@ -29,16 +29,16 @@ struct ParticleDevice {
     compute::Crossover crossover;
     bool needed = false;  ///< the world has work for one; if not, OpenCL was not even loaded
     bool failed = false;  ///< one that the config names is not there, or one that opened is no good
-    std::string text;     ///< one line: what was chosen, and why
+    std::string text;     ///< one line: the choice and its reason
     std::string
         no_cache;  ///< one line: why built kernels are not kept; empty: they are, or need not
 };
 
-/// Looks for a device as the config asks, where the world has work for one, opens it and measures
+/// Looks for a device as the config asks, where the world has work for one, and opens it. Measures
 /// from how many particles on it is faster than `threads` threads, in the air and among the balls
 /// of the system that costs most. The results are the same bits on either side, so that the choice
-/// needs no recording: a replay may make another one. `with` is what the config does not say:
-/// buffers, other kernels and faults, for tests.
+/// needs no recording: a replay may make another one. `with` adds options beside the config, for
+/// tests: buffers, other kernels and faults.
 ParticleDevice open_particle_device(const config::Settings& settings,
                                     unsigned threads,
                                     compute::DeviceSettings with = {});

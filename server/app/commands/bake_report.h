@@ -1,4 +1,4 @@
-// Bake report: what `zoned bake` prints of a geometry file.
+// Bake report: the output of `zoned bake` for a geometry file.
 #pragma once
 
 #include "server/assets/geometry_survey.h"
@@ -22,7 +22,7 @@ class BakeReport {
     std::string text_;
 };
 
-/// What was found while the mesh was built; `lines` of the vertices in the OBJ.
+/// The findings of the mesh build; `lines` of the vertices in the OBJ.
 void report_build(const assets::ObjScan& scan, const physics::BuiltMesh& built, BakeReport& report);
 void report_mesh(const assets::MeshSurvey& mesh, BakeReport& report);
 void report_field(const assets::FieldSurvey& field, BakeReport& report);

@@ -20,7 +20,7 @@ namespace {
 
 using physics::Shape;
 
-/// CPU time of this thread since its construction: what else runs on the machine does not count.
+/// CPU time of this thread since its construction. Other load on the machine does not count.
 class CpuStopwatch {
   public:
     [[nodiscard]] double ms() const {
@@ -31,7 +31,7 @@ class CpuStopwatch {
     std::uint64_t begin_ = thread_cpu_ns();
 };
 
-/// What has become of the file so far.
+/// The state of the file so far.
 struct Work {
     const BakeArguments& arguments;
     std::string bytes;
@@ -135,8 +135,8 @@ int read_png(Work& work) {
     return kGood;
 }
 
-/// A mesh is also built anew from its triangles: a file may be whole and yet say of its edges what
-/// its triangles do not.
+/// A mesh is also built anew from its triangles: the edges of an undamaged file may still
+/// contradict its triangles.
 int check_built_anew(Work& work) {
     const physics::TriangleMesh::MeshTables& t = physics::mesh_of(work.shape).tables();
     std::vector<std::uint32_t> indices;

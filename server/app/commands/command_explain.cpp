@@ -161,7 +161,7 @@ void print_zone(const config::ZoneRegion& region,
     }
 }
 
-/// Why an NPC does what it does; false where no zone owns an entity of that id with an agent.
+/// Explains the actions of an NPC; false where no zone owns an entity of that id with an agent.
 bool print_why(const config::Settings& settings, World& world, EntityId entity, Tick now) {
     for (const auto& zone : world.zones()) {
         zone::ZoneState& state = zone->state();

@@ -46,7 +46,7 @@ int complain(const std::string& text, int code) {
     return code;
 }
 
-/// 0, or the exit code after saying what is wrong.
+/// 0, or the exit code after printing the mistake.
 int go_on_from_checkpoint(const config::TrainingPlan& plan, Trainer& trainer) {
     const std::string& file = plan.config.checkpoint_file();
     const auto checkpoint = config::read_checkpoint(file);

@@ -30,7 +30,7 @@ struct ExplainArguments {
     unsigned ticks = 90;
     std::string diagram;       ///< name of a brain: its diagram in place of the plan
     std::string svg;           ///< file for it; empty: as text for Graphviz on standard output
-    std::uint32_t entity = 0;  ///< why this one does what it does, in place of the plan
+    std::uint32_t entity = 0;  ///< explain the actions of this agent, in place of the plan
 };
 
 struct TicketArguments {
@@ -52,10 +52,10 @@ struct BakeArguments {
     std::string file;
     std::string out;     ///< empty: the file's name and ".baked"
     bool check = false;  ///< nothing is written
-    // Of an OBJ.
+    // Options of an OBJ file.
     std::optional<float> scale;  ///< m per unit of the file
     std::optional<float> weld;   ///< m
-    // Of a PNG.
+    // Options of a PNG image.
     std::optional<float> height;     ///< m from black to white
     std::optional<float> spacing;    ///< m between samples
     std::optional<float> offset;     ///< m, height of black

@@ -1,4 +1,4 @@
-// Loading a config for a command: all mistakes go to standard error.
+// Config loading: reads a config for a command and prints all mistakes to standard error.
 #pragma once
 
 #include "server/config/settings.h"

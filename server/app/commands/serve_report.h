@@ -1,5 +1,5 @@
-// The report of a server run: what loop, network and sessions counted, as one JSON file and a few
-// log lines.
+// Serve report: the counts of loop, network and sessions after a server run, as one JSON file and a
+// few log lines.
 #pragma once
 
 #include "server/app/runtime/network.h"
@@ -19,7 +19,7 @@ struct ServeFigures {
     double seconds = 0.0;
 };
 
-/// One line: what state packets took since `before`, which becomes what there is now; nothing
+/// One line: the bytes of state packets since `before`, which becomes the present count; nothing
 /// where the meter is off.
 void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double seconds);
 

@@ -1,4 +1,4 @@
-// Adapting: what difficulty and rubber bands have become as players do, in words.
+// Difficulty log: puts the changes of adaptive difficulty and rubber bands into words.
 #pragma once
 
 #include "server/zone/zone.h"
@@ -12,8 +12,8 @@
 
 namespace zoned::app {
 
-/// One line: the difficulty that a zone is at, of those that it may have, and what players have
-/// done there; empty where difficulty stays as it is.
+/// One line: the difficulty of a zone among its possible ones, and the players' results there;
+/// empty where difficulty stays as it is.
 std::string difficulty_text(const zone::ZoneState& state);
 
 /// Logs the change of difficulty of the zone's last tick, where there was one.
@@ -39,8 +39,8 @@ struct LoggedBands {
     std::map<std::string, LoggedBand> by_brain;
 };
 
-/// Logs the brains whose least or most factor is off by 0.1 or more from what was logged last (1 to
-/// begin with), each at most once in `between` ticks.
+/// Logs the brains whose least or most factor differs by 0.1 or more from the last log (1 to begin
+/// with), each at most once in `between` ticks.
 void log_bands(const std::map<std::string, BandFigures>& now,
                Tick tick,
                Tick between,

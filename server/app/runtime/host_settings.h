@@ -1,4 +1,4 @@
-// From the checked config to the settings of sessions and sockets.
+// Host settings: turns the checked config into the settings of sessions and sockets.
 #pragma once
 
 #include "server/config/settings.h"

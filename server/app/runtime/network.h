@@ -1,4 +1,4 @@
-// Network: sockets and sessions on one thread; it speaks with the tick loop by messages only.
+// Network: sockets and sessions on one thread; it exchanges only messages with the tick loop.
 #pragma once
 
 #include "server/app/runtime/tick_loop.h"
@@ -25,7 +25,7 @@ class Network {
             std::function<void(mailbox::InboxItem)> to_zones);
 
     void start();
-    /// Called on the network thread with what a tick brought.
+    /// Called on the network thread with the output of a tick.
     void deliver(TickResult result);
     /// Tells all clients why the server closes.
     void shutdown(const std::string& text);
@@ -50,7 +50,7 @@ class Network {
 
   private:
     void arm_timer();
-    /// Sends what is spread over a tick, when it is due.
+    /// Sends the packets that are spread over a tick, when they are due.
     void arm_pacing();
     session::SessionOutput output();
     net::TlsCallbacks callbacks();

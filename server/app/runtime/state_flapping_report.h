@@ -1,4 +1,4 @@
-// StateFlapping: NPCs that go to and fro between two states, over all zones, by name.
+// StateFlapping: names the NPCs, over all zones, that switch to and fro between two states.
 #pragma once
 
 #include "server/recording/report.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::app {
 
-/// By brain and states; what several zones found is summed.
+/// By brain and states; the findings of several zones are summed.
 std::vector<recording::FlappingFigures> flapping_of(
     std::span<const std::unique_ptr<zone::Zone>> zones);
 

@@ -28,7 +28,7 @@ double steady_seconds();
 /// CPU time of the calling thread, ns.
 std::uint64_t thread_cpu_ns();
 
-/// What a tick brought, on its way to the network.
+/// The output of a tick, before the network sends it.
 struct TickResult {
     Tick tick = 0;
     double server_time_s = 0.0;   ///< nominal time of the tick
@@ -76,7 +76,7 @@ struct LoopStats {
     std::uint64_t publications = 0;
     std::uint64_t broadcast_ticks = 0;
     std::uint64_t particles = 0;         ///< simulated, in the last tick
-    std::uint64_t bursts_sent = 0;       ///< cosmetic ones that somebody heard
+    std::uint64_t bursts_sent = 0;       ///< cosmetic ones that reached a client
     std::uint64_t device_particles = 0;  ///< systems and ticks that a device moved
     std::uint64_t device_faults = 0;     ///< systems that lost their device
     std::uint32_t entities = 0;
@@ -104,7 +104,7 @@ class TickLoop {
     ~TickLoop();
 
     void start();
-    /// Returns when the tick under way is done. Called by the destructor too.
+    /// Returns when the running tick is done. Called by the destructor too.
     void stop();
 
     /// From any thread; false when the mailbox is full (counted).

@@ -1,4 +1,4 @@
-// TickSchedule: decides when ticks run; keeps phase, drops what cannot be caught up, never spirals.
+// TickSchedule: decides when ticks run; keeps phase and drops ticks that cannot be caught up.
 #pragma once
 
 #include "shared/core/assert.h"
@@ -10,7 +10,7 @@
 namespace zoned::app {
 
 /// Pure arithmetic over times that the caller passes (s, one monotonic clock). Tick t is due at
-/// server time t * dt. A late server runs up to `max_catch_up` ticks on end; what is beyond is
+/// server time t * dt. A late server runs up to `max_catch_up` ticks on end. Further ticks are
 /// dropped from server time (which then stands still for that while, for all clients alike) and
 /// counted.
 class TickSchedule {

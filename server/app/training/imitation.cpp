@@ -26,7 +26,7 @@ struct Player {
     motion::InputCommand command;
 };
 
-/// All players whom others could see, by client.
+/// All players that others could see, by client.
 std::vector<Player> players_of(const World& world) {
     std::vector<Player> players;
     for (const auto& zone : world.zones()) {
@@ -61,7 +61,7 @@ learning::Wanted wanted_of(const motion::InputCommand& command) {
     return wanted;
 }
 
-/// Goes through a recording and keeps what players do.
+/// Goes through a recording and keeps the actions of players.
 class PlayerObserver {
   public:
     PlayerObserver(const proto::Training::Imitation& settings, std::uint32_t every_ticks)
@@ -77,7 +77,7 @@ class PlayerObserver {
                                  before_.end(),
                                  player.client,
                                  [](const Player& p, std::uint32_t c) { return p.client < c; });
-            // The situation is that before the tick: what the player's input answered to.
+            // The situation before the tick: the player's input answered to it.
             if (tick % every_ == 0 && before != before_.end() && before->client == player.client) {
                 ticks.push_back({player.client, situation_of(*before), wanted_of(player.command)});
             }

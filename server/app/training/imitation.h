@@ -1,4 +1,4 @@
-// Imitation: what players sensed and did, from a recording that is simulated again.
+// Imitation: simulates a recording again to extract the inputs and actions of its players.
 #pragma once
 
 #include "server/ai/learning/descent.h"
@@ -15,16 +15,17 @@ namespace zoned::app {
 struct PlayedTick {
     std::uint32_t client = 0;
     ai::learning::Situation situation;  ///< before the tick
-    ai::learning::Wanted wanted;        ///< what the player's input of the tick says
+    ai::learning::Wanted wanted;        ///< the player's input of the tick
 };
 
-/// Every `every_ticks` ticks one for each player who was there for two ticks and is not hidden,
-/// ascending by client. Fails with a reason where the recording cannot be simulated, or does not
-/// give the hashes that it holds.
+/// Every `every_ticks` ticks one sample for each player that was there for two ticks and is not
+/// hidden, ascending by client. Fails with a reason where the recording cannot be simulated, or
+/// does not give the hashes that it holds.
 core::Result<std::vector<PlayedTick>> played_ticks(const proto::Training::Imitation& settings,
                                                    std::uint32_t every_ticks);
 
-/// The samples of those who train, and of those held out: the last to join, at least one each.
+/// The samples of the players for training, and of those held out: the last to join, at least one
+/// each.
 struct Lessons {
     ai::learning::Samples training;
     ai::learning::Samples held_out;

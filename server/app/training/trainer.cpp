@@ -114,7 +114,7 @@ class BreedingTrainer final : public Trainer {
     learning::Evolution evolution_;
 };
 
-/// A network that is fitted to what players did.
+/// A network that is fitted to the actions of players.
 class ImitationTrainer final : public Trainer {
   public:
     ImitationTrainer(const config::TrainingPlan& plan, Lessons lessons)

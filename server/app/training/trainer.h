@@ -1,4 +1,4 @@
-// Trainer: a training in progress, round by round, whatever is learned and how.
+// Trainer: a training in progress, round by round, for any subject and method of learning.
 #pragma once
 
 #include "server/ai/learning/policy.h"
@@ -21,7 +21,7 @@ class Trainer {
     /// One more generation, or pass over all samples.
     virtual void round(const ai::learning::RunRanges& run) = 0;
     [[nodiscard]] virtual std::uint64_t rounds() const = 0;
-    /// Of the best so far, on what training does not learning from; more is better.
+    /// Of the best so far, on samples held out from training; more is better.
     [[nodiscard]] virtual double score() const = 0;
     /// A line about the last round.
     [[nodiscard]] virtual std::string progress() const = 0;
@@ -30,7 +30,7 @@ class Trainer {
     [[nodiscard]] virtual ai::learning::Policy policy() const = 0;
 
     virtual void save(proto::TrainingCheckpoint& out) const = 0;
-    /// Goes on as the training that was saved; fails on what is of another one.
+    /// Goes on as the training that was saved; fails on the data of another one.
     virtual core::Result<bool> restore(const proto::TrainingCheckpoint& from) = 0;
 };
 

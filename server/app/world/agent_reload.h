@@ -1,4 +1,4 @@
-// Reload: agents of a config that was read anew, on their way into a world that runs.
+// Agent reload: puts the agents of a config that was read anew into a running world.
 #pragma once
 
 #include "server/config/settings.h"
@@ -10,8 +10,8 @@
 
 namespace zoned::app {
 
-/// Reads `file` with `sets` as for a start. Fails with all that is wrong with it, or with what
-/// differs that takes a restart; `running` is what the world was made of.
+/// Reads `file` with `sets` as for a start. Fails with all mistakes in it, or with the differences
+/// that take a restart; `running` is the config of the running world.
 core::Result<mailbox::NewBrains> load_brains(const std::string& file,
                                              const std::vector<std::string>& sets,
                                              const config::Settings& running);

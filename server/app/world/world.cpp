@@ -298,7 +298,7 @@ void World::enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::Outbox
     out.emplace_back(std::move(event));
 }
 
-/// Who subscribes hears first what it missed, then what comes.
+/// A new subscriber first gets the messages that it missed, then the new ones.
 void World::subscribe(ClientId client,
                       const std::string& topic,
                       std::vector<mailbox::OutboxItem>& out) {
@@ -328,8 +328,8 @@ void World::apply_topics(std::vector<mailbox::OutboxItem>& out) {
             }
         }
     }
-    // Whoever left in this tick hears of nothing any more: where many leave at once, telling each
-    // of all the others would be a square of messages that nobody gets.
+    // A client that left in this tick gets no more notices. Where many leave at once, a notice to
+    // each of all the others would be a square of messages that nobody gets.
     for (const auto& zone : zones_) {
         for (const ClientId client : zone->output().departed) {
             topics_.remove(client);

@@ -1,5 +1,5 @@
-// World: all zones of a process stepped tick by tick; messages in, messages out, no sockets and no
-// clock.
+// World: steps all zones of a process tick by tick; it takes and gives messages, and has no sockets
+// and no clock.
 #pragma once
 
 #include "server/compute/worker_pool.h"
@@ -21,8 +21,8 @@ class WorldFaults;
 /// One tick of one zone as a recording holds it.
 using ZoneInbox = std::vector<mailbox::InboxItem>;
 
-/// Where clients are and what they listen to; decides the order of everything that crosses zones,
-/// so that a run does not depend on the number of threads.
+/// Knows the zones and topics of clients. Decides the order of everything that crosses zones, so
+/// that a run does not depend on the number of threads.
 class World {
   public:
     /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
@@ -33,7 +33,7 @@ class World {
     /// The results stay the same bits.
     void use_device(compute::Device* device, const compute::Crossover& crossover);
 
-    /// One tick: routes `items` to the zones in their order, steps, collects what goes out.
+    /// One tick: routes `items` to the zones in their order, steps, collects the output.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
     /// One tick from a recording: the inbox of each zone as inboxes() was.
     void replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out);
@@ -42,7 +42,7 @@ class World {
 
     [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
 
-    /// What each zone was given in the last tick, for the recorder.
+    /// The input of each zone in the last tick, for the recorder.
     [[nodiscard]] std::span<const ZoneInbox> inboxes() const { return inboxes_; }
 
     /// Hash over all zones' hashes.
@@ -55,10 +55,10 @@ class World {
     /// Messages for clients or entities that nobody owns (they left meanwhile).
     [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
 
-    /// Cosmetic bursts that somebody heard.
+    /// Cosmetic bursts that reached a client.
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 
-    /// What the state packets of all zones so far were spent on; empty where
+    /// The use of the bytes in the state packets of all zones so far; empty where
     /// replication::ReplicationSettings::meter is off.
     void sum_traffic(wire::TrafficTable& out) const;
 
@@ -94,7 +94,8 @@ class World {
 
     std::vector<Vec3d> spawn_points_;
     std::vector<zone::Region> regions_;
-    std::vector<compute::Team> teams_;  // of the zones: who has no zone to step helps another
+    std::vector<compute::Team>
+        teams_;  // of the zones: a thread without a zone to step helps another
     std::vector<std::unique_ptr<zone::Zone>> zones_;
     std::vector<zone::ZoneState*> states_;
     std::vector<ZoneInbox> inboxes_;

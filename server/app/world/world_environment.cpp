@@ -5,7 +5,7 @@
 
 namespace zoned::app {
 
-/// Changes that rules asked for, in the order of the zones: what comes later holds.
+/// Changes that rules asked for, in the order of the zones: the last one holds.
 void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
     bool changed = false;
     for (const auto& zone : zones_) {
@@ -26,8 +26,8 @@ void World::change_clocks(std::vector<mailbox::OutboxItem>& out) {
     }
 }
 
-/// What both sides compute alike needs no news; it is told now and then all the same, so that
-/// nothing that went wrong stays wrong.
+/// Both sides compute the environment alike, so it needs no updates. It is sent now and then all
+/// the same, so that an error does not last.
 void World::sync_environment(std::vector<mailbox::OutboxItem>& out) {
     if (now_ % environment_sync_ticks_ != 0) {
         return;

@@ -1,5 +1,5 @@
-// World faults: what `testing` settings make a world do wrong on purpose, so that those who check
-// clients can be checked.
+// World faults: the errors that `testing` settings make a world commit on purpose, to test the
+// checkers of clients.
 #pragma once
 
 #include "server/config/settings.h"
@@ -16,18 +16,18 @@ namespace zoned::app {
 /// The faults of one zone; FaultSettings{}: none.
 zone::FaultSettings zone_faults(const config::Settings& settings, ZoneId id);
 
-/// Alters what a world sends to clients.
+/// Alters the output of a world to clients.
 class WorldFaults {
   public:
     explicit WorldFaults(const config::TestingSettings& testing);
 
-    /// `zone_of`: by client, of all who are there.
+    /// `zone_of`: by client, of all present clients.
     void alter(Tick now,
                const std::map<ClientId, std::size_t>& zone_of,
                std::span<mailbox::OutboxItem> out) const;
 
   private:
-    zone::ShareFault leak_topic_;  ///< these clients hear of all topics
+    zone::ShareFault leak_topic_;  ///< these clients get the messages of all topics
     double wrong_clock_ = 0.0;     ///< share by which the rates of shared clocks are off
 };
 

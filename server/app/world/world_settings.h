@@ -1,4 +1,4 @@
-// World settings: from the checked config to what each zone is made of.
+// World settings: turns the checked config into the settings of each zone.
 #pragma once
 
 #include "server/config/settings.h"
@@ -12,8 +12,8 @@ namespace zoned::app {
 
 std::vector<zone::Region> regions_of(const config::Settings& settings);
 
-/// Statics are cut to what lies within the zone's region and margin, in zone-local coordinates; the
-/// geometry of surfaces is shared among zones.
+/// Statics are cut to the zone's region and margin, in zone-local coordinates; the geometry of
+/// surfaces is shared among zones.
 zone::ZoneSettings zone_settings(const config::Settings& settings,
                                  ZoneId id,
                                  const std::shared_ptr<const world::TypeTable>& types);

@@ -12,14 +12,15 @@
 
 namespace zoned::compute {
 
-/// Links ordered by colour: links of one colour share no node, so that they may be solved in any
-/// order, eight at a time, on threads or on a device, with the same result.
+/// Links ordered by colour: links of one colour share no node. They may be solved in any order,
+/// eight at a time, on threads or on a device, with the same result.
 class ColouredLinks {
   public:
-    /// Greedy: each link in its turn takes the first colour that neither of its nodes has (at most
-    /// one colour more than twice the most links of a node, less two). Fails where a node is not in
-    /// [0, nodes), a link joins a node to itself, a rest length is not above 0, a compliance is
-    /// below 0 or not finite, or more than 64 colours are needed: with the link's number.
+    /// Greedy: each link in its turn takes the first colour that neither of its nodes has. That is
+    /// at most one colour more than twice the most links of a node, less two. Fails with the link's
+    /// number where a node is not in [0, nodes), a link joins a node to itself, or a rest length is
+    /// not above 0. It also fails where a compliance is below 0 or not finite, or more than 64
+    /// colours are needed.
     static core::Result<ColouredLinks> make(std::span<const kernels::DistanceLink> links,
                                             std::size_t nodes);
 
@@ -35,7 +36,7 @@ class ColouredLinks {
     std::vector<std::size_t> begin_{0};
 };
 
-/// Where the columns of nodes have what: positions as particles have, then the inverse mass (1/kg).
+/// The layout of the columns of nodes: positions as particles have, then the inverse mass (1/kg).
 inline constexpr std::size_t kInverseMass = ParticleColumns::kVx;
 
 /// `passes` passes over all colours in order, with lambdas from zero, for a step of h seconds.
@@ -46,8 +47,8 @@ class ConstraintStage {
     ConstraintStage(ConstraintStage&&) noexcept;
     ConstraintStage& operator=(ConstraintStage&&) noexcept;
 
-    /// Where a device fails, the positions are what they were, and the CPU does all passes: the
-    /// stage keeps a copy of the nodes for that.
+    /// Where a device fails, the positions are restored, and the CPU does all passes: the stage
+    /// keeps a copy of the nodes for that.
     StageRun solve(ParticleColumns& nodes,
                    std::size_t count,
                    const ColouredLinks& links,

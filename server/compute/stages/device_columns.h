@@ -10,7 +10,7 @@
 
 namespace zoned::compute {
 
-/// The first that is not done, or done. A list is worked off from left to right, and after a
+/// The first result that is not done, or done. A list is worked off from left to right, and after a
 /// failure every call on a device fails at once: so lists of calls read like the order of a step.
 Status first_failure(std::initializer_list<Status> steps);
 
@@ -21,7 +21,7 @@ class DeviceColumns {
 
     /// The device gets the first `count` of each column.
     Status give(std::size_t count);
-    /// They are on their way back: Device::finish(), then settle().
+    /// They are being transferred back: Device::finish(), then settle().
     Status take(std::size_t count);
     /// The host may touch them again; the device did not change them.
     Status take_unchanged();

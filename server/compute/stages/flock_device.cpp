@@ -21,8 +21,8 @@ constexpr std::size_t kFlockGroup = 64;
 constexpr std::size_t kAgentBytes = ParticleColumns::kColumns * sizeof(float);
 /// Agents of a tile: 12 KiB, of which a compute unit holds several groups' at a time.
 constexpr std::size_t kTileAgents = 512;
-/// Batches of a work group with tiles, at most. At a barrier a CPU device keeps what all items of a
-/// group hold, a kilobyte each, on one stack: PoCL dies of 4,096.
+/// Batches of a work group with tiles, at most. At a barrier a CPU device keeps the state of all
+/// items of a group, a kilobyte each, on one stack: PoCL dies of 4,096.
 constexpr std::size_t kMostTileGroup = 256;
 constexpr std::size_t kMostTileAgents = 1U << 16U;
 

@@ -15,14 +15,14 @@ namespace zoned::compute {
 
 struct DeviceInfo;
 
-/// Agents in the order of their cells: what a step reads. A grid of its own beside
+/// Agents in the order of their cells, for a step to read. A grid of its own beside
 /// spatial::PointGrid: kernels read its columns as they are, eight agents at a time.
 class FlockOrder {
   public:
     /// Sorts (stable, by counting) the first `count` agents into cells of `cell_size` (m, > 0) over
-    /// the box of `rules`, which is finite; cells are made larger where there would be more than
-    /// kMostCells. An agent outside of the box counts to the rim, a place that is no number to the
-    /// first cell.
+    /// the box of `rules`, which is finite. Cells are made larger where there would be more than
+    /// kMostCells. An agent outside of the box counts to the rim, an agent at NaN to the first
+    /// cell.
     void sort(const ParticleColumns& agents,
               std::size_t count,
               const kernels::FlockRules& rules,
@@ -66,7 +66,7 @@ void step_flock_batches(ParticleColumns& agents,
                         std::size_t begin,
                         std::size_t end);
 
-/// Choices of a measurement; the defaults are what pays. All give the same bits.
+/// Choices of a measurement; the defaults are the fastest. All give the same bits.
 struct FlockKernelOptions {
     enum class Tiles : std::uint8_t {
         kChosen,  ///< on where a device has local memory of its own

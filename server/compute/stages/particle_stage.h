@@ -18,7 +18,7 @@ namespace zoned::compute {
 class Device;
 
 /// Six columns of floats in one block of memory: position (m) and velocity (m/s). The columns are
-/// `stride` numbers apart and hold whole lanes: what lies beyond the particles is zero or left over
+/// `stride` numbers apart and hold whole lanes. Numbers beyond the particles are zero or left over
 /// and may be worked on.
 class ParticleColumns {
   public:
@@ -35,7 +35,7 @@ class ParticleColumns {
     /// Columns have room for so many particles or a multiple of it, and so for whole work groups.
     static constexpr std::size_t kRoom = 4096;
 
-    /// Makes room; what is there stays. Pointers change where it grows.
+    /// Makes room; the content stays. Pointers change where it grows.
     void reserve(std::size_t particles);
 
     [[nodiscard]] std::size_t capacity() const { return capacity_; }
@@ -48,7 +48,7 @@ class ParticleColumns {
         return block_->as<float>() + c * stride_;
     }
 
-    /// Replaced where the columns grow. Whoever has a device work in it keeps it alive.
+    /// Replaced where the columns grow. A caller that has a device work in it keeps it alive.
     [[nodiscard]] const std::shared_ptr<HostBlock>& block() const { return block_; }
 
   private:
@@ -64,7 +64,7 @@ struct ParticleScene {
     std::span<const float> gusts;    ///< 3 ZK_GUST_CORNERS numbers (x, y, z; m/s), or none
     std::span<const float> heights;  ///< rows times columns of world.field, or none
 
-    /// ZK_AIR_*: what the step has to compute.
+    /// ZK_AIR_*: the parts of the air that the step has to compute.
     [[nodiscard]] int air() const;
     [[nodiscard]] bool collides() const;
 };
@@ -82,15 +82,15 @@ void step_particle_range(ParticleColumns& columns,
                          std::size_t end,
                          const ParticleScene& scene);
 
-/// Choices of a measurement; the defaults are what pays.
+/// Choices of a measurement; the defaults are the fastest.
 struct ParticleKernelOptions {
     std::size_t group =
         0;  ///< work items of a group, a power of 2 in 8..4096; 0: chosen per device
     bool tables_in_global_memory = false;  ///< instead of constant memory
 };
 
-/// Runs steps on a device. Where the device or the kernel fails, the step is done (or what is left
-/// of it: see particles.cl) on the CPU, the device is given up, and all later steps run on the CPU.
+/// Runs steps on a device. Where the device or the kernel fails, the CPU does the step (or the rest
+/// of it: see particles.cl). The device is given up, and all later steps run on the CPU.
 class ParticleStage {
   public:
     /// Null: there is no device. It must outlive the stage.

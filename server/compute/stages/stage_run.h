@@ -1,11 +1,11 @@
-// StageRun: which side did a stage's work, and the one time when a device was given up.
+// StageRun: the side that did a stage's work, and a flag for the one time a device was given up.
 #pragma once
 
 #include <string>
 
 namespace zoned::compute {
 
-/// Whoever runs a stage reads it; logging is the caller's. The work is done either way.
+/// The caller of a stage reads and logs it. The work is done either way.
 struct StageRun {
     bool on_device = false;
     std::string fault;  ///< why the device was given up, in that run only; else empty

@@ -30,8 +30,8 @@ struct Bodies {
     std::vector<float> still_s;               ///< how long it has been slower than the sleep speeds
     std::vector<std::uint8_t> substep_level;  ///< level of its island in the last step
     std::vector<std::uint8_t> substep_patience;  ///< steps until its island may go down a level
-    /// By how much contacts scale its inverse mass and inertia in this step: 1, or less where its
-    /// island holds what is too heavy (see SubstepPolicy).
+    /// The factor by which contacts scale its inverse mass and inertia in this step: 1, or less
+    /// where its island holds a body that is too heavy (see SubstepPolicy).
     std::vector<float> inv_mass_scale;
     std::vector<std::uint8_t> awake;   ///< dynamic: simulated; kinematic: moves
     std::vector<std::uint8_t> listed;  ///< in `awake_list` or `mover_list`
@@ -53,7 +53,7 @@ struct Bodies {
     // Derived from the pose.
     std::vector<Mat3> rotation;
     std::vector<Aabb> bounds;  ///< tight
-    std::vector<Aabb> fat;     ///< what the broadphase knows
+    std::vector<Aabb> fat;     ///< the boxes in the broadphase
     // Links of other structures.
     std::vector<std::uint32_t> first_contact;  ///< head of the list in ContactGraph
     std::vector<std::uint32_t> first_joint;    ///< head of the list in JointTable

@@ -35,7 +35,7 @@ bool fit(const Vec3& position, const Vec3& velocity, const Vec3& spin, const Qua
     return fit_position(position) && fit_velocity(velocity, spin) && fit_orientation(orientation);
 }
 
-/// Cuts what is longer than `most`, up to `excess` times as long; true if it did.
+/// Cuts a vector longer than `most`, up to `excess` times as long; true if it did.
 bool cut(Vec3& v, float most, float excess) {
     const float size = v.norm();
     const bool over = size > most && size < excess * most;
@@ -43,9 +43,9 @@ bool cut(Vec3& v, float most, float excess) {
     return over;
 }
 
-/// Impacts may ask for more than bodies can have: an elastic one for twice the speed, one off the
-/// centre of what is small for a hundred times the spin. Up to that they get the most there is;
-/// what is beyond is an error. True if something was cut.
+/// Impacts may ask for more than bodies can have. An elastic one asks for twice the speed, and one
+/// off the centre of a small body for a hundred times the spin. Up to that they get the most there
+/// is; a larger demand is an error. True if something was cut.
 bool slow_down(Vec3& velocity, Vec3& spin) {
     const bool slower = cut(velocity, kMaxSpeed, 2.0F);
     return cut(spin, kMaxSpin, 100.0F) || slower;
@@ -253,9 +253,9 @@ Vec3 SolverBodies::inverse_times(std::uint32_t slot, const Vec3& moment) const {
 }
 
 /// Positions moved with the velocity at the substep's end. Where the velocity changed by forces,
-/// the mean of both ends is exact to second order (x += v h + a h^2 / 2), and with it the path of
-/// what is thrown or slides. Where it changed by an impact there is no such mean: what is more than
-/// twice what gravity does is left alone.
+/// the mean of both ends is exact to second order (x += v h + a h^2 / 2), and with it the path of a
+/// thrown or sliding body. Where it changed by an impact there is no such mean: a change of more
+/// than twice gravity's is left alone.
 void SolverBodies::follow_mean_velocity(compute::Team& team) {
     const float gravity2 = h_ * h_ * gravity_.squaredNorm();
     for_each_slot(team, [&](std::size_t i) {

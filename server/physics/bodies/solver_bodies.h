@@ -1,4 +1,4 @@
-// SolverBodies: what a solver moves, in rows of eight numbers per body.
+// SolverBodies: the bodies that a solver moves, in rows of eight numbers per body.
 #pragma once
 
 #include "server/compute/team.h"
@@ -46,17 +46,17 @@ class SolverBodies {
     /// Orientation now of a body that stood at `start` when the step began.
     [[nodiscard]] Quat orientation(std::uint32_t slot, const Quat& start) const;
 
-    /// Inverse inertia times a moment, world; zero for what impulses do not move.
+    /// Inverse inertia times a moment, world; zero for a body that impulses do not move.
     [[nodiscard]] Vec3 inverse_times(std::uint32_t slot, const Vec3& moment) const;
 
     /// Gives a body an impulse and a change of spin.
     void change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin);
 
-    /// Begins a substep: velocities gain what gravity gives.
+    /// Begins a substep: gravity changes velocities.
     void integrate_velocities(compute::Team& team);
     /// Moves all on for that long, s.
     void integrate_positions(const Bodies& bodies, float seconds, compute::Team& team);
-    /// Ends a substep: moves positions on to what the mean velocity would have done.
+    /// Ends a substep: moves positions by the mean velocity.
     void follow_mean_velocity(compute::Team& team);
 
     /// Gives a body an impulse: linear at the centre, N s, and angular, N m s.
@@ -101,7 +101,7 @@ class SolverBodies {
     float dt_ = 0.0F;
     float h_ = 0.0F;
     std::vector<Row8> gain_;   // of velocity and spin in a substep, by gravity and forces
-    std::vector<Row8> damp_;   // what is left of them after a substep
+    std::vector<Row8> damp_;   // the share left of them after a substep
     std::vector<Row8> start_;  // motion when the substep began
     std::vector<std::uint32_t> row_;
     std::vector<Spinner> spinners_;

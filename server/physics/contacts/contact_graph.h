@@ -1,4 +1,4 @@
-// ContactGraph: the pairs whose bounding boxes overlap, with what they remember between steps.
+// ContactGraph: the pairs whose bounding boxes overlap, and their state between steps.
 #pragma once
 
 #include "server/physics/bodies/bodies.h"
@@ -22,8 +22,8 @@ struct ContactPoint {
     std::uint32_t feature = 0;
 };
 
-/// The poses that a pair was looked at last: while neither body has moved to speak of relative to
-/// the other, nor turned, what was found holds.
+/// The poses of a pair at its last test. The result holds as long as neither body has turned, or
+/// moved notably relative to the other.
 struct FoundAt {
     /// No point has been left out that the surfaces could bring together by coming nearer by this,
     /// m; negative: nothing is known.
@@ -67,7 +67,7 @@ struct Contact {
     float substep_s = 0.0F;          ///< length of the substeps that the impulses are of
     float approach_speed = 0.0F;     ///< m/s, before the solve
     float step_impulse = 0.0F;       ///< sum of normal impulses in the last step, N s
-    Grip grip;                       ///< of what touches
+    Grip grip;                       ///< of the touching surfaces
     PartKey part = 0;                ///< in a chain: which parts of the shapes meet
     std::uint32_t chain = kNoIndex;  ///< first record of the chain; in one: the next
 };

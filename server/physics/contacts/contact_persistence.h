@@ -1,4 +1,4 @@
-// Contact persistence: what a contact takes over from the step before, and how its points travel.
+// Contact persistence: carries the state of a contact over from the last step as its points travel.
 #pragma once
 
 #include "server/physics/contacts/contact_graph.h"

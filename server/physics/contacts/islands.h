@@ -1,4 +1,4 @@
-// Islands: which dynamic bodies hang together through contacts, and which of them may sleep.
+// Islands: groups the dynamic bodies that contacts connect, and decides which groups may sleep.
 #pragma once
 
 #include "server/physics/bodies/bodies.h"
@@ -23,8 +23,8 @@ class Waker {
     std::vector<std::uint32_t> stack_;
 };
 
-/// Builds the islands of the awake bodies and puts those to sleep whose every body has been still
-/// for long enough and touches no kinematic body that moves.
+/// Builds the islands of the awake bodies. An island goes to sleep when each of its bodies has been
+/// still for long enough and touches no kinematic body that moves.
 class Islands {
   public:
     struct Limits {

@@ -1,4 +1,4 @@
-// Accelerations: what integrators ask of a force, and the force of a free body.
+// Accelerations: the interface through which integrators ask for a force, and that of a free body.
 #pragma once
 
 #include <Eigen/Core>

@@ -13,8 +13,8 @@ namespace zoned::physics {
 
 /// Bounds of an adaptive integration.
 struct AdaptiveOptions {
-    /// Of what a step may add to the error of a coordinate: `absolute` (m, or m/s for velocities)
-    /// + `relative` x its size.
+    /// The error that a step may add to a coordinate: `absolute` (m, or m/s for velocities) +
+    /// `relative` x its size.
     double relative = 1.0e-6;
     double absolute = 1.0e-9;
     std::uint32_t most_pieces = 10'000;  ///< per step, refused ones included

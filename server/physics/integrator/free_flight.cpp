@@ -25,7 +25,7 @@ bool free_flight_by(IntegratorKind kind,
                     float dt,
                     Vec3& position,
                     Vec3& velocity) {
-    // The pull is the same everywhere: the way is computed from zero, where floats are finest.
+    // The pull is the same everywhere: the path is computed from zero, where floats are finest.
     Vec3 way = Vec3::Zero();
     bool done = true;
     if (kind == IntegratorKind::kAdaptive) {

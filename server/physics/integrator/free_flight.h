@@ -18,9 +18,9 @@ bool free_flight_by(IntegratorKind kind,
 
 /// Carries a position (m) and velocity (m/s) over dt seconds of constant pull and linear drag. Each
 /// step is a motion of its own: contacts and impulses come in between, so that nothing is
-/// remembered from one to the next. kVerlet is none of these methods (see why_unfit_integrator);
-/// kAdaptive works in doubles, to 1e-6 of what it computes. False where it gave up: then the state
-/// is of no use.
+/// remembered from one to the next. kVerlet is none of these methods (see why_unfit_integrator).
+/// kAdaptive works in doubles, to 1e-6 of its result. False where it gave up: then the state is of
+/// no use.
 inline bool free_flight(IntegratorKind kind,
                         const FreeFall<float, 3>& fall,
                         float dt,
@@ -33,8 +33,9 @@ inline bool free_flight(IntegratorKind kind,
     return free_flight_by(kind, fall, dt, position, velocity);
 }
 
-/// The same in `pieces` equal pieces, from 1 to kMostFlightPieces. One: the very bits of the above;
-/// several: their ways are summed up before the position is rounded to its own fineness.
+/// The same in `pieces` equal pieces, from 1 to kMostFlightPieces. One piece gives the very bits of
+/// the above. The paths of several are summed up before the position is rounded to its own
+/// fineness.
 bool free_flight_in(int pieces,
                     IntegratorKind kind,
                     const FreeFall<float, 3>& fall,

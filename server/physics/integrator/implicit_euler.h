@@ -14,11 +14,11 @@ namespace zoned::physics {
 
 /// v' = v + h a(x + h v', v', t + h), x' = x + h v'. Order 1. Stable for any step on any spring and
 /// drag (A- and L-stable: Hairer, Wanner, "Solving Ordinary Differential Equations II", IV.3), at
-/// the price of damping that nobody asked for: an undamped oscillator shrinks by
-/// 1 / sqrt(1 + (omega h)^2) a step. Not symplectic.
+/// the price of numerical damping: an undamped oscillator shrinks by 1 / sqrt(1 + (omega h)^2) a
+/// step. Not symplectic.
 ///
-/// Newton's method solves for v' with the matrix I - h da/dv - h^2 da/dx: from the acceleration
-/// itself where it tells its derivatives (WithJacobian), else from differences, one more
+/// Newton's method solves for v' with the matrix I - h da/dv - h^2 da/dx. The derivatives come from
+/// the acceleration itself where it has them (WithJacobian), else from differences, one more
 /// acceleration for each coordinate. Linear forces take one iteration and a second one to see it.
 /// With `iterations` = 1 the system is linearised and solved once (Baraff, Witkin, "Large steps in
 /// cloth simulation", SIGGRAPH 1998, 3; Hairer, Wanner, IV.7): the same for linear forces, cheaper
@@ -104,7 +104,7 @@ class ImplicitEuler : public NoMemory {
         return most;
     }
 
-    /// False for what is not finite.
+    /// False for values that are not finite.
     [[nodiscard]] bool settled(const Small& delta, int thing, const V& to, const V& from) const {
         const Real most = tolerance * std::max(largest(to, thing), largest(from, thing));
         return std::all_of(

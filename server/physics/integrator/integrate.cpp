@@ -17,9 +17,9 @@ struct Spinner {
     Vec3d momentum;  // body axes
     Vec3d inverse;   // of the principal moments
 
-    /// The flow of one term of the energy, L_i^2 / (2 I_i), over t seconds: the body turns about
-    /// its axis i at the rate L_i / I_i, and the momentum, fixed in the world, turns the other way
-    /// as the body sees it.
+    /// The flow of one term of the energy, L_i^2 / (2 I_i), over t seconds. The body turns about
+    /// its axis i at the rate L_i / I_i. The momentum is fixed in the world, so in the body's frame
+    /// it turns in the opposite direction.
     void turn_about(int i, double t) {
         const double half = 0.5 * t * momentum[i] * inverse[i];
         double s = 0.0;

@@ -1,4 +1,4 @@
-// Integrators: one interface to all methods that carry x'' = a(x, x', t) on, and their choice.
+// Integrators: one interface to all methods that integrate x'' = a(x, x', t), and their choice.
 #pragma once
 
 #include "server/physics/integrator/adaptive.h"
@@ -16,12 +16,12 @@
 
 namespace zoned::physics {
 
-/// Every method is a small value that is told where a motion begins and then carries it on:
+/// Every method is a small value that gets the start of a motion and then carries it on:
 ///
 ///     method.start(x, v, t, h, a);      before the first step, and when h changes or x or v jump
 ///     method.step(x, v, t, h, a);       x (m) and v (m/s) from the time t (s) to t + h, h > 0
 ///
-/// with the state V a fixed-size vector or things side by side, in float or double, and `a` an
+/// The state V is a fixed-size vector or things side by side, in float or double, and `a` is an
 /// Acceleration (see acceleration.h). Same inputs, same bits; no allocation.
 ///
 /// Calls use(method) with a fresh method of that kind. Loops over steps and things belong into

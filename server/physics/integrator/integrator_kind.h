@@ -1,4 +1,4 @@
-// Which integrator carries a motion on: the alternatives by name.
+// IntegratorKind: the integrators by name.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@ namespace zoned::physics {
 /// Methods for x'' = a(x, x', t); each has a file of its own in this folder, and integrator.h
 /// chooses among them. `zoned-bench integrators` measures all of them.
 enum class IntegratorKind : std::uint8_t {
-    kDefault,            ///< constant_acceleration.h: what moves free bodies without being asked
-    kExplicitEuler,      ///< explicit_euler.h
-    kImplicitEuler,      ///< implicit_euler.h
+    kDefault,        ///< constant_acceleration.h: moves free bodies unless the config names another
+    kExplicitEuler,  ///< explicit_euler.h
+    kImplicitEuler,  ///< implicit_euler.h
     kSemiImplicitEuler,  ///< semi_implicit_euler.h
     kVerlet,             ///< verlet.h: positions alone; not in a Scene, see why_unfit_integrator
     kVelocityVerlet,     ///< velocity_verlet.h

@@ -119,7 +119,7 @@ double largest_decay(IntegratorKind kind) {
     switch (kind) {
         case IntegratorKind::kExplicitEuler:
         case IntegratorKind::kSemiImplicitEuler:
-        case IntegratorKind::kVelocityVerlet:  // its velocity is what the midpoint rule gives
+        case IntegratorKind::kVelocityVerlet:  // its velocity is that of the midpoint rule
         case IntegratorKind::kRk2:
             return 2.0;
         case IntegratorKind::kVerlet:

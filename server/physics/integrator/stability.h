@@ -1,4 +1,4 @@
-// Stability: which time steps an integrator bears on a spring or a drag.
+// Stability: the longest time step that an integrator bears on a spring or a drag.
 #pragma once
 
 #include "server/physics/integrator/integrator_kind.h"
@@ -27,8 +27,8 @@ struct StabilityLimit {
 /// "Geometric Numerical Integration", I.1.
 StabilityLimit stability_limit(IntegratorKind kind, double omega, double damping_ratio);
 
-/// The limit on v' = -drag v, drag > 0 in 1/s. kDefault takes a drag that is told apart (see
-/// WithLinearDrag), as free bodies have it, and bears any.
+/// The limit on v' = -drag v, drag > 0 in 1/s. kDefault takes a separate drag (see WithLinearDrag),
+/// as free bodies have it, and bears any.
 StabilityLimit drag_limit(IntegratorKind kind, double drag);
 
 /// Why a method is refused for a spring and a step of h seconds: names both, omega h and the limit.

@@ -5,21 +5,22 @@
 
 namespace zoned::physics {
 
-/// x[n+1] = 2 x[n] - x[n-1] + h^2 a(x[n], v, t[n]), from its first two positions; the velocity that
+/// x[n+1] = 2 x[n] - x[n-1] + h^2 a(x[n], v, t[n]), from its first two positions. The velocity that
 /// it reports is the central difference (x[n+1] - x[n-1]) / (2 h), so it always knows one position
-/// more than it has told. Steps of one length only: another length needs a new start. It holds the
-/// way to the next position rather than that position: then roundings add up with the number of
-/// steps, not with its square.
+/// more than it has reported. Steps of one length only: another length needs a new start. It stores
+/// the step to the next position rather than that position: then roundings add up with the number
+/// of steps, not with its square.
 ///
 /// Order 2; one acceleration a step. Symplectic and time-reversible (to rounding; start_from with
 /// the last two positions in the other order runs back) where a is a gradient of x alone. An
-/// oscillator is stable for omega h <= 2. A velocity in the acceleration is extrapolated as
-/// (3 x[n] - 4 x[n-1] + x[n-2]) / (2 h), which keeps order 2 at the price of stability: with the
-/// damping ratio z, omega h <= 2 (sqrt(1 + 4 z^2) - 2 z), and a drag of c 1/s needs c h <= 1
-/// (Jury's criterion on the cubic that this gives). Constant acceleration is exact. Hairer, Lubich,
-/// Wanner, "Geometric numerical integration illustrated by the Stoermer-Verlet method", Acta
-/// Numerica 12 (2003), 1.1, 1.3 (start and velocities) and 2; "Geometric Numerical Integration",
-/// VIII.5 (rounding).
+/// oscillator is stable for omega h <= 2. A velocity in the acceleration is extrapolated as (3 x[n]
+/// - 4 x[n-1] + x[n-2]) / (2 h), which keeps order 2 at the price of stability. With the damping
+/// ratio z, omega h <= 2 (sqrt(1 + 4 z^2) - 2 z), and a drag of c 1/s needs c h <= 1 (Jury's
+/// criterion on the cubic that this gives). Constant acceleration is exact.
+///
+/// Hairer, Lubich, Wanner, "Geometric numerical integration illustrated by the Stoermer-Verlet
+/// method", Acta Numerica 12 (2003), 1.1, 1.3 (start and velocities) and 2; "Geometric Numerical
+/// Integration", VIII.5 (rounding).
 template <class V>
 class Verlet {
   public:
@@ -48,7 +49,7 @@ class Verlet {
         path_ = next;
     }
 
-    /// From the position that it has told to the next one, m.
+    /// From the position that it has reported to the next one, m.
     [[nodiscard]] const V& way() const { return path_; }
 
   private:

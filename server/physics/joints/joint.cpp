@@ -23,7 +23,7 @@ std::string why_unfit(const JointDef& def) {
         return "joint: spring frequency or damping out of range";
     }
     if (def.limited) {
-        // A hinge knows its angle up to half a turn either way.
+        // A hinge knows its angle up to half a turn in either direction.
         const float most = def.kind == JointKind::kHinge ? std::numbers::pi_v<float> : kMaxSize;
         if (def.lower > def.upper) {
             return "joint: lower limit above the upper one";

@@ -1,4 +1,4 @@
-// JointDef: two bodies that hold each other. Reached by no world yet: joints in worlds will use it.
+// JointDef: a joint between two bodies. Reached by no world yet: joints in worlds will use it.
 #pragma once
 
 #include "shared/core/ids.h"

@@ -1,4 +1,4 @@
-// The part of the joint solver that runs once per step: which joints hang together, in what order.
+// The part of the joint solver that runs once per step: groups connected joints and orders them.
 #include "server/physics/joints/joint_solver.h"
 
 #include <algorithm>

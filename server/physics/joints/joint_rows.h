@@ -63,10 +63,10 @@ struct SpringConstants {
     double c = 0.0;  ///< N s/m
 };
 
-/// Those that give two free bodies, tied at their centres, the frequency and damping asked for.
-/// `inverse_mass`: the sum of the bodies' own, 1/kg; 0 (nothing moves): no force. They stay what
-/// they are while arms turn: a stiffness that followed the effective mass at the anchors would give
-/// back more than went in.
+/// The constants that give two free bodies, tied at their centres, the frequency and damping asked
+/// for. `inverse_mass`: the sum of the bodies' own, 1/kg; 0 (nothing moves): no force. The
+/// constants stay fixed while arms turn: a stiffness that followed the effective mass at the
+/// anchors would give back more than went in.
 SpringConstants spring_constants(const JointDef& def, double inverse_mass);
 
 /// The joint between bodies at these poses, as its definition places it.

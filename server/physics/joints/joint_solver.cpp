@@ -10,17 +10,17 @@ namespace zoned::physics {
 
 namespace {
 
-/// Added to the diagonal, as a share of it. Rows of loops that say the same thing twice differ by
-/// the rounding of floats, 1e-7: without it that difference would be divided by itself. A joint
-/// that carries R times the weight of its own bodies gives way by this times R g h^2: with
-/// R = 1e5 and 240 substeps a second 17 micrometres.
+/// Added to the diagonal, as a share of it. Redundant rows of loops differ by the rounding of
+/// floats, 1e-7: without this share that difference would be divided by itself. A joint that
+/// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
+/// substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
-/// An error is undone no faster than this, m/s and rad/s, besides what the joint's own turning
-/// makes anew in each substep: what is torn apart (a body that was teleported) comes back within
+/// An error is undone no faster than this, m/s and rad/s, besides the error that the joint's own
+/// turning makes anew in each substep. So a torn joint (a body that was teleported) closes within
 /// sight and not at once.
 constexpr float kUndoSpeed = 20.0F;
-/// A limit that is passed is left no faster than this besides: one that a graph's other joints hold
-/// passed would throw what it pushes.
+/// A limit that is passed is left no faster than this besides. A limit that a graph's other joints
+/// hold passed would throw the body that it pushes.
 constexpr float kLimitSpeed = 1.0F;
 /// Share of an error that rows undo per substep which are solved one after the other.
 constexpr float kSingleShare = 0.2F;
@@ -240,8 +240,8 @@ void JointSolver::solve(SolverBodies& moving) {
 }
 
 /// Of the limits and motors those hold that carry or can still push. Each round ends with hard rows
-/// solved for the bounded ones as they are: what is cut off at a bound without solving again for
-/// the rest would leave them pulling against nothing.
+/// solved for the bounded ones as they are. If an impulse were cut off at a bound without solving
+/// again for the rest, they would pull against nothing.
 void JointSolver::solve_group(SolverBodies& moving, const JointGroup& group) {
     for (int round = 1;; ++round) {
         find_unknowns(moving, group);
@@ -280,10 +280,10 @@ double JointSolver::share_to_bound(const Row& row, double unknown) {
                                       : std::numeric_limits<double>::infinity();
 }
 
-/// Goes as far as the first bound; rows there hold no longer; true if there are any, and then the
-/// others have to be solved for anew. Each such step lowers the energy of the impulses, where all
-/// the way and a cut at the bounds might not (the primal active-set method: J. Nocedal, S. J.
-/// Wright, "Numerical Optimization", 2nd ed., 16.5).
+/// Goes as far as the first bound; rows there hold no longer. True if there are any, and then the
+/// others have to be solved for anew. Each such step lowers the energy of the impulses. A full step
+/// with a cut at the bounds might not (the primal active-set method: J. Nocedal, S. J. Wright,
+/// "Numerical Optimization", 2nd ed., 16.5).
 bool JointSolver::release(SolverBodies& moving, const JointGroup& group) {
     double share = 1.0;
     for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {

@@ -48,7 +48,7 @@ class JointSolver {
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
-    /// Ends a substep: notes what the joints carried.
+    /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 
     void store(JointTable& table) const;
@@ -66,7 +66,7 @@ class JointSolver {
         Vec3 carried = Vec3::Zero();  // sum of the impulses of all substeps, N s
     };
 
-    /// A row with what its impulses do: J V + soft x impulse = -bias, low <= impulse <= high.
+    /// A row and its equation: J V + soft x impulse = -bias, low <= impulse <= high.
     struct Row {
         JointRow row;
         Vec3 turn_a, turn_b;    // inverse inertia times angular part

@@ -1,4 +1,4 @@
-// JointTable: the joints of a scene, and what they remember between steps.
+// JointTable: the joints of a scene and their state between steps.
 #pragma once
 
 #include "server/physics/bodies/bodies.h"

@@ -1,4 +1,4 @@
-// Costs: what methods cost, in nanoseconds, as measured; the one table from which choices are made.
+// Cost table: the measured costs of methods, in ns; the one table from which choices are made.
 #pragma once
 
 #include "server/physics/integrator/integrator_kind.h"
@@ -11,8 +11,8 @@
 namespace zoned::physics::method_selection {
 
 // Measured by `zoned-bench integrators soft --scene free_flight,substeps` on one core of an AMD Zen
-// 5 (x86-64-v3, g++ 12, -O2), medians of three runs; the same command prints what it measures
-// beside what stands here. Choices compare these figures with each other alone.
+// 5 (x86-64-v3, g++ 12, -O2), medians of three runs. The same command prints its measurements
+// beside these figures. Choices compare these figures with each other alone.
 
 /// Of a piece of free flight of one body, by IntegratorKind.
 inline constexpr std::array<double, kIntegratorKinds.size()>
@@ -22,9 +22,10 @@ constexpr double flight_cost_ns(IntegratorKind kind, int pieces) {
     return kFlightPiece_ns[static_cast<std::size_t>(kind)] * pieces;
 }
 
-/// Of a piece of a particle's flight over the ground, by what else it lives in. From `zoned-bench
-/// kernels --scene surroundings` on the same core: 1.0 to 1.4 ns on the ground alone, 2.1 to 2.4
-/// with drag, 8.7 to 8.9 with gusts, 43 to 44 with 8 balls, 80 to 82 with 16 and a heightfield.
+/// The cost of a piece of a particle's flight over the ground, by its further surroundings. From
+/// `zoned-bench kernels --scene surroundings` on the same core: 1.0 to 1.4 ns on the ground alone,
+/// 2.1 to 2.4 with drag, 8.7 to 8.9 with gusts, 43 to 44 with 8 balls, 80 to 82 with 16 and a
+/// heightfield.
 struct ParticleCost {
     static constexpr double kGround_ns = 1.0;
     static constexpr double kDrag_ns = 1.1;
@@ -43,7 +44,7 @@ double particle_cost_ns(const ParticleSystemDef& def, int pieces);
 inline constexpr double kSingleErrorShare = 0.08;
 inline constexpr double kSoftHullErrorShare = 0.7;
 
-/// Of one sweep over a soft body, by what it is made of.
+/// The cost of one sweep over a soft body, by its parts.
 struct SweepCost {
     double node_ns = 0.0;
     double spring_ns = 0.0;

@@ -1,4 +1,4 @@
-// Flight choice: which integrator, in how many pieces a tick, carries free flight within a budget.
+// Flight choice: the integrator and its pieces a tick that carry free flight within a budget.
 #pragma once
 
 #include "server/physics/integrator/integrator_kind.h"

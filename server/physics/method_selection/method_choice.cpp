@@ -16,7 +16,7 @@ std::string print(const char* format, double a, double b = 0.0) {
     return text.data();
 }
 
-/// Tries one option; what it says is put into the candidate.
+/// Tries one option and puts the result into the candidate.
 void attempt(const MethodOption& option, double budget, MethodCandidate& candidate, double& spent) {
     const MethodTrial trial = option.attempt();
     spent += trial.spent_ns;

@@ -1,5 +1,5 @@
-// MethodChoice: of several methods the cheapest that keeps an error budget, and why the others are
-// not it.
+// MethodChoice: the cheapest of several methods that keeps an error budget, and the reasons against
+// the others.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@ namespace zoned::physics::method_selection {
 struct MethodTrial {
     double error = 0.0;     ///< in the budget's unit; infinity where it exploded
     double cost_ns = 0.0;   ///< of a tick, by the table (cost_table.h)
-    double spent_ns = 0.0;  ///< what the trial itself cost by the table
+    double spent_ns = 0.0;  ///< the cost of the trial itself by the table
 };
 
 /// A method with a number of pieces that a tick is cut into.
@@ -58,9 +58,9 @@ std::string time_text(double ns);
 /// So much may all trials of a choice cost by the table, ns: start-up waits for them.
 inline constexpr double kMostSpent = 5.0e8;
 
-/// Tries options from the one that may be cheapest on, those first that come first where costs are
-/// equal, until no other can be cheaper than the cheapest that keeps `choice.budget`, and fills
-/// `candidates` and `chosen`. Depends on what is passed alone: no clock.
+/// Tries options in the order of their least possible cost, and in the given order where costs are
+/// equal. Stops when no other can be cheaper than the cheapest that keeps `choice.budget`. Fills
+/// `candidates` and `chosen`. Depends on its arguments alone: no clock.
 void choose(MethodChoice& choice, const std::vector<MethodOption>& options);
 
 }  // namespace zoned::physics::method_selection

@@ -1,4 +1,4 @@
-// Particle choice: in how many pieces a tick the particles of a system move within a budget.
+// Particle choice: the pieces a tick in which a system's particles move within a budget.
 #pragma once
 
 #include "server/physics/method_selection/flight_choice.h"
@@ -14,8 +14,9 @@ inline constexpr std::array kParticlePieces{1, 2, 4, 8, 16, 32, 64};
 /// being computed in longer steps.
 Flight flight_of(const ParticleSystemDef& def, double fastest);
 
-/// Largest distance, m, at the end of any tick within budget.seconds, of the system's own particles
-/// with nothing to hit from the exact path, at rest at first and thrown at `fastest` m/s.
+/// Largest distance, m, of the system's own particles from the exact path, at the end of any tick
+/// within budget.seconds. The particles meet nothing; they start at rest, and thrown at `fastest`
+/// m/s.
 double particle_error(const ParticleSystemDef& def,
                       int pieces,
                       double fastest,

@@ -126,7 +126,8 @@ ProbeReference SoftProbe::reference(double budget) const {
         return 1.5 * n * ticks_ * parts <= kMostReference;
     };
     const double longest = soft::spring_limit(def_).step_s();
-    // Halves of a step are whole numbers of substeps, and what exceeds kMostSubsteps a multiple.
+    // Halves of a step are whole numbers of substeps; a number above kMostSubsteps is a multiple of
+    // it.
     const auto whole = [](double n) {
         const double most = soft::kMostSubsteps;
         return n <= most ? std::ceil(n) : most * std::ceil(n / most);

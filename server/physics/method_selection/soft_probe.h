@@ -36,14 +36,14 @@ class SoftProbe {
     /// A second; each tick in `splits` >= 1 steps of solver.substeps each.
     [[nodiscard]] ProbeRun run(const soft::SoftSolver& solver, int splits = 1) const;
 
-    /// Largest, over the tenths of the second, of the mean distance of nodes, as a share of the
-    /// size of the body (the longest side of its box). Infinity where one of them broke.
+    /// The mean distance of nodes, as a share of the size of the body (the longest side of its
+    /// box): the largest over the tenths of the second. Infinity where one of them broke.
     [[nodiscard]] double distance(const ProbeRun& a, const ProbeRun& b) const;
 
-    /// Semi-implicit Euler with steps of 1/3840 s or shorter, by half until a halving changes less
-    /// than a tenth of `budget` or would take more than kMostReference of springs and tetrahedra;
-    /// where even that is too much (springs too stiff), XPBD in the same way, in at most 512
-    /// substeps a tick.
+    /// Semi-implicit Euler with steps of 1/3840 s or shorter. Steps are halved until a halving
+    /// changes less than a tenth of `budget` or would take more than kMostReference of springs and
+    /// tetrahedra. Where even that is too much (springs too stiff), XPBD is refined in the same
+    /// way, in at most 512 substeps a tick.
     [[nodiscard]] ProbeReference reference(double budget) const;
 
     [[nodiscard]] int ticks() const { return ticks_; }
@@ -62,7 +62,7 @@ class SoftProbe {
     bool pinned_ = false;
 };
 
-/// Springs (and what takes as long) times substeps that a reference may take: some 0.1 s.
+/// Limit of springs (and equally slow parts) times substeps for a reference: some 0.1 s.
 inline constexpr double kMostReference = 4.0e7;
 
 }  // namespace zoned::physics::method_selection

@@ -1,11 +1,11 @@
-// How the separating axis tests choose among axes that are nearly as good.
+// Axis choice: the rule by which separating axis tests choose among nearly equal axes.
 #pragma once
 
 namespace zoned::physics {
 
-/// The other kind of feature must win by this much, so that a resting contact does not flip
-/// between descriptions that are equally good, and keeps its warm start. In metres for bodies of
-/// half a metre, less for smaller ones.
+/// The other kind of feature must win by this much. So a resting contact does not flip between
+/// descriptions that are equally good, and keeps its warm start. In metres for bodies of half a
+/// metre, less for smaller ones.
 inline constexpr float kFaceBias = 5.0e-4F;
 inline constexpr float kEdgeBias = 2.0e-3F;
 /// Sine of the angle under which two edges count as parallel: their cross product is then no axis

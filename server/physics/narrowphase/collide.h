@@ -1,4 +1,4 @@
-// The pair tests of the narrowphase: one function per pair of shapes, all with one signature.
+// Collide: the pair tests of the narrowphase, one function per pair of shapes with one signature.
 #pragma once
 
 #include "server/physics/narrowphase/manifold.h"
@@ -44,8 +44,8 @@ void collide_capsule_hull(const Placed& a, const Placed& b, float margin, Manifo
 void collide_plane_hull(const Placed& a, const Placed& b, float margin, Manifold& out);
 void collide_hull_hull(const Placed& a, const Placed& b, float margin, Manifold& out);
 
-/// A sphere of radius ra about pa against one of radius rb about pb: what all round pairs come down
-/// to. Coincident centres are parted upwards.
+/// A sphere of radius ra about pa against one of radius rb about pb: all round pairs reduce to
+/// this. Coincident centres are parted upwards.
 void collide_balls(const Vec3& pa,
                    float ra,
                    const Vec3& pb,

@@ -8,7 +8,7 @@ namespace zoned::physics {
 
 namespace {
 
-/// Two boxes, with what the 15 tests share: b's axes and centre in a's frame.
+/// Two boxes, with the shared data of the 15 tests: b's axes and centre in a's frame.
 struct BoxPair {
     const Placed& a;
     const Placed& b;

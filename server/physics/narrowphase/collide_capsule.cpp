@@ -101,7 +101,7 @@ Vec3 least_overlap_axis(const Vec3& c, const Vec3& e, const Vec3& half, float& s
 }
 
 /// A capsule that lies along a face touches it with both ends: clips the core segment by the face's
-/// sides and adds what is near. False when the segment does not run along that face.
+/// sides and adds the near ends. False when the segment does not run along that face.
 bool add_face_contact(const Placed& box,
                       const Vec3& c,
                       const Vec3& e,

@@ -146,7 +146,7 @@ CoreContact core_contact(const HullView& hull, const Vec3& c, const Vec3& e) {
 }
 
 /// A capsule that lies along a face touches it with both ends: clips the core by the face's sides
-/// and adds what is near. False when the core does not run along that face.
+/// and adds the near ends. False when the core does not run along that face.
 bool add_along_face(const HullView& hull,
                     const HullFace& face,
                     const Vec3& c,

@@ -233,7 +233,7 @@ void SurfaceVisitor::collide_hull(const Triangle& t, float margin, Manifold& out
         add_points(triangle.view(), hull, axis, margin, out);
     }
     if (out.count == 0 && axis.kind != AxisKind::kFaceA) {
-        // The contact lies beside the feature that won; what of the hull is over the triangle
+        // The contact lies beside the feature that won; the part of the hull over the triangle
         // still has to stay above it.
         out.normal = t.normal;
         add_points(triangle.view(),

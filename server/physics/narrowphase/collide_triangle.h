@@ -1,4 +1,4 @@
-// Convex shapes against one triangle of a surface.
+// Collide triangle: tests convex shapes against one triangle of a surface.
 #pragma once
 
 #include "server/physics/narrowphase/collide.h"

@@ -31,7 +31,7 @@ struct Local {
     Local(const Local&) = delete;
     Local& operator=(const Local&) = delete;
 
-    /// Its box on its way along `travel` (world axes).
+    /// Its box swept along `travel` (world axes).
     [[nodiscard]] Aabb reach(const Placed& frame, const Vec3& travel, float margin) const {
         const Aabb box = shape_bounds(placed.shape, placed.position, rotation);
         return swept(box.grown(margin), frame.rotation.transpose() * travel);
@@ -83,7 +83,7 @@ float impact_on(const Surface& surface,
     if (buried(surface, local.placed, over)) {
         return 0.0F;
     }
-    // Seen from the surface, what approaches is the shape.
+    // Seen from the surface, the shape approaches.
     float earliest = INFINITY;
     const Aabb area = local.reach(frame, probe.time * probe.approach, probe.margin);
     for_triangles(surface, area, [&](const Triangle& t) {

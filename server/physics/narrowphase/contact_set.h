@@ -1,4 +1,4 @@
-// ContactSet: the manifolds of a pair that has more than one, before they are contacts.
+// ContactSet: the manifolds of a pair that has several, before they become contacts.
 #pragma once
 
 #include "server/physics/narrowphase/collide.h"

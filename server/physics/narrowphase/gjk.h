@@ -1,4 +1,4 @@
-// Closest points of two convex sets of corners.
+// GJK: the closest points of two convex sets of corners.
 #pragma once
 
 #include "server/physics/shapes/convex/hull_view.h"

@@ -81,9 +81,8 @@ void try_edges(const HullView& a, const HullView& b, int i, int j, HullAxis& bes
     }
 }
 
-/// Edge pairs whose arcs cross: b's, mirrored, has its ends on both sides of a's great circle and
-/// the other way round, on the same half of the sphere. An edge's direction is normal to its
-/// circle.
+/// Edge pairs whose arcs cross: each arc, b's mirrored, has its ends on both sides of the other's
+/// great circle, on the same half of the sphere. An edge's direction is normal to its circle.
 void test_edges(const HullView& a, const HullView& b, HullAxis& best) {
     const EdgeColumns columns(b);
     for (int i = 0; i < a.edge_count; ++i) {

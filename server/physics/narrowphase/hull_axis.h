@@ -1,4 +1,4 @@
-// The separating axis test of two convex polyhedra.
+// Hull axis: the separating axis test of two convex polyhedra.
 #pragma once
 
 #include "server/physics/narrowphase/axis_choice.h"
@@ -38,17 +38,18 @@ struct HullAxes {
     HullAxis face;
     HullAxis edges;  ///< separation -infinity: no pair of edges was looked at
 
-    /// The one that tells what kind of contact it is.
+    /// The axis that decides the kind of contact.
     [[nodiscard]] const HullAxis& best(float scale) const {
         return edges.separation > face.separation + kEdgeBias * scale ? edges : face;
     }
 };
 
-/// The axes of largest separation (of least overlap when it is negative) among the normals of all
-/// faces and the cross products of those pairs of edges that are edges of the Minkowski difference:
-/// whose arcs on the Gauss map cross (Gregorius, "The separating axis test between convex
-/// polyhedra", GDC 2013). Both hulls are given in one frame. Stops after the faces of a, or of b,
-/// when these part the hulls by more than `margin`. `scale` shrinks the biases for small bodies.
+/// The axes of largest separation (of least overlap when it is negative), from two sources. One is
+/// the normals of all faces. The other is the cross products of pairs of edges that are edges of
+/// the Minkowski difference: their arcs on the Gauss map cross (Gregorius, "The separating axis
+/// test between convex polyhedra", GDC 2013). Both hulls are given in one frame. Stops after the
+/// faces of a, or of b, when these part the hulls by more than `margin`. `scale` shrinks the biases
+/// for small bodies.
 HullAxes find_axes(const HullView& a, const HullView& b, float margin, float scale);
 
 }  // namespace zoned::physics

@@ -1,4 +1,4 @@
-// Contact points of two convex polyhedra along an axis.
+// Hull clip: the contact points of two convex polyhedra along an axis.
 #pragma once
 
 #include "server/physics/narrowphase/hull_axis.h"
@@ -21,7 +21,7 @@ void add_points(const HullView& a,
                 Manifold& out);
 
 /// Of the faces around the corner that lies farthest along a direction, the one that looks most
-/// along it. (Another face may look along it more and yet be far from what touches.)
+/// along it. (Another face may look along it more and yet be far from the contact.)
 int facing(const HullView& hull, const Vec3& direction);
 
 /// Nearest points of two segments that are not parallel, each with one end and the vector to the

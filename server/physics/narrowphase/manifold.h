@@ -1,4 +1,4 @@
-// Manifold: where two shapes touch, and the clipping that finds it for flat faces.
+// Manifold: the contact points of two shapes, and the clipping that finds them for flat faces.
 #pragma once
 
 #include "shared/math/types.h"
@@ -41,8 +41,8 @@ struct Corner {
     std::uint32_t edge;  ///< the edge from this corner to the next
 };
 
-/// A convex polygon in space. Each clipping adds one corner at most; what rounding may add beyond
-/// the capacity is dropped.
+/// A convex polygon in space. Each clipping adds one corner at most; corners beyond the capacity,
+/// which rounding may add, are dropped.
 template <int kCapacity>
 struct PolygonOf {
     std::array<Corner, static_cast<std::size_t>(kCapacity)> corners;
@@ -62,8 +62,8 @@ struct PolygonOf {
 /// A quadrilateral clipped by four planes has at most eight corners.
 using Polygon = PolygonOf<12>;
 
-/// Keeps what lies where normal . x <= offset (Sutherland and Hodgman, "Reentrant polygon
-/// clipping", CACM 17, 1974), in `out`. New corners are named by the edge that was cut, shifted by
+/// Keeps the part where normal . x <= offset (Sutherland and Hodgman, "Reentrant polygon clipping",
+/// CACM 17, 1974), in `out`. New corners are named by the edge that was cut, shifted by
 /// `edge_bits`, and `plane_edge`.
 template <int kCapacity>
 void clip(const PolygonOf<kCapacity>& polygon,

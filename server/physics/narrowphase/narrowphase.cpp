@@ -109,7 +109,7 @@ Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion,
         time = std::min(time + step, motion.dt);
         probe.time = motion.dt - time;
     }
-    // They stay apart: what is near all the same is near where they stand.
+    // They stay apart: parts that are near all the same are near where they stand.
     out.collide(a, b, {probe.margin, Vec3::Zero(), 0.0F});
     return {0.0F, probe.margin};
 }

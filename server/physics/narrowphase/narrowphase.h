@@ -29,11 +29,11 @@ struct Impact {
     float margin = 0.0F;  ///< points up to this gap were looked for, m
 };
 
-/// The contact that the pair will have first within the step. A slow pair is looked at where it
-/// stands. A fast one is advanced along its relative velocity to its time of impact (conservative
-/// advancement: Mirtich, PhD thesis, Berkeley 1996), so that the normal and the points are those of
-/// the impact and not those of a far-off approach, which would make things bounce off empty space.
-/// The manifold holds separations and points at that time.
+/// The first contact of the pair within the step. A slow pair is tested where it stands. A fast one
+/// is advanced along its relative velocity to its time of impact (conservative advancement:
+/// Mirtich, PhD thesis, Berkeley 1996). So the normal and the points are those of the impact. Those
+/// of a far-off approach would make things bounce off empty space. The manifold holds separations
+/// and points at that time.
 Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, Manifold& out);
 
 /// The same for pairs of which at least one is not convex: all manifolds of the time of the first

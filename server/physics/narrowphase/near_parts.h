@@ -1,4 +1,4 @@
-// Which parts of two shapes may meet: children of compounds, triangles of surfaces.
+// Near parts: finds the parts of two shapes that may meet: compound children, surface triangles.
 #pragma once
 
 #include "server/physics/narrowphase/collide_triangle.h"
@@ -18,8 +18,8 @@ struct PartPlaced {
     std::uint32_t index = 0;
 };
 
-/// Calls visit(PartPlaced) for the parts of `shape` whose boxes overlap that of `other` on its way
-/// along `travel` (relative to the shape, world axes), grown by `margin`.
+/// Calls visit(PartPlaced) for the parts of `shape` whose boxes overlap that of `other`, swept
+/// along `travel` (relative to the shape, world axes) and grown by `margin`.
 template <class Visit>
 void for_parts_near(const Placed& shape,
                     const Placed& other,
@@ -70,7 +70,7 @@ void for_triangles(const Heightfield& field, const Aabb& area, Visit&& visit) {
                                          field.height(i + 1, k),
                                          field.height(i, k + 1),
                                          field.height(i + 1, k + 1)};
-            // The ground has no underside: what is above a cell's highest point is clear of it.
+            // The ground has no underside: a part above a cell's highest point is clear of it.
             if (*std::max_element(y.begin(), y.end()) >= area.lower.y()) {
                 visit(field.triangle(i, k, 0));
                 visit(field.triangle(i, k, 1));

@@ -77,9 +77,9 @@ void SurfaceFace::test_faces(const HullView& hull,
     }
 }
 
-/// The arc of an edge of the surface runs from the triangle's normal to where the bend ends; one
-/// longer than a quarter circle is looked at in two pieces, since the test of crossing arcs takes
-/// the shorter way between two ends.
+/// The arc of an edge of the surface runs from the triangle's normal to the end of the bend. An arc
+/// longer than a quarter circle is tested in two pieces, since the test of crossing arcs takes the
+/// shorter arc between two ends.
 void SurfaceFace::test_edges(const HullView& hull, HullAxis& best) const {
     constexpr float kLeastBend = 1.0e-2F;
     for (std::size_t i = 0; i < 3; ++i) {

@@ -1,4 +1,4 @@
-// A triangle of a surface as one side of the separating axis test.
+// Surface face: a triangle of a surface as one side of the separating axis test.
 #pragma once
 
 #include "server/physics/narrowphase/hull_axis.h"

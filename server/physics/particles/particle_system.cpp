@@ -152,7 +152,8 @@ void ParticleSystem::remove(std::size_t i) {
     ends_.pop_back();
 }
 
-/// From the back, so that who fills a gap was looked at already, or lies in a later block that was.
+/// From the back, so that a particle that fills a gap was looked at already, or lies in a later
+/// block that was.
 void ParticleSystem::bury_block(std::size_t block, Tick now, ParticleCounts& counts) {
     const std::size_t begin = block * kBlock;
     for (std::size_t i = std::min(begin + kBlock, size_); i > begin; --i) {

@@ -53,9 +53,9 @@ struct ParticleCounts {
     std::size_t refused = 0;  ///< births for which there was no room
 };
 
-/// Particles in columns, without an order that means anything: who dies is replaced by the last.
+/// Particles in columns, without a meaningful order: the last one replaces a particle that dies.
 /// Births, deaths and their order depend on emitters and ticks alone, and each particle's step on
-/// that particle alone, so everything is the same for any number of threads and on any device that
+/// that particle alone. So everything is the same for any number of threads and on any device that
 /// rounds correctly.
 class ParticleSystem {
   public:
@@ -78,8 +78,8 @@ class ParticleSystem {
 
     /// Deaths, births (with the part of the step that they live already), then one step of h
     /// seconds, in as many pieces as the system is defined with. `now` is the tick in which the
-    /// step begins. On which side the motion is computed is the caller's choice; where there is no
-    /// device it is the CPU.
+    /// step begins. The caller chooses the side that computes the motion; without a device it is
+    /// the CPU.
     compute::StageRun step(Tick now,
                            float h,
                            bool on_device,

@@ -30,7 +30,7 @@ struct ParticleReport {
 /// keep: empty() says so.
 class ParticleSystems {
   public:
-    /// Fails with the name of the system and what is wrong.
+    /// Fails with the name of the system and the mistake.
     core::Result<ParticleSystemId> add(ParticleSystemDef def);
 
     /// Fails where there is no such system or the emitter is unfit. An emitter that began in the
@@ -42,9 +42,10 @@ class ParticleSystems {
     bool remove(ParticleSystemId system);
 
     /// From now on the motion may be computed on a device, which must outlive this, where
-    /// `crossover` (measured by whoever has a clock) says so. Only a device that rounds correctly
-    /// opens, and on it the kernel gives the bits of the CPU path (tested), so that the choice
-    /// never shows in a hash. Systems that are there already start anew on it. Null: no device.
+    /// `crossover` says so. The owner of a clock measures `crossover`. Only a device that rounds
+    /// correctly opens. On it the kernel gives the bits of the CPU path (tested), so that the
+    /// choice never shows in a hash. Systems that are there already start anew on it. Null: no
+    /// device.
     void use_device(compute::Device* device, const compute::Crossover& crossover);
 
     [[nodiscard]] bool empty() const { return count_ == 0; }

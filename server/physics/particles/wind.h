@@ -10,7 +10,7 @@
 namespace zoned::physics {
 
 /// Gusts are smooth noise (Perlin, "An image synthesizer", SIGGRAPH 1985): a lattice of velocities
-/// that repeats after eight cells each way, from a seed or given, interpolated smoothly. The
+/// from a seed or given, interpolated smoothly. It repeats after eight cells along each axis. The
 /// lattice moves with the uniform wind: turbulence that is frozen while it passes (Taylor, "The
 /// spectrum of turbulence", 1938).
 struct Wind {

@@ -1,4 +1,4 @@
-// Query: what stands where in a scene: rays, moving shapes, overlaps, nearest bodies.
+// Query: finds the bodies in a scene by rays, moving shapes, overlaps and nearest distance.
 #pragma once
 
 #include "server/physics/shapes/shape.h"
@@ -59,15 +59,15 @@ struct QueryCount {
     bool more = false;  ///< others were left out
 };
 
-/// A view of a scene, valid while nothing is changed in it; from several threads at once if need
-/// be. No question allocates. Input that is not finite or a shape that no body could have hits
-/// nothing. Of equal distances the lower id comes first, so that answers depend on the scene alone.
+/// A view of a scene, valid while nothing is changed in it; several threads may use it at once. No
+/// query allocates. Input that is not finite or a shape that no body could have hits nothing. Of
+/// equal distances the lower id comes first, so that answers depend on the scene alone.
 ///
-/// Rays and moving shapes hit the fronts of triangles only. A moving shape that only touches a body
-/// at the start (overlaps it by up to 5 mm) is held by it where it moves towards it, not where it
-/// slides along or leaves: a box that lies on the floor is not held by the floor.
+/// Rays and moving shapes hit the fronts of triangles only. A moving shape may only touch a body at
+/// the start (overlap it by up to 5 mm). The body then holds it where it moves towards the body,
+/// not where it slides along or leaves. So a box that lies on the floor is not held by the floor.
 ///
-/// Worlds ask `ray` today. Reached by no world yet: game rules will use the other questions (all
+/// Worlds ask `ray` today. Reached by no world yet: game rules will use the other queries (all
 /// hits, batches, moving shapes, overlaps, nearest bodies).
 class Query {
   public:

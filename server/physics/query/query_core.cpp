@@ -12,7 +12,7 @@ namespace {
 
 /// Surfaces closer than this touch, relative to one metre and the extent of the shapes.
 constexpr double kSurfacesTouch = 1.0e-6;
-/// Grazing contacts halve the way that is left with each advance; all others take three or four.
+/// Grazing contacts halve the remaining distance with each advance; all others take three or four.
 constexpr int kMaxAdvances = 48;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// ConvexCore: a convex shape as corners and a radius, and how far two of them are apart.
+// ConvexCore: a convex shape as corners and a radius, and the distance between two of them.
 #pragma once
 
 #include "server/physics/narrowphase/collide.h"
@@ -73,12 +73,13 @@ struct CastHit {
 inline constexpr float kGraze = 0.005F;
 
 /// Moves core `a` along `direction` (unit) until it touches `b`; false when it does not within
-/// `limit` metres. `inner` is the same shape, kGraze smaller: where it is clear of b at the start,
-/// the two only touch, and a is held where it moves towards b, not where it slides along it or
-/// leaves.
+/// `limit` metres. `inner` is the same shape, kGraze smaller. Where `inner` is clear of b at the
+/// start, the two only touch. Then a is held if it moves towards b, and not held if it slides along
+/// b or leaves it.
 ///
-/// The gap of two convex sets is a convex function of the way, so Newton's method from the near
-/// side never passes the root (conservative advancement: Mirtich, PhD thesis, Berkeley 1996).
+/// The gap of two convex sets is a convex function of the distance moved, so Newton's method from
+/// the near side never passes the root (conservative advancement: Mirtich, PhD thesis, Berkeley
+/// 1996).
 bool cast_core(const ConvexCore& a,
                const ConvexCore& inner,
                const Vec3& direction,

@@ -80,7 +80,7 @@ bool cast_at_plane(const QueryShape& asker,
     return true;
 }
 
-/// The part of the way on which the shape's box meets a box, in the frame of both.
+/// The part of the path on which the shape's box meets a box, in the frame of both.
 struct Stretch {
     float from = 0.0F;
     float to = -1.0F;
@@ -98,8 +98,8 @@ Stretch stretch_within(const spatial::Sweep& sweep, const Aabb& box, float limit
     return s;
 }
 
-/// Looks along the way piece by piece, so that a long way across a wide surface meets few
-/// triangles, and ends at the first piece with a hit.
+/// Looks along the path piece by piece, so that a long path across a wide surface meets few
+/// triangles. Ends at the first piece with a hit.
 bool cast_at_surface(const QueryShape& asker,
                      const Vec3& direction,
                      float limit,

@@ -1,5 +1,4 @@
-// A convex shape against any body shape: how it meets it on its way, whether it overlaps it, how
-// far it is.
+// Shape query: a convex shape against any body shape: first hit along its path, overlap, distance.
 #pragma once
 
 #include "server/physics/query/query_core.h"

@@ -1,4 +1,4 @@
-// Query sinks: what becomes of the answers to a question: the nearest, any, all that find room.
+// Query sinks: collect the answers to a query: the nearest, any, or all that find room.
 #pragma once
 
 #include "server/physics/query/query.h"

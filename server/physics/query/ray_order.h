@@ -1,4 +1,4 @@
-// The order in which the rays of a large batch are cast: neighbours after one another.
+// Ray order: sorts the rays of a large batch so that neighbours are cast after one another.
 #pragma once
 
 #include "server/physics/query/query.h"
@@ -8,10 +8,10 @@
 
 namespace zoned::physics {
 
-/// In a scene that the caches do not hold, rays that start near each other find there what the one
-/// before them fetched: measured with 10,000 (100,000) rays, 1.3 (1.7) times as many a second among
-/// 300,000 boxes. In one that they hold, sorting costs up to a third of the time, and with few rays
-/// neighbours lie too far apart.
+/// In a scene larger than the caches, rays that start near each other find there the data that the
+/// one before them fetched. Measured with 10,000 (100,000) rays, 1.3 (1.7) times as many a second
+/// among 300,000 boxes. In a scene that fits the caches, sorting costs up to a third of the time.
+/// With few rays neighbours lie too far apart.
 inline bool worth_ordering(std::size_t rays, std::size_t bodies) {
     constexpr std::size_t kBeyondCaches = 1U << 16;
     constexpr std::size_t kBodiesPerRay = 32;

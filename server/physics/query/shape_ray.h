@@ -1,4 +1,4 @@
-// Rays against single shapes.
+// Shape ray: casts rays against single shapes.
 #pragma once
 
 #include "server/physics/narrowphase/collide.h"

@@ -1,4 +1,4 @@
-// Rays against surfaces and compounds.
+// Surface ray: casts rays against surfaces and compounds.
 #pragma once
 
 #include "server/physics/shapes/compound/compound.h"

@@ -49,7 +49,7 @@ std::optional<QueryShape> query_shape_of(const ShapeAt& at) {
 
 }  // namespace
 
-/// One question on its way through the bodies that it may be about.
+/// One query on its search through the bodies that it may hit.
 class Query::Search {
   public:
     Search(const Query& query, const QueryFilter& filter)

@@ -44,8 +44,8 @@ struct StepStats {
     VariantStats method;           ///< of the alternatives to kSoftStep
 };
 
-/// A contact that began in this step between bodies with user tags, or that carried a large
-/// impulse, or what one of the bodies asked for with BodyDef::events.
+/// A contact of this step between bodies with user tags that began, carried a large impulse, or was
+/// asked for by one of the bodies with BodyDef::events.
 struct ContactEvent {
     BodyId a;
     BodyId b;
@@ -61,9 +61,8 @@ struct ContactEvent {
 };
 
 /// A body came into a sensor or left it: they overlap at the start of the step, or no longer do.
-/// One of the two is a sensor or has a part
-/// that is. Sensors sense what a contact would push:
-/// at least one of the two is dynamic. One that flies through within a step is not seen.
+/// One of the two is a sensor or has a part that is. Sensors sense the bodies that a contact would
+/// push: at least one of the two is dynamic. A body that flies through within a step is not seen.
 struct SensorEvent {
     BodyId a;  ///< may have been removed since
     BodyId b;
@@ -82,7 +81,7 @@ struct BodyState {
     bool asleep = false;
 };
 
-/// As what a body that forces move is simulated.
+/// The simulated form of a body that forces move.
 enum class BodyRepresentation : std::uint8_t {
     kFull,
     kParticle,
@@ -97,16 +96,16 @@ class Scene {
     Scene& operator=(Scene&&) noexcept;
     ~Scene();
 
-    /// Refuses what is not finite, sizes or masses that are not positive, quaternions far from unit
-    /// length.
+    /// Refuses numbers that are not finite, sizes or masses that are not positive, quaternions far
+    /// from unit length.
     core::Result<BodyId> add(const BodyDef& def);
-    void remove(BodyId body);  ///< wakes what touched it; its joints go with it
+    void remove(BodyId body);  ///< wakes the bodies that touched it; its joints go with it
     [[nodiscard]] bool contains(BodyId body) const;
     /// The tag that the body was added with.
     [[nodiscard]] std::uint32_t user(BodyId body) const;
 
     [[nodiscard]] BodyState state(BodyId body) const;
-    /// Teleports; wakes the body and what touched it.
+    /// Teleports; wakes the body and those that touched it.
     void set_state(BodyId body, const BodyState& state);
     /// Kinematic and dynamic bodies; wakes a sleeping body unless the change is exactly zero.
     void set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity);
@@ -126,10 +125,10 @@ class Scene {
     /// will use it.
     void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
-    /// Sets which bodies the body meets from the next step on: contacts that the filters allow no
-    /// more end, and what it overlaps and now meets is pushed out as other overlaps are. Wakes the
-    /// body, what it touched and has to let go, and what a static or kinematic body now meets.
-    /// Reached by no world yet: game rules that let bodies pass will use it.
+    /// Sets which bodies the body meets from the next step on. Contacts that the filters no longer
+    /// allow end. A body that it overlaps and now meets is pushed out as other overlaps are. Wakes
+    /// the body, bodies that it touched and has to let go, and bodies that a static or kinematic
+    /// body now meets. Reached by no world yet: game rules that let bodies pass will use it.
     void set_filter(BodyId body, const Filter& filter);
     /// Turns a dynamic body into a particle or back; wakes it. Position, velocity, id and tag stay;
     /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
@@ -138,9 +137,9 @@ class Scene {
     core::Result<BodyState> set_representation(BodyId body, BodyRepresentation representation);
 
     /// Another shape about the same centre and axes, for a body that forces move and that is no
-    /// particle; mass, moments, material, pose, motion and id stay. Wakes it and what it touched.
-    /// A body that would overlap static and kinematic bodies is lifted out of them. Fails with the
-    /// reason where there is no such body or the shape is none that it can have.
+    /// particle; mass, moments, material, pose, motion and id stay. Wakes it and the bodies that
+    /// touched it. A body that would overlap static and kinematic bodies is lifted out of them.
+    /// Fails with the reason where there is no such body or it cannot have the shape.
     core::Result<BodyState> set_shape(BodyId body, const Shape& shape);
     /// Whether it touched another body that can move in the last step.
     [[nodiscard]] bool touches_bodies(BodyId body) const;
@@ -148,7 +147,7 @@ class Scene {
     // Reached by no world yet: joints in worlds will use all that follows, up to joint_breaks().
 
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
-    /// and what is not finite or out of range; says what. Wakes both bodies.
+    /// and numbers that are not finite or out of range; gives the reason. Wakes both bodies.
     core::Result<JointId> add_joint(const JointDef& def);
     void remove_joint(JointId joint);  ///< wakes both bodies
     [[nodiscard]] bool contains(JointId joint) const;
@@ -162,9 +161,9 @@ class Scene {
     /// Joints that broke in the last step.
     [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
 
-    /// Steps are led by whoever calls step(), and those of the team help where there is much to do.
-    /// The result is the same for any number of threads. The team must outlive the scene, or be
-    /// taken back by nullptr.
+    /// The thread that calls step() leads it, and the threads of the team help where there is much
+    /// to do. The result is the same for any number of threads. The team must outlive the scene, or
+    /// be taken back by nullptr.
     void work_with(compute::Team* team);
 
     StepStats step(float dt);
@@ -173,7 +172,7 @@ class Scene {
     /// those that fell asleep in it), ascending.
     [[nodiscard]] std::span<const BodyId> moved() const;
     [[nodiscard]] std::span<const ContactEvent> contact_events() const;
-    /// Of the last step, and of what was done to the bodies before it.
+    /// Of the last step, and of the changes to the bodies before it.
     [[nodiscard]] std::span<const SensorEvent> sensor_events() const;
 
     /// Rays, moving shapes, overlaps and nearest bodies: see query.h.

@@ -1,4 +1,4 @@
-// Narrowphase part of a step: manifolds, who wakes by being touched, and the events.
+// Narrowphase part of a step: manifolds, bodies that wake because they are touched, and the events.
 #include "server/physics/contacts/contact_persistence.h"
 #include "server/physics/scene/scene_impl.h"
 
@@ -35,17 +35,18 @@ PairMotion Scene::Impl::motion_of(std::uint32_t a, std::uint32_t b, float dt) co
                    ? 0.0F
                    : bodies.radius[row] * std::min(1.0F, dt * bodies.angular_velocity[row].norm());
     };
-    // A long bar that spins would see contacts all around; what is missed so is found next step.
+    // A long bar that spins would see contacts all around; one that is missed so is found next
+    // step.
     const float turn = std::min(turn_of(a) + turn_of(b), 0.1F);
     return {bodies.velocity[a], bodies.velocity[b], turn, dt};
 }
 
-/// True when what was found about a pair still holds.
+/// True when the last result for a pair still holds.
 ///
 /// Points: most pairs of a pile at rest stand as they stood. The points then stay where they are,
-/// and the gaps follow to first order; what that leaves out is of the order of the square of
-/// kSamePose. No points: the surfaces were apart by `reach` along some axis, and have not come
-/// nearer than they moved.
+/// and the gaps follow to first order; the error is of the order of the square of kSamePose. No
+/// points: the surfaces were apart by `reach` along some axis, and have not come nearer than they
+/// moved.
 bool Scene::Impl::reuse_manifold(std::uint32_t index, const PairMotion& motion) {
     const Pair& pair = graph.pair(index);
     PairShift shifted;
@@ -99,7 +100,7 @@ void Scene::Impl::find_manifold(std::uint32_t index, const PairMotion& motion) {
     pair.found.orientation_b = bodies.orientation[b];
 }
 
-/// How what was found approaches.
+/// Works out how the found points approach each other.
 void Scene::Impl::approach(std::uint32_t index, const PairMotion& motion) {
     Pair& pair = graph.pair(index);
     const std::uint32_t a = pair.a;
@@ -148,7 +149,7 @@ void Scene::Impl::update_contact(std::uint32_t index, float dt) {
     }
 }
 
-/// Puts what was found about a pair on the list of what is solved; who is touched wakes.
+/// Puts the contacts of a pair on the list for the solver; a touched body wakes.
 void Scene::Impl::take_part(std::uint32_t index) {
     note_sensing(index);
     const Pair& pair = graph.pair(index);
@@ -167,8 +168,8 @@ void Scene::Impl::take_part(std::uint32_t index) {
 }
 
 /// Looks at the pairs of awake bodies and of moving kinematic ones: first those of simple shapes,
-/// by all threads. Then one goes through the list and sees to the others; who is touched wakes, and
-/// its contacts join the list while it is walked.
+/// by all threads. Then one thread goes through the list and sees to the others. A touched body
+/// wakes, and its contacts join the list while it is walked.
 void Scene::Impl::update_contacts(float dt) {
     for (const std::uint32_t mover : bodies.mover_list) {
         graph.for_each_of(bodies, mover, [&](std::uint32_t index, std::uint32_t other) {
@@ -204,7 +205,7 @@ void Scene::Impl::update_contacts(float dt) {
     }
 }
 
-/// After the solve: who touches whom now, and of whom there is touch_changes.
+/// After the solve: finds the touching pairs, and those of them with touch_changes.
 void Scene::Impl::settle_contacts() {
     const std::vector<std::uint32_t>& active = graph.active();
     touch_changes.resize(active.size());
@@ -257,7 +258,7 @@ void Scene::Impl::report_contacts() {
     }
 }
 
-/// The change to report of a pair, if somebody asked for it.
+/// The change to report of a pair, if a body asked for it.
 Scene::Impl::TouchChange Scene::Impl::touch_change_of(const Pair& pair,
                                                       bool touched,
                                                       float impulse) const {

@@ -43,7 +43,7 @@ struct Scene::Impl {
 
     PhysicsSettings settings;
     compute::Team alone;           ///< of the caller only
-    compute::Team* team = &alone;  ///< who works at a step
+    compute::Team* team = &alone;  ///< the threads that work at a step
     Bodies bodies;
     ContactGraph graph;
     JointTable joints;
@@ -54,7 +54,7 @@ struct Scene::Impl {
     /// looked for.
     std::array<spatial::BoxIndex, 3> boxes;
     spatial::BoxIndex resting;               ///< particles asleep
-    std::vector<std::uint32_t> disturbed;    ///< scratch: who is to wake
+    std::vector<std::uint32_t> disturbed;    ///< scratch: bodies to wake
     std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
@@ -92,7 +92,7 @@ struct Scene::Impl {
     std::vector<TouchChange> touch_changes;  ///< of the step, by place in ContactGraph::active
     std::vector<std::uint8_t> in_contact;    ///< by row: a contact holds it in this step
     std::vector<StepStart> starts;           ///< by row: as it was before the solve
-    std::vector<std::uint32_t> refitted;     ///< rows whose fat box is new, on their way to `boxes`
+    std::vector<std::uint32_t> refitted;  ///< rows whose new fat box still has to go into `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
     [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {
@@ -159,7 +159,7 @@ struct Scene::Impl {
     [[nodiscard]] TouchChange touch_change_of(const Pair& pair, bool touched, float impulse) const;
     void report_contacts();
     [[nodiscard]] ContactEvent contact_event(std::uint32_t contact) const;
-    /// The pair is about to be forgotten: if it touches and somebody asked, that is an event.
+    /// The pair is about to be forgotten: if it touches and a body asked for events, that is one.
     void end_touch(std::uint32_t contact, std::vector<ContactEvent>& out);
 
     // scene_joints.cpp
@@ -188,7 +188,7 @@ struct Scene::Impl {
     struct Bump;
     void step_particles(float dt);
     void step_particle(std::uint32_t row, float dt);
-    /// Kept out of the way of those that fly by the default.
+    /// Kept apart from the code of particles that fly by the default.
     [[nodiscard, gnu::noinline, gnu::cold]] bool bend_flight(std::uint32_t row,
                                                              const Vec3& pull,
                                                              float dt,
@@ -222,11 +222,11 @@ struct Scene::Impl {
 
     // scene_tunnelling.cpp
     void note_starts();
-    /// Takes back what the solve carried through static geometry.
+    /// Takes back motion of the solve through static geometry.
     void hold_back(float dt);
     void hold_back(std::uint32_t row, float dt);
     struct Surface;
-    /// Shortens the way to where it meets static geometry that the body collides with.
+    /// Shortens the path to where it meets static geometry that the body collides with.
     [[nodiscard]] Surface first_surface(std::uint32_t row, const Vec3& from, const Vec3& way) const;
 
     // scene_step.cpp

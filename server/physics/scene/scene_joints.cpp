@@ -38,7 +38,7 @@ void Scene::Impl::wake_joined_to_movers() {
     }
 }
 
-/// Takes a joint out; who it held apart may collide from now on.
+/// Takes a joint out; the bodies that it held apart may collide from now on.
 void Scene::Impl::drop_joint(std::uint32_t index) {
     wake_joint(index);
     for (const std::uint32_t row : {joints[index].a, joints[index].b}) {

@@ -191,7 +191,7 @@ void Scene::Impl::sort_pending() {
 /// Ends the pairs of the bodies whose box is new that are not near any more.
 void Scene::Impl::drop_far_pairs() {
     // With many new boxes it is cheaper to go through all pairs in a row than from one pair of a
-    // body to the next; what is left are the pairs at rest.
+    // body to the next; the rest are the pairs at rest.
     const bool many = 16 * pending.size() > graph.active().size();
     for (std::size_t i = 0; many && i < graph.active().size();) {
         const std::uint32_t contact = graph.active()[i];
@@ -280,9 +280,9 @@ std::size_t Scene::Impl::meet_each(std::size_t count, std::size_t most, Meet&& m
     return count;
 }
 
-/// Looks for partners of the bodies whose box is new, by ascending rows. Pairs with what holds the
-/// dynamic bodies up come first and have room of their own: a crowd must not make others fall
-/// through the floor. A body that finds no room waits for the next step.
+/// Looks for partners of the bodies whose box is new, by ascending rows. Pairs with the bodies that
+/// hold the dynamic ones up come first and have room of their own: a crowd must not make others
+/// fall through the floor. A body that finds no room waits for the next step.
 void Scene::Impl::find_pairs(float dt) {
     new_pairs.clear();
     sort_pending();

@@ -1,4 +1,4 @@
-// Particles: points with a mass that fly, bounce, slide and rest on what does not give way.
+// Particles: points with a mass that fly, and bounce, slide and rest on unyielding bodies.
 #include "server/physics/integrator/free_flight.h"
 #include "server/physics/integrator/integrate.h"
 #include "server/physics/query/shape_ray.h"
@@ -20,7 +20,7 @@ constexpr int kMostBumps = 4;
 constexpr float kNearby = 0.01F;
 
 /// How far off a surface a particle is put: out of reach of rounding, so that no path ever begins
-/// behind what it was stopped by.
+/// behind the surface that stopped it.
 float skin_at(const Vec3& x) {
     return 1.0e-5F + 2.4e-7F * x.cwiseAbs().maxCoeff();
 }
@@ -47,11 +47,11 @@ struct Scene::Impl::ParticleFlight {
 
 struct Scene::Impl::Bump {
     std::uint32_t body = kNoIndex;
-    float share = INFINITY;     // of the way
+    float share = INFINITY;     // of the path
     Vec3 point = Vec3::Zero();  // just off the surface
     Vec3 normal = Vec3::UnitY();
     Vec3 surface_velocity = Vec3::Zero();
-    Vec3 before = Vec3::Zero();  // on the way, off the surface by as much
+    Vec3 before = Vec3::Zero();  // on the path, off the surface by as much
     Frame end;                   // where a kinematic body will be
 };
 
@@ -59,9 +59,9 @@ bool Scene::Impl::meets_particle(std::uint32_t row, std::uint32_t other) const {
     return bodies.sensor[other] == 0 && bodies.filter[row].meets(bodies.filter[other]);
 }
 
-/// The first surface on the straight way to where the flight ends. The true path bends off it by
-/// g t^2 / 8, a third of a millimetre; but each way begins where the last one ended, so that
-/// nothing is passed through.
+/// The first surface on the straight line to where the flight ends. The true path bends off it by g
+/// t^2 / 8, a third of a millimetre. But each line begins where the last one ended, so that nothing
+/// is passed through.
 void Scene::Impl::find_bump(std::uint32_t row, const ParticleFlight& flight, Bump& bump) const {
     const Vec3 way = flight.way();
     const float length = way.norm();
@@ -93,8 +93,9 @@ void Scene::Impl::find_bump(std::uint32_t row, const ParticleFlight& flight, Bum
     boxes[0].cast({flight.position, along, Vec3::Zero()}, limit, test);
 }
 
-/// The same against kinematic bodies, as seen from each of them: what comes up to a particle hits
-/// it as what it flies into. The particle is carried on to where the surface is at the end.
+/// The same against kinematic bodies, as seen from each of them: a body that comes up to a particle
+/// hits it like one that the particle flies into. The particle is carried on to where the surface
+/// is at the end.
 void Scene::Impl::find_moving_bump(std::uint32_t row,
                                    const ParticleFlight& flight,
                                    float dt,
@@ -141,8 +142,8 @@ void Scene::Impl::find_moving_bump(std::uint32_t row,
     });
 }
 
-/// Goes to where the true path meets the surface. In a narrow crease the other side may be in the
-/// way: then the particle stays on the straight way, where it is known that nothing is.
+/// Goes to where the true path meets the surface. In a narrow crease the other side may stand
+/// before it: then the particle stays on the straight line, which is known to be free.
 void Scene::Impl::land(std::uint32_t row,
                        const Bump& bump,
                        float time,
@@ -157,8 +158,8 @@ void Scene::Impl::land(std::uint32_t row,
 }
 
 /// Coulomb friction and Newton's restitution at the surface. The speed at the surface follows from
-/// the height that was lost, so that a bounce rises to what the restitution says. What does not
-/// bounce slides on for the rest of the step.
+/// the height that was lost, so that a bounce rises as the restitution says. A particle that does
+/// not bounce slides on for the rest of the step.
 void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, ParticleFlight& flight) const {
     const Vec3& n = bump.normal;
     const float before = n.dot(flight.velocity);
@@ -195,7 +196,7 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, ParticleFlight& fl
         flight.velocity = bump.surface_velocity + slide + std::max(away, n.dot(relative)) * n;
         return;
     }
-    // On the surface for what is left: the mean velocity is exact while it slides.
+    // On the surface for the rest of the step: the mean velocity is exact while it slides.
     const Vec3 start = slide;
     slide += flight.left * (flight.acceleration - pull * n);
     rub(grip.friction * -pull * flight.left);
@@ -232,10 +233,10 @@ void Scene::Impl::ride(std::uint32_t row,
     flight.position = wall.body != kNoIndex ? wall.before : to;
 }
 
-/// Bends the way of a step, as if nothing were on it, from the default's to another integrator's
-/// (or the default's in several pieces): a
-/// parabola that ends where, and as fast as, that one says. It may not begin with the velocity that
-/// the particle has (semi-implicit Euler's is a straight line). False where the integrator gave up.
+/// Bends the path of a step, as if nothing were on it, from the default's to another integrator's
+/// (or the default's in several pieces). The result is a parabola that ends at that integrator's
+/// position and velocity. It need not begin with the particle's velocity (semi-implicit Euler's is
+/// a straight line). False where the integrator gave up.
 bool Scene::Impl::bend_flight(std::uint32_t row,
                               const Vec3& pull,
                               float dt,
@@ -360,7 +361,7 @@ void Scene::Impl::disturb_particles(std::uint32_t row) {
     }
 }
 
-/// How deep a body lies in another one at its deepest point, m, and which way is out; zero: apart.
+/// How deep a body lies in another one at its deepest point, m, and the direction out; zero: apart.
 float Scene::Impl::deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3& out) {
     float deepest = 0.0F;
     const auto look = [&](const Manifold& manifold) {
@@ -385,7 +386,7 @@ float Scene::Impl::deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3&
     return deepest;
 }
 
-/// Pushes a body out of what does not give way, the deepest overlap first.
+/// Pushes a body out of the unyielding bodies that it overlaps, the deepest overlap first.
 void Scene::Impl::lift_out(std::uint32_t row) {
     constexpr int kMostPushes = 16;
     for (int push = 0; push < kMostPushes; ++push) {

@@ -1,4 +1,4 @@
-// Sensors: who is within them, and the events of coming and leaving.
+// Sensors: the bodies within them, and the events of coming and leaving.
 #include "server/physics/scene/scene_impl.h"
 
 namespace zoned::physics {
@@ -15,7 +15,7 @@ void Scene::Impl::look_into_sensor(std::uint32_t index) {
     }
 }
 
-/// Reports who came into or left a sensor since the last look.
+/// Reports the bodies that came into or left a sensor since the last look.
 void Scene::Impl::note_sensing(std::uint32_t index) {
     Pair& pair = graph.pair(index);
     if (pair.senses != pair.inside) {
@@ -33,7 +33,7 @@ SensorEvent Scene::Impl::sensor_event(std::uint32_t index) const {
             pair.inside != 0};
 }
 
-/// The pair is about to be forgotten: whoever was in a sensor leaves it.
+/// The pair is about to be forgotten: a body in a sensor leaves it.
 void Scene::Impl::end_sensing(std::uint32_t index, std::vector<SensorEvent>& out) {
     Pair& pair = graph.pair(index);
     if (pair.inside != 0) {

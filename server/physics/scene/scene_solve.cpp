@@ -1,4 +1,4 @@
-// The solve of a step: who answers which contacts and joints.
+// The solve of a step: assigns contacts and joints to their solvers.
 #include "server/physics/scene/scene_impl.h"
 #include "server/physics/solver_variants/variant_stepper.h"
 

@@ -1,4 +1,4 @@
-// The last guard against tunnelling: nothing's centre passes through static geometry in a step.
+// The last guard against tunnelling: no body's centre passes through static geometry in a step.
 #include "server/physics/query/shape_ray.h"
 #include "server/physics/scene/scene_impl.h"
 
@@ -18,7 +18,7 @@ float depth_of_centre(const Shape& shape, const Aabb& bounds) {
 
 struct Scene::Impl::Surface {
     bool met = false;
-    float way = 0.0F;  ///< m along the way
+    float way = 0.0F;  ///< m along the path
     Vec3 normal = Vec3::Zero();
 };
 

@@ -100,7 +100,7 @@ std::vector<std::string> stability_warnings_of(const JointDef& def,
     return out;
 }
 
-/// See SubstepPolicy: a contact gives way by F / (m w^2) with w = 2 pi kContactRateShare / h.
+/// See SubstepPolicy: a contact gives by F / (m w^2) with w = 2 pi kContactRateShare / h.
 std::vector<std::string> stability_warnings_of_load(float light_kg,
                                                     float heavy_kg,
                                                     const PhysicsSettings& settings,

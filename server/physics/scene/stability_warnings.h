@@ -1,5 +1,5 @@
-// Stability warnings: what is too small, too fast, too stiff or too far for the time step and the
-// error budget.
+// Stability warnings: finds bodies that are too small, too fast, too stiff or too far out for the
+// time step and the error budget.
 #pragma once
 
 #include "server/physics/scene/scene.h"

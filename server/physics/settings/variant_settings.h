@@ -1,4 +1,4 @@
-// Solver variants: which method answers contacts and joints in a step, and its parameters.
+// Variant settings: the method that solves contacts and joints in a step, and its parameters.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// BoxTree: a tree of axis-aligned boxes over things that do not move, built once.
+// BoxTree: a tree of axis-aligned boxes over fixed items, built once.
 #pragma once
 
 #include "shared/core/result.h"
@@ -29,7 +29,7 @@ class BoxTree {
 
     [[nodiscard]] Layout layout() const;
     /// The tree of that layout over the boxes: the very same as the one that gave the layout away.
-    /// Any bytes may be given: fails with the reason when the nodes are no tree of at most
+    /// Any bytes may be given. Fails with the reason when the nodes are no tree of at most
     /// kMaxDepth levels, a leaf is larger than those of built trees, or the order is none of all
     /// items.
     static core::Result<BoxTree> restore(Layout layout, std::span<const Aabb> boxes);

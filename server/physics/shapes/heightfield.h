@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kMaxFieldSamples = 1U << 14;  ///< along one side
 /// Immutable. Sample (i, k) of the grid lies at x = (i - (columns - 1) / 2) spacing_x, z = (k -
 /// (rows - 1) / 2) spacing_z, so that the middle of the grid is the body's origin; y is up. The
 /// diagonal of each cell runs from its lowest x and z to its highest. Solid below, down to
-/// `thickness` under its lowest sample: what has its centre there is pushed up out of it.
+/// `thickness` under its lowest sample: a body with its centre there is pushed up out of it.
 class Heightfield final : public Geometry {
   public:
     struct HeightfieldTables {

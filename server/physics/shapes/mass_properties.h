@@ -1,4 +1,4 @@
-// Volume, centre of mass and inertia of solids in double precision, and their principal axes.
+// Mass properties: volume, centre of mass, inertia and principal axes of solids, in double.
 #pragma once
 
 #include "server/physics/shapes/shape.h"
@@ -49,7 +49,7 @@ MassProperties moved(const MassProperties& solid, const Mat3d& rotation, const V
 /// Principal moments and axes of a tensor.
 struct PrincipalAxes {
     Vec3d moments = Vec3d::Zero();
-    /// From principal axes into those of the tensor; of the 24 ways to name the axes the one that
+    /// From principal axes into those of the tensor. The axes can be named in 24 ways; this one
     /// turns least. A tensor that is diagonal already keeps its axes.
     Mat3d rotation = Mat3d::Identity();
 };
@@ -57,9 +57,9 @@ struct PrincipalAxes {
 /// Three numbers as text, for reasons.
 std::string listed(const Vec3d& v);
 
-/// Symmetry and the sum of two moments may be off by 1e-5 of the trace: what rounding does to
-/// floats. Fails with the reason when the tensor is not finite, not symmetric, not positive, or one
-/// moment exceeds the sum of the other two, which no distribution of mass can have.
+/// Symmetry and the sum of two moments may be off by 1e-5 of the trace, for the rounding of floats.
+/// Fails with the reason when the tensor is not finite, not symmetric, not positive, or one moment
+/// exceeds the sum of the other two, which no distribution of mass can have.
 core::Result<PrincipalAxes> principal_axes(const Mat3d& tensor);
 
 }  // namespace zoned::physics

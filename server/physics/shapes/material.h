@@ -1,4 +1,4 @@
-// Material, collision filter: what a shape's surface is like and whom it meets.
+// Material and collision filter: the surface of a shape, and the shapes that it collides with.
 #pragma once
 
 #include <cstdint>

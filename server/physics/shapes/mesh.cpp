@@ -17,7 +17,7 @@ using Corners = std::array<std::uint32_t, 3>;
 
 constexpr float kMinWeld = 1.0e-6F;
 
-/// Cells as wide as the reach: what is near lies in the same cell or in one beside it.
+/// Cells as wide as the reach: a near vertex lies in the same cell or in one beside it.
 using Cell = std::array<std::int64_t, 3>;
 
 Cell cell_of(const Vec3& p, float reach) {
@@ -118,7 +118,7 @@ EdgeBend bend_at(const MeshTables& t, std::span<const Side> sides, const Side& s
     bool found = false;
     for (const Side& other : sides) {
         if (other.upward == side.upward) {
-            continue;  // itself, or one that faces the other way
+            continue;  // itself, or one that faces the opposite direction
         }
         const Vec3& apex = t.vertices[t.corners[other.triangle][(other.edge + 2U) % 3U]];
         const EdgeBend b = bend_towards(triangle, side.edge, t.normals[other.triangle], apex);

@@ -17,8 +17,8 @@ namespace zoned::physics {
 inline constexpr std::size_t kMaxMeshTriangles = 1U << 22;
 inline constexpr std::size_t kMaxEdgeTriangles = 64;  ///< all of them look at each other
 
-/// Immutable. One-sided: solid behind, so only what has its centre in front of a triangle's plane
-/// touches it. A thing that got behind is not pulled through: it is not held at all.
+/// Immutable. One-sided: solid behind, so a body touches it only with its centre in front of a
+/// triangle's plane. A body that got behind is not pulled through: it is not held at all.
 class TriangleMesh final : public Geometry {
   public:
     struct MeshTables {
@@ -61,12 +61,12 @@ struct MeshOptions {
 
 struct BuiltMesh {
     std::shared_ptr<const TriangleMesh> mesh;
-    // Findings on the way; none of them stops the mesh from being used.
+    // Findings of the build; none of them stops the mesh from being used.
     std::uint32_t degenerate = 0;    ///< triangles without area, left out
     std::uint32_t repeated = 0;      ///< triangles that are there already, left out
     std::uint32_t open_edges = 0;    ///< edges of one triangle only: the rim of the surface
     std::uint32_t shared_edges = 0;  ///< edges of more than two triangles
-    std::uint32_t turned_edges = 0;  ///< edges of two triangles that face opposite ways
+    std::uint32_t turned_edges = 0;  ///< edges of two triangles that face in opposite directions
     std::uint32_t merged = 0;        ///< vertices that another one stands for
     std::uint32_t unused = 0;        ///< vertices that no triangle names; left out like the merged
     // Where the first of each was, as numbers of the triangles and vertices that were given. Only

@@ -1,4 +1,4 @@
-// Ranges: the numbers that the engine accepts, which float arithmetic can carry.
+// Ranges: the numbers that the engine accepts because float arithmetic can carry them.
 #pragma once
 
 #include "shared/math/types.h"

@@ -92,8 +92,9 @@ enum class BodyKind : std::uint8_t {
     kParticle,  ///< a point with a mass, see scene_particles.cpp; cheap by the thousand
 };
 
-/// Which contacts of a body are events besides those of PhysicsSettings; a sum of these. A pair
-/// tells what either of its bodies asks for. No contact ends or lasts while the bodies sleep.
+/// The contacts of a body that are events besides those of PhysicsSettings; a sum of these. A pair
+/// reports the events that either of its bodies asks for. No contact ends or lasts while the bodies
+/// sleep.
 inline constexpr std::uint8_t kTellBegin = 1;    ///< also without a tag
 inline constexpr std::uint8_t kTellPersist = 2;  ///< in each step after the first
 inline constexpr std::uint8_t kTellEnd = 4;      ///< also by removal, teleport or a new joint

@@ -1,4 +1,4 @@
-// Triangles of static surfaces (meshes, heightfields) and how the surface goes on beyond their
+// Surface: the triangles of static surfaces (meshes, heightfields), and the surface beyond their
 // edges.
 #pragma once
 
@@ -23,9 +23,10 @@ struct EdgeBend {
 /// A triangle, solid behind, counter-clockwise seen from the front. Edge i runs from corner i to
 /// corner i + 1.
 ///
-/// Contacts keep to the surface as a whole: within the triangle their normal is its normal; at an
-/// edge it lies between the normals on both sides, so an edge that is flat or bends to the front
-/// has no contacts of its own, and what slides over a floor of many triangles never notices them.
+/// Contacts keep to the surface as a whole. Within the triangle their normal is its normal; at an
+/// edge it lies between the normals on both sides. So an edge that is flat or bends to the front
+/// has no contacts of its own, and a body that slides over a floor of many triangles never notices
+/// them.
 struct Triangle {
     std::array<Vec3, 3> corner;
     Vec3 normal;  ///< unit
@@ -39,8 +40,8 @@ struct Triangle {
 
     [[nodiscard]] float height(const Vec3& p) const { return normal.dot(p - corner[0]); }
 
-    /// Whether the surface has this normal somewhere along edge i, or would have it farther in:
-    /// what points beyond the bend belongs to what lies beyond the edge.
+    /// Whether the surface has this normal somewhere along edge i, or would have it farther in: a
+    /// normal beyond the bend belongs to the surface beyond the edge.
     [[nodiscard]] bool allows(std::size_t i, const Vec3& unit) const;
 };
 

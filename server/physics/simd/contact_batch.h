@@ -44,7 +44,7 @@ struct ContactBatch {
     Lanes same2{};        ///< up to this much, squared, the masses hold
     bool turns = false;   ///< a body's inertia follows it in each substep
     bool strays = false;  ///< in this substep the masses have to follow the bodies
-    Lanes carried{};      ///< what each point has carried of late, N s
+    Lanes carried{};      ///< the recent impulse of each point, N s
 };
 
 }  // namespace zoned::physics

@@ -21,8 +21,8 @@ typedef float Lanes __attribute__((vector_size(32)));
 
 #define ZONED_INLINE [[gnu::always_inline]] inline
 
-/// Before a loop over lanes or points: its body is written out, so that what it holds stays in
-/// registers. (clang++ does so by itself.)
+/// Before a loop over lanes or points: unrolls its body, so that its values stay in registers.
+/// (clang++ does so by itself.)
 #if defined(__clang__)
 #define ZONED_UNROLL
 #else
@@ -126,8 +126,8 @@ ZONED_INLINE Lanes3 operator*(const LanesTensor& m, const Lanes3& v) {
             m.xz * v.x + m.yz * v.y + m.zz * v.z};
 }
 
-/// Eight numbers of one body. What a constraint needs of it comes in whole rows, so that eight rows
-/// become eight lanes by one transposition.
+/// Eight numbers of one body. A constraint takes the body's numbers in whole rows, so that eight
+/// rows become eight lanes by one transposition.
 struct Row8 {
     Lanes at{};
 };

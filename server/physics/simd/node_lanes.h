@@ -1,4 +1,4 @@
-// Eight nodes as lanes: from rows of four numbers and back.
+// Node lanes: converts rows of four numbers for eight nodes to lanes and back.
 #pragma once
 
 #include "server/physics/simd/lanes.h"

@@ -34,11 +34,11 @@ struct ClothDef {
     float bend_stiffness = 1.0e3F;   ///< N/m
     float damping_share = 0.1F;
     std::vector<std::array<int, 2>> pins;  ///< (i, j)
-    /// Simulates a lattice that is coarser by this factor, whose nodes and springs stand for those
-    /// of the fine one (masses and stiffness by its hat functions), and hangs the nx nz nodes on it
-    /// as vertices. It must divide nx - 1 and nz - 1, and pins must lie on the coarse lattice. 0:
-    /// the largest such factor that leaves at least kEnoughCells cells along the shorter side.
-    /// Cloth that tears wants 1: a vertex cannot hang on both sides of a cut.
+    /// Simulates a lattice that is coarser by this factor. Its nodes and springs stand for those of
+    /// the fine one (masses and stiffness by its hat functions), and the nx nz nodes hang on it as
+    /// vertices. It must divide nx - 1 and nz - 1, and pins must lie on the coarse lattice. 0: the
+    /// largest such factor that leaves at least kEnoughCells cells along the shorter side. Cloth
+    /// that tears wants 1: a vertex cannot hang on both sides of a cut.
     int coarsen = 0;
 };
 
@@ -55,8 +55,7 @@ struct JellyDef {
     float stiffness = 1.0e3F;           ///< N/m
     float damping_share = 0.1F;
     float bulk_modulus = 1.0e5F;  ///< Pa
-    /// Hangs this many vertices along each side of each face on the lattice, as what is drawn; 0:
-    /// none.
+    /// Hangs this many drawn vertices along each side of each face on the lattice; 0: none.
     int drawn = 0;
 };
 
@@ -71,7 +70,7 @@ struct BalloonDef {
     float gas_pressure = 1.013e5F;  ///< absolute, Pa
 };
 
-/// Each gives a definition that may be changed further, or says what is wrong.
+/// Each gives a definition that may be changed further, or the mistake.
 core::Result<SoftDef> build_rope(const RopeDef& def);
 core::Result<SoftDef> build_cloth(const ClothDef& def);
 core::Result<SoftDef> build_jelly(const JellyDef& def);

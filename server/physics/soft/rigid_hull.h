@@ -1,4 +1,4 @@
-// RigidHull: what a soft body is as a rigid one: mass, motion, inertia; momentum is the same.
+// RigidHull: the rigid equivalent of a soft body: mass, motion and inertia; momentum is the same.
 #pragma once
 
 #include "server/physics/shapes/shape.h"

@@ -58,7 +58,7 @@ void find_close_pairs(SoftBody& body) {
         }
         std::sort(body.linked.begin(), body.linked.end());
     }
-    // Half as far again, so that what comes close within the step is among them.
+    // Half as far again, so that nodes that come close within the step are among them.
     const float reach = 1.5F * least_distance(body);
     body.grid.clear();
     for (std::uint32_t i = 0; i < body.x.size(); ++i) {

@@ -19,7 +19,7 @@ namespace {
 /// Bodies with more springs are worked at by all threads, smaller ones each by one.
 constexpr std::size_t kLargeBody = 4096;
 
-/// NaN anywhere shows in the sum; so does what is too large.
+/// NaN anywhere shows in the sum; so does a number that is too large.
 bool is_fit(const SoftBody& body) {
     Row4 x = Row4::Zero();
     Row4 v = Row4::Zero();
@@ -136,8 +136,8 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
         body.batches.refresh(body.springs);
     }
     stats.contacts += static_cast<std::uint32_t>(body.contacts.size());
-    // By the way of the step: where springs hold weight, the velocity at the end of a substep is
-    // g h / 2 (half of what gravity gave it), though nothing moves.
+    // By the distance of the step: where springs hold weight, the velocity at the end of a substep
+    // is g h / 2 (half of gravity's share), though nothing moves.
     float farthest = 0.0F;
     for (std::size_t i = 0; i < body.kept.size(); ++i) {
         farthest = std::max(farthest, (body.x[i] - body.kept[i]).head<3>().squaredNorm());
@@ -243,7 +243,7 @@ SoftStats SoftBodies::step(float dt, Scene* scene) {
             }
             find_close_pairs(body);
             if (body.gas > 0.0 || body.material.bulk_modulus > 0.0F) {
-                limit_step(body);  // what is pressed is stiffer
+                limit_step(body);  // a pressed body is stiffer
             }
         }
     }

@@ -45,8 +45,8 @@ struct SoftStats {
     bool skipped = false;               ///< nothing was awake: no pass ran
 };
 
-/// A soft body on its way from one SoftBodies to another, whole: nodes, springs, what was torn and
-/// what has set, whether it sleeps.
+/// A soft body in transfer from one SoftBodies to another, whole: nodes, springs, tears, plastic
+/// set, and whether it sleeps.
 class SoftParcel {
   public:
     SoftParcel();
@@ -123,7 +123,7 @@ class SoftBodies {
     /// not finite.
     void push(SoftId id, const Vec3& change);
     /// Moves all nodes, pinned ones too, as one rigid thing: turned by `turn` about the centre of
-    /// mass, that to `position`, then at rest. Wakes the body. Ignored where what is given is not
+    /// mass, that to `position`, then at rest. Wakes the body. Ignored where an argument is not
     /// finite.
     void place(SoftId id, const Vec3& position, const Quat& turn);
 
@@ -147,8 +147,8 @@ class SoftBodies {
     /// Whether it pushed a body in the last step that pushes back.
     [[nodiscard]] bool touches_bodies(SoftId id) const;
     /// Takes the body back: moved as the hull was since step_down, turned by `turn`. Linear and
-    /// angular momentum are those of the hull. Ignored where it had not stepped down or what is
-    /// given is not finite.
+    /// angular momentum are those of the hull. Ignored where it had not stepped down or an argument
+    /// is not finite.
     void step_up(SoftId id,
                  const Vec3& position,
                  const Quat& turn,

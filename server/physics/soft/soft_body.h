@@ -104,10 +104,10 @@ SoftBody make_body(const SoftDef& def);
 void predict(SoftBody& body, const Vec3& gravity, float h);
 void solve_xpbd(SoftBody& body, float h, compute::Team* team);
 void solve_implicit(SoftBody& body, float h);
-/// Semi-implicit Euler, before predict: what springs, tetrahedra and gas do where the nodes are
-/// changes velocities, and these then move the nodes.
+/// Semi-implicit Euler, before predict: springs, tetrahedra and gas change velocities by the nodes'
+/// positions, and the velocities then move the nodes.
 void push_springs(SoftBody& body, float h);
-/// Velocities take what constraints moved.
+/// Velocities follow from the moves by constraints.
 void finish(SoftBody& body, float h);
 
 /// Volume within the faces, m3; adds its derivatives by the nodes to `gradient` (m2) if not null.
@@ -121,7 +121,7 @@ inline constexpr float kFastBody = 60.0F;
 
 /// Which surfaces nodes may meet within the step.
 void find_contacts(SoftBody& body, const Scene& scene, float dt);
-/// Pushes nodes off surfaces and gives the bodies what that takes.
+/// Pushes nodes off surfaces and gives the bodies the opposite impulse.
 void solve_contacts(SoftBody& body, Scene& scene, float h);
 /// Which nodes without a spring between them are closer than twice the thickness.
 void find_close_pairs(SoftBody& body);

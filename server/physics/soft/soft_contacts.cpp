@@ -1,7 +1,7 @@
 // Contacts of nodes with rigid bodies, through the scene's public interface. Surfaces are looked
-// for once per step; within it each is a plane that moves with its body. What pushes a node off is
-// handed to the body at once as an impulse at the node, equal and opposite, so that linear and
-// angular momentum stay; friction is Coulomb's, on the way of the substep (Macklin et al., "Unified
+// for once per step; within it each is a plane that moves with its body. The impulse that pushes a
+// node off goes to the body at once, at the node, equal and opposite, so that linear and angular
+// momentum stay. Friction is Coulomb's, on the distance of the substep (Macklin et al., "Unified
 // particle physics for real-time applications", 2014, section 6.1).
 #include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_body.h"
@@ -13,11 +13,10 @@ namespace zoned::physics::soft {
 
 namespace {
 
-constexpr float kPushOut = 1.0F;      // m/s: at which nodes leave what they were in before
+constexpr float kPushOut = 1.0F;      // m/s: at which nodes leave an overlap from before
 constexpr float kInsideReach = 2.0F;  // m: from where a surface is looked for that a node is behind
 
-/// The surface that a node is behind: the nearest of what is hit from above and from straight
-/// outside.
+/// The surface that a node is behind: the nearest of the hits from above and from straight outside.
 bool straight_exit(const Query& query,
                    const Scene& scene,
                    const Vec3& x,

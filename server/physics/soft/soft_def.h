@@ -1,4 +1,4 @@
-// SoftDef: what a soft body is made of and how it is simulated, before it is added.
+// SoftDef: the material and the method of a soft body, before it is added.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -83,9 +83,9 @@ struct SoftMaterial {
 
 struct SoftSolver {
     SoftMethod method = SoftMethod::kXpbd;
-    /// Per step, 1..256; 0: for XPBD the root of the number of nodes within 4..64 (a spring passes
-    /// a load on by about one node per substep), for implicit Euler one, for semi-implicit Euler as
-    /// many as its springs need.
+    /// Per step, 1..256. 0 for XPBD: the root of the number of nodes within 4..64 (a spring passes
+    /// a load on by about one node per substep). 0 for implicit Euler: one. 0 for semi-implicit
+    /// Euler: as many as its springs need.
     int substeps = 0;
     int newton_iterations = 2;        ///< implicit Euler, per substep, 1..100
     int gradient_iterations = 60;     ///< implicit Euler: conjugate gradients per Newton step, >= 1
@@ -97,7 +97,7 @@ struct SoftDef {
     std::vector<SoftSpring> springs;
     std::vector<SoftFace> faces;
     std::vector<SoftTetrahedron> tetrahedra;
-    std::vector<SoftVertex> vertices;  ///< empty: the nodes are what is drawn
+    std::vector<SoftVertex> vertices;  ///< empty: the nodes are drawn
     SoftMaterial material;
     SoftSolver solver;
     std::uint32_t user = 0;  ///< the caller's tag

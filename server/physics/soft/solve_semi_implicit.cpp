@@ -1,6 +1,6 @@
 // Semi-implicit Euler for soft bodies ("symplectic Euler": Hairer, Lubich, Wanner, "Geometric
-// Numerical Integration", I.1.2): springs, tetrahedra and gas push by what they are at the start of
-// the substep, and the nodes drift with the velocities that this gives (predict), gravity and drag
+// Numerical Integration", I.1.2). Springs, tetrahedra and gas push by their state at the start of
+// the substep. The nodes drift with the velocities that this gives (predict), gravity and drag
 // exactly. One sweep over the springs and nothing to solve: the cheapest substep there is, up to
 // the length that spring_limit.h names, and none beyond it.
 #include "server/physics/simd/node_lanes.h"

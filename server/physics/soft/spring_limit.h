@@ -1,5 +1,5 @@
-// Spring limit: how fast the nodes of a soft body can swing at most, and which substeps explicit
-// springs bear.
+// Spring limit: the highest frequency of a soft body's nodes, and the substeps that explicit
+// springs need for it.
 #pragma once
 
 #include "server/physics/soft/soft_body.h"

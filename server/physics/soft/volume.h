@@ -1,4 +1,4 @@
-// Volumes of tetrahedra and closed surfaces, and how nodes change them.
+// Volume: the volumes of tetrahedra and closed surfaces, and their gradients at the nodes.
 #pragma once
 
 #include "server/physics/soft/soft_def.h"

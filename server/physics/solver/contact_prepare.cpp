@@ -179,7 +179,7 @@ void ContactSolver::fill_lane(ContactBatch& batch,
 /// moment about the normal: three unknowns instead of two per point, and isotropic.
 void ContactSolver::fill_masses(ContactBatch& batch, std::size_t used, const ContactGraph& graph) {
     for (std::size_t lane = 0; lane < used; ++lane) {
-        // Marks what there is; the rest keeps mass 0.
+        // Marks the existing points; the rest keeps mass 0.
         batch.inv11[lane] = 1.0F;
         for (std::size_t k = 0; k < graph.pair(batch.contact[lane]).points(); ++k) {
             points_[batch.points + k].mass[lane] = 1.0F;
@@ -238,7 +238,7 @@ void ContactSolver::fit_masses(ContactBatch& batch,
     const Lanes k22 = mass(tangent2);
     const Lanes k12 = dot(cross(grip_a, batch.tangent), a.inverse * cross(grip_a, tangent2)) +
                       dot(cross(grip_b, batch.tangent), b.inverse * cross(grip_b, tangent2));
-    // The floor is what rounding may leave of the difference.
+    // The floor is the rounding error of the difference.
     const Lanes determinant = max(k11 * k22 - k12 * k12, 1.0e-6F * k11 * k22);
     const auto used = batch.inv11 > zero;
     const Lanes inv_determinant = one / determinant;

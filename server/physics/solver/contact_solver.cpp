@@ -15,8 +15,8 @@ constexpr float kPushSpeed = 3.0F;
 /// How often the points of one contact are solved among themselves in one visit. With two, stacks
 /// come to rest at half the substeps that they need with one; three gain nothing more.
 constexpr int kSweeps = 2;
-/// A soft contact gives way under its load. What a contact carries for longer is taken out of the
-/// spring's deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
+/// A soft contact yields to its load. A load carried for longer is taken out of the spring's
+/// deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
 constexpr float kSagRate = 0.3F;
 
 /// The work that one thread takes at a time: some microseconds.
@@ -169,7 +169,7 @@ template <bool kSoft, std::size_t kCount>
         before[k] = p.impulse;
         if constexpr (kSoft) {
             bias[k] += max(softness_.bias_rate * min(s, zero), lanes(-kPushSpeed));
-            // Lanes without such a point have no mass, and must not get what others carry.
+            // Lanes without such a point have no mass, and must not get the impulses of others.
             limit[k] = where_not_positive(s, p.mass > zero ? lanes(1.0F) : zero);
         } else {
             limit[k] = (p.impulse + max(-s, zero)) * lanes(1.0e30F);
@@ -247,7 +247,7 @@ void ContactSolver::solve_all() {
     });
 }
 
-/// Notes what was carried in this substep, where no pass over the contacts has done so.
+/// Notes the impulses carried in this substep, where no pass over the contacts has done so.
 void ContactSolver::add_totals() {
     for (PointLanes& p : points_) {
         p.total += p.impulse;

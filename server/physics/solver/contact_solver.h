@@ -136,7 +136,7 @@ class ContactSolver {
     compute::Team* team_ = nullptr;
     Softness softness_;
     float h_ = 0.0F;
-    float tally_ = 0.0F;  ///< 1 in the pass that notes what was carried
+    float tally_ = 0.0F;  ///< 1 in the pass that notes the carried impulses
     bool leaps_ = false;  ///< solves in the middle of substeps
     SolverBodies moving_;
     JointSolver joints_;

@@ -12,13 +12,13 @@ namespace {
 
 /// How long an island keeps a level that it no longer needs, s.
 constexpr float kPatience = 0.5F;
-/// A joint may gape by this share of the budget: what it holds swings faster within the step than
-/// when the step began.
+/// A joint may gape by this share of the budget: a body that it holds swings faster within the step
+/// than when the step began.
 constexpr float kJointShare = 0.02F;
 /// A spring swings by no more than this within a substep, rad: 1 % of its frequency.
 constexpr float kSpringTurn = 0.5F;
 /// A body swings under the force of a joint by no more than this within a substep, rad: chains of
-/// light links that hold what is heavy swing fast. From 2 on the scheme is unstable.
+/// light links that hold a heavy body swing fast. From 2 on the scheme is unstable.
 constexpr float kSwingTurn = 0.75F;
 /// Force of a joint beyond the weight of the heaviest body under this acceleration is no load:
 /// joints that contradict each other pull the more the stiffer they are, m/s2.
@@ -36,7 +36,7 @@ constexpr std::size_t kSparedLevels = 2;
 /// Thousands of bodies in one place would ask for a hundred times as many.
 constexpr std::uint32_t kMostVisits = 1U << 20;
 
-/// Masses in an island that is left to an exact solver differ by more than this: what is pinched
+/// Masses in an island that is left to an exact solver differ by more than this: a body pinched
 /// between equals asks for as much, and has no answer.
 constexpr float kStiffRatio = 1500.0F;
 
@@ -196,7 +196,7 @@ std::uint8_t SubstepPolicy::level_of_joint(const Bodies& bodies,
     return level_of(budget.dt_s * need);
 }
 
-/// From what each island needs now and had before to what it gets.
+/// Computes the substeps of each island from its present need and its last number.
 void SubstepPolicy::settle(Bodies& bodies, float dt) {
     const auto& awake = bodies.awake_list;
     for (std::size_t i = 0; i < awake.size(); ++i) {

@@ -1,4 +1,4 @@
-// SubstepPolicy: how many substeps each island gets, from the load on its contacts and the error
+// SubstepPolicy: sets the substeps of each island from the load on its contacts and the error
 // budget.
 #pragma once
 
@@ -18,31 +18,31 @@
 namespace zoned::physics {
 
 /// A contact is a spring of angular frequency w on the effective mass m of its two bodies; under a
-/// force F it gives way by F / (m w^2). The solver carries w = 2 pi kContactRateShare / h with
-/// substeps of h, so the budget e for that give asks for
+/// force F it gives by F / (m w^2). The solver carries w = 2 pi kContactRateShare / h with substeps
+/// of h, so the budget e for that give asks for
 ///
 ///     h = 2 pi kContactRateShare sqrt(m e / F).
 ///
-/// F is what the contact carried in the last step: height of a stack, ratio of masses and speed of
-/// an impact all show in it. A contact that is new is taken to carry the heavier body. Substeps
-/// come in powers of two; an island takes at once what its contacts ask for, and goes down by one
-/// power when it needed less for half a second. In a large one, up to one contact in 64 may ask for
-/// up to four times as many: the few chains that carry a pile shall not set the pace for all of it.
-/// Counted, never timed.
+/// F is the force that the contact carried in the last step: height of a stack, ratio of masses and
+/// speed of an impact all show in it. A new contact is taken to carry the heavier body. Substeps
+/// come in powers of two. An island takes at once as many as its contacts ask for. It goes down by
+/// one power when it needed less for half a second. In a large island, up to one contact in 64 may
+/// ask for up to four times as many: the few chains that carry a pile shall not set the pace for
+/// all of it. Counted, never timed.
 ///
-/// A joint's error is of second order: an arm r that turns at w goes in straight lines for h, and
+/// A joint's error is of second order. An arm r that turns at w goes in straight lines for h, and
 /// leaves its anchor by r (w h)^2 / 8. A spring that swings with w h is off by (w h)^2 / 24 in its
-/// frequency. And a body swings about its centre under the force F of a joint at the arm r with
-/// w = sqrt(F r / I), which has to be resolved too: so does a light link that holds what is heavy.
+/// frequency. A body also swings about its centre under the force F of a joint at the arm r with w
+/// = sqrt(F r / I), which has to be resolved too: a light link that holds a heavy body does so.
 ///
-/// A small island of contacts alone that asks for the most substeps there are, because its masses
-/// differ much, is left to an exact solver.
+/// A small island of contacts alone is left to an exact solver if it asks for the most substeps
+/// there are because its masses differ much.
 ///
-/// Where the most substeps do not do either, bodies lighter than a thousandth of their island's
-/// heaviest count as a thousandth of it between contacts; forces still move them as what they are.
-/// Light bodies act on each other as before, as all of them grow alike, and on what is heavy as a
-/// thousandth of it would: so much is its motion off, at most, for each of them. Otherwise it would
-/// sink through them.
+/// Where even the most substeps do not suffice, light bodies count as heavier between contacts.
+/// Bodies lighter than a thousandth of their island's heaviest count as a thousandth of it; forces
+/// still move them by their true mass. Light bodies act on each other as before, as all of them
+/// grow alike. On a heavy body they act as a thousandth of it would: its motion is off by at most
+/// that much for each of them. Otherwise it would sink through them.
 ///
 /// Islands with joints are solved apart from those without, because they are solved otherwise (see
 /// JointSolver): whether there is a joint somewhere makes no difference to a pile elsewhere.
@@ -52,8 +52,8 @@ class SubstepPolicy {
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
     /// start that is worth the name, and a stack sinks before its impulses have been found.
     static constexpr int kYoungIterations = 8;
-    /// Where the most substeps do not do, contacts take what is lighter than the heaviest body by
-    /// more than this for as much.
+    /// Where the most substeps do not suffice, a body lighter than the heaviest by more than this
+    /// counts in contacts as lighter by this much.
     static constexpr float kHeaviest = 1000.0F;
     /// Islands of up to so many contacts may be left to an exact solver, whose work grows with
     /// their third power.

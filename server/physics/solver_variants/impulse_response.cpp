@@ -18,7 +18,7 @@ bool collide(RowSystem& s, std::uint32_t i, double h, double restitution_speed) 
     }
     double bounce = wanted;
     if (speed < -restitution_speed && s.restitution[i] > 0.0) {
-        // The speed has what forces add in the whole substep; the bounce wants that before it.
+        // The speed includes the forces of the whole substep; the bounce needs the speed before it.
         bounce = bounce_speed(speed - s.pull[i] * h, s.gap[i], s.pull[i], s.restitution[i], h);
     }
     const double impulse = (std::max(bounce, wanted) - speed) / s.response[i];

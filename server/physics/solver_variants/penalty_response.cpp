@@ -50,7 +50,7 @@ double push_of(const RowSystem& s, std::size_t i, const Spring& spring) {
     return std::min(std::max(step, s.low[i]), s.high[i]);
 }
 
-/// The gain of friction's spring within the time, and what its damper adds.
+/// The gain of friction's spring within the time, plus that of its damper.
 void stretch(RowSystem& s, std::size_t i, const Spring& spring) {
     const double mass = 1.0 / s.split[i];
     const double slip = s.speed(i);

@@ -169,8 +169,8 @@ void Projection::project_joints(const BodyPlace& place,
 }
 
 /// Points that press are closed when the substep ends: their speed along the normal is that of
-/// restitution, or nothing. What the way out of an overlap has left as speed goes so, through a
-/// whole stack in several passes.
+/// restitution, or nothing. The speed left by the push out of an overlap goes so, through a whole
+/// stack in several passes.
 void Projection::correct_velocities(const BodyPlace& place, RowSystem& system) {
     for (const ProjectionPoint& point : points_) {
         if (point.push <= 0.0) {

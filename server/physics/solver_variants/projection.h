@@ -1,4 +1,4 @@
-// Projection: positions are moved apart, and velocities follow from how far they were moved.
+// Projection: moves positions apart; velocities follow from the distance moved.
 #pragma once
 
 #include "server/physics/joints/joint_table.h"
@@ -12,13 +12,13 @@
 
 namespace zoned::physics {
 
-/// Position based dynamics of rigid bodies (M. Mueller, M. Macklin, N. Chentanez, S. Jeschke,
-/// T.-Y. Kim, "Detailed rigid body simulation with extended position based dynamics", Computer
-/// Graphics Forum 39, 2020). In each substep bodies fly freely, then points of contact and anchors
-/// of joints are moved to where they belong, one after the other and at the poses that the bodies
-/// have by then: no linearisation survives a pass. A displacement over h is a change of velocity.
-/// At last velocities are corrected: points that press keep no speed along the normal, and
-/// restitution is given where points met fast enough.
+/// Position based dynamics of rigid bodies (M. Mueller, M. Macklin, N. Chentanez, S. Jeschke, T.-Y.
+/// Kim, "Detailed rigid body simulation with extended position based dynamics", Computer Graphics
+/// Forum 39, 2020). In each substep bodies fly freely. Then points of contact and anchors of joints
+/// are moved to where they belong, one after the other and at the poses that the bodies have by
+/// then: no linearisation survives a pass. A displacement over h is a change of velocity. At last
+/// velocities are corrected: points that press keep no speed along the normal, and restitution is
+/// given where points met fast enough.
 class Projection {
   public:
     struct BodyPlace {

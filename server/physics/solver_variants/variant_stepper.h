@@ -26,9 +26,9 @@ struct VariantStep {
     float dt = 0.0F;  ///< s
 };
 
-/// A step is cut into substeps; each takes forces, writes contacts and joints as rows at the
-/// bodies' present poses, lets the method answer them, and moves the bodies with the velocities
-/// that come out.
+/// A step is cut into substeps. Each substep takes forces and writes contacts and joints as rows at
+/// the bodies' present poses. The method then solves the rows, and the bodies move with the
+/// resulting velocities.
 class VariantStepper {
   public:
     void reserve(std::size_t bodies, std::size_t contacts);
@@ -45,7 +45,7 @@ class VariantStepper {
 
     [[nodiscard]] const VariantStats& stats() const { return stats_; }
 
-    /// Forgets what the last step did.
+    /// Forgets the results of the last step.
     void reset_stats() { stats_ = VariantStats(); }
 
     [[nodiscard]] int substeps() const { return substeps_; }

@@ -21,7 +21,7 @@ class DatagramPath {
   public:
     DatagramPath(const wire::SealKey& down, const wire::SealKey& up, const RateSettings& rate);
 
-    /// Takes the keys of a new TLS session. What was sealed with the old ones no longer opens.
+    /// Takes the keys of a new TLS session. Datagrams sealed with the old keys no longer open.
     void rekey(const wire::SealKey& down, const wire::SealKey& up);
 
     struct Opened {
@@ -42,8 +42,8 @@ class DatagramPath {
         std::uint32_t bits = 0;
     };
 
-    /// What an opened datagram says of our own packets; nothing when it says nothing new. Fails
-    /// when it acknowledges what was never sent.
+    /// The acknowledgements in an opened datagram; nothing when they are not new. Fails when the
+    /// datagram acknowledges a packet that was never sent.
     core::Result<std::optional<AckUpdate>, Reject> take_acks(const wire::UpTransport& transport,
                                                              double now_s);
 
@@ -60,10 +60,10 @@ class DatagramPath {
               std::vector<std::uint8_t>& plain,
               std::vector<std::uint8_t>& out);
 
-    /// What the path carries, from what the client says of arrivals.
+    /// The capacity of the path, from the client's reports of arrivals.
     [[nodiscard]] const RateControl& rate() const { return rate_; }
 
-    /// The acks that are known, again, when the rate fell because nothing is heard; else nothing.
+    /// The known acks, again, when the rate fell because the client is silent; else nothing.
     std::optional<AckUpdate> take_silence(double now_s);
 
     /// Smoothed round trip without the client's delay, us; 0 before the first measurement.

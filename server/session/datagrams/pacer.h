@@ -1,4 +1,4 @@
-// Pacer: when the datagrams of one tick leave, so that they do not meet the path as a burst.
+// Pacer: spreads the datagrams of one tick in time, so that they do not meet the path as a burst.
 #pragma once
 
 #include <algorithm>
@@ -6,8 +6,9 @@
 
 namespace zoned::session {
 
-/// Of one session. Paced at twice the rate of the path (RFC 9002, section 7.7, asks for at least
-/// 1.25 times), except for the first datagram's worth; all of a tick has left before the next one.
+/// The pacer of one session. It sends at twice the rate of the path (RFC 9002, section 7.7, asks
+/// for at least 1.25 times), except for the first datagram's worth. All of a tick has left before
+/// the next one.
 class Pacer {
   public:
     /// When a datagram of `bytes` that is ready at `now_s` may leave, s: at least `now_s`. Times do

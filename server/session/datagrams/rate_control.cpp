@@ -18,7 +18,7 @@ constexpr double kBurst_s = 0.005;
 constexpr double kLongestTransmission_s = 0.06;
 constexpr double kRateWindow_s = 0.35;
 constexpr double kBasePeriod_s = 5.0;
-constexpr double kBackoff = 0.95;     // below capacity, beside what drains the queue ...
+constexpr double kBackoff = 0.95;     // below capacity, beside the share that drains the queue ...
 constexpr double kDrain_s = 0.5;      // ... in this time ...
 constexpr double kDeepest = 0.45;     // ... but by no more than this share
 constexpr double kMildBackoff = 0.9;  // of a sender that does not use its rate
@@ -33,7 +33,7 @@ constexpr double kNearFrom = 0.75;  // of the capacity last seen
 constexpr double kNearTo = 1.10;
 constexpr int kFutileCuts = 4;
 constexpr double kLossTolerated = 0.10;
-constexpr double kLossExcess = 0.08;  // above what no cut helped against
+constexpr double kLossExcess = 0.08;  // above the loss that no cut helped against
 constexpr double kLossWeight = 1.0 / 48.0;
 constexpr double kFloorWeight = 1.0 / 1000.0;  // per datagram: how fast a floor is forgotten
 constexpr double kLossPatience_s = 2.0;        // beside a round trip: until a cut for loss shows
@@ -53,7 +53,7 @@ void RateControl::on_sent(std::uint64_t sequence,
                           double now_s,
                           std::uint32_t stamp_us) {
     sent_bytes_ += static_cast<double>(bytes);
-    // What follows at once waits for the one before: together they are one transmission.
+    // A datagram that follows at once waits for the one before: together they are one transmission.
     const SentDatagram& before = sent_[newest_sent_ % kSent];
     const bool burst = newest_sent_ != 0 && now_s - before.sent_s < kBurst_s;
     const float together = static_cast<float>(bytes) + (burst ? before.burst_bytes : 0.0F);
@@ -252,7 +252,7 @@ void RateControl::measure_rates(double window_s) {
             return;
         }
     }
-    // Too little is known yet: take what there is, if it is anything.
+    // Too little is known yet: take the samples there are, if there are any.
     const DelaySample& oldest = back(n - 1);
     if (n > 4 && newest.arrival_s > oldest.arrival_s && newest.sent_s > oldest.sent_s) {
         delivered_ =
@@ -267,11 +267,11 @@ void RateControl::decide(double rtt_s, double now_s) {
         low_s_ = now_s;
     }
     if (now_s - std::max(low_s_, cut_s_) > kStanding_s) {
-        // A queue that is fed grows, and one that is not shrinks: what stands is none.
+        // A queue that is fed grows, and one that is not shrinks: a delay that stays is no queue.
         take_base(now_s);
         low_s_ = now_s;
     }
-    // What a cut does shows after a round trip.
+    // The effect of a cut shows after a round trip.
     const bool shown = now_s - cut_s_ > rtt_s + cut_hold_s_;
     if (shown && delivered_ > 0.0 && queue_s_ > threshold_s_) {
         answer_delay(now_s);
@@ -285,20 +285,20 @@ void RateControl::answer_delay(double now_s) {
     futile_ = cuts_in_row_ > 1 && queue_s_ > 0.8 * queue_at_cut_s_ ? futile_ + 1 : 0;
     queue_at_cut_s_ = queue_s_;
     if (futile_ >= kFutileCuts) {
-        // Those cuts were for nothing, and what they took for the capacity was none.
+        // Those cuts were for nothing, and the capacity that they assumed was wrong.
         capacity_ = 0.0;
         full_at_ = 0.0;
         take_base(now_s);
         cuts_in_row_ = 0;
         futile_ = 0;
     } else if (uses_its_rate() || loses_ground()) {
-        // Later in the row the path may be idle: what arrives is then what was sent, and says
+        // Later in the row the path may be idle: arrivals then equal the bytes sent, and say
         // nothing of the capacity.
         if (cuts_in_row_ == 1 || std::abs(delivered_ - offered_) > kIdleShare * offered_) {
             capacity_ = delivered_;
         }
         const double drain = std::min(kDeepest, queue_s_ / kDrain_s);
-        // What is lost at any rate used the path before it was lost.
+        // Datagrams that are lost at any rate used the path before they were lost.
         const double carried =
             delivered_ / (1.0 - std::min(0.5, std::max(loss_floor_, clear_loss_)));
         cut(std::min(rate_, (kBackoff - drain) * carried), now_s);
@@ -348,7 +348,7 @@ bool RateControl::uses_its_rate() const {
 }
 
 void RateControl::cut(double to, double now_s) {
-    // What arrives is measured over few datagrams: one bad sample must not starve a client.
+    // The arrival rate is measured over few datagrams: one bad sample must not starve a client.
     rate_ = std::clamp(std::max(to, kDeepestCut * rate_), settings_.floor, settings_.ceiling);
     full_at_ = capacity_;
     cut_s_ = now_s;
@@ -358,7 +358,7 @@ void RateControl::cut(double to, double now_s) {
 void RateControl::grow(double dt_s) {
     const bool near = full_at_ > 0.0 && rate_ > kNearFrom * full_at_ && rate_ < kNearTo * full_at_;
     if (full_at_ > 0.0 && rate_ >= kNearTo * full_at_ && !uses_its_rate()) {
-        return;  // beyond what the path is known to carry only what is used can be tried
+        return;  // beyond the path's known capacity only a rate in use can be tried
     }
     rate_ = std::min(settings_.ceiling, rate_ * (1.0 + dt_s * (near ? kSlowGrowth : kFastGrowth)));
 }

@@ -1,5 +1,5 @@
-// RateControl: how many bytes per second the path to one client carries, from when datagrams
-// arrived and which never did.
+// RateControl: estimates the bytes per second that the path to one client carries, from the
+// arrivals and losses of datagrams.
 #pragma once
 
 #include <array>
@@ -10,34 +10,35 @@ namespace zoned::session {
 
 /// Bytes per second, headers counted.
 struct RateSettings {
-    double ceiling = 16000.0;  ///< what a client may cost; the rate begins here
-    double floor = 2000.0;     ///< own state, news of what is near; never below
+    double ceiling = 16000.0;  ///< the most that a client may cost; the rate begins here
+    double floor = 2000.0;     ///< own state and updates of near entities; never below
     bool on = true;            ///< off: the rate is the ceiling
 };
 
 /// Delay-based with a loss-based guard, as Google Congestion Control combines them
-/// (draft-ietf-rmcat-gcc-02, sections 5 and 6); one-way delays and their base as in LEDBAT (RFC
-/// 6817, section 2.4.2 and 3.4.1: the base delay is the least of a history, so that clocks need no
-/// common zero).
+/// (draft-ietf-rmcat-gcc-02, sections 5 and 6). One-way delays and their base are as in LEDBAT (RFC
+/// 6817, section 2.4.2 and 3.4.1): the base delay is the least of a history, so that clocks need no
+/// common zero.
 ///
-/// *Signal.* The queue is the least delay of the newest samples, above the base and above what a
-/// datagram takes to be transmitted at the capacity last seen. The more the samples scatter
-/// (jitter), the more of them are taken and the higher is the threshold.
+/// *Signal.* The queue is the least delay of the newest samples, above the base and above the time
+/// that a datagram takes at the capacity last seen. More scatter of the samples (jitter) means more
+/// samples and a higher threshold.
 ///
-/// *Down.* Above the threshold the path is full, so what arrives per second is its capacity: the
-/// rate goes below it by so much that the queue is gone in half a second. A sender that does not
-/// use its rate is not what fills the queue, and is only slowed down a little.
+/// *Down.* Above the threshold the path is full, so the bytes that arrive per second are its
+/// capacity. The rate goes below it by so much that the queue is gone in half a second. A sender
+/// that does not use its rate does not fill the queue, and is only slowed down a little.
 ///
 /// *Up.* 10 % a second near the capacity last seen, else 60 %.
 ///
-/// *Loss.* Above a tenth, and above what remained when the rate was cut before (a radio link loses
-/// at any rate), the rate goes down to what arrives: a queue too short to be felt drops instead.
+/// *Loss.* A radio link loses datagrams at any rate. So loss counts only above a tenth and above
+/// the loss that remained after the last cut. Then the rate goes down to the arrival rate: a queue
+/// too short to be felt drops instead.
 ///
 /// *Base.* Where cut after cut leaves the delay as it is, the path has become longer (or others
 /// fill its queue): that delay is then the base.
 ///
-/// *Silence.* A second without any feedback halves the rate, and every further one again; with the
-/// first feedback it is back at half of what it was.
+/// *Silence.* A second without any feedback halves the rate, and every further one again. With the
+/// first feedback it is back at half of its former value.
 ///
 /// Not thread-safe. Times are those of one monotonic clock, s.
 class RateControl {
@@ -47,15 +48,15 @@ class RateControl {
     /// A datagram left. `stamp_us`: the clock that it carries. Sequences ascend.
     void on_sent(std::uint64_t sequence, std::size_t bytes, double now_s, std::uint32_t stamp_us);
 
-    /// What the client says of them: the newest that arrived, bits for the 32 before, and the
-    /// client's clock at the arrival of the newest less its stamp, in 128 us modulo 2^16.
+    /// The client's report of arrivals: the newest, bits for the 32 before, and the client's clock
+    /// at the arrival of the newest less its stamp, in 128 us modulo 2^16.
     void on_feedback(std::uint64_t newest,
                      std::uint32_t bits,
                      std::uint16_t one_way_128us,
                      double rtt_s,
                      double now_s);
 
-    /// True when the rate was halved because datagrams leave and nothing has been heard of them.
+    /// True when the rate was halved because datagrams leave and no feedback comes.
     bool on_silence(double now_s);
 
     /// Within floor and ceiling.
@@ -81,7 +82,7 @@ class RateControl {
         bool judged = false;  // as arrived or lost, for the share of losses
     };
 
-    /// One arrival as the client told of it.
+    /// One arrival as the client reported it.
     struct DelaySample {
         double delay_s = 0.0;    // the client's clock less ours
         double bytes = 0.0;      // of this datagram and those that left at once before it
@@ -129,7 +130,7 @@ class RateControl {
     std::array<DelaySample, kSamples> samples_{};
     std::size_t sampled_ = 0;
     bool anchored_ = false;
-    std::uint32_t anchor_us_ = 0;  // what delays are counted from, before unwrapping
+    std::uint32_t anchor_us_ = 0;  // origin of delays, before unwrapping
     double anchor_delay_s_ = 0.0;
     std::array<DelaySample, kBases> bases_{};  // with the least delay of each period
     std::size_t base_periods_ = 0;             // begun so far; the newest is last modulo kBases
@@ -140,7 +141,7 @@ class RateControl {
     double delivered_ = 0.0;  // bytes per second that arrived lately
     double offered_ = 0.0;    // that were sent lately
     double capacity_ = 0.0;   // most that arrived per second since the path was full; 0: never full
-    double full_at_ = 0.0;    // what arrived per second at the newest cut
+    double full_at_ = 0.0;    // arrivals per second at the newest cut
     double loss_ = 0.0;
     double loss_floor_ = 0.0;  // remained whatever the rate
     double clear_loss_ = 0.0;  // while the queue was short

@@ -17,7 +17,7 @@ void SessionHost::Impl::on_frame(StreamId stream,
     stats.frame_bytes_in += frame.size();
     const auto it = streams.find(stream);
     if (it == streams.end()) {
-        reject(Reject::kFrameNoStream);  // closed by us; frames under way still arrive
+        reject(Reject::kFrameNoStream);  // closed by us; frames in flight still arrive
         return;
     }
     Session* session = table.by_stream(stream);
@@ -106,7 +106,7 @@ void SessionHost::Impl::on_message(Session& session,
 
 void SessionHost::Impl::on_command(Session& session, const proto::Command& command, double now_s) {
     if (command.number() <= session.last_command) {
-        // After a reconnect the client repeats what it has no acknowledgement for: tell it again.
+        // After a reconnect the client repeats its unacknowledged commands: acknowledge them again.
         reject(Reject::kCommandDuplicate);
         session.command_ack_due = true;
         return;

@@ -1,5 +1,5 @@
-// SessionHost's inside: one object, its functions grouped by file: login, frames, datagrams,
-// outbox.
+// SessionHost::Impl: the inside of SessionHost; its functions are grouped by file: login, frames,
+// datagrams, outbox.
 #pragma once
 
 #include "server/session/host/session_host.h"
@@ -74,7 +74,7 @@ struct SessionHost::Impl {
     void send(StreamId stream, Bytes frame);
     /// Closes a stream with a reason; a session on it is left without a stream.
     void close_stream(StreamId stream, proto::ClosingReason reason, const std::string& text);
-    /// Closes the stream of a session because of what the client did, and begins the grace time.
+    /// Closes the stream of a session for a fault of the client, and begins the grace time.
     void suspend(Session& session,
                  proto::ClosingReason reason,
                  const std::string& text,

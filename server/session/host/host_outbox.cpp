@@ -32,7 +32,7 @@ void SessionHost::Impl::on_state(const mailbox::StatePacket& packet,
     const double due_s = session->pacer.due_s(
         now_s, static_cast<double>(packet.body.size()), session->path.rate().bytes_per_s(), tick_s);
     if (due_s <= now_s) {
-        // Order matters: what is held of the ticks before goes first.
+        // Order matters: packets held of the ticks before go first.
         release_of(*session, std::numeric_limits<double>::infinity(), now_s, server_time_s);
         send_state(*session, packet.sequence, packet.body, now_s, server_time_s);
         return;
@@ -46,7 +46,7 @@ void SessionHost::Impl::on_state(const mailbox::StatePacket& packet,
     std::push_heap(releases.begin(), releases.end(), std::greater<>());
 }
 
-/// What is held of one session and due until then.
+/// The held packets of one session that are due until then.
 void SessionHost::Impl::release_of(Session& session,
                                    double until_s,
                                    double now_s,

@@ -1,4 +1,4 @@
-// Server messages: frames to clients, built from what the zones and the host have to say.
+// Server messages: builds the frames to clients from the messages of the zones and the host.
 #pragma once
 
 #include "server/mailbox/messages.h"

@@ -1,5 +1,5 @@
-// SessionHost: all sessions of a server; bytes in, bytes out, no sockets: net and the test harness
-// both drive it.
+// SessionHost: all sessions of a server; it takes and gives bytes without sockets, so that net and
+// the test harness can both drive it.
 #pragma once
 
 #include "server/mailbox/address.h"
@@ -23,10 +23,10 @@ namespace zoned::session {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// An accepted TCP connection, numbered by whoever accepted it. Zero = none.
+/// An accepted TCP connection, numbered by its acceptor. Zero = none.
 using StreamId = StrongId<struct StreamTag, std::uint64_t>;
 
-/// What goes out. The host calls these from within its own calls; they must not call back.
+/// The host's output. The host calls these from within its own calls; they must not call back.
 struct SessionOutput {
     std::function<void(StreamId, Bytes frame)>
         send_frame;  ///< serialised ServerMessage, without the length prefix
@@ -66,9 +66,9 @@ struct HostStats {
 };
 
 /// A session is a login; it outlives its streams. Where a stream ends without Quit, the session
-/// waits for grace_s; state packets and inputs go on by UDP as long as the client is heard there.
-/// Not thread-safe: one thread drives it. Times are seconds of one monotonic clock, server_time_s
-/// is the tick clock's time (tick * dt).
+/// waits for grace_s; state packets and inputs go on by UDP as long as datagrams come from the
+/// client. Not thread-safe: one thread drives it. Times are seconds of one monotonic clock,
+/// server_time_s is the tick clock's time (tick * dt).
 class SessionHost {
   public:
     /// Throws std::invalid_argument when a setting is outside its range.
@@ -88,11 +88,11 @@ class SessionHost {
                      std::span<const std::uint8_t> datagram,
                      double now_s);
 
-    /// From the zones. `server_time_s` stamps state packets. What is much at once is spread over
-    /// most of a tick: release() sends the rest.
+    /// From the zones. `server_time_s` stamps state packets. A large output is spread over most of
+    /// a tick: release() sends the rest.
     void on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s);
 
-    /// Sends what was held back until now. Call at next_release_s().
+    /// Sends the packets held back until now. Call at next_release_s().
     void release(double now_s, double server_time_s);
     /// When the next held datagram is due; infinity when none is.
     [[nodiscard]] double next_release_s() const;
@@ -109,7 +109,7 @@ class SessionHost {
     /// that is allowed from within SessionOutput.
     void recycle(Bytes datagram);
 
-    /// Tells every client that the server closes, and closes the streams. Whoever comes later is
+    /// Notifies every client that the server closes, and closes the streams. Later clients are
     /// refused.
     void shutdown(const std::string& text);
 

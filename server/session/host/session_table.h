@@ -1,4 +1,4 @@
-// SessionTable: all sessions and how to find one: by client, connection id, stream or resume token.
+// SessionTable: all sessions, found by client, connection id, stream or resume token.
 #pragma once
 
 #include "server/session/datagrams/datagram_path.h"
@@ -21,7 +21,7 @@ namespace zoned::session {
 
 using ResumeToken = std::array<std::uint8_t, 16>;
 
-/// Which way state packets take to a client.
+/// The transport of state packets to a client.
 enum class Route : std::uint8_t {
     kStream,   ///< inside frames: no datagram has come by UDP yet, or the newest came by the stream
     kAddress,  ///< UDP to the address of the newest datagram
@@ -51,7 +51,7 @@ struct Session {
     StreamId stream;  ///< none during the grace time
     double grace_ends_s = 0.0;
     double last_heard_s = 0.0;     ///< datagram or frame
-    double last_datagram_s = 0.0;  ///< datagram, either way
+    double last_datagram_s = 0.0;  ///< datagram, in either direction
     DatagramPath path;
     Pacer pacer;
     std::vector<PacedState> paced;  ///< ascending by due_s and sequence

@@ -1,4 +1,4 @@
-// Names: which texts from outside may be shown to other players or written into messages.
+// Display names: checks the texts from outside that are shown to players or put into messages.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Login: who may come in. Checks of Hello that need no session, each with a text for the user.
+// Login: the checks of Hello that need no session, each with a text for the user.
 #pragma once
 
 #include "server/session/login/nonce_set.h"
@@ -21,7 +21,7 @@ struct Refusal {
     std::string text;
 };
 
-/// Who a client is, once its Hello has been believed.
+/// The identity of a client, once its Hello has been believed.
 struct Identity {
     std::string account;
     std::string name;

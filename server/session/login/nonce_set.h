@@ -1,4 +1,4 @@
-// NonceSet: ticket nonces that were used and have not expired, so that a ticket opens one session.
+// NonceSet: remembers used ticket nonces until they expire, so that a ticket opens one session.
 #pragma once
 
 #include "server/session/login/ticket.h"
@@ -25,7 +25,7 @@ class NonceSet {
     /// Remembers a nonce until its ticket expires.
     void insert(const TicketNonce& nonce, std::int64_t expires_s) { expiry_[nonce] = expires_s; }
 
-    /// Forgets what has expired; cheap when called often (it looks once a minute).
+    /// Forgets expired nonces; cheap when called often (it looks once a minute).
     void prune(std::int64_t unix_s);
 
     [[nodiscard]] std::size_t size() const { return expiry_.size(); }

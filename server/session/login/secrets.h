@@ -21,8 +21,8 @@ void random_bytes(std::span<std::uint8_t> out);
 [[nodiscard]] bool equal_in_constant_time(std::span<const std::uint8_t> a,
                                           std::span<const std::uint8_t> b);
 
-/// First 64 bits of SHA-256: an index for secrets. What a look-up leaks by its timing is of the
-/// hash, which says nothing about the secret.
+/// First 64 bits of SHA-256: an index for secrets. The timing of a look-up leaks only the hash,
+/// which says nothing about the secret.
 [[nodiscard]] std::uint64_t hash_prefix(std::span<const std::uint8_t> secret);
 
 /// 32 bytes from 64 hexadecimal digits; white space around them is ignored.

@@ -1,4 +1,4 @@
-// Tickets: who may log in, signed with Ed25519 (RFC 8032) by the operator's login service.
+// Ticket: a permission to log in, signed with Ed25519 (RFC 8032) by the operator's login service.
 #pragma once
 
 #include "shared/core/result.h"
@@ -26,7 +26,7 @@ struct KeyPair {
 /// The public key that belongs to a private one.
 [[nodiscard]] PublicKey public_key_of(const PrivateKey& key);
 
-/// What a ticket says.
+/// The content of a ticket.
 struct TicketClaims {
     std::string account;       ///< 1..64 bytes
     std::string name;          ///< shown to others, 1..32 bytes of UTF-8; empty: the client chooses

@@ -12,9 +12,9 @@ namespace zoned::zone {
 /// ghosts_out_changed is false.
 void export_ghosts(ZoneState& state, bool something_changed);
 
-/// Brings this zone's ghosts in line with the exports of all other zones (`zones` holds all, this
-/// one included, whose own export is skipped): adds, updates, removes. Sets state.ghosts_moved.
-/// Returns the number of ghosts.
+/// Brings this zone's ghosts in line with the exports of all other zones: adds, updates, removes.
+/// `zones` holds all zones; this zone's own export is skipped. Sets state.ghosts_moved. Returns the
+/// number of ghosts.
 std::uint32_t import_ghosts(ZoneState& state, std::span<ZoneState* const> zones);
 
 }  // namespace zoned::zone

@@ -69,7 +69,7 @@ std::vector<world::Visible> heard_by(const ZoneState& state, ClientId client) {
     return it != sets.end() ? it->visible : std::vector<world::Visible>();
 }
 
-/// The matcher of this zone goes on from what the client heard of in the zone before.
+/// The matcher of this zone goes on from the client's visible set in the zone before.
 void continue_hearing(ZoneState& state, ClientId client, std::vector<world::Visible> visible) {
     world::Visibility& sets = matched_sets(state);
     const auto at = std::lower_bound(
@@ -182,8 +182,8 @@ void leave_together(ZoneState& state, const std::vector<world::Row>& island, Zon
     }
 }
 
-/// A collision is solved in one zone, else each would treat the other's body as one that nothing
-/// can push: who is about to touch a ghost counts as touching it.
+/// A collision is solved in one zone, else each would treat the other's body as immovable: an
+/// entity that is about to touch a ghost counts as touching it.
 void note_approaches(ZoneState& state) {
     for (std::size_t i = 0; i < state.ghost_ids.size(); ++i) {
         const world::Row ghost = state.entities.find(state.ghost_ids[i]);
@@ -236,7 +236,7 @@ std::uint32_t hand_off(ZoneState& state) {
     note_approaches(state);
     follow_ghost_contacts(state);
     const world::Entities& e = state.entities;
-    // Who leaves is replaced by another row, which comes next.
+    // Another row fills the gap of an entity that leaves, and comes next.
     for (world::Row row = e.moving().next(0); row != world::kNoRow; row = e.moving().next(row)) {
         if (e.has(row, world::kGhost) || e.has(row, world::kHidden)) {
             ++row;

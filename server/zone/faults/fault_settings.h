@@ -1,4 +1,4 @@
-// Fault settings: what a zone does wrong on purpose.
+// Fault settings: the errors that a zone commits on purpose.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -27,11 +27,11 @@ struct FaultSettings {
     float corrupt_offset_m = 0.0F;  ///< ... by this much
     ShareFault hide;                ///< these entities are kept from everybody
     ShareFault leak;                ///< these viewers hear of one entity beyond their radii
-    ShareFault leak_filtered;       ///< these viewers hear of what is concealed from them
-    ShareFault drop_decision;       ///< these clients do not hear what they are to confirm
-    Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
-    Tick stall_ticks = 0;           ///< ... for this many
-    bool silent_bound = false;      ///< clients are not told of wider bounds
+    ShareFault leak_filtered;       ///< these viewers hear of concealed entities
+    ShareFault drop_decision;   ///< these clients do not get the decisions that they are to confirm
+    Tick stall_from = 0;        ///< this zone does not simulate nor publish from this tick ...
+    Tick stall_ticks = 0;       ///< ... for this many
+    bool silent_bound = false;  ///< clients are not notified of wider bounds
 
     [[nodiscard]] bool operator==(const FaultSettings&) const = default;
 };

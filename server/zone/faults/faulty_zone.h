@@ -1,4 +1,4 @@
-// FaultyZone: a zone that does wrong on purpose, so that those who check clients can be checked.
+// FaultyZone: a zone that commits errors on purpose, to test the checkers of clients.
 #pragma once
 
 #include "server/zone/faults/fault_settings.h"
@@ -8,8 +8,8 @@
 
 namespace zoned::zone {
 
-/// Decorates the step of a zone: what it publishes is altered on its way out, and nothing that it
-/// simulates. Only worlds whose config has `testing` settings are made of such zones.
+/// Decorates the step of a zone: it alters the zone's output, and nothing that the zone simulates.
+/// Only worlds whose config has `testing` settings are made of such zones.
 class FaultyZone final : public Zone {
   public:
     FaultyZone(ZoneSettings settings,

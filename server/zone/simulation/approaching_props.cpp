@@ -6,7 +6,7 @@ namespace zoned::zone {
 
 namespace {
 
-/// Nothing that matters here is faster, m/s; what is, is found a tick or two later.
+/// Nothing that matters here is faster, m/s; a faster prop is found a tick or two later.
 constexpr float kFastProp = 25.0F;
 constexpr float kApproachSlack = 0.05F;
 
@@ -20,7 +20,7 @@ std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool 
     const world::Entities& e = state.entities;
     const float time = static_cast<float>(kLookaheadTicks) * state.settings.dt;
     const float radius = (*state.settings.types)[e.type[row]].extent();
-    // Of a ghost the body is a step ahead of the column, which is as its owner sent it.
+    // The body of a ghost is a step ahead of the column, which is as its owner sent it.
     const Vec3 at = state.scene.state(e.body[row]).position;
     const float reach = radius + (e.velocity[row].norm() + kFastProp) * time + kApproachSlack;
     std::vector<BodyId> bodies;

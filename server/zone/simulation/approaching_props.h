@@ -1,5 +1,5 @@
-// Approach: props that are about to touch, so that a border between them can be cleared away before
-// they do.
+// Approaching props: finds props that are about to touch, so that a border between them can be
+// cleared away before they do.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -59,7 +59,7 @@ std::uint32_t copy_moved_bodies(ZoneState& state) {
 }
 
 std::uint32_t report_contacts(ZoneState& state, RulesContext& context) {
-    // Rules may add and remove bodies, so they get copies of what physics lists.
+    // Rules may add and remove bodies, so they get copies of the lists of physics.
     const auto events = state.scene.contact_events();
     state.contacts.clear();
     for (const physics::ContactEvent& event : events) {
@@ -73,7 +73,7 @@ std::uint32_t report_contacts(ZoneState& state, RulesContext& context) {
         contact.began = event.began;
         contact.ended = event.ended;
         state.contacts.push_back(contact);
-        // Where an island belongs must not depend on what the rules wish to hear.
+        // The zone of an island must not depend on the contacts that the rules ask for.
         const bool strong = event.impulse >= state.settings.physics.event_impulse_ns;
         if (contact.a && contact.b && (event.began || strong)) {
             note_ghost_contact(state, contact.a, contact.b);

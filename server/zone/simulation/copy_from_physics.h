@@ -1,5 +1,5 @@
-// Copy from physics: what physics moved goes back into the shared columns, its contacts to the
-// rules.
+// Copy from physics: writes the moved bodies back into the shared columns, and their contacts to
+// the rules.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -12,9 +12,9 @@ namespace zoned::zone {
 
 namespace {
 
-/// A player within this share of the distance ends what began beyond it.
+/// A player within this share of the distance ends a lower level that began beyond it.
 constexpr float kReturn = 0.9F;
-/// What is faster than this is found when it is nearer, m/s.
+/// A faster entity is found when it is nearer, m/s.
 constexpr float kFast = 25.0F;
 constexpr float kSlack = 0.05F;
 
@@ -39,7 +39,7 @@ float nearest_player(const ZoneState& state, const Vec3& at) {
     return std::sqrt(nearest2);
 }
 
-/// The least that it may be at that distance, with hysteresis against what it is.
+/// The least level that it may have at that distance, with hysteresis against its present one.
 Representation wanted_at(const world::EntityType& type, float distance, Representation now) {
     const auto beyond = [&](float limit, Representation what) {
         return limit > 0.0F && distance > (now >= what ? kReturn * limit : limit);
@@ -51,7 +51,7 @@ Representation wanted_at(const world::EntityType& type, float distance, Represen
                                                                  : Representation::kFull;
 }
 
-/// What moves and may reach it before the next look, or what it may reach.
+/// Moving entities that may reach it, or that it may reach, before the next look.
 bool may_touch(ZoneState& state, world::Row row, const world::EntityType& type) {
     const world::Entities& e = state.entities;
     const float time = static_cast<float>(2 * kRepresentationTicks) * state.settings.dt;
@@ -101,7 +101,7 @@ void become(ZoneState& state, world::Row row, Representation wanted) {
     e.representation[row] = static_cast<std::uint8_t>(wanted);
 }
 
-/// Whether it is in touch with what may push it.
+/// Whether it is in touch with something that may push it.
 bool touches(const ZoneState& state, world::Row row) {
     const BodyId body = state.entities.body[row];
     return body ? state.scene.touches_bodies(body)
@@ -126,7 +126,7 @@ std::uint32_t choose_representations(ZoneState& state) {
         const auto now = static_cast<Representation>(e.representation[row]);
         Representation wanted = wanted_at(type, nearest_player(state, e.position[row]), now);
         if (wanted > now && (e.has(row, world::kAtRest) || touches(state, row))) {
-            continue;  // what sleeps costs nothing, and nobody pulls a stone out of a wall
+            continue;  // a sleeping body costs nothing, and nobody pulls a stone out of a wall
         }
         if (wanted == Representation::kParticle && may_touch(state, row, type)) {
             wanted = type.single_beyond_m > 0.0F ? Representation::kSingle : Representation::kFull;

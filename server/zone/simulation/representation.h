@@ -1,20 +1,20 @@
-// Representation: what is far from all players is simulated as less than it is.
+// Representation: simulates entities far from all players at a lower level of detail.
 #pragma once
 
 #include "server/zone/zone_state.h"
 
 namespace zoned::zone {
 
-/// As what a prop is simulated; the higher, the cheaper. A column of the entities.
+/// The simulated form of a prop; the higher, the cheaper. A column of the entities.
 enum class Representation : std::uint8_t {
     kFull,
     kSingle,    ///< a compound as one hull around its parts, a soft body as its rigid hull
     kParticle,  ///< a point with its mass
 };
 
-/// Looks at the props whose types allow it, every kRepresentationTicks: steps those down that are
-/// far from all players (ghosts of players count) and touch nothing that moves, and those up again
-/// to which one comes or which something may touch. Returns how many changed.
+/// Looks at the props whose types allow it, every kRepresentationTicks. Props far from all players
+/// (ghosts of players count) that touch nothing that moves go to a lower level. Props go up again
+/// when a player comes near or something may touch them. Returns how many changed.
 std::uint32_t choose_representations(ZoneState& state);
 
 inline constexpr Tick kRepresentationTicks = 8;

@@ -1,21 +1,21 @@
-// SoftHull: soft bodies that nobody is near are simulated as rigid ones, and as themselves again.
+// SoftHull: turns soft bodies that nobody is near into rigid ones, and back.
 #pragma once
 
 #include "server/zone/zone_state.h"
 
 namespace zoned::zone {
 
-/// From now on an owned, visible soft body without pins is the rigid hull of its nodes as they are,
-/// and moves on as these did together. False, and nothing changes, where no rigid body can be made
+/// Makes an owned, visible soft body without pins the rigid hull of its nodes as they are; the hull
+/// moves on as the nodes did together. False, and nothing changes, where no rigid body can be made
 /// of it. Allocates.
 bool step_down_soft(ZoneState& state, world::Row row);
 
-/// It is its nodes again, where the hull is and moving as it does, deformed as they were. Nothing
-/// happens to what is soft, or rigid by its type. Whoever is to move, hide or hand on a soft body
-/// does this first.
+/// The body is its nodes again, where the hull is and moving as it does, deformed as they were.
+/// Nothing happens to a body that is soft, or rigid by its type. Code that moves, hides or hands on
+/// a soft body calls this first.
 void step_up_soft(ZoneState& state, world::Row row);
 
-/// The entity's orientation where its hull has `turn`; `turn` itself for what has none.
+/// The entity's orientation where its hull has `turn`; `turn` itself for an entity without a hull.
 Quat turn_of_hull(const ZoneState& state, world::Row row, const Quat& turn);
 
 }  // namespace zoned::zone

@@ -16,8 +16,8 @@ inline constexpr std::uint32_t kRewindableCategory = 1u << 1;
 inline constexpr std::uint32_t kDoorCategory = 1u << 2;
 
 /// The body that an owned entity of the type has: shape, material, mass and kind (dynamic for
-/// props, kinematic for characters), at rest at the origin. `solids`: see ZoneSettings.
-/// Of a soft type, whose entities have no rigid body: the box around it as it is defined.
+/// props, kinematic for characters), at rest at the origin. `solids`: see ZoneSettings. A soft
+/// type, whose entities have no rigid body, gives the box around it as it is defined.
 physics::BodyDef body_of(const world::EntityType& type, std::span<const physics::Shape> solids);
 
 }  // namespace zoned::zone

@@ -1,4 +1,4 @@
-// Doors of a zone: shut ones are solid for bodies and rays, and push out who stands in them.
+// Zone doors: shut doors are solid for bodies and rays, and push out characters that stand in them.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -13,7 +13,7 @@ void add_doors(ZoneState& state);
 /// Doors that stand other than they do at `state.now`.
 std::uint32_t doors_to_turn(const ZoneState& state);
 
-/// Shuts and opens them: whoever sleeps or rests against one wakes. Returns how many.
+/// Shuts and opens them. A body that sleeps or rests against one wakes. Returns how many.
 std::uint32_t turn_doors(ZoneState& state);
 
 /// The nearest door that was shut at a tick on a ray, within `hit.distance`: true where there is

@@ -37,7 +37,7 @@ void meet_the_ground(const ZoneState& state, physics::ParticleSystemDef& def) {
     }
 }
 
-/// The characters nearest to where the particles are; who is as near as another comes by id.
+/// The characters nearest to the particles; equal distances go by id.
 void move_characters_met(ZoneState& state, ParticlesOfZone::System& system) {
     const world::Entities& e = state.entities;
     auto& near = state.particles.near;
@@ -104,7 +104,7 @@ bool let_out(ZoneState& state,
     return true;
 }
 
-/// A burst of which clients are told; it changes nothing that is simulated or hashed.
+/// A burst that is sent to clients; it changes nothing that is simulated or hashed.
 bool emit_cosmetic(ZoneState& state,
                    std::size_t index,
                    const Vec3& position,
@@ -120,8 +120,8 @@ bool emit_cosmetic(ZoneState& state,
     if (count > motion::kMostInCosmeticBurst || !unfit(emitter_of(cosmetic.kind, burst)).empty()) {
         return false;
     }
-    // Each event pays for its share of a second; a second's worth may be owed, or one event (and a
-    // thousandth of a tick, for rounding).
+    // Each event pays for its share of a second. The debt may reach a second's worth, or one event
+    // (and a thousandth of a tick, for rounding).
     const double now = static_cast<double>(state.now);
     const double second = 1.0 / static_cast<double>(state.settings.dt);
     const double share = second / static_cast<double>(cosmetic.events_per_s);

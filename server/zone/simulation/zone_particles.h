@@ -1,5 +1,5 @@
-// The zone's particles: simulated ones, made from the settings, moved by the particle pass, asked
-// about by rules; and bursts that rules let out, simulated or told to clients.
+// Zone particles: makes particle systems from the settings, moves them, answers rules about them,
+// and emits bursts that are simulated or sent to clients.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -21,9 +21,9 @@ std::uint32_t step_particles(ZoneState& state);
 
 /// `count` particles from `position` (zone-local, m) with about `velocity` (m/s), as the system's
 /// burst settings say. Simulated: born in the next tick, if the particle pass runs then. Cosmetic:
-/// put into the output for who hears the place, at most motion::kMostInCosmeticBurst of them and
-/// as many events as the config allows; nothing else changes. False where the world has no such
-/// system with a burst, the numbers are not finite, or there is nothing to emit or too much.
+/// put into the output for clients that hear the place, at most motion::kMostInCosmeticBurst of
+/// them and as many events as the config allows; nothing else changes. False where the world has no
+/// such system with a burst, the numbers are not finite, or there is nothing to emit or too much.
 bool emit_particles(ZoneState& state,
                     std::string_view system,
                     const Vec3& position,

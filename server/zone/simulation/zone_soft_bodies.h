@@ -1,4 +1,4 @@
-// Soft bodies of a zone: entities whose type is one; a zone without any holds nothing for them.
+// Zone soft bodies: the entities of a zone whose type is a soft body.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -26,17 +26,18 @@ void push_soft(ZoneState& state, world::Row row, const Vec3& change);
 /// Moves all nodes to where the columns say, at rest, as deformed as they are.
 void place_soft(ZoneState& state, world::Row row);
 
-/// The body on its way to another zone, or an empty parcel; and back. `shift` as in write_entity.
+/// The body for the transfer to another zone, or an empty parcel; and back. `shift` as in
+/// write_entity.
 physics::soft::SoftParcel take_soft(ZoneState& state, EntityId entity);
 void give_soft(ZoneState& state,
                world::Row row,
                physics::soft::SoftParcel parcel,
                const Vec3& shift);
 
-/// One step of all that is awake, with the rigid bodies where they are now, which are stepped
-/// afterwards. The columns take the centre of mass and its velocity, the turn that fits best (see
-/// SoftBodies::best_fit_turn) and the rate at which this turned, which is what clients predict it
-/// by. Returns the number of bodies that were awake.
+/// One step of all awake soft bodies, with the rigid bodies where they are now. The rigid bodies
+/// are stepped afterwards. The columns take the centre of mass and its velocity, and the turn that
+/// fits best (see SoftBodies::best_fit_turn). They also take the rate of this turn, by which
+/// clients predict it. Returns the number of bodies that were awake.
 std::uint32_t step_soft(ZoneState& state);
 
 struct SoftCount {

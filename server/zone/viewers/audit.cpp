@@ -27,7 +27,7 @@ void copy_position(const Vec3d& from, double (&to)[3]) {
     to[2] = from.z();
 }
 
-/// A frozen world is at rest: what every client must hold in the end, to the last bit.
+/// A frozen world is at rest: every client must hold this state in the end, to the last bit.
 std::vector<std::int32_t> frozen_integers(const ZoneState& state, world::Row row) {
     const world::Entities& e = state.entities;
     const bool upright = (*state.settings.types)[e.type[row]].upright();
@@ -85,8 +85,8 @@ enum class Filtered : std::uint8_t {
     kYes
 };
 
-/// The truth of this moment, asked again; the past counts only as far as answers may be stale and
-/// what was known stays known.
+/// The truth of this moment, asked again. The past counts only as far as answers may be stale and a
+/// known entity stays known.
 Filtered filtered(const ZoneState& state,
                   const RulesContext& context,
                   ClientId client,

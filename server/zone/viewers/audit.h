@@ -1,5 +1,5 @@
-// Audit: the truth of what one client ought to know, by brute force over raw state, apart from the
-// tables that it checks.
+// Audit: computes the knowledge that one client ought to have by brute force over raw state, apart
+// from the tables that it checks.
 #pragma once
 
 #include "server/zone/zone_state.h"

@@ -11,7 +11,7 @@ namespace zoned::zone {
 
 namespace {
 
-/// Who was aimed at is told of a miss that came this near.
+/// The target's client is notified of a miss that came this near.
 constexpr float kNearMissM = 2.0F;
 
 /// The displayed moment, within the bound.
@@ -59,7 +59,7 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     const SeenEntity* claim = claim_of(seen, entity);
     const bool present = seen.view == Seen::DisplayedTime::kPresent;
     if (claim == nullptr) {
-        // Of what has just appeared a view of the present shows nothing before the news comes.
+        // A view of the present shows nothing of a new entity before its first update comes.
         const Tick update_ticks = present ? state.replicator.one_way_ticks(client) : 0;
         return e.discontinuity_tick[row] + update_ticks > moment.tick ? std::nullopt
                                                                       : std::optional<Pose>(pose);

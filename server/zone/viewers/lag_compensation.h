@@ -2,10 +2,10 @@
 //
 // Rewinding as in Bernier, "Latency Compensating Methods in Client/Server In-game Protocol Design
 // and Optimization" (GDC 2001), section "Lag Compensation", with one difference. There the server
-// guesses what was displayed from the round trip and the interpolation delay. Here the client says
-// what it displayed, and is believed as far as what the server has told it explains that: so a
-// prediction, and the blending after it, are judged as they were seen, and a lie gains no more than
-// `slack_m` and the jump of a blend.
+// guesses the displayed state from the round trip and the interpolation delay. Here the client
+// reports the state that it displayed. The server believes the report as far as the updates sent to
+// the client explain it. So a prediction, and the blending after it, are judged as they were seen.
+// A lie gains no more than `slack_m` and the jump of a blend.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -14,17 +14,17 @@
 
 namespace zoned::zone {
 
-/// Records this tick: what is of a rewindable type, not hidden, and heard of by somebody or
-/// somebody's avatar; ghosts too. Returns how many entities.
+/// Records this tick. An entity counts if it is of a rewindable type, not hidden, and either
+/// somebody's avatar or in a visible set; ghosts too. Returns how many entities.
 std::uint32_t record_history(ZoneState& state);
 
-/// The ray through the world as the client says it saw it. What it names among Seen::entities
-/// stands where it was displayed, as far as that is explained: for a view of the present by what
-/// the publication predicts that it was predicted from, which must have been sent to this client
-/// and have been the newest within RewindSettings::most_ticks; for a view of the past by where the
-/// entity was at that tick. Other rewindable entities stand where they were then, and doors as they
-/// did; all else is where it is now. Nothing is hit that has appeared, respawned or jumped since,
-/// or is hidden now.
+/// The ray through the world as the client says it saw it. An entity named among Seen::entities
+/// stands where it was displayed, as far as that is explained. For a view of the present, the
+/// explanation is the prediction from the publication that the client names. That publication must
+/// have been sent to this client and have been the newest within RewindSettings::most_ticks. For a
+/// view of the past, it is the entity's place at that tick. Other rewindable entities stand where
+/// they were then, and doors as they did; all else is where it is now. Nothing is hit that has
+/// appeared, respawned or jumped since, or is hidden now.
 SeenHit ray_cast_as_seen(const ZoneState& state,
                          ClientId client,
                          const Seen& seen,

@@ -9,9 +9,9 @@ namespace zoned::zone {
 
 namespace {
 
-// From the centre of a shape up, as a share of the way to its top.
+// From the centre of a shape up, as a share of the distance to its top.
 constexpr float kEyes = 0.9F;
-// What something flies off is not in its way.
+// The surface that something flies off does not block its flight.
 constexpr float kOnSurface_m = 0.1F;
 
 float half_height(const world::EntityType& type) {
@@ -107,8 +107,8 @@ void ask(ZoneState& state, const RulesContext& context) {
     c.checks = static_cast<std::uint32_t>(due.size());
 }
 
-/// ViewerFilter and sets of all viewers, in the order of what they hear of; what they knew stays.
-/// Says which sets are new.
+/// Makes the ViewerFilter and sets of all viewers, in the order of the matcher's sets; known
+/// entities stay. Says which sets are new.
 void align_viewers(FilteredVisibility& c, world::Visibility& notified) {
     const auto client_of = [](const auto& of) {
         return of.client;
@@ -158,7 +158,7 @@ class Sieve {
     std::vector<FilteredPair>::iterator at_;
 };
 
-/// The difference between what the viewer knew and knows now.
+/// The difference between the viewer's last and present knowledge.
 void compare(const std::vector<world::Visible>& before, world::VisibleSet& set) {
     set.entered.clear();
     set.left.clear();

@@ -1,4 +1,4 @@
-// Body checks: whether a body or a part of a compound is fit for a scene, and why not.
+// Body checks: decides whether a body or a part of a compound is fit for a scene, with the reason.
 #pragma once
 
 #include "server/physics/shapes/compound/compound.h"

@@ -1,4 +1,4 @@
-// Bounding boxes of placed shapes.
+// Bounds: the bounding boxes of placed shapes.
 #pragma once
 
 #include "server/physics/shapes/shape.h"

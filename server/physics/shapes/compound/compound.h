@@ -22,7 +22,7 @@ struct CompoundPart {
 };
 
 /// Immutable. Its frame is about the centre of mass of its parts and along their common principal
-/// axes. Parts may overlap: what they share counts twice.
+/// axes. Parts may overlap: a shared volume counts twice.
 class Compound final : public Geometry {
   public:
     struct CompoundChild {
@@ -77,9 +77,9 @@ struct BuiltCompound {
 core::Result<BuiltCompound> build_compound(std::span<const CompoundPart> parts);
 
 /// The compound with `tensor` (kg m2, about its centre of mass, along the axes of the parts) in
-/// place of what the densities give, for a body of `mass` kg whose centre of mass is `centre`: how
-/// a body gets any inertia tensor, asymmetric ones too. The frame's axes are then the tensor's
-/// principal ones. Fails also when the tensor is none that a body can have.
+/// place of the densities' tensor, for a body of `mass` kg whose centre of mass is `centre`. A body
+/// gets any inertia tensor by this, asymmetric ones too. The frame's axes are then the tensor's
+/// principal ones. Fails also when no body can have the tensor.
 core::Result<BuiltCompound> build_compound(std::span<const CompoundPart> parts,
                                            float mass,
                                            const Vec3& centre,

@@ -1,4 +1,4 @@
-// Volume, bounding radius and principal moments of inertia of the shapes, in closed form.
+// Inertia: volume, bounding radius and principal moments of inertia of shapes, in closed form.
 #pragma once
 
 #include "server/physics/shapes/shape.h"

@@ -1,4 +1,4 @@
-// Outer: one convex hull around all parts of a compound, for when it is looked at from afar.
+// Outer hull: one convex hull around all parts of a compound, for a view from afar.
 #pragma once
 
 #include "server/physics/shapes/compound/compound.h"
@@ -13,9 +13,9 @@ struct OuterHull {
     float cut_off = 0.0F;
 };
 
-/// The hull of the parts that have a mass, with the first one's material and filter. What rests on
-/// level ground rests on it alike, where its parts have corners. Fails with the reason where none
-/// can be built.
+/// The hull of the parts that have a mass, with the first one's material and filter. It rests on
+/// level ground as the compound does, where the compound's parts have corners. Fails with the
+/// reason where none can be built.
 core::Result<OuterHull> outer_hull_of(const Compound& compound);
 
 }  // namespace zoned::physics

@@ -72,9 +72,9 @@ struct BuiltHull {
 };
 
 /// The convex hull of 4 to kMaxHullPoints points in any order, within kMaxCoordinate. Of a hull
-/// with more corners than `max_vertices` the farthest ones are kept and `cut_off` says what was
-/// lost. Fails with the reason when a point is not finite or out of range, or when the hull is
-/// thinner than kMinSize (a plane, a line, a point) or larger than kMaxSize.
+/// with more corners than `max_vertices` the farthest ones are kept, and `cut_off` gives the loss.
+/// Fails with the reason when a point is not finite or out of range, or when the hull is thinner
+/// than kMinSize (a plane, a line, a point) or larger than kMaxSize.
 core::Result<BuiltHull> build_hull(std::span<const Vec3> points, const HullOptions& options = {});
 
 }  // namespace zoned::physics

@@ -1,4 +1,4 @@
-// Faces of a polyhedron from the triangles of its hull: coplanar ones become one polygon.
+// Hull faces: joins the coplanar triangles of a hull to polygons.
 #pragma once
 
 #include "server/physics/shapes/convex/quickhull.h"

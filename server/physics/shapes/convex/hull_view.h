@@ -19,7 +19,7 @@ constexpr int padded(int n) {
     return (n + kGroup - 1) / kGroup * kGroup;
 }
 
-/// Corners as columns; `count` is a multiple of kGroup, what pads it repeats the last corner.
+/// Corners as columns; `count` is a multiple of kGroup, padded with the last corner.
 struct PointsView {
     const float* x = nullptr;
     const float* y = nullptr;

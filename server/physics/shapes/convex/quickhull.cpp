@@ -214,8 +214,8 @@ std::string Builder::begin() {
     return {};
 }
 
-/// The faces that see the point are whole facets of a convex surface, so what they have in common
-/// with the rest is one closed line.
+/// The faces that see the point are whole facets of a convex surface, so their border with the rest
+/// is one closed line.
 void Builder::find_horizon(int point, int start) {
     visible_.clear();
     horizon_.clear();

@@ -24,13 +24,13 @@ struct TriangleHull {
 };
 
 /// The hull of `points` (Barber, Dobkin, Huhdanpaa, "The Quickhull algorithm for convex hulls", ACM
-/// TOMS 22(4), 1996), where the farthest point of all comes first, so that a hull that stops at
+/// TOMS 22(4), 1996). The farthest point of all comes first, so that a hull that stops at
 /// `max_vertices` is a good one. Points that stand out by `tolerance` metres or less are left out.
 ///
-/// Which side of a plane a point lies on is decided without rounding: the points are snapped to a
-/// grid of 2^-30 of their extent, finer than the rounding of the floats that they come from, where
-/// the sign of a determinant is exact in 128 bits. The surface is therefore closed and convex on
-/// the grid whatever comes in: doubled, collinear and coplanar points are no special cases.
+/// Sides of planes are decided without rounding. The points are snapped to a grid of 2^-30 of their
+/// extent, finer than the rounding of the input floats. There the sign of a determinant is exact in
+/// 128 bits. So the surface is closed and convex on the grid for any input: doubled, collinear and
+/// coplanar points are no special cases.
 ///
 /// Points must be finite. Fails with the reason when they lie in a plane within `tolerance`.
 core::Result<TriangleHull> quickhull(std::span<const Vec3d> points,

@@ -1,4 +1,4 @@
-// Dense systems of equations by elimination with partial pivoting, in place and without allocation.
+// Dense LU: solves dense systems by elimination with partial pivoting, in place, no allocation.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace zoned::physics {
 /// algorithm 3.4.1). False when a pivot is zero or not finite. Zeros below the pivots cost nothing.
 bool factor_dense(std::size_t n, std::span<double> matrix, std::span<std::uint32_t> pivots);
 
-/// x <- matrix^-1 x with what `factor_dense` left.
+/// x <- matrix^-1 x with the factors that `factor_dense` left.
 void solve_dense(std::size_t n,
                  std::span<const double> factors,
                  std::span<const std::uint32_t> pivots,

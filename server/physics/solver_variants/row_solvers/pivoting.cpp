@@ -10,7 +10,7 @@ namespace zoned::physics {
 
 namespace {
 
-/// Of the largest impulse: what no row need mind, as rounding over kLeastGive makes it.
+/// As a share of the largest impulse: no row need heed less, as rounding over kLeastGive makes it.
 constexpr double kImpulseSlack = 1.0e-7;
 /// Directions of sliding that turn by less than this have settled, rad.
 constexpr double kTurn = 1.0e-6;

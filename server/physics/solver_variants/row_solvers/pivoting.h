@@ -1,4 +1,4 @@
-// Pivoting: which rows of an island press, slide and stick, and the equations of these states.
+// Pivoting: decides which rows of an island press, slide or stick, and solves their equations.
 #pragma once
 
 #include "server/physics/solver_variants/rows/row_system.h"
@@ -12,14 +12,14 @@ namespace zoned::physics {
 /// d that opposes the slip, so that its column is added to the normal row's. The equations are
 /// solved; rows that contradict the guess change sides all at once (block pivoting). With friction
 /// the matrix is not symmetric, and many rows at a time are degenerate in a pile: no rule is known
-/// to end. After a few rounds the best of them is taken as a step, Gauss-Seidel makes the next
-/// guess, and an island that is not solved after some of these is counted as unsolved.
+/// to end. After a few rounds the best of them is taken as a step, and Gauss-Seidel makes the next
+/// guess. An island that is not solved after some of these is counted as unsolved.
 ///
-/// Points that say the same thing twice (a box on four) leave the matrix singular, and what they
-/// say differs by the rounding of their gaps: a share of the diagonal is added, on the change from
-/// the impulses that stand. That is a step of the proximal point method (R. T. Rockafellar, SIAM J.
-/// Control 14, 1976), which ends at a solution of the problem itself; the share is large at first,
-/// where any guess will do, and a fraction of itself after each step that was found.
+/// Redundant points (a box on four) leave the matrix singular, and their rows differ by the
+/// rounding of their gaps. So a share of the diagonal is added, on the change from the impulses
+/// that stand. That is a step of the proximal point method (R. T. Rockafellar, SIAM J. Control 14,
+/// 1976), which ends at a solution of the problem itself. The share is large at first, where any
+/// guess will do, and a fraction of itself after each step that was found.
 class Pivoting {
   public:
     Pivoting(RowSystem& system, const RowGroup& group)
@@ -35,8 +35,8 @@ class Pivoting {
     [[nodiscard]] double give() const { return give_; }
 
     /// From the impulses as they stand, in up to `most` rounds, which are added to `rounds`. False
-    /// when no solution was found: then the impulses are what the round with the fewest
-    /// contradictions says, as far as that lowers the residual.
+    /// when no solution was found. Then the impulses are those of the round with the fewest
+    /// contradictions, as far as that lowers the residual.
     bool solve(int most, int& rounds);
 
   private:
@@ -76,7 +76,7 @@ class Pivoting {
     /// All impulses, and w where they are not free, from the states.
     bool solve_equations();
 
-    /// Columns of free rows, those of what slides added to their normal rows'.
+    /// Columns of free rows; those of sliding rows are added to their normal rows'.
     void fill_factors(std::size_t u);
 
     /// How many rows contradict their states. With `flip` they change sides.
@@ -94,7 +94,7 @@ class Pivoting {
     /// The impulse to try, within its bounds to the last bit.
     void project();
 
-    /// Gives the bodies what is tried.
+    /// Gives the bodies the tried impulses.
     void hand_out();
 
     void accept();

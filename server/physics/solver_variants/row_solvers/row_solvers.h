@@ -21,20 +21,20 @@ struct IterationLimits {
 
 struct SolveReport {
     int iterations = 0;           ///< passes done; direct: rounds of pivoting of the longest
-    double residual_mps = 0.0;    ///< see residual.h; 0 unless it was asked for in some way
+    double residual_mps = 0.0;    ///< see residual.h; 0 unless a setting asked for it
     std::uint32_t direct = 0;     ///< islands solved exactly
     std::uint32_t too_large = 0;  ///< islands with more rows than `direct_rows`
     std::uint32_t unsolved = 0;   ///< islands where pivoting found no end
 };
 
-/// All start from `lambda`, which the bodies' velocities hold already, and end with bounds kept and
-/// velocities that hold what `lambda` then says.
+/// All start from `lambda`, which the bodies' velocities hold already. They end with bounds kept
+/// and velocities that hold the new `lambda`.
 
-/// Projected Jacobi by mass splitting: all rows that are not friction step at once, then all that
-/// are, lambda <- P(lambda - 1.5 w / D), each with its share of the bodies' masses. As
-/// J M^-1 J^T <= D for the rows of one kind (row_system.cpp), each step of less than twice w / D
-/// lowers the energy norm of the error of a system with fixed bounds: it converges, where the plain
-/// method does not (R. Tonge et al., ACM TOG 31, 2012).
+/// Projected Jacobi by mass splitting. First all rows that are not friction step at once, then all
+/// friction rows: lambda <- P(lambda - 1.5 w / D), each with its share of the bodies' masses. J
+/// M^-1 J^T <= D holds for the rows of one kind (row_system.cpp). So each step of less than twice w
+/// / D lowers the energy norm of the error of a system with fixed bounds. It converges, where the
+/// plain method does not (R. Tonge et al., ACM TOG 31, 2012).
 SolveReport solve_jacobi(RowSystem& system, const IterationLimits& limits);
 
 /// Projected Gauss-Seidel: one row after the other (C. Cryer, SIAM J. Control 9, 1971; the
@@ -44,8 +44,8 @@ SolveReport solve_gauss_seidel(RowSystem& system, const IterationLimits& limits)
 /// The same with steps of `omega`, in (0, 2) for convergence with fixed bounds (C. Cryer, 1971).
 SolveReport solve_over_relaxation(RowSystem& system, const IterationLimits& limits);
 
-/// Nonsmooth nonlinear conjugate gradient: what a pass of Gauss-Seidel changes is taken for a
-/// gradient, combined by Fletcher and Reeves' rule, and the direction is dropped where the gradient
+/// Nonsmooth nonlinear conjugate gradient: the change by a pass of Gauss-Seidel is taken for a
+/// gradient, combined by Fletcher and Reeves' rule. The direction is dropped where the gradient
 /// grows (M. Silcowitz, S. Niebe, K. Erleben, "A nonsmooth nonlinear conjugate gradient method for
 /// interactive contact force problems", The Visual Computer 26, 2010). Norms are taken in the
 /// metric of the diagonal, so that impulses and moments have one unit.

@@ -37,10 +37,10 @@ void relax_group(RowSystem& system, const RowGroup& group, int passes) {
     }
 }
 
-/// Passes of Gauss-Seidel say which rows press, slide and stick; the equations of these states are
-/// solved, and what contradicts them decides how to go on: pivoting while it leads on, else a step
-/// in that direction and more passes (M. Silcowitz, S. Niebe, K. Erleben, "Projected Gauss-Seidel
-/// subspace minimization method for interactive rigid body dynamics", GRAPP 2010).
+/// Passes of Gauss-Seidel guess which rows press, slide and stick. The equations of these states
+/// are solved, and the rows that contradict them decide how to go on: pivoting while it leads on,
+/// else a step in that direction and more passes (M. Silcowitz, S. Niebe, K. Erleben, "Projected
+/// Gauss-Seidel subspace minimization method for interactive rigid body dynamics", GRAPP 2010).
 bool solve_island(RowSystem& system, const RowGroup& group, int passes, int& rounds) {
     rounds = 0;
     Pivoting pivoting(system, group);

@@ -1,4 +1,4 @@
-// Projected Gauss-Seidel, and what its relatives share with it.
+// Projected Gauss-Seidel, and the code that its relatives share with it.
 #include "server/physics/solver_variants/row_solvers/row_solvers.h"
 #include "server/physics/solver_variants/rows/residual.h"
 

@@ -8,7 +8,7 @@ namespace {
 /// In (0, 2); long steps, because most modes are far slower than the bound D.
 constexpr double kStep = 1.5;
 
-/// The rows of friction, or all others, from the velocities as they are; what changes goes to
+/// The rows of friction, or all others, from the velocities as they are; the changes go to
 /// `previous`.
 void find_changes(RowSystem& s, bool rubs) {
     std::vector<double>& change = s.scratch.previous;

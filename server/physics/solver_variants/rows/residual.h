@@ -1,4 +1,4 @@
-// Residual: how far a row system is from being solved.
+// Residual: the distance of a row system from its solution.
 #pragma once
 
 #include "server/physics/solver_variants/rows/row_system.h"

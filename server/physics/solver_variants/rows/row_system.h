@@ -113,7 +113,7 @@ class RowSystem {
     /// To be called after the last row: masses of cones and shares, order of visits. `shuffle` not
     /// 0: an order drawn from it, the same for the same number of rows.
     void finish(std::uint32_t shuffle);
-    /// Gives the bodies what the first guesses say.
+    /// Gives the bodies the first guesses.
     void apply_guess();
 
     [[nodiscard]] std::size_t size() const { return a.size(); }
@@ -127,7 +127,7 @@ class RowSystem {
                s.angular_b.dot(q.spin);
     }
 
-    /// w: what a row's constraint is off by, m/s.
+    /// w: the error of a row's constraint, m/s.
     [[nodiscard]] double excess(std::size_t i) const {
         return speed(i) + bias[i] + soft[i] * lambda[i];
     }

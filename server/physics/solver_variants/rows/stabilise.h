@@ -37,10 +37,10 @@ struct BiasEnergy {
     double out = 0.0;
 };
 
-/// Velocities are linear in the impulses, so that a row's impulse does the work
-/// lambda (w_before + w_after) / 2 with the row's speeds before and after all impulses, and these
-/// sum up to the change of the kinetic energy exactly. Sums that of the rows that undo errors, by
-/// sign. `before`: J V of all rows without their impulses.
+/// Velocities are linear in the impulses. So a row's impulse does the work lambda (w_before +
+/// w_after) / 2 with the row's speeds before and after all impulses. These sum up to the change of
+/// the kinetic energy exactly. Sums the work of the rows that undo errors, by sign. `before`: J V
+/// of all rows without their impulses.
 BiasEnergy bias_energy(const RowSystem& system, std::span<const double> before);
 
 }  // namespace zoned::physics

@@ -36,8 +36,8 @@ class VariantBodies {
 
     const VariantBody& operator[](std::size_t slot) const { return entries_[slot]; }
 
-    /// Begins a substep of h: inertia as the bodies stand, velocities gain what forces give.
-    /// Damping is implicit, v / (1 + c h): stable however strong.
+    /// Begins a substep of h: inertia as the bodies stand, velocities change by the forces. Damping
+    /// is implicit, v / (1 + c h): stable however strong.
     void gain(const Bodies& bodies, double h, RowSystem& system);
     /// Ends a substep: semi-implicit Euler, x += v h with the new velocity, and the free rotation
     /// of `rotate_freely`. With `mean`, one that no impulse has touched moves with its mean
