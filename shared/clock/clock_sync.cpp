@@ -7,7 +7,7 @@ namespace zoned::clock {
 
 namespace {
 
-/// What a quartz oscillator is off by, one standard deviation, before anything is known.
+/// Error of a quartz oscillator, one standard deviation, before anything is known.
 constexpr double kUsualDrift = 50e-6;
 /// A good sample's offset is uncertain by so much beside its queueing: scheduling, stamps, ticks.
 constexpr double kLeastNoiseS = 0.3e-3;

@@ -1,4 +1,4 @@
-// Strong identifiers and the tick number: the names by which all stages speak of the same thing.
+// Strong identifiers and the tick number, shared by all stages.
 #pragma once
 
 #include <compare>

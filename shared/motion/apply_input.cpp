@@ -103,7 +103,7 @@ class Obstacles {
     std::size_t count_ = 0;
 };
 
-/// Velocity after `dt` of acceleration towards a wanted velocity, and the way made meanwhile.
+/// Velocity after `dt` of acceleration towards a wanted velocity, and the distance moved meanwhile.
 struct Acceleration {
     Vec3 velocity;
     Vec3 way;
@@ -151,7 +151,8 @@ class Mover {
         state_.position = sweep_.parted(from.position, door_push_);
     }
 
-    /// Moves along the ground: `way` is horizontal, `velocity` the one at the end of it.
+    /// Moves along the ground: `way` is a horizontal displacement, `velocity` the velocity at its
+    /// end.
     void walk(Vec3 way, const Vec3& velocity) {
         Obstacles walls;
         Vec3 ground = Vec3::UnitY();
@@ -178,7 +179,8 @@ class Mover {
         settle(lifted);
     }
 
-    /// Moves through the air: `way` and `velocity` (at the end of it) are three-dimensional.
+    /// Moves through the air: the displacement `way` and `velocity` (at its end) are
+    /// three-dimensional.
     void fall(Vec3 way, Vec3 velocity, bool wants_rest) {
         Obstacles surfaces;
         const Vec3 whole_path = way;

@@ -1,5 +1,5 @@
-// Integrals over a turn at a constant rate, without cancellation for small angles: what body-axes
-// dead reckoning and turning accelerations are made of.
+// Integrals over a turn at a constant rate, without cancellation for small angles: parts of
+// body-axes dead reckoning and of turning accelerations.
 #pragma once
 
 #include <cmath>
