@@ -133,7 +133,7 @@ RecordModels::RecordModels() {
         by_reach.fill(kExpectedAtFirst);
         by_reach[kFromNothing] = kExpectedFromNothing;
     }
-    // What is the same before is the same again.
+    // The same start gives the same result.
     bits.fill(entropy::BitModel(7u << 13));
 }
 

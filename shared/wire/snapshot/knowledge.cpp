@@ -48,7 +48,7 @@ Knowledge::Knowledge(const SnapshotFormat& format) {
         by_calm.fill(entropy::LeastSquares<kMoveFeatures>(kGoesOn));
     }
     turns_.fill(entropy::LeastSquares<kTurnFeatures>(kTurnsOn));
-    // What rests goes on resting.
+    // A resting body goes on resting.
     for (std::size_t i = 0; i < Models::kChangeContexts + Models::kBlockContexts; ++i) {
         models_.bits[i] = entropy::BitModel(1u << 12);
     }
