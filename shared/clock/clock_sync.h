@@ -10,7 +10,7 @@ namespace zoned::clock {
 /// at most half its round trip, plus what the clocks have drifted apart since; the sample with the
 /// least possible error is believed. The offset is stepped by the first samples, and slewed, never
 /// stepped, once it has settled. Samples that contradict the believed one by more than a network
-/// and honest clocks can explain (a clock was set, the machine slept) make it settle anew.
+/// and honest clocks can explain (a clock was set, the computer slept) make it settle anew.
 ///
 /// Beside the newest samples the best one of every kBlockS of the last kBlocks is kept: under
 /// jitter the shortest round trip among thousands is much shorter than among dozens. The drift

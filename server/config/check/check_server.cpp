@@ -16,8 +16,8 @@ namespace zoned::config {
 
 namespace {
 
-/// What is heard across a border must be a ghost there: a viewer may stand handoff_hysteresis_m
-/// behind the border and keeps what it hears up to (1 + hysteresis) x the radius.
+/// An entity received across a border must be a ghost there. A viewer may stand
+/// handoff_hysteresis_m behind the border, and keeps entities up to (1 + hysteresis) x the radius.
 void check_margin(const proto::config::Config& config, Diagnostics& diagnostics) {
     // A nanometre of tolerance: 1.1 x 50 m is a little more than 55 m in binary.
     const double margin = config.zones().ghost_margin_m() + 1e-9;

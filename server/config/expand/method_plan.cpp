@@ -24,7 +24,7 @@ namespace selection = physics::method_selection;
 namespace soft = physics::soft;
 using physics::IntegratorKind;
 
-/// What would keep the budget, or comes nearest, for an error.
+/// Text for an error: the method that would keep the budget, or comes nearest.
 std::string instead_text(const selection::MethodChoice& choice) {
     std::array<char, 200> text{};
     const bool found = choice.chosen.has_value();

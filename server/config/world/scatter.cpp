@@ -320,8 +320,8 @@ class Placer {
         return terrain_.on_surface(x, z) && !terrain_.level(x, z, radius);
     }
 
-    /// What a placed entity stands on: the highest place under its disc on slopes from a file, else
-    /// under the middle of it, so that it may stand at the foot of a wall.
+    /// The height on which a placed entity stands: the highest place under its disc on slopes from
+    /// a file, else under the middle of it, so that it may stand at the foot of a wall.
     [[nodiscard]] float stand_on(float x, float z, float radius) const {
         if (slopes(x, z, radius)) {
             return terrain_.highest(x, z, radius);

@@ -134,7 +134,8 @@ class LaneSurvey {
   private:
     static constexpr double kLook_m = 0.5;
 
-    /// What stands in the way: a step that nobody takes, from look to look.
+    /// Reports the first obstacle on a lane: a step between two samples too high for the follower,
+    /// or no room for its body.
     void statics(const motion::CharacterLimits& body,
                  const ai::splines::Lane& lane,
                  const std::string& who) {

@@ -23,7 +23,7 @@ using SurfaceConfig = proto::config::Surface;
 
 constexpr std::size_t kObjMistakesShown = 3;
 
-/// What a file with its options holds, shared by all places where it stands.
+/// The content of a file with its options, shared by all its placements.
 struct LoadedSurface {
     std::string sha256;
     std::string content;
@@ -174,7 +174,7 @@ SurfaceSettings place(const SurfaceConfig& s,
     return out;
 }
 
-/// What is wrong with where it stands.
+/// Checks the position of a surface.
 void check_place(const SurfaceSettings& surface,
                  const proto::config::Config& config,
                  Diagnostics& diagnostics) {

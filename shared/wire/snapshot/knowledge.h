@@ -20,8 +20,8 @@ using FrameNumber = entropy::PacketNumber;
 
 /// History of a body that a snapshot changed; all zero for other bodies.
 struct Moved {
-    std::array<float, 3> error{};  ///< steps per frame since the reference: what the prediction was
-                                   ///< off by, magnitude
+    std::array<float, 3> error{};  ///< steps per frame since the reference: magnitude of the
+                                   ///< prediction's error
     float turn_error = 0.0F;       ///< rad per frame, likewise, mean over the axes
     Rotation rotation;
 };

@@ -13,8 +13,8 @@ namespace zoned::wire::snapshot {
 struct MotionResidual {
     std::array<float, 3> moved{};    ///< steps: displacement minus the continued one
     std::array<float, 3> turned{};   ///< rad: turn minus the continued one
-    std::array<float, 3> carried{};  ///< steps: from near(): what `turned` of the neighbours moves
-                                     ///< the place by, as one rigid body with each of them
+    std::array<float, 3> carried{};  ///< steps: from near(): displacement by `turned` of the
+                                     ///< neighbours, as one rigid body with each of them
     std::array<float, 3> turn{};     ///< rad: the whole turn since the reference
     std::array<float, 3> error{};    ///< steps: magnitude of the whole prediction's error
     float turn_error = 0.0F;         ///< rad: likewise, mean over the axes
