@@ -12,7 +12,7 @@ constexpr double kPeriodS = 0.1;
 constexpr double kClockPeriodS = 1.0;
 /// An event is closed when nobody heard of it for this long.
 constexpr double kEventOpenS = 4.0;
-/// At the end of the run events are closed sooner, but not those that may still be under way.
+/// At the end of the run events are closed sooner, but not events that may still be in flight.
 constexpr double kLastEventOpenS = 1.0;
 /// Bandwidth is measured from this long after a bot joined: the first view is not the steady one.
 constexpr double kWarmUpS = 2.0;
@@ -139,7 +139,7 @@ void Collector::close_events(const Bots& bots, double now_s, double open_s) {
             spread_ms_.add(1e3 * (heard.last_s - heard.first_s));
         }
         if (heard.world) {
-            // Everybody who had joined well before ought to have heard.
+            // Every client that had joined well before must have received it.
             std::uint64_t audience = 0;
             for (const auto& bot : bots) {
                 const bool there = bot->joined() && bot->view() != nullptr && online(*bot) &&

@@ -71,7 +71,7 @@ void judge_audit(RunReport& r) {
     }
 }
 
-/// An allowance that grew with the age of the news makes a comparison say little.
+/// A comparison says little when its allowance grew with the age of the updates.
 void judge_staleness(RunReport& r) {
     const Tally& t = r.audit;
     if (t.samples == 0) {
@@ -90,7 +90,7 @@ void judge_staleness(RunReport& r) {
     (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
 }
 
-/// A client that is told of no bound is not lied to, but it is promised nothing either.
+/// A client without a declared bound gets no false promise, but no promise either.
 void judge_pressure(RunReport& r) {
     const Tally& t = r.audit;
     const double all = static_cast<double>(t.samples + t.samples_unbounded);

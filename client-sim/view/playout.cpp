@@ -52,7 +52,7 @@ void Playout::advance(Tick view_tick) {
     }
     view_tick_ = view_tick;
     const auto last = static_cast<Tick>(std::floor(position_));
-    // What was jumped over was not displayed.
+    // Skipped ticks were not displayed.
     const Tick from = first || error > kJump ? last : static_cast<Tick>(std::floor(before)) + 1;
     for (Tick tick = from; tick <= last; ++tick) {
         if (tick >= 0) {

@@ -113,7 +113,8 @@ std::vector<motion::Door> doors_around(const proto::WorldDescription& descriptio
     return doors;
 }
 
-/// Geometry that a client may be told of one surface, in floats: far above what servers send.
+/// Largest geometry of one surface that a client accepts, in floats: far above the size that
+/// servers send.
 constexpr int kMaxSurfaceNumbers = 1 << 26;
 
 /// Tables that a surface looks at.
