@@ -28,8 +28,8 @@ class ViewListener {
 
 enum class ViewKind : std::uint8_t {
     kExtrapolate,  ///< displays the server's present tick: dead reckoning to now, then convergence
-    kInterpolate,  ///< displays a tick so far back that its news has come (Playout): no prediction
-                   ///< is ever wrong by more than the bound, at the price of that delay
+    kInterpolate,  ///< displays a tick so far back that its updates have come (Playout): no
+                   ///< prediction is ever wrong by more than the bound, at the price of that delay
 };
 
 struct ViewSettings {
