@@ -11,10 +11,6 @@ namespace zoned::lint {
 
 namespace {
 
-bool is_word_character(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-}
-
 struct Token {
     std::string_view text;  ///< an identifier, a number or one character
     int line = 0;

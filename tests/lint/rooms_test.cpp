@@ -7,7 +7,7 @@
 namespace zoned::lint {
 namespace {
 
-std::string include(const std::string& path) {
+std::string include_line(const std::string& path) {
     return "#include \"" + path + "\"\n";
 }
 
@@ -50,25 +50,26 @@ TEST(CheckFolderSizes, AllowsWhatAnExceptionSaysAndNoMore) {
 }
 
 TEST(CheckRoomCycles, LetsRoomsIncludeInOneDirection) {
-    EXPECT_TRUE(check_room_cycles(
-                    {
-                        {"server/ai/ai_update.cpp",
-                         include("server/ai/ai_update.h") + include("server/ai/agent/store.h")},
-                        {"server/ai/agent/store.h", include("server/ai/ai_context.h")},
-                        {"server/ai/agent/store.cpp", include("server/ai/agent/brain.h")},
-                        {"server/ai/agent/brain.h", include("server/ai/agent/store.h")},
-                        {"server/ai/ai_context.h", include("server/world/entities.h")},
-                    })
-                    .empty())
+    EXPECT_TRUE(
+        check_room_cycles(
+            {
+                {"server/ai/ai_update.cpp",
+                 include_line("server/ai/ai_update.h") + include_line("server/ai/agent/store.h")},
+                {"server/ai/agent/store.h", include_line("server/ai/ai_context.h")},
+                {"server/ai/agent/store.cpp", include_line("server/ai/agent/brain.h")},
+                {"server/ai/agent/brain.h", include_line("server/ai/agent/store.h")},
+                {"server/ai/ai_context.h", include_line("server/world/entities.h")},
+            })
+            .empty())
         << "files of one room may include each other";
 }
 
 TEST(CheckRoomCycles, FindsADetourBack) {
     const std::vector<Finding> findings = check_room_cycles({
-        {"server/ai/agent/store.h", include("server/ai/steering/velocity.h")},
-        {"server/ai/steering/velocity.h", include("server/ai/pathfinding/grid/path.h")},
-        {"server/ai/pathfinding/grid/path.h", "\n" + include("server/ai/agent/store.h")},
-        {"server/ai/perception/senses.h", include("server/ai/agent/store.h")},
+        {"server/ai/agent/store.h", include_line("server/ai/steering/velocity.h")},
+        {"server/ai/steering/velocity.h", include_line("server/ai/pathfinding/grid/path.h")},
+        {"server/ai/pathfinding/grid/path.h", "\n" + include_line("server/ai/agent/store.h")},
+        {"server/ai/perception/senses.h", include_line("server/ai/agent/store.h")},
     });
     ASSERT_EQ(findings.size(), 1U) << to_text(findings);
     EXPECT_EQ(findings[0].path, "server/ai");
@@ -78,27 +79,28 @@ TEST(CheckRoomCycles, FindsADetourBack) {
 }
 
 TEST(CheckRoomCycles, LetsARoomAndOneInsideItIncludeEachOther) {
-    EXPECT_TRUE(
+    EXPECT_TRUE(check_room_cycles(
+                    {
+                        {"server/ai/agent/store.h", include_line("server/ai/agent/brain/tree.h")},
+                        {"server/ai/agent/brain/tree.h", include_line("server/ai/agent/id.h")},
+                    })
+                    .empty());
+    EXPECT_EQ(
         check_room_cycles({
-                              {"server/ai/agent/store.h", include("server/ai/agent/brain/tree.h")},
-                              {"server/ai/agent/brain/tree.h", include("server/ai/agent/id.h")},
+                              {"server/ai/agent/store.h", include_line("server/ai/agents/a.h")},
+                              {"server/ai/agents/a.h", include_line("server/ai/agent/store.h")},
                           })
-            .empty());
-    EXPECT_EQ(check_room_cycles({
-                                    {"server/ai/agent/store.h", include("server/ai/agents/a.h")},
-                                    {"server/ai/agents/a.h", include("server/ai/agent/store.h")},
-                                })
-                  .size(),
-              1U)
+            .size(),
+        1U)
         << "a name that begins alike is another room";
 }
 
 TEST(CheckRoomCycles, LeavesFilesOfTheFolderItselfToTheOrder) {
     EXPECT_TRUE(
         check_room_cycles({
-                              {"server/ai/ai_update.h", include("server/ai/agent/store.h")},
-                              {"server/ai/agent/store.h", include("server/ai/ai_context.h")},
-                              {"server/ai/ai_context.h", include("server/ai/ai_update.h")},
+                              {"server/ai/ai_update.h", include_line("server/ai/agent/store.h")},
+                              {"server/ai/agent/store.h", include_line("server/ai/ai_context.h")},
+                              {"server/ai/ai_context.h", include_line("server/ai/ai_update.h")},
                           })
             .empty());
 }
@@ -109,7 +111,7 @@ class CheckRoomOrder : public testing::Test {
         static constexpr std::array<std::string_view, 4> kRooms{
             "ai_context", "agent", "agent/brains", "ai_update"};
         static constexpr std::array kOrders{RoomOrder{"server/ai", kRooms}};
-        return check_room_order({{path, include(target)}}, kOrders).size();
+        return check_room_order({{path, include_line(target)}}, kOrders).size();
     }
 };
 

@@ -66,10 +66,6 @@ std::size_t literal_end(std::string_view text, std::size_t at) {
     return std::min(i + 1, text.size());
 }
 
-bool is_word_character(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-}
-
 }  // namespace
 
 std::vector<std::string_view> lines_of(std::string_view text) {
@@ -155,6 +151,10 @@ bool is_product(std::string_view path) {
            std::any_of(kFolders.begin(), kFolders.end(), [path](std::string_view folder) {
                return path.starts_with(folder);
            });
+}
+
+bool is_word_character(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
 }
 
 }  // namespace zoned::lint

@@ -38,4 +38,7 @@ struct Include {
 /// Whether a path is that of a header or source of server, client-sim, shared or kernels.
 [[nodiscard]] bool is_product(std::string_view path);
 
+/// A letter, a digit or an underscore.
+bool is_word_character(char c);
+
 }  // namespace zoned::lint

@@ -14,7 +14,7 @@ namespace {
 constexpr float kAstrayCells = 2.5F;
 constexpr std::uint8_t kDirectionBits = 0x07;
 
-pathfinding::Spot spot_of(const Vec2& at) {
+pathfinding::Spot place_of_target(const Vec2& at) {
     return {at.x(), at.y()};
 }
 
@@ -135,10 +135,10 @@ void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick
 /// On to a cell beside the one that it is in, or to the nearest that can be walked.
 void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
     const pathfinding::GroundGrid& grid = nest.ground.grid;
-    const pathfinding::Cell here = grid.cell(spot_of(at));
+    const pathfinding::Cell here = grid.cell(place_of_target(at));
     if (!nest.ground.cells.passable(here)) {
         pathfinding::Cell near;
-        if (pathfinding::nearest_passable(nest.ground.cells, grid, spot_of(at), 4, near)) {
+        if (pathfinding::nearest_passable(nest.ground.cells, grid, place_of_target(at), 4, near)) {
             const pathfinding::Spot to = grid.centre(near);
             aim_at(agent, Vec2(to.x, to.z));
         } else {
@@ -166,7 +166,7 @@ void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
 /// In the middle of a cell: a mark, food or home, and on.
 void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const AiContext& ai) {
     const ForageDef& def = *nest.def;
-    const pathfinding::Cell here = nest.ground.grid.cell(spot_of(at));
+    const pathfinding::Cell here = nest.ground.grid.cell(place_of_target(at));
     agent.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(agent.steps + 1U, 0xFFFFU));
     const bool carries = (agent.corner & kCarries) != 0;
     if (nest.ground.cells.passable(here)) {
@@ -202,13 +202,13 @@ void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const A
         agent.corner = static_cast<std::uint8_t>(agent.rng.below(pathfinding::kDirections));
         set_out(agent, *nest.def);
         choose(agent, nest, at);
-    } else if (!nest.ground.grid.contains(spot_of(at))) {
+    } else if (!nest.ground.grid.contains(place_of_target(at))) {
         agent.corner |= kLost;
         aim_at(agent, ai.points_of_interest.centre(nest.place));
     } else if (arrived) {
         arrive(agent, nest, at, ai);
     } else if ((target - at).norm() > kAstrayCells * cell_m ||
-               !nest.ground.cells.passable(nest.ground.grid.cell(spot_of(target)))) {
+               !nest.ground.cells.passable(nest.ground.grid.cell(place_of_target(target)))) {
         // Pushed away, or a door has shut before it.
         choose(agent, nest, at);
     }

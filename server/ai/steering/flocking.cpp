@@ -23,7 +23,7 @@ constexpr float kPathWeight = 1.2F;
 constexpr float kHomePullLimit = 2.5F;  ///< far from home nothing else may win
 constexpr float kFixedPoint = 4096.0F;
 /// By more than this share no square of a length is off.
-constexpr float kRounding = 1e-6F;
+constexpr float kFlockRounding = 1e-6F;
 /// All whole numbers up to this are floats.
 constexpr float kExact = 16'777'216.0F;
 /// Two that are nearer than this stand on the same spot, m.
@@ -168,9 +168,9 @@ void FlockSum::add_run(const Columns& animals,
     };
     // Squares and roots are rounded: whoever is at the edge is asked for his distance, as add()
     // does. Roots of eight would be approximate.
-    const Array8 within = square(radius_m_, 1.0F - kRounding);
-    const Array8 perhaps_within = square(radius_m_, 1.0F + kRounding);
-    const Array8 perhaps_apart = square(separation, 1.0F + kRounding);
+    const Array8 within = square(radius_m_, 1.0F - kFlockRounding);
+    const Array8 perhaps_within = square(radius_m_, 1.0F + kFlockRounding);
+    const Array8 perhaps_apart = square(separation, 1.0F + kFlockRounding);
     while (begin < end) {
         SumOfLanes along;
         SumOfLanes together;

@@ -15,7 +15,7 @@ constexpr float kFreshTurnCos = 0.99452F;  // 6 degrees, at a decision
 constexpr float kTurnCos = 0.93969F;       // 20 degrees, in between
 constexpr float kShareChange = 0.15F;      // of full speed
 
-Vec2 on_ground(const Vec3& v) {
+Vec2 on_plane(const Vec3& v) {
     return {v.x(), v.z()};
 }
 
@@ -63,14 +63,14 @@ learning::Wanted wanted_of(const Agent& agent,
 learning::Situation situation_of(const Agent& agent, const Surroundings& around) {
     const world::Entities& e = around.ai.entities;
     learning::Situation s;
-    s.here = on_ground(e.position[around.self]);
-    s.velocity = on_ground(e.velocity[around.self]);
-    s.home = on_ground(agent.home);
+    s.here = on_plane(e.position[around.self]);
+    s.velocity = on_plane(e.velocity[around.self]);
+    s.home = on_plane(agent.home);
     const world::Row prey = agent.prey ? e.find(agent.prey) : world::kNoRow;
     s.has_target = prey != world::kNoRow && !e.has(prey, world::kHidden);
     if (s.has_target) {
-        s.target = on_ground(e.position[prey]);
-        s.target_velocity = on_ground(e.velocity[prey]);
+        s.target = on_plane(e.position[prey]);
+        s.target_velocity = on_plane(e.velocity[prey]);
     }
     return s;
 }

@@ -14,9 +14,6 @@ namespace zoned::config {
 
 struct Settings;
 
-/// empty: parameters are as types set them.
-std::string first_difficulty(const proto::config::Config& config);
-
 /// Fills in settings.ai.difficulty: the brains of all difficulties. Each is made from `written`,
 /// the config before brains were made from behaviours, and checked like the world's own brains.
 /// Reports neighbouring difficulties that are the same for all types. A mistake in a brain is

@@ -24,6 +24,10 @@ struct LevelRange {
 
 LevelRange level_range(const proto::config::Adaptation& adaptation);
 
+/// The first difficulty of the world: `ai.difficulty`, or the start of `ai.adaptation`; empty:
+/// parameters are as types set them.
+std::string first_difficulty(const proto::config::Config& config);
+
 /// Checks `ai.adaptation` by itself: names that are unknown, repeated or not in the list, a start
 /// outside least to most, and a difficulty set besides.
 void check_adaptation(const proto::config::Config& config, Diagnostics& diagnostics);

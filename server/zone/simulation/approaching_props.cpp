@@ -7,8 +7,8 @@ namespace zoned::zone {
 namespace {
 
 /// Nothing that matters here is faster, m/s; what is, is found a tick or two later.
-constexpr float kFast = 25.0F;
-constexpr float kSlack = 0.05F;
+constexpr float kFastProp = 25.0F;
+constexpr float kApproachSlack = 0.05F;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool 
     const float radius = (*state.settings.types)[e.type[row]].extent();
     // Of a ghost the body is a step ahead of the column, which is as its owner sent it.
     const Vec3 at = state.scene.state(e.body[row]).position;
-    const float reach = radius + (e.velocity[row].norm() + kFast) * time + kSlack;
+    const float reach = radius + (e.velocity[row].norm() + kFastProp) * time + kApproachSlack;
     std::vector<BodyId> bodies;
     state.scene.overlap(Aabb{at, at}.grown(reach), bodies);
     std::vector<world::Row> rows;
@@ -35,7 +35,7 @@ std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool 
         const Vec3 apart = state.scene.state(body).position - at;
         const Vec3 closing = e.velocity[row] - e.velocity[other];
         const float gap = apart.norm() - radius - (*state.settings.types)[e.type[other]].extent();
-        if (closing.dot(apart) > 0.0F && gap <= closing.norm() * time + kSlack) {
+        if (closing.dot(apart) > 0.0F && gap <= closing.norm() * time + kApproachSlack) {
             rows.push_back(other);
         }
     }

@@ -178,22 +178,22 @@ class Herd {
 
 constexpr float kAll = std::numeric_limits<float>::infinity();
 constexpr float kNobody = 50.0F;
-constexpr int kSeeds = 12;
+constexpr int kHerdSeeds = 12;
 
 struct Sample {
     double sum = 0.0;
     double squares = 0.0;
 
     void add(double value) {
-        sum += value / kSeeds;
-        squares += value * value / kSeeds;
+        sum += value / kHerdSeeds;
+        squares += value * value / kHerdSeeds;
     }
 
     [[nodiscard]] double mean() const { return sum; }
 
     /// Variance of the mean.
     [[nodiscard]] double variance() const {
-        return std::max(0.0, squares - sum * sum) / (kSeeds - 1);
+        return std::max(0.0, squares - sum * sum) / (kHerdSeeds - 1);
     }
 };
 
@@ -213,7 +213,7 @@ Samples samples_of(int seconds,
                    float watcher_m = 0.0F,
                    const Pasture& pasture = {}) {
     Samples samples;
-    for (int seed = 1; seed <= kSeeds; ++seed) {
+    for (int seed = 1; seed <= kHerdSeeds; ++seed) {
         Herd herd(viewer_range_m, along, static_cast<std::uint64_t>(seed), false, pasture.herd);
         herd.field.statics = {pasture.boxes, 0.0F};
         herd.field.settings.brains[0].states[0].speed_factor = pasture.speed_factor;

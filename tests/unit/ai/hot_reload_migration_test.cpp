@@ -35,13 +35,13 @@ Brain layered() {
     return brain;
 }
 
-struct Life {
+struct ReloadLife {
     CompiledBrain brain;
     Agent agent;
     DecisionScratch scratch;
     Tick now = 0;
 
-    explicit Life(const Brain& of) : brain(compile(of, kDt)) {
+    explicit ReloadLife(const Brain& of) : brain(compile(of, kDt)) {
         agent.entity = EntityId(1);
         begin(agent, brain, 0);
     }
@@ -64,8 +64,8 @@ struct Life {
 constexpr float kNobody = std::numeric_limits<float>::infinity();
 
 TEST(HotReloadMigration, TheSameBrainChangesNothingThatShows) {
-    Life life(layered());
-    Life other(layered());
+    ReloadLife life(layered());
+    ReloadLife other(layered());
     life.after(40, kNobody);
     other.after(40, kNobody);
     life.agent.entered = other.agent.entered = false;  // both have begun to act
@@ -81,7 +81,7 @@ TEST(HotReloadMigration, TheSameBrainChangesNothingThatShows) {
 }
 
 TEST(HotReloadMigration, KeepsStatesTimesHistoriesAndVariablesByName) {
-    Life life(layered());
+    ReloadLife life(layered());
     EXPECT_EQ(life.after(31, kNobody), "day/stand");
     EXPECT_EQ(life.after(3, 5.0F), "alarm");
     Brain other = layered();
@@ -104,7 +104,7 @@ TEST(HotReloadMigration, KeepsStatesTimesHistoriesAndVariablesByName) {
 }
 
 TEST(HotReloadMigration, BeginsAnewWhereTheStateIsNoMore) {
-    Life life(layered());
+    ReloadLife life(layered());
     EXPECT_EQ(life.after(3, 5.0F), "alarm");
     Brain other = layered();
     other.states[1].name = "panic";
@@ -117,7 +117,7 @@ TEST(HotReloadMigration, BeginsAnewWhereTheStateIsNoMore) {
 }
 
 TEST(HotReloadMigration, StartsAnActionAgainWhereItBecameAnother) {
-    Life life(layered());
+    ReloadLife life(layered());
     life.after(3, 5.0F);
     life.agent.entered = false;
     Brain other = layered();

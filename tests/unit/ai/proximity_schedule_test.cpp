@@ -65,14 +65,14 @@ Brain folk() {
     return m;
 }
 
-struct Entered {
+struct Encountered {
     Tick tick;
     std::uint16_t state;
 
-    friend bool operator==(const Entered&, const Entered&) = default;
+    friend bool operator==(const Encountered&, const Encountered&) = default;
 };
 
-using Life = std::vector<Entered>;
+using LivedThrough = std::vector<Encountered>;
 
 /// Watchmen on a grid of 90 m, thieves among them, and others who concern nobody.
 class Town {
@@ -140,7 +140,7 @@ class Town {
             if (agent == nullptr) {
                 continue;
             }
-            Life& life = lives[id];
+            LivedThrough& life = lives[id];
             if (life.empty() || life.back().state != agent->state_machine.state()) {
                 life.push_back({field.now, agent->state_machine.state()});
             }
@@ -161,7 +161,7 @@ class Town {
     }
 
     Field field;
-    std::vector<Life> lives;
+    std::vector<LivedThrough> lives;
     std::uint64_t active = 0;
     std::function<void(Town&)> script;
 };
@@ -434,7 +434,7 @@ TEST(ProximitySchedule, LetChasesBeginAtTheSameTickAndBeAsMany) {
         compile(town->field.settings, kDt);
         town->run(1200.0F);
         for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
-            for (const Entered& turn : town->lives[id]) {
+            for (const Encountered& turn : town->lives[id]) {
                 chases[town == &some ? 1 : 0] += turn.state == 1 ? 1.0 : 0.0;
             }
         }

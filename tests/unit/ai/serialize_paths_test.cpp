@@ -64,8 +64,8 @@ PathfindingSettings settings_of(PathMapKind kind, std::uint64_t work) {
     return settings;
 }
 
-struct Town {
-    Town(const PathfindingSettings& paths, Tick first_turn, Tick now = 0) {
+struct WalledTown {
+    WalledTown(const PathfindingSettings& paths, Tick first_turn, Tick now = 0) {
         field.statics = walls(first_turn);
         field.settings.brains = {goes_about()};
         field.settings.viewer_range_m = 25.0F;
@@ -105,14 +105,14 @@ struct Town {
 
 /// The other town that was read from the bytes of one; `paths`: whether those were, too.
 struct Copy {
-    Copy(Town& town, const PathfindingSettings& settings, Tick first_turn, bool with_paths) {
+    Copy(WalledTown& town, const PathfindingSettings& settings, Tick first_turn, bool with_paths) {
         std::vector<std::uint8_t> agents;
         std::vector<std::uint8_t> paths;
         Field& from = town.field;
         save_agents(from.agents, from.steps, from.points_of_interest, agents);
         serialize_paths(from.paths, paths);
         // Doors as they are between two ticks.
-        other = std::make_unique<Town>(settings, first_turn, from.now);
+        other = std::make_unique<WalledTown>(settings, first_turn, from.now);
         Field& to = other->field;
         if (from.now > 0) {
             to.paths =
@@ -128,7 +128,7 @@ struct Copy {
         }
     }
 
-    std::unique_ptr<Town> other;
+    std::unique_ptr<WalledTown> other;
 };
 
 struct Case {
@@ -140,7 +140,7 @@ struct Case {
 class SerializePaths : public testing::TestWithParam<Case> {};
 
 /// First tick from which on the two differ, up to `ticks`.
-Tick differ_after(Town& one, Town& other, Tick ticks) {
+Tick differ_after(WalledTown& one, WalledTown& other, Tick ticks) {
     for (Tick t = 0; t < ticks; ++t) {
         one.field.step();
         other.field.step();
@@ -155,7 +155,7 @@ TEST_P(SerializePaths, GoOnBitForBitInWhateverTickTheyAreRead) {
     const PathfindingSettings settings = settings_of(GetParam().kind, GetParam().work);
     // Doors turn after all was read.
     const Tick turn = 700;
-    Town town(settings, turn);
+    WalledTown town(settings, turn);
     town.people();
     std::uint32_t waited = 0;
     for (int trial = 0; trial < 12; ++trial) {
@@ -175,7 +175,7 @@ TEST_P(SerializePaths, GoOnBitForBitInWhateverTickTheyAreRead) {
 
 TEST_P(SerializePaths, GoOnBitForBitAfterDoorsHaveTurned) {
     const PathfindingSettings settings = settings_of(GetParam().kind, GetParam().work);
-    Town town(settings, 100);
+    WalledTown town(settings, 100);
     town.people();
     town.field.run(9.0F);  // tick 270, between two turns
     const Copy copy(town, settings, 100, true);
@@ -194,7 +194,7 @@ INSTANTIATE_TEST_SUITE_P(Maps,
 
 TEST(SerializePathsOf, AreMissedWhereTheyAreNotRead) {
     const PathfindingSettings settings = settings_of(PathMapKind::kGrid, 3'000);
-    Town town(settings, 100);
+    WalledTown town(settings, 100);
     town.people();
     town.field.run(9.0F);
     const Copy copy(town, settings, 100, false);
@@ -221,7 +221,7 @@ class BadPaths : public testing::TestWithParam<PathMapKind> {
     }
 
     PathfindingSettings settings;
-    Town town;
+    WalledTown town;
     std::vector<std::uint8_t> bytes;
 };
 

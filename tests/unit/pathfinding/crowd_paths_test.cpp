@@ -14,7 +14,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-Cell cell_at(int x, int y) {
+Cell cell_in(int x, int y) {
     return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
 }
 
@@ -25,7 +25,7 @@ GridMap two_gaps() {
     for (int y = 0; y < 40; ++y) {
         for (int x = 0; x < 60; ++x) {
             const bool gap = (y >= 4 && y < 8) || (y >= 30 && y < 34);
-            map.set_passable(cell_at(x, y), x != 30 || gap);
+            map.set_passable(cell_in(x, y), x != 30 || gap);
         }
     }
     return map;
@@ -91,8 +91,8 @@ class TwoGaps : public testing::Test {
     }
 
     CrowdPaths paths;
-    Cell start = cell_at(10, 6);
-    Cell goal = cell_at(50, 6);
+    Cell start = cell_in(10, 6);
+    Cell goal = cell_in(50, 6);
 };
 
 TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
@@ -122,7 +122,7 @@ TEST_F(TwoGaps, AWayEndsAtAClosedDoorAtOnceAndIsThereAgainSoon) {
     settle(paths);
     std::vector<CellChange> shut;
     for (int y = 4; y < 8; ++y) {
-        shut.push_back({cell_at(30, y), false});
+        shut.push_back({cell_in(30, y), false});
     }
     paths.change(shut);
     cells.assign(1, start);
@@ -157,7 +157,7 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
     const GridMap map = two_gaps();
     for (int y = 0; y < 40; y += 3) {
         for (int x = 0; x < 60; x += 7) {
-            const Cell from = cell_at(x, y);
+            const Cell from = cell_in(x, y);
             if (!map.passable(from)) {
                 continue;
             }
@@ -207,7 +207,7 @@ TEST_F(TwoGaps, AllocatesNothingOnceWarm) {
 TEST(CrowdFlowFieldInParts, IsTheSame) {
     core::Rng rng(8);
     GridMap map = random_map(40, 30, 0.2F, 5);
-    const Cell goal = cell_at(20, 15);
+    const Cell goal = cell_in(20, 15);
     map.set_passable(goal, true);
     std::vector<Crowding> crowding(map.places(), 0);
     CrowdFlowField sliced;
@@ -225,7 +225,7 @@ TEST(CrowdFlowFieldInParts, IsTheSame) {
         std::vector<Place> changed;
         for (int i = 0; i < 5; ++i) {
             const Place p = map.place(
-                cell_at(static_cast<int>(rng.below(40)), static_cast<int>(rng.below(30))));
+                cell_in(static_cast<int>(rng.below(40)), static_cast<int>(rng.below(30))));
             crowding[p] = static_cast<Crowding>(rng.below(200));
             changed.push_back(p);
         }
@@ -239,7 +239,7 @@ TEST(DensityInBlocks, CountsByWhatIsPassable) {
     GridMap map(8, 8);
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 8; ++x) {
-            map.set_passable(cell_at(x, y), x < 6);
+            map.set_passable(cell_in(x, y), x < 6);
         }
     }
     DensitySettings settings;
@@ -251,14 +251,14 @@ TEST(DensityInBlocks, CountsByWhatIsPassable) {
     const std::vector<float> z{0.2F, 1.7F, 0.3F};
     density.look(x, z);
     // Two on the 2 m2 that are passable of the second block, one on the 4 m2 of the first.
-    EXPECT_FLOAT_EQ(density.of(map.place(cell_at(4, 0))), 1.0F);
-    EXPECT_FLOAT_EQ(density.of(map.place(cell_at(0, 3))), 0.25F);
-    EXPECT_FLOAT_EQ(density.of(map.place(cell_at(0, 4))), 0.0F);
-    EXPECT_EQ(density.crowding()[map.place(cell_at(5, 3))],
-              density.crowding()[map.place(cell_at(4, 0))]);
+    EXPECT_FLOAT_EQ(density.of(map.place(cell_in(4, 0))), 1.0F);
+    EXPECT_FLOAT_EQ(density.of(map.place(cell_in(0, 3))), 0.25F);
+    EXPECT_FLOAT_EQ(density.of(map.place(cell_in(0, 4))), 0.0F);
+    EXPECT_EQ(density.crowding()[map.place(cell_in(5, 3))],
+              density.crowding()[map.place(cell_in(4, 0))]);
     EXPECT_EQ(density.changed().size(), 16U) << "the one in the first block is no crowd";
     density.look({}, {});
-    EXPECT_FLOAT_EQ(density.of(map.place(cell_at(4, 0))), 0.0F);
+    EXPECT_FLOAT_EQ(density.of(map.place(cell_in(4, 0))), 0.0F);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace zoned::ai::pathfinding {
 namespace {
 
 /// Nodes on a square, with links to some near ones, some of them one way.
-struct RandomGraph {
+struct RandomHierarchyGraph {
     std::vector<Vec3> places;
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> to;
@@ -19,7 +19,7 @@ struct RandomGraph {
     std::vector<std::uint8_t> linked;
     std::vector<std::uint32_t> back;
 
-    RandomGraph(core::Rng& rng, std::uint32_t nodes) {
+    RandomHierarchyGraph(core::Rng& rng, std::uint32_t nodes) {
         for (std::uint32_t n = 0; n < nodes; ++n) {
             places.emplace_back(rng.range(0.0F, 100.0F), 0.0F, rng.range(0.0F, 100.0F));
             open.push_back(rng.below(10) != 0 ? 1 : 0);
@@ -45,7 +45,7 @@ struct RandomGraph {
     }
 
     /// Nodes in rows and columns, those beside each other linked both ways.
-    explicit RandomGraph(std::uint32_t side) {
+    explicit RandomHierarchyGraph(std::uint32_t side) {
         std::vector<std::vector<std::uint32_t>> out(std::size_t{side} * side);
         for (std::uint32_t n = 0; n < side * side; ++n) {
             places.emplace_back(static_cast<float>(n % side), 0.0F, static_cast<float>(n / side));
@@ -105,7 +105,7 @@ TEST(GraphHierarchy, LeadWhereverLinksDoAndNowhereElse) {
     std::size_t joined = 0;
     std::size_t apart = 0;
     for (int round = 0; round < 12; ++round) {
-        const RandomGraph g(rng, 350);
+        const RandomHierarchyGraph g(rng, 350);
         clusters.build(g.view());
         for (int i = 0; i < 60; ++i) {
             const std::uint32_t from = rng.below(350);
@@ -144,7 +144,7 @@ TEST(GraphHierarchy, LeadWhereverLinksDoAndNowhereElse) {
 }
 
 /// The waypoints that a change touches: nodes that open or close, and both ends of such links.
-std::vector<std::uint32_t> turn_some(RandomGraph& g, core::Rng& rng) {
+std::vector<std::uint32_t> turn_some(RandomHierarchyGraph& g, core::Rng& rng) {
     std::vector<std::uint32_t> touched;
     const auto nodes = static_cast<std::uint32_t>(g.places.size());
     for (std::uint32_t i = rng.below(4); i > 0; --i) {
@@ -167,7 +167,7 @@ std::vector<std::uint32_t> turn_some(RandomGraph& g, core::Rng& rng) {
 
 /// Empty, or where clusters that were changed say something else than the graph, or other than
 /// clusters that are built anew.
-std::string differs(const RandomGraph& g, GraphHierarchy& clusters, core::Rng& rng) {
+std::string differs(const RandomHierarchyGraph& g, GraphHierarchy& clusters, core::Rng& rng) {
     GraphHierarchy anew;
     anew.build(g.view());
     const auto nodes = static_cast<std::uint32_t>(g.places.size());
@@ -220,7 +220,7 @@ std::string differs(const RandomGraph& g, GraphHierarchy& clusters, core::Rng& r
 TEST(GraphHierarchy, AreAfterEachChangeAsGoodAsBuiltAnew) {
     core::Rng rng(43);
     for (int world = 0; world < 3; ++world) {
-        RandomGraph g(rng, 350);
+        RandomHierarchyGraph g(rng, 350);
         GraphHierarchy clusters;
         clusters.build(g.view());
         for (int change = 0; change < 150; ++change) {
@@ -230,7 +230,7 @@ TEST(GraphHierarchy, AreAfterEachChangeAsGoodAsBuiltAnew) {
         }
     }
     // A change that nobody tells of is found out.
-    RandomGraph g(rng, 350);
+    RandomHierarchyGraph g(rng, 350);
     GraphHierarchy clusters;
     clusters.build(g.view());
     for (std::uint32_t n = 0; n < 350; n += 3) {
@@ -249,7 +249,7 @@ TEST(GraphHierarchy, SayWhereMoreMayBeReachedThanBefore) {
     std::size_t quiet = 0;
     std::size_t asked = 0;
     for (int world = 0; world < 3; ++world) {
-        RandomGraph g(rng, 300);
+        RandomHierarchyGraph g(rng, 300);
         if (world != 0) {  // all links lead both ways
             for (std::uint32_t link = 0; link < g.linked.size(); ++link) {
                 g.linked[link] = g.back[link] != GraphHierarchy::kNone ? 1 : 0;
@@ -258,7 +258,7 @@ TEST(GraphHierarchy, SayWhereMoreMayBeReachedThanBefore) {
         GraphHierarchy clusters;
         clusters.build(g.view());
         for (int change = 0; change < 150; ++change) {
-            const RandomGraph before = g;
+            const RandomHierarchyGraph before = g;
             std::vector<std::uint32_t> touched;
             for (int i = 0; i < 2; ++i) {
                 touched.push_back(rng.below(150) + static_cast<std::uint32_t>(150 * i));
@@ -291,7 +291,7 @@ TEST(GraphHierarchy, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
     constexpr std::uint32_t kSide = 90;
     constexpr std::uint32_t kRoom = 15;
     core::Rng rng(45);
-    RandomGraph g(kSide);
+    RandomHierarchyGraph g(kSide);
     std::vector<std::uint32_t> doors;
     for (std::uint32_t n = 0; n < kSide * kSide; ++n) {
         const std::uint32_t x = n % kSide % kRoom;
@@ -309,7 +309,7 @@ TEST(GraphHierarchy, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
     std::size_t joined = 0;
     std::size_t quiet = 0;
     for (int change = 0; change < 120; ++change) {
-        const RandomGraph before = g;
+        const RandomHierarchyGraph before = g;
         std::vector<std::uint32_t> touched;
         for (std::uint32_t i = 0; i <= rng.below(3); ++i) {
             touched.push_back(doors[rng.below(static_cast<std::uint32_t>(doors.size()))]);

@@ -13,20 +13,20 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-constexpr float kCell_m = 0.5F;
+constexpr float kRequestCell_m = 0.5F;
 
 /// A map of cells as a ground whose corner is the origin.
 GroundMap ground_of(const GridMap& cells) {
     const GroundRect area{0.0F,
                           0.0F,
-                          kCell_m * static_cast<float>(cells.width()),
-                          kCell_m * static_cast<float>(cells.height())};
-    return {GroundGrid(area, kCell_m), cells, std::vector<float>(cells.places(), 0.0F)};
+                          kRequestCell_m * static_cast<float>(cells.width()),
+                          kRequestCell_m * static_cast<float>(cells.height())};
+    return {GroundGrid(area, kRequestCell_m), cells, std::vector<float>(cells.places(), 0.0F)};
 }
 
 Spot any_spot(const GridMap& map, core::Rng& rng) {
-    return {kCell_m * static_cast<float>(map.width()) * rng.unit(),
-            kCell_m * static_cast<float>(map.height()) * rng.unit()};
+    return {kRequestCell_m * static_cast<float>(map.width()) * rng.unit(),
+            kRequestCell_m * static_cast<float>(map.height()) * rng.unit()};
 }
 
 Spot any_free_spot(const GridPathRequests& service, core::Rng& rng) {
@@ -116,7 +116,7 @@ TEST(GridPathRequests, AnswersWithFreeCornersFromTheStartToTheGoal) {
             if (a.outcome == PathOutcome::kFound) {
                 EXPECT_EQ(a.corners.back(), to);
                 // Ends lie off the middles of their cells by half a diagonal at most.
-                EXPECT_LE(a.length_m, kCell_m * (best.length + 2.0 * 0.7072) + 1e-3);
+                EXPECT_LE(a.length_m, kRequestCell_m * (best.length + 2.0 * 0.7072) + 1e-3);
             }
             service.release(ticket);
         }
@@ -280,7 +280,7 @@ TEST(GridPathRequests, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
         q.start = service.grid().cell(from[i]);
         q.goal = service.grid().cell(to);
         EXPECT_LE(service.answer(tickets[i]).length_m,
-                  kCell_m * (planner.plan(q).length + 2.0 * 0.7072) + 1e-3);
+                  kRequestCell_m * (planner.plan(q).length + 2.0 * 0.7072) + 1e-3);
     }
 }
 

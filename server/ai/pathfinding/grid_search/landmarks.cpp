@@ -8,8 +8,8 @@ namespace {
 constexpr std::uint32_t kSpreadCells = 1024;
 constexpr std::uint64_t kSpreadUnits = 6;  ///< a cell of a field
 constexpr std::uint32_t kPlacesAtOnce = 4096;
-constexpr std::uint64_t kWriteUnits = 3;  ///< a place whose distance is written down
-constexpr std::uint64_t kCountUnits = 2;  ///< one that is counted
+constexpr std::uint64_t kWriteUnits = 3;     ///< a place whose distance is written down
+constexpr std::uint64_t kDistanceUnits = 2;  ///< one that is counted
 
 }  // namespace
 
@@ -34,7 +34,7 @@ ResumableTask Landmarks::build(const GridMap& map,
         if (of != 0 && ++cells_[of] > cells_[components.of(at)]) {
             at = p;
         }
-        if (p % kPlacesAtOnce == 0 && co_await Spent{kCountUnits * kPlacesAtOnce}) {
+        if (p % kPlacesAtOnce == 0 && co_await Spent{kDistanceUnits * kPlacesAtOnce}) {
             co_return;
         }
     }

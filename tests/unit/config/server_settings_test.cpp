@@ -1,0 +1,60 @@
+// Settings of the server as plain structs: without a config they are what the schema's defaults
+// are.
+#include "server/config/expand/expand_server.h"
+#include "tests/unit/config/config_helpers.h"
+#include "proto/config/config.pb.h"
+
+namespace zoned::config::test {
+namespace {
+
+TEST(ServerSettings, HaveTheDefaultsOfTheSchema) {
+    const ServerSettings from_schema = expand_server(proto::config::Config());
+    const ServerSettings plain;
+    EXPECT_EQ(from_schema.network, plain.network);
+    EXPECT_EQ(from_schema.session, plain.session);
+    EXPECT_EQ(from_schema.run, plain.run);
+    EXPECT_EQ(from_schema.compute, plain.compute);
+    EXPECT_EQ(from_schema.recording_file, plain.recording_file);
+    EXPECT_EQ(from_schema.testing.faults, plain.testing.faults);
+    EXPECT_FALSE(from_schema.testing.stall || from_schema.testing.wrong_limit);
+}
+
+TEST(ServerSettings, SettingsThatAreMadeWithoutAConfigHaveTheDefaultsOfTheSchema) {
+    const Outcome parsed = parse(kValid);
+    ASSERT_TRUE(parsed.ok) << format_errors("test", parsed.errors);
+    const Settings plain;
+    EXPECT_EQ(parsed.settings.audit.enabled, plain.audit.enabled);
+    EXPECT_EQ(parsed.settings.audit.period_ticks, plain.audit.period_ticks);
+    EXPECT_EQ(parsed.settings.rewind.most_ticks, plain.rewind.most_ticks);
+    EXPECT_EQ(parsed.settings.rewind.slack_m, plain.rewind.slack_m);
+    EXPECT_EQ(parsed.settings.visibility_filter.checks_per_tick,
+              plain.visibility_filter.checks_per_tick);
+    EXPECT_EQ(parsed.settings.visibility_filter.stale_ticks, plain.visibility_filter.stale_ticks);
+    EXPECT_EQ(parsed.settings.visibility_filter.grace_ticks, plain.visibility_filter.grace_ticks);
+}
+
+TEST(ServerSettings, TakeWhatTheConfigSays) {
+    const Outcome parsed = parse(kValid +
+                                 "network { udp_port: 4000 max_clients: 7 }\n"
+                                 "session { dev_rights: PLAY dev_rights: ADMIN }\n"
+                                 "run { log_level: LEVEL_WARNING }\n"
+                                 "topic { name: \"news/*\" history_events: 3 }\n"
+                                 "testing { stall_zone { zone: \"east\" at_tick: 5 } "
+                                 "leak_topic { probability: 1 } }\n");
+    ASSERT_TRUE(parsed.ok) << format_errors("test", parsed.errors);
+    const ServerSettings& server = parsed.settings.server;
+    EXPECT_EQ(server.network.udp_port, 4000);
+    EXPECT_EQ(server.network.max_clients, 7U);
+    EXPECT_EQ(server.session.dev_rights, 9U);
+    EXPECT_EQ(server.run.log_level, LogLevel::kWarning);
+    ASSERT_EQ(server.topics.size(), 1U);
+    EXPECT_EQ(server.topics[0].name, "news/*");
+    EXPECT_EQ(server.topics[0].events, 3U);
+    ASSERT_TRUE(server.testing.stall);
+    EXPECT_EQ(server.testing.stall->zone, "east");
+    EXPECT_EQ(server.testing.stall->at_tick, 5);
+    EXPECT_EQ(server.testing.leak_topic.share, 1.0);
+}
+
+}  // namespace
+}  // namespace zoned::config::test
