@@ -203,8 +203,8 @@ class Mover {
             velocity = surfaces.slid(whole_velocity);
         }
         state_.velocity = velocity;
-        // Steep surfaces that together hold the character up carry it: nobody falls for ever in a
-        // gap between a rock and a wall.
+        // Steep surfaces that together hold the character up carry it: no character falls for ever
+        // in a gap between a rock and a wall.
         const bool held = whole_path.y() < 0.0F &&
                           start_height_ - state_.position.y() < 0.01F * -whole_path.y() &&
                           surfaces.count() >= 2 && surfaces.sum().y() > 0.1F;

@@ -159,8 +159,8 @@ class CapsuleSweep {
 
 template <class Counts>
 SweepHit CapsuleSweep::sweep_surfaces(const Vec3& from, const Vec3& move, Counts&& counts) const {
-    // Of triangles that meet where the capsule is hit, all tell how the surface lies there.
-    constexpr float kSamePlace = 5e-5F;  // m along the way
+    // All triangles that meet where the capsule is hit define the surface there.
+    constexpr float kSamePlace = 5e-5F;  // m along the move
     const float length = move.norm();
     SweepHit first;
     for_each_triangle(from, move, [&](const PlacedSurface& placed, const FacedTriangle& t) {

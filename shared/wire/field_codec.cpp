@@ -109,7 +109,7 @@ Motion motion_of(const Columns& columns) {
     return static_cast<Motion>(columns[kFields[0].first]);
 }
 
-/// Moves over the fields; `bits`, where there are, hears how wide each is.
+/// Moves over the fields; `bits`, where given, receives the width of each.
 template <typename Bits>
 bool walk_fields(BitReader& reader,
                  Coding coding,

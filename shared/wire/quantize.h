@@ -14,8 +14,8 @@ namespace zoned::wire {
 /// Components of accelerations and angular velocities are clamped to these.
 inline constexpr float kMaxAccelerationMps2 = 512.0F;
 inline constexpr float kMaxAngularSpeedRps = 128.0F;
-/// No quantised component exceeds this. A float's 24 bits then tell neighbouring steps apart, which
-/// is what makes dequantize() reversible.
+/// No quantised component exceeds this. A float's 24 bits then distinguish neighbouring steps,
+/// which is what makes dequantize() reversible.
 inline constexpr std::int32_t kMaxQuantizedIndex = (1 << 22) - 1;
 
 /// How much coarser a level of detail is written than the nearest: number of doublings of the

@@ -92,7 +92,7 @@ void check_shape(const proto::config::Config& config,
     }
 }
 
-/// Stepping up from a point may move a prop by its own size: nobody must hear of it there.
+/// Stepping up from a point may move a prop by its own size: no client may receive it there.
 void check_representation(const proto::config::Config& config,
                           const proto::config::Type& type,
                           const std::string& path,

@@ -110,7 +110,7 @@ class PartsCheck {
         }
     }
 
-    /// Parameters where nobody could set them.
+    /// Reports parameters where no type could set them.
     void strays() {
         const auto stray = [this](const FieldDescriptor* /*number*/,
                                   const std::string& name,

@@ -77,7 +77,7 @@ class KnowledgeEncoder {
     using Format = typename Knowledge::Format;
     using Common = typename Knowledge::Common;
 
-    /// Packets under way that can still be acknowledged.
+    /// Most packets in flight that can still be acknowledged.
     static constexpr std::size_t kUnderWay = 64;
 
     /// `epoch` must differ from the epoch of any encoder whose packets the receiver may have

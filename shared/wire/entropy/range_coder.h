@@ -80,8 +80,8 @@ class RangeEncoder {
                static_cast<double>(8 * raw_bytes_.size() + static_cast<std::size_t>(raw_bits_));
     }
 
-    /// Ends the code with as few bytes (at most four) as tell it from all others, whatever follows
-    /// them.
+    /// Ends the code with as few bytes (at most four) as distinguish it from all others, whatever
+    /// follows them.
     void finish() {
         for (int bytes = 0; bytes <= 4; ++bytes) {
             const std::uint32_t below = bytes == 4 ? 0 : 0xFFFFFFFFu >> (8 * bytes);

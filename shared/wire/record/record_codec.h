@@ -30,7 +30,7 @@ class RecordEncoder {
     /// Appends the code of `records` to `out`, packet `number` (ascending from 1) of `tick`.
     /// Records come in any order, one per entity, at most kMostRecords. The result may be dropped,
     /// and another packet of that number encoded, as long as it was not sent(). Allocates nothing
-    /// once packets have been as large and as many were under way. `measured`: also counts the bits
+    /// once packets have been as large and as many were in flight. `measured`: also counts the bits
     /// of each record (RecordFrame::bits), equally in encoder and decoder.
     std::shared_ptr<const RecordFrame> encode(entropy::PacketNumber number,
                                               Tick tick,

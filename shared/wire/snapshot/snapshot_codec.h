@@ -19,7 +19,7 @@ namespace zoned::wire::snapshot {
 /// trained on acknowledged snapshots only, in ascending order, so any packet may be lost, doubled
 /// or late. After R. Giesen's contest entry (adaptive models inherited from the acknowledged
 /// baseline, 2015), which has neither neighbours nor least squares and trains on one snapshot in as
-/// many as are under way.
+/// many as are in flight.
 class SnapshotEncoder {
   public:
     explicit SnapshotEncoder(const SnapshotFormat& format);
