@@ -8,9 +8,9 @@
 
 namespace zoned::measure {
 
-/// Corrections of one bot. The server's own states do not tell that the avatar was moved elsewhere
-/// (a respawn, a teleport); audits do. So corrections wait for the next audit: the first one at or
-/// after a discontinuity is a jump, all others are errors of the prediction.
+/// Corrections of one bot. The server's own states do not report that the avatar was moved
+/// elsewhere (a respawn, a teleport); audits do. So corrections wait for the next audit: the first
+/// one at or after a discontinuity is a jump, all others are errors of the prediction.
 class Corrections {
   public:
     /// Ticks ascend.

@@ -1,4 +1,4 @@
-// Strong identifiers and the tick number, shared by all stages.
+// StrongId: identifiers that cannot be mixed up, and the tick number, for all stages.
 #pragma once
 
 #include <compare>

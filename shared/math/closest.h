@@ -1,4 +1,5 @@
-// Closest points between a segment and a box: distance, direction and the nearest faces.
+// closest: the closest points between a segment and a box: distance, direction and the nearest
+// faces.
 #pragma once
 
 #include "shared/math/types.h"

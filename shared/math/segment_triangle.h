@@ -1,4 +1,4 @@
-// Closest points between a segment and a triangle that is solid behind.
+// segment_triangle: the closest points between a segment and a triangle that is solid behind.
 #pragma once
 
 #include "shared/math/types.h"

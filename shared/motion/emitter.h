@@ -46,7 +46,7 @@ struct Birth {
 
 /// Particle number `index`. Directions are uniform over the cone: a point of a disc by rejection
 /// gives both angles without trigonometry (Marsaglia, "Choosing a point from the surface of a
-/// sphere", Ann. Math. Stat. 43, 1972), so all machines agree.
+/// sphere", Ann. Math. Stat. 43, 1972), so all computers agree.
 Birth birth_of(const Emitter& emitter, std::uint64_t index);
 
 /// A cosmetic system: smoke, sparks, rain, about which no rule ever asks. The server neither
@@ -75,7 +75,7 @@ void replay(const CosmeticEmitter& cosmetic,
             double tick_s,
             std::vector<CosmeticParticle>& out);
 
-/// (1 - exp(-x)) for x >= 0, the same bits on all machines: no call of a math library. Relative
+/// (1 - exp(-x)) for x >= 0, the same bits on all computers: no call of a math library. Relative
 /// error below 1e-12.
 double one_minus_exp(double x);
 

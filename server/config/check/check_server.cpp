@@ -49,7 +49,7 @@ void check_margin(const proto::config::Config& config, Diagnostics& diagnostics)
             largest_radius(type.nimbus_m()) * grow + behind > margin) {
             report(path + ".nimbus_m", "nimbus", largest_radius(type.nimbus_m()));
         }
-        // An aura reaches no farther than the largest nimbus.
+        // An aura matters only where some nimbus reaches beyond the margin as well.
         if (nimbus_reaches && largest_radius(type.aura_m()) * grow + behind > margin) {
             report(path + ".aura_m", "aura", largest_radius(type.aura_m()));
         }

@@ -1,4 +1,4 @@
-// Range coder: symbols of known probability as bytes, close to their entropy.
+// Range coder: writes symbols of known probability as bytes, close to their entropy.
 #pragma once
 
 #include "shared/core/assert.h"
