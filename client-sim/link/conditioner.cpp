@@ -96,7 +96,7 @@ void Conditioner::push(double now_s, Bytes message) {
     }
 }
 
-/// The path behind the bottleneck.
+/// The network path behind the bottleneck.
 void Conditioner::travel(double from_s, PlannedDelivery planned) {
     if (planned.lost) {
         ++lost_;

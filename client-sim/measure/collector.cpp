@@ -16,7 +16,7 @@ constexpr double kEventOpenS = 4.0;
 constexpr double kLastEventOpenS = 1.0;
 /// Bandwidth is measured from this long after a bot joined: the first view is not the steady one.
 constexpr double kWarmUpS = 2.0;
-/// Nobody can see a change of course any more after this time.
+/// After this time no client can display a change of direction any more.
 constexpr double kCourseOpenS = 1.0;
 /// A client that receives nothing for this long at the end is cut off.
 constexpr double kSilentS = 2.0;

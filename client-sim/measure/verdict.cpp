@@ -7,7 +7,7 @@ namespace zoned::measure {
 
 namespace {
 
-/// Room for what the error bound of the clocks does not cover: the granularity of polling.
+/// Allowance beyond the error bound of the clocks, for the granularity of polling.
 constexpr double kClockSlackMs = 5.0;
 /// Above this share of stale samples the verdict warns; where most are stale, it shows nothing.
 constexpr double kStaleWarning = 0.05;

@@ -7,7 +7,8 @@ namespace zoned::view {
 
 namespace {
 
-/// A difference to the wanted delay is slewed away within about so many ticks, if kSlew allows.
+/// Number of ticks, about, within which a difference to the target delay is slewed away, if kSlew
+/// allows.
 constexpr double kSettleTicks = 8.0;
 
 }  // namespace

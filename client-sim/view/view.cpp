@@ -181,7 +181,7 @@ void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes
     });
 }
 
-/// All or nothing: what makes no sense changes nothing.
+/// All or nothing: an invalid message changes nothing.
 void View::apply_environment(const proto::Event& event) {
     const auto sensible = [](Tick tick) {
         return tick >= 0 && tick < (Tick{1} << 50);

@@ -9,9 +9,9 @@ namespace {
 
 /// The first lead stays until this many travel times are known.
 constexpr std::size_t kLeastSamples = 8;
-/// So many say enough of the longest: before, it is no wonder that commands come late.
+/// This many travel times are enough to know the longest. With fewer, late commands are expected.
 constexpr std::size_t kLearning = 128;
-/// Of what is to be late at most, so much is aimed at.
+/// Share of the allowed late commands that is aimed at.
 constexpr double kAim = 1.0 / 1.3;
 /// Beside it: scheduling at both ends.
 constexpr double kMarginS = 0.003;

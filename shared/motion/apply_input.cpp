@@ -224,7 +224,8 @@ class Mover {
         return 0.0F - (ground.x() * move.x() + ground.z() * move.z()) / ground.y();
     }
 
-    /// Slides never lengthen a move, climbing a slope that carries lengthens it at most so much.
+    /// Slides never lengthen a move, climbing a slope that carries lengthens it at most by this
+    /// factor.
     [[nodiscard]] Aabb region_of(const Vec3& position, const Vec3& way) const {
         const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
         const float reach =
@@ -241,8 +242,8 @@ class Mover {
         return hit.normal.y() >= limits_.max_slope_cos;
     }
 
-    /// The rim of something that carries, low enough to step onto: the round bottom of the capsule
-    /// touches it at the height radius (1 - normal.y) above its lowest point.
+    /// The rim of walkable ground, low enough to step onto: the round bottom of the capsule touches
+    /// it at the height radius (1 - normal.y) above its lowest point.
     [[nodiscard]] bool is_ledge(const SweepHit& hit) const {
         return hit.face_up >= limits_.max_slope_cos && hit.normal.y() >= 0.1F &&
                limits_.radius * (1.0F - hit.normal.y()) <= limits_.step_up;

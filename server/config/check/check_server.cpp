@@ -133,7 +133,7 @@ void check_address(const std::string& address, const std::string& path, Diagnost
     }
 }
 
-/// True for the addresses that clients on this machine reach as loopback: loopback itself and all.
+/// True for the addresses that clients on this computer reach as loopback: loopback itself and all.
 bool serves_loopback(const std::string& address) {
     in6_addr six{};
     if (inet_pton(AF_INET6, address.c_str(), &six) == 1) {
@@ -144,8 +144,8 @@ bool serves_loopback(const std::string& address) {
            (four.s_addr == htonl(INADDR_ANY) || ntohl(four.s_addr) >> 24U == 127U);
 }
 
-/// Somebody must be able to log in: by a ticket, or in development mode by loopback with the right
-/// to play.
+/// At least one kind of client must be able to log in: by a ticket, or in development mode by
+/// loopback with the right to play.
 void check_entrance(const proto::config::Config& config, Diagnostics& diagnostics) {
     const auto& session = config.session();
     if (session.ticket_public_key_file_size() > 0) {

@@ -12,7 +12,7 @@ namespace zoned::config {
 
 namespace {
 
-/// Whatever moves falls; characters accelerate and jump on their own: the declared limits must
+/// All movable entities fall; characters accelerate and jump on their own: the declared limits must
 /// allow it.
 void check_limits(const proto::config::Config& config,
                   const proto::config::Type& type,

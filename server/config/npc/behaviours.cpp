@@ -34,7 +34,7 @@ int find_part(const Config& config, const std::string& name) {
     return -1;
 }
 
-/// Every setting that a parameter stands for has one that it bears, and every parameter is used.
+/// Every setting with a parameter gets one within its range, and every parameter is used.
 class PartsCheck {
   public:
     PartsCheck(const Config& config, Diagnostics& diagnostics)

@@ -208,7 +208,8 @@ class RootCheck {
     }
 
   private:
-    /// Transitions of all brains inside, judged by what this one's agents perceive; finds cycles.
+    /// Transitions of all brains inside, checked against the perception of this one's agents; finds
+    /// cycles.
     void transitions(int index) {
         path_.push_back(index);
         looked_at_[static_cast<std::size_t>(index)] = true;

@@ -60,7 +60,7 @@ void fill(const learning::Genome& genome, TrainingCheckpoint::Genome& out) {
     out.mutable_hidden()->Add(genome.hidden.begin(), genome.hidden.end());
 }
 
-/// False for what no training makes: ids out of order or unknown, circles, no numbers.
+/// False for a genome that no training makes: ids out of order or unknown, cycles, NaN.
 bool read_genome(const TrainingCheckpoint::Genome& message,
                  std::size_t inputs,
                  std::size_t outputs,

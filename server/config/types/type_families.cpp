@@ -81,7 +81,7 @@ class TypeFamilies {
     }
 
   private:
-    /// Index of the base; -1 where there is none that it could be made of.
+    /// Index of the base; -1 without a usable base.
     int base_of(const proto::config::Type& type, const std::string& path) {
         if (!type.has_base()) {
             return -1;

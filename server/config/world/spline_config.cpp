@@ -88,7 +88,7 @@ void for_each_action(const std::vector<ai::BrainState>& states, Visit&& visit) {
     }
 }
 
-/// Collects what is wrong with one lane and its followers.
+/// Collects the mistakes of one lane and its followers.
 class LaneSurvey {
   public:
     LaneSurvey(const Settings& settings, const SplineNetwork& net)

@@ -41,7 +41,7 @@ struct SurfaceMistake {
 
 using SurfaceMistakes = std::vector<SurfaceMistake>;
 
-/// Options that were given and that the content of the file has no use for, or that are missing.
+/// Options that the content of the file does not use, or that are missing.
 SurfaceMistakes misplaced(const SurfaceConfig& s, assets::GeometryContent content) {
     const bool text = content == assets::GeometryContent::kText;
     const bool png = content == assets::GeometryContent::kPng;
@@ -111,7 +111,7 @@ core::Result<physics::Shape> shape_of(const SurfaceConfig& s,
     return core::Result<physics::Shape>::failure("is no PNG image, no OBJ text and no baked file");
 }
 
-/// As characters meet it: a view of the very tables that bodies collide with.
+/// The surface for characters: it refers to the same tables with which bodies collide.
 std::shared_ptr<const motion::Surface> surface_over(const physics::Shape& shape) {
     if (shape.kind == physics::ShapeKind::kHeightfield) {
         const physics::Heightfield::HeightfieldTables& t = physics::field_of(shape).tables();
@@ -209,7 +209,7 @@ class SurfaceLoader {
   public:
     explicit SurfaceLoader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
 
-    /// Null after it has reported what is wrong.
+    /// Null after it has reported a mistake.
     const LoadedSurface* get(SurfaceConfig& s, const std::string& path) {
         if (s.file().empty()) {
             diagnostics_.add(path, "a surface needs a file");

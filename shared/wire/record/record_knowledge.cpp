@@ -7,7 +7,7 @@ namespace zoned::wire::record {
 
 namespace {
 
-/// Over so many residuals the mean is taken.
+/// Number of residuals in the mean.
 constexpr float kMeanOf = 32.0F;
 /// Before anything was learned, steps.
 constexpr float kExpectedAtFirst = 4.0F;

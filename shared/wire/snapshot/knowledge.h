@@ -1,5 +1,6 @@
 // Knowledge: the acknowledged snapshots that both sides provably share, and the models trained on
-// them. Reached by no program yet: it belongs to the snapshot codec.
+// them.
+// Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
 #include "shared/wire/entropy/acknowledged.h"

@@ -1,5 +1,5 @@
-// Neighbours: predicts a body's motion from the bodies near it that are coded already. Reached by
-// no program yet: it belongs to the snapshot codec.
+// Neighbours: predicts a body's motion from the bodies near it that are coded already.
+// Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
 #include <array>

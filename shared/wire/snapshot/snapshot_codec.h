@@ -1,6 +1,7 @@
 // Snapshot codec: codes whole snapshots for one client in few bits, against snapshots that this
-// client has acknowledged. Reached by no program yet: recordings, and worlds in which a client
-// receives every state, will use it.
+// client has acknowledged.
+// Reached by no program yet: recordings, and worlds in which a client receives every state, will
+// use it.
 #pragma once
 
 #include "shared/core/result.h"
