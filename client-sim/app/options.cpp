@@ -21,7 +21,7 @@ constexpr const char* kExamples =
     "             --loss 5 --delay-ms 60 --jitter-ms 20 --duplicate 2 --reorder 5\n"
     "Exit codes: 0 consistent, 1 inconsistent, 2 bad usage, 3 environment (no such host, ...).";
 
-/// What the command line says, before it is checked.
+/// The command line before its checks.
 struct Raw {
     std::string connect;
     std::string script;

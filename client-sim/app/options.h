@@ -32,8 +32,8 @@ enum ClientExitCode : int {
     kEnvironment = 3
 };
 
-/// Parses and checks. Without a value the program ends with `exit_code` (0 after --help); what was
-/// wrong has been printed.
+/// Parses and checks. Without a value the program ends with `exit_code` (0 after --help), and the
+/// mistake has been printed.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace zoned::app

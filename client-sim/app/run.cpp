@@ -16,7 +16,7 @@ namespace zoned::app {
 
 namespace {
 
-/// The sockets are served this often; it bounds what polling adds to a measured delay.
+/// Period at which the sockets are served; it bounds the delay that polling adds to measurements.
 constexpr double kPeriodS = 0.001;
 
 volatile std::sig_atomic_t stop_signal = 0;

@@ -15,23 +15,23 @@ namespace zoned::app {
 
 struct SwarmSettings {
     std::size_t bots = 1;
-    double seconds = 10.0;  ///< of the run proper, after the last bot was started
+    double seconds = 10.0;  ///< length of the run itself, after the last bot was started
     std::vector<bot::Share> mix = bot::default_mix();
     double ramp_per_s = 100.0;  ///< bots started per second
     std::uint64_t seed = 1;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     view::ViewKind view = view::ViewKind::kExtrapolate;
     view::DisplayedState displayed_state = view::DisplayedState::kPredicted;
-    std::vector<std::string> tickets;  ///< serialised; one per bot, or none at all
+    std::vector<std::string> tickets;  ///< serialised; one per bot, or empty
     std::string config_digest;
     std::vector<std::string> teams = {"red", "blue"};
-    bool audit = true;  ///< compare with the truth; without it the verdict is about the rest
+    bool audit = true;  ///< compare with the truth; without it the verdict covers the other checks
     double audit_every_s = 1.0;
-    bool freeze = true;           ///< at the end, where the rights allow it
-    double freeze_wait_s = 5.0;   ///< how long views may take to converge
-    double frozen_audit_s = 0.5;  ///< how often they are compared then
-    double path_spread_s = 0.0;   ///< ConditionerSettings::spread_s() of what is in the way
-    bool meter = false;           ///< counts what the bytes of packets were for
+    bool freeze = true;           ///< freeze the world at the end, where the rights allow it
+    double freeze_wait_s = 5.0;   ///< time that views may take to converge
+    double frozen_audit_s = 0.5;  ///< time between comparisons then
+    double path_spread_s = 0.0;   ///< ConditionerSettings::spread_s() of the link conditioner
+    bool meter = false;           ///< counts the bytes of packets by purpose
     int header_bytes = 28;        ///< IP and UDP headers per datagram, for the bandwidth
 };
 
@@ -42,7 +42,7 @@ class Swarm {
 
     enum class RunPhase : std::uint8_t {
         kRamp,
-        kSettle,  ///< all were started, some have not joined yet
+        kSettle,  ///< all bots were started, some have not joined yet
         kRun,
         kFreeze,
         kGoodbye,
@@ -64,7 +64,7 @@ class Swarm {
     /// All numbers and the verdict. Final once done().
     [[nodiscard]] measure::RunReport report() const;
 
-    /// For the progress line.
+    /// Numbers for the progress line.
     struct Progress {
         const char* phase = "";
         std::size_t started = 0;
@@ -81,7 +81,7 @@ class Swarm {
 
     [[nodiscard]] measure::Collector& collector() { return collector_; }
 
-    /// Why no bot came through, when none ever did; else empty.
+    /// Reason why no bot ever joined; empty when one did.
     [[nodiscard]] std::string unreachable() const;
 
   private:

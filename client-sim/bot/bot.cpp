@@ -49,8 +49,8 @@ void Bot::advance(double now_s) {
         return;
     }
     now_s_ = now_s;
-    // What was due before this news came is evaluated without it: an audit of tick T must find
-    // what was on the screen at T.
+    // Evaluate all work due before this update without it: an audit of tick T must find the screen
+    // of T.
     evaluate();
     client_.advance(now_s);
     next_wake_s_ = now_s + kIdlePollS;
@@ -130,8 +130,8 @@ void Bot::hear_of_commands(const wire::OwnState& own) {
         return;
     }
     if (notified_tick_ >= 0 && own.input_tick > notified_tick_) {
-        // Only some ticks are told of, but whenever commands begin to be missing: between two that
-        // were missed, all were.
+        // The server reports only some ticks, but always the first missed one. Between two missed
+        // ticks, all were missed.
         const auto ticks = static_cast<std::uint64_t>(own.input_tick - notified_tick_);
         inputs_.ticks += ticks;
         inputs_.missing += own.input_missing ? (notified_missing_ ? ticks : 1) : 0;
@@ -236,10 +236,10 @@ bool Bot::on_packet(const link::OpenedPacket& packet) {
     packet_sent_s_ = packet.server_send_s;
     on_path_answers();
     const view::PacketResult taken = view_->apply(packet, now_s_);
-    // What could not be read has not arrived, as news goes.
+    // An unreadable packet counts as not arrived.
     if (taken.read && client_.clock().ready()) {
         // On the view's own clock, which stands still when the estimate of the server's is set
-        // back: what counts is which ticks were shown without this news.
+        // back: the number of ticks shown without this update counts.
         const double shown_s = static_cast<double>(view_->tick()) * world_->tick_s;
         arrivals_.on_packet(packet.sequence,
                             packet.head.tick,

@@ -18,14 +18,14 @@ namespace zoned::bot {
 
 class Bot;
 
-/// Hears what bots experience; measure implements it. Calls come from within Bot::advance.
+/// Receives the events of bots; measure implements it. Calls come from within Bot::advance.
 class Observer {
   public:
     virtual ~Observer() = default;
     virtual void on_joined(Bot& bot, const proto::Joined& joined) = 0;
     virtual void on_event(Bot& bot, const proto::Event& event) = 0;
     virtual void on_audit(Bot& bot, const proto::AuditRecord& record) = 0;
-    /// A publication of another entity shows from view tick `from_tick` on.
+    /// A publication of another entity is displayed from view tick `from_tick` on.
     virtual void on_shown(Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) = 0;
     /// The bot decided just now that its avatar moves differently from `tick` on.
     virtual void on_changed_course(Bot& bot, Tick tick) = 0;
@@ -43,12 +43,13 @@ struct BotSettings {
     view::DisplayedState displayed_state = view::DisplayedState::kPredicted;
     /// Asks for an audit when none came for this long; 0: never asks. Needs the right to audit.
     double audit_every_s = 1.0;
-    bool meter = false;  ///< counts what the bytes of packets were for
+    bool meter = false;  ///< counts the bytes of packets by purpose
 };
 
-/// How commands fared, by what the server says of them.
+/// Commands in time and missed, by the server's reports.
 struct InputStats {
-    std::uint64_t ticks = 0;    ///< that the server has told of, since the first command in time
+    std::uint64_t ticks =
+        0;  ///< ticks that the server has reported, since the first command in time
     std::uint64_t missing = 0;  ///< of these: the command came too late or not at all
 };
 
@@ -64,7 +65,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
 
     void start(double now_s);
     void quit(double now_s);
-    /// Does what is due at `now_s`; cheap when nothing is.
+    /// Does all work due at `now_s`; cheap when nothing is due.
     void advance(double now_s);
 
     /// A quiet bot sends no commands of its own any more (the end of a run); acks go on.
@@ -93,10 +94,10 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
 
     [[nodiscard]] double now_s() const { return now_s_; }
 
-    /// The first view tick after joining for which clock and view were settled; -1 before.
+    /// The first view tick after joining with clock and view settled; -1 before.
     [[nodiscard]] Tick settled_tick() const { return settled_tick_; }
 
-    /// By how much commands are made ahead of the server's clock, in ticks; 0 before any was made.
+    /// Ticks by which commands are made ahead of the server's clock; 0 before the first command.
     [[nodiscard]] double lead_ticks() const {
         return lead_ ? lead_->lead_s() / world_->tick_s : 0.0;
     }
@@ -153,7 +154,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     CommandLog commands_;
     InputStats inputs_;
     Tick notified_tick_ =
-        -1;  // newest tick whose command the server spoke of; -1: none came in time
+        -1;  // newest tick with a report of the server on its command; -1: no command came in time
     bool notified_missing_ = false;
     double packet_sent_s_ = 0.0;
     Tick next_input_ = -1;

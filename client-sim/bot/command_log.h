@@ -1,4 +1,4 @@
-// CommandLog: which packet carried a command, and when the server had it.
+// CommandLog: the packet that carried each command, and the time at which the server had it.
 #pragma once
 
 #include "client-sim/link/datagram_channel.h"
@@ -10,18 +10,19 @@
 
 namespace zoned::bot {
 
-/// Of the newest kKept packets and commands of one client. The server says when a datagram came
-/// only of the newest at the time: of the commands of others nothing is known, but for those whose
-/// own packets had not come by then (lost, or overtaken): they came with that one.
+/// Log of the newest kKept packets and commands of one client. The server reports the arrival of a
+/// datagram only for the newest at the time. Nothing is known of the commands of other datagrams,
+/// with one exception. Commands whose own packets had not come by then (lost, or overtaken) came
+/// with that newest one.
 class CommandLog {
   public:
     static constexpr std::size_t kKept = 256;
 
-    /// A packet with the `count` commands up to tick `newest` left. Sequence 0: it did not.
+    /// A packet with the `count` commands up to tick `newest` left. Sequence 0: it was not sent.
     void on_sent(std::uint64_t sequence, Tick newest, std::size_t count);
 
-    /// True when `news` is of a packet of commands and had not been heard before; `late` is then
-    /// how many commands came first with this packet although they had been sent before it.
+    /// True when `news` is new and reports a packet of commands. `late` is then the number of
+    /// commands that came first with this packet although earlier packets had carried them.
     bool on_update(const link::UplinkUpdate& update, std::size_t& late);
 
     /// When the server had the command for a tick, by its clock; none when that is not known.

@@ -21,7 +21,7 @@ std::uint64_t Ledger::digest() const {
 bool Ledger::apply(const proto::Event& event, EntityId avatar, std::string& answer) {
     switch (event.kind()) {
         case sandbox::EVENT_KILL: {
-            // To be confirmed by those whom it concerns; the others hear of it as news.
+            // Only the killer and the killed confirm it; other clients receive it as information.
             sandbox::Kill kill;
             if (event.confirm() && kill.ParseFromString(event.payload())) {
                 deaths_ += kill.killed() == avatar.value ? 1U : 0U;

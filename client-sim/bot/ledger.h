@@ -1,4 +1,4 @@
-// Ledger: what a sandbox client holds by the decisions that it was told: deaths, kills, trades,
+// Ledger: a sandbox client's own count of the decisions that it received: deaths, kills, trades,
 // items.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace zoned::bot {
 
 class Ledger {
   public:
-    /// Takes an event in. True when `answer` is the payload of a COMMAND_AGREE to be sent.
+    /// Applies an event. True when `answer` is the payload of a COMMAND_AGREE to be sent.
     bool apply(const proto::Event& event, EntityId avatar, std::string& answer);
 
     void clear() { *this = {}; }
@@ -26,7 +26,7 @@ class Ledger {
 
     [[nodiscard]] const std::vector<std::uint32_t>& items() const { return items_; }
 
-    /// Times that the server's word was not what the decisions told so far amount to.
+    /// Times that the server's ledger differed from the sum of the decisions received.
     [[nodiscard]] std::uint64_t diverged() const { return diverged_; }
 
   private:

@@ -72,7 +72,7 @@ std::vector<Script> deal(const std::vector<Share>& mix, std::size_t bots) {
     std::vector<Script> dealt;
     dealt.reserve(bots);
     for (std::size_t i = 0; i < bots; ++i) {
-        // Whoever lags most behind its share comes next.
+        // The script farthest behind its share comes next.
         std::size_t best = 0;
         double best_lag = -1e300;
         for (std::size_t k = 0; k < mix.size(); ++k) {

@@ -1,4 +1,4 @@
-// Script: what a bot wants; and mixes of scripts over many bots.
+// Script: the behaviour of a bot, and mixes of scripts over many bots.
 #pragma once
 
 #include "client-sim/view/view.h"
@@ -18,7 +18,7 @@ enum class Script : std::uint8_t {
     kCrowd,   ///< walks to one spot, the same for all
     kBorder,  ///< walks back and forth across the nearest border between zones
     kFight,   ///< chases and shoots the nearest player
-    kHunt,    ///< chases and shoots the nearest character that nobody plays
+    kHunt,    ///< chases and shoots the nearest NPC
     kChat,    ///< strolls and talks
     kIdle,    ///< stands
 };
@@ -32,18 +32,18 @@ struct Share {
     double share = 1.0;  ///< > 0, relative to the others
 };
 
-/// The mix that a user gets without asking.
+/// The default mix.
 [[nodiscard]] std::vector<Share> default_mix();
 core::Result<std::vector<Share>> parse_mix(std::string_view text);
-/// Which script bot `index` has: after any number of bots each has its share as nearly as whole
+/// The script of bot `index`. After any number of bots each script has its share as nearly as whole
 /// bots allow.
 [[nodiscard]] std::vector<Script> deal(const std::vector<Share>& mix, std::size_t bots);
 
-/// The payload of the sandbox's COMMAND_SHOOT, with what the view displays along the ray. Returns
-/// what it hits there.
+/// The payload of the sandbox's COMMAND_SHOOT, with the entities that the view displays along the
+/// ray. Returns the entity hit there.
 EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::string& payload);
 
-/// What a script may do beside moving.
+/// A script's means beside moving.
 class Voice {
   public:
     virtual ~Voice() = default;

@@ -40,7 +40,7 @@ void ArrivalLog::note_late(std::uint64_t sequence, double arrival_server_s) {
         if (sequence >= gap.first && sequence <= gap.last && gap.filled <= gap.last - gap.first) {
             ++gap.filled;
             --missing_;
-            // A packet that was only late delivered its news when it came.
+            // A late packet delivered its updates when it came.
             gap.closed_s = std::max(gap.closed_s, arrival_server_s);
             return;
         }
@@ -66,9 +66,9 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
     for (std::size_t i = 0; i < holes; ++i) {
         const SequenceGap& gap = gaps_[i];
         const bool whole = gap.filled > gap.last - gap.first;
-        // Lost news matters at T from the tick after the last packet before the gap until the
-        // server gave up the last packet in it and what it then sent came: a packet of the tick
-        // after that.
+        // Lost updates matter at T from the tick after the last packet before the gap. They matter
+        // until the server has given up the gap's last packet and its resend has come: a packet of
+        // the tick after that.
         const double from_s = static_cast<double>(gap.tick_before) * tick_s_;
         const Tick sent_again = gap.tick_after + wire::resend_timeout_ticks(rtt_s, tick_s_);
         const double until_s =
@@ -93,9 +93,9 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
     return age;
 }
 
-/// What is shown at a tick was sent up to D before it, under the bounds told then: those of the
-/// packets since, and of the last one before, which hold until another is told. Where packets were
-/// lost, the next one repeats what they told.
+/// The states shown at a tick were sent up to D before it, under the bounds of that time. These are
+/// the bounds of the packets since, and of the last packet before, which hold until the next. Where
+/// packets were lost, the next one repeats their bounds.
 wire::Widened ArrivalLog::notified_bounds(Tick tick, const UpdateAge& age) const {
     const auto ticks = static_cast<Tick>(std::ceil(age.age_s / tick_s_)) + 1;
     const Tick until = age.loss ? tick + ticks : tick;

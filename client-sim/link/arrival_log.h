@@ -1,5 +1,5 @@
-// ArrivalLog: when state packets came and which never did; says how old a client's news can be at a
-// tick.
+// ArrivalLog: the arrivals and losses of state packets; gives the greatest age of a client's
+// updates at a tick.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -12,14 +12,14 @@
 
 namespace zoned::link {
 
-/// What is known of the news at one tick.
+/// The age of updates at one tick.
 struct UpdateAge {
     double delay_s = 0.0;   ///< largest one-way delay measured around the tick
     double age_s = 0.0;     ///< D of the promised bound: delay + tick (+ resend, or a whole outage)
     bool loss = false;      ///< a packet near the tick never came, or came late
-    wire::Widened widened;  ///< the widest bounds that the server has told of for this time
-    bool measured = false;  ///< false: no packet around the tick, nothing can be said
-    double plain_s = 0.0;   ///< D of what was not lost: without the resend
+    wire::Widened widened;  ///< the widest bounds that the server has sent for this time
+    bool measured = false;  ///< false: no packet around the tick, so nothing is known
+    double plain_s = 0.0;   ///< D for updates that were not lost: without the resend
 };
 
 /// Times are server time as the view shows it (an estimate that never goes back); the packet of
@@ -34,23 +34,24 @@ class ArrivalLog {
                    double arrival_server_s,
                    const wire::Widened& widened = {});
 
-    /// D at tick T by DESIGN's formula: the largest delay within `window_s` around T plus one tick;
-    /// where a packet whose news could matter at T was lost, plus a round trip and a tick: from the
-    /// loss until the server has given the packet up (wire::resend_timeout_ticks) and sent again.
-    /// Across an outage (a gap in the sequence longer than kOutageTicks) news is as old as the
-    /// outage.
+    /// D at tick T by DESIGN's formula: the largest delay within `window_s` around T plus one tick.
+    /// A round trip and a tick are added where a packet with updates that matter at T was lost. The
+    /// loss counts until the server has given the packet up (wire::resend_timeout_ticks) and sent
+    /// again. Across an outage (a gap in the sequence longer than kOutageTicks) updates are as old
+    /// as the outage.
     [[nodiscard]] UpdateAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
 
-    /// When the packet came, by the time of on_packet(); none where it did not, or too long ago.
+    /// Arrival of the packet by the time of on_packet(); none where it did not come, or came too
+    /// long ago.
     [[nodiscard]] std::optional<double> arrival_s(std::uint64_t sequence) const;
 
-    /// True when a packet sent after it has come, and it has not.
+    /// True when a later packet has come and this one has not.
     [[nodiscard]] bool lost(std::uint64_t sequence) const {
         return sequence < newest_ && !arrival_s(sequence);
     }
 
-    /// The widest bounds that the server has told of for what was shown at a tick with news of that
-    /// age.
+    /// The widest bounds that the server has sent for the states shown at a tick with updates of
+    /// that age.
     [[nodiscard]] wire::Widened notified_bounds(Tick tick, const UpdateAge& age) const;
 
     /// Server tick of the newest packet.
@@ -58,7 +59,7 @@ class ArrivalLog {
 
     [[nodiscard]] std::uint64_t received() const { return received_; }
 
-    /// Sequences passed over and not come since.
+    /// Sequences skipped that have not come since.
     [[nodiscard]] std::uint64_t missing() const { return missing_; }
 
     static constexpr Tick kOutageTicks = 8;

@@ -1,5 +1,5 @@
-// Bottleneck: the slowest link of a path: a queue in order, served at a byte rate, that drops what
-// finds it full.
+// Bottleneck: the slowest link of a network path: a queue in order, served at a byte rate, that
+// drops messages while it is full.
 #pragma once
 
 #include "shared/core/histogram.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::link {
 
-/// What went through a bottleneck since the last restart of its meter.
+/// Traffic through a bottleneck since the last restart of its meter.
 struct BottleneckMeter {
     core::Histogram wait_s;       ///< from entering the queue to the beginning of transmission
     std::uint64_t carried = 0;    ///< messages
@@ -24,8 +24,8 @@ struct BottleneckMeter {
 };
 
 /// A single server with deterministic service times and a drop-tail queue. Times never go back.
-/// Exact also where the rate changes while something is on the wire: what is left of it goes on at
-/// the new rate.
+/// Exact also where the rate changes during a transmission: the rest of the message goes on at the
+/// new rate.
 class Bottleneck {
   public:
     /// `bytes_per_s` 0: no bottleneck, nothing may be pushed. `queue_s`: a message that would have
@@ -69,8 +69,8 @@ class Bottleneck {
     double bytes_per_s_;
     double queue_s_;
     std::deque<QueuedSize> queue_;
-    double queued_bytes_ = 0.0;  // left of all that wait
-    double clock_s_ = 0.0;       // what happened before it is accounted for
+    double queued_bytes_ = 0.0;  // unsent bytes of all waiting messages
+    double clock_s_ = 0.0;       // all before it is accounted for
     double metered_s_ = 0.0;     // capacity is counted up to here
     BottleneckMeter meter_;
 };

@@ -11,11 +11,11 @@ namespace {
 
 /// Events are acknowledged in batches: at the latest after this time.
 constexpr double kEventAckDelayS = 0.1;
-/// One datagram in so many is tried over UDP while tunnelling, to find the way back.
+/// While tunnelling, one datagram in this many is tried over UDP, to return to UDP.
 constexpr std::uint64_t kProbeEvery = 30;
 constexpr std::size_t kMaxUnackedCommands = 1024;
 
-/// What a server says goes to a terminal.
+/// Text from a server goes to a terminal.
 std::string shown(const std::string& text) {
     return core::is_clean_utf8(text) ? text : "(a text that cannot be shown)";
 }

@@ -16,15 +16,16 @@ namespace zoned::link {
 
 inline constexpr std::uint32_t kProtocolVersion = 4;
 
-/// Who logs in. `ticket` is a serialised proto::Ticket or empty (a server in development mode).
+/// The login of a client. `ticket` is a serialised proto::Ticket or empty (a server in development
+/// mode).
 struct Login {
     std::string name = "bot";
     std::string team;
     std::string ticket;
-    std::string config_digest;  ///< hex; empty: whatever the server has
+    std::string config_digest;  ///< hex; empty: any config of the server
 };
 
-/// Hears what the session brings, in order, from within Client::advance only.
+/// Receives the messages of the session, in order, from within Client::advance only.
 class SessionHandler {
   public:
     virtual ~SessionHandler() = default;
@@ -34,7 +35,7 @@ class SessionHandler {
     /// Exactly once and in order. Confirmation, where asked for, has been sent.
     virtual void on_event(const proto::Event& event) = 0;
     virtual void on_audit(const proto::AuditRecord& record) = 0;
-    /// False: it could not be read, and must count as lost (WIRE.md, section 4a).
+    /// False: the packet could not be read, and must count as lost (WIRE.md, section 4a).
     virtual bool on_packet(const OpenedPacket& packet) = 0;
 };
 
@@ -55,13 +56,13 @@ struct SessionStats {
     std::uint64_t malformed_frames = 0;
     std::uint64_t streams_lost = 0;
     std::uint64_t resumed = 0;
-    std::uint64_t sessions_lost = 0;  ///< resumes that the server refused: logged in anew
+    std::uint64_t sessions_lost = 0;  ///< resumes refused by the server, followed by a new login
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
     bool tunnelled = false;  ///< datagrams had to travel inside the stream, at least for a time
 };
 
-/// Not thread-safe. The transport queues what it hears here; advance() does all work.
+/// Not thread-safe. The transport queues its messages here; advance() does all work.
 class Client {
   public:
     Client(Transport& transport, SessionHandler& handler, Login login);
@@ -73,7 +74,7 @@ class Client {
     /// Says goodbye and closes.
     void quit(double now_s);
 
-    /// Handles what came since the last call, then what is due. Cheap when nothing is.
+    /// Handles messages since the last call, then all work due. Cheap when there is none.
     void advance(double now_s);
 
     [[nodiscard]] bool has_incoming() const { return !incoming_.empty(); }
@@ -91,7 +92,7 @@ class Client {
 
     [[nodiscard]] SessionState state() const { return state_; }
 
-    /// Why the session is closed or was last interrupted; empty when all is well.
+    /// Reason why the session is closed or was last interrupted; empty when all is well.
     [[nodiscard]] const std::string& trouble() const { return trouble_; }
 
     [[nodiscard]] bool ever_online() const { return ever_online_; }

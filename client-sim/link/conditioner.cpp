@@ -96,7 +96,7 @@ void Conditioner::push(double now_s, Bytes message) {
     }
 }
 
-/// The path behind the bottleneck.
+/// The network path behind the bottleneck.
 void Conditioner::travel(double from_s, PlannedDelivery planned) {
     if (planned.lost) {
         ++lost_;
@@ -134,7 +134,8 @@ bool Conditioner::pop_due(double now_s, Bytes& out) {
 }
 
 double Conditioner::next_due_s() const {
-    // What leaves the bottleneck may still have a way to go: then nothing is due yet at that time.
+    // A datagram that leaves the bottleneck may still be delayed: then nothing is due yet at that
+    // time.
     const double due_s =
         heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().due_s;
     return std::min(due_s, bottleneck_.next_s());

@@ -1,5 +1,5 @@
 // Conditioner: one direction of a bad network path (bottleneck, delay, jitter, loss, duplicates,
-// reordering, outages), seeded, on whatever clock the caller passes in.
+// reordering, outages), seeded, on the caller's clock.
 #pragma once
 
 #include "client-sim/link/bottleneck.h"
@@ -13,11 +13,11 @@ namespace zoned::link {
 
 /// Semantics, per direction: the delay is uniform in [delay - jitter, delay + jitter], never below
 /// zero; loss, duplicate and reorder are probabilities per datagram. A reordered datagram is held
-/// back by a further 1..2 `reorder_hold_s`; jitter alone may reorder as well. During an outage
-/// [k * every, k * every + length), k >= 1, all datagrams are lost; frames wait for its end. A
-/// bottleneck comes first on the path: datagrams go through it in order, with their headers, and
-/// what is lost behind it has used it. Frames do not use it: TCP shares a link by rules of its own,
-/// which nothing here stands for.
+/// back by a further 1..2 `reorder_hold_s`; jitter alone may reorder as well. During an outage [k *
+/// every, k * every + length), k >= 1, all datagrams are lost; frames wait for its end. A
+/// bottleneck comes first on the path: datagrams go through it in order, with their headers. A
+/// datagram lost behind it has used it. Frames do not use it: TCP shares a link by its own rules,
+/// which are not simulated here.
 struct ConditionerSettings {
     double delay_s = 0.0;
     double jitter_s = 0.0;
@@ -29,16 +29,17 @@ struct ConditionerSettings {
     double outage_length_s = 0.0;
     double bottleneck_up_bytes_per_s = 0.0;  ///< client to server; 0: none
     double bottleneck_down_bytes_per_s = 0.0;
-    double bottleneck_queue_s = 0.25;  ///< what would wait for longer is dropped
+    double bottleneck_queue_s = 0.25;  ///< a datagram that would wait longer is dropped
     double header_bytes = 28.0;        ///< IP and UDP, per datagram in the bottleneck
     std::uint64_t seed = 1;
 
-    /// By how much one-way delays may differ by this alone, bottlenecks and outages aside, s.
+    /// Largest difference between one-way delays by these settings, bottlenecks and outages aside,
+    /// s.
     [[nodiscard]] double spread_s() const {
         return 2.0 * jitter_s + (reorder > 0.0 ? 2.0 * reorder_hold_s : 0.0);
     }
 
-    /// False when push and pop would hand everything through at once.
+    /// False when push and pop would pass everything through at once.
     [[nodiscard]] bool active() const {
         return delay_s > 0.0 || jitter_s > 0.0 || loss > 0.0 || duplicate > 0.0 || reorder > 0.0 ||
                outage_every_s > 0.0 || bottleneck_up_bytes_per_s > 0.0 ||
@@ -46,15 +47,15 @@ struct ConditionerSettings {
     }
 };
 
-/// Which bottleneck a conditioner has.
+/// The bottleneck of a conditioner.
 enum class Direction : std::uint8_t {
     kUp,
     kDown
 };
 
 /// A queue of messages with their due times. Datagrams and frames of one direction get one
-/// conditioner each; frames are delayed alike but never lost, doubled or reordered (a stream
-/// repairs all that). Same settings, stream, times and messages: same result.
+/// conditioner each; frames are delayed in the same manner but never lost, doubled or reordered (a
+/// stream repairs all that). Same settings, stream, times and messages: same result.
 class Conditioner {
   public:
     enum class Mode : std::uint8_t {
@@ -62,7 +63,7 @@ class Conditioner {
         kFrames
     };
 
-    /// `stream` tells the random numbers of several conditioners of one seed apart.
+    /// `stream` separates the random numbers of several conditioners of one seed.
     Conditioner(const ConditionerSettings& settings,
                 Mode mode,
                 std::uint64_t stream,
@@ -74,11 +75,11 @@ class Conditioner {
     /// When the next message is due; infinity when none waits.
     [[nodiscard]] double next_due_s() const;
 
-    /// Forgets what is under way (the stream was cut).
+    /// Forgets all messages in flight (the stream was cut).
     void clear() { heap_.clear(); }
 
-    /// From now on everything passes at once, past a bottleneck too. What is under way still takes
-    /// its time.
+    /// From now on everything passes at once, past a bottleneck too. Messages in flight still take
+    /// their time.
     void heal() { healed_ = true; }
 
     /// Changes the bottleneck, which must have been there from the beginning.
@@ -103,7 +104,7 @@ class Conditioner {
         Bytes message;
     };
 
-    /// What happens to a datagram that is in the bottleneck.
+    /// The planned fate of a datagram in the bottleneck.
     struct PlannedDelivery {
         Bytes message;
         bool lost = false;

@@ -10,11 +10,12 @@ namespace {
 
 constexpr double kAckDelayUnitS = 10e-6;
 constexpr std::uint16_t kAckDelaySaturated = 0xFFFF;
-// A datagram that was overtaken by so many is lost.
+// A datagram overtaken by this many counts as lost.
 constexpr std::uint64_t kOvertaken = 8;
 constexpr double kLossWeight = 1.0 / 128.0;
 
-/// The server sends its clock modulo 2^32 microseconds; the packet's tick says which turn it is.
+/// The server sends its clock modulo 2^32 microseconds; the packet's tick gives the number of
+/// turns.
 double unwrap_send_time_s(std::uint32_t send_time_us, Tick tick, double tick_s) {
     const double nominal_us = std::floor(static_cast<double>(tick) * tick_s * 1e6);
     const auto low = static_cast<std::uint32_t>(static_cast<std::uint64_t>(nominal_us));

@@ -16,25 +16,25 @@
 
 namespace zoned::link {
 
-/// What came of the datagrams so far; nothing is dropped without a count.
+/// Counts of datagrams so far; nothing is dropped without a count.
 struct DatagramStats {
     std::uint64_t in = 0;
     std::uint64_t out = 0;
     std::uint64_t bytes_in = 0;  ///< UDP payload
     std::uint64_t bytes_out = 0;
     std::uint64_t malformed = 0;
-    std::uint64_t replayed = 0;         ///< doubles, or older than the replay window
+    std::uint64_t replayed = 0;         ///< duplicates, or older than the replay window
     std::uint64_t unauthenticated = 0;  ///< forged, damaged, or under the keys of an old stream
     std::uint64_t server_silences = 0;  ///< consecutive packets more than kSilenceS apart at send
 };
 
-/// What the server said last of our own datagrams.
+/// The server's last report on our own datagrams.
 struct UplinkUpdate {
     std::uint64_t sequence = 0;     ///< newest that it had received; 0: none yet
     double sent_s = 0.0;            ///< when that one left, local
     double server_receive_s = 0.0;  ///< when it came, by the server's clock
-    std::size_t missed_before = 0;  ///< how many directly before it had not come by then
-    double loss = 0.0;              ///< share of the datagrams up that never came, smoothed
+    std::size_t missed_before = 0;  ///< datagrams directly before it that had not come by then
+    double loss = 0.0;  ///< share of the datagrams to the server that never came, smoothed
 };
 
 /// A state packet as opened; `body` is valid until the next call of open().
@@ -67,11 +67,11 @@ class DatagramChannel {
     [[nodiscard]] Bytes seal(std::span<const std::uint8_t> body, double now_s);
 
     /// Opens a datagram; nullopt (and a count) for anything that is not a fresh, authentic, well
-    /// formed state packet. What the receiver can make use of must be acknowledged.
+    /// formed state packet. The receiver must acknowledge each packet that it can use.
     std::optional<OpenedPacket> open(std::span<const std::uint8_t> datagram, double now_s);
 
-    /// Tells the server, with the next datagram, that this packet has come. One that is not
-    /// acknowledged is lost to the server: it never builds on it and tells its news again.
+    /// Tells the server, with the next datagram, that this packet has come. A packet without
+    /// acknowledgement is lost to the server: it never builds on it and sends its updates again.
     void acknowledge(const OpenedPacket& packet, double now_s);
 
     [[nodiscard]] const clock::ClockSync& clock() const { return clock_; }

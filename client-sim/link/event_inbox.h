@@ -1,5 +1,5 @@
 // EventInbox: turns the numbered events of a session into exactly-once, in-order delivery, and
-// counts every departure from it.
+// counts every fault in it.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace zoned::link {
 
-/// Numbers count 1, 2, 3, ... per session. The stream keeps order, so a hole or a double is a fault
-/// of the server (or a lost session), never of the path.
+/// Numbers count 1, 2, 3, ... per session. The stream keeps order, so a gap or a duplicate is a
+/// fault of the server (or a lost session), never of the network path.
 class EventInbox {
   public:
-    /// True when the event is new and shall be delivered. `event_id` tells an event that came
+    /// True when the event is new and must be delivered. `event_id` reveals an event that came
     /// twice under two numbers.
     bool accept(std::uint64_t number, std::uint64_t event_id);
 
-    /// Newest number seen: what is acknowledged and named on a resume.
+    /// Newest number seen; it is acknowledged, and sent on a resume.
     [[nodiscard]] std::uint64_t newest() const { return newest_; }
 
     [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
@@ -26,7 +26,7 @@ class EventInbox {
 
     [[nodiscard]] std::uint64_t out_of_order() const { return out_of_order_; }
 
-    /// Numbers passed over and not heard since.
+    /// Numbers skipped and not received since.
     [[nodiscard]] std::uint64_t lost() const { return missing_.size() + missing_uncounted_; }
 
     /// How many events the server has numbered for this client so far, over all sessions.

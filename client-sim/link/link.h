@@ -1,5 +1,5 @@
-// Link: one client's connection to a server as bytes and messages; sockets or a virtual network
-// stand behind it.
+// Transport: one client's connection to a server as bytes and messages, over sockets or a virtual
+// network.
 #pragma once
 
 #include "proto/session.pb.h"
@@ -15,7 +15,7 @@ namespace zoned::link {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What a client hears from its transport. Called from within Transport's own driving calls only.
+/// Callbacks from a transport to its client. Called from within Transport's own driving calls only.
 struct TransportEvents {
     /// Stream is up (TLS done); keys derive from its exporter.
     std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;

@@ -150,7 +150,7 @@ void SocketTransport::open() {
         }
     };
     events.closed = [this](std::string reason) {
-        // What the server said before it closed still counts, the goodbye above all.
+        // Messages that the server sent before it closed still count, the goodbye above all.
         Bytes frame;
         while (down_frames_.pop_due(1e300, frame)) {
             if (events_.frame) {

@@ -1,5 +1,5 @@
-// SocketTransport: a client's Transport over real sockets; SocketNetwork owns what all clients
-// share.
+// SocketTransport: a client's Transport over real sockets; SocketNetwork owns the parts that all
+// clients share.
 #pragma once
 
 #include "client-sim/link/conditioner.h"
@@ -47,8 +47,7 @@ class SocketNetwork {
     /// Bytes of IP and UDP headers per datagram.
     [[nodiscard]] int header_bytes() const { return endpoint_.address().is_v4() ? 28 : 48; }
 
-    /// What the bottlenecks of all clients that have connected did in one direction, until the
-    /// last poll.
+    /// Traffic of the bottlenecks of all connected clients in one direction, until the last poll.
     [[nodiscard]] std::vector<BottleneckMeter> bottlenecks(Direction direction) const;
 
     [[nodiscard]] std::uint64_t send_drops() const { return udp_->send_drops(); }
@@ -84,7 +83,7 @@ class SocketTransport final : public Transport {
   private:
     friend class SocketNetwork;
 
-    /// What the conditioner releases at `now_s`, both directions.
+    /// Delivers the messages that the conditioner releases at `now_s`, both directions.
     void release(double now_s);
     void transmit(Bytes datagram);
 

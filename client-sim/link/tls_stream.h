@@ -29,7 +29,7 @@ struct Trust {
     std::string host;               ///< name to verify and to send as server name
 };
 
-/// What a stream says. Nothing is called after close().
+/// Callbacks of a stream. Nothing is called after close().
 struct StreamEvents {
     std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
     std::function<void(Bytes frame)> frame;
@@ -45,7 +45,7 @@ class TlsStream : public std::enable_shared_from_this<TlsStream> {
 
     void connect(const asio::ip::tcp::endpoint& endpoint);
     void send_frame(const Bytes& frame);
-    /// Sends what is queued, says goodbye, closes. No event follows.
+    /// Sends all queued frames, says goodbye, closes. No event follows.
     void close();
 
     /// The server's address once connected.

@@ -25,8 +25,8 @@ class UdpPool {
 
     /// Queues a datagram on socket `index` (modulo their number) until flush().
     void queue(std::size_t index, const sockaddr_storage& to, socklen_t to_size, Bytes datagram);
-    /// Hands everything queued to the kernel (sendmmsg). What the kernel has no room for is
-    /// dropped and counted, as the network would.
+    /// Hands everything queued to the kernel (sendmmsg). Datagrams for which the kernel has no room
+    /// are dropped and counted, as a network would drop them.
     void flush();
     /// Hands every datagram that waits to `each`.
     void receive(const std::function<void(std::span<const std::uint8_t>)>& each);

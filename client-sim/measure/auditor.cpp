@@ -14,7 +14,7 @@ namespace {
 
 /// Wait this long after a record's tick, so that late packets are no longer taken for lost ones.
 constexpr double kHoldS = 0.3;
-/// How old the news at a tick was shows when the next packet comes: wait so long for it.
+/// The next packet shows the age of the updates at a tick: wait this long for it.
 constexpr double kPatienceS = 2.0;
 
 /// A thousand years: beyond it arithmetic with ticks could overflow.
@@ -289,11 +289,11 @@ void Auditor::compare_entity(const Context& context,
         context.tick - before->second.must_know_since >= context.grace &&
         context.tick - truth.discontinuity_tick() >= context.grace &&
         context.tick - context.avatar_discontinuity >= context.grace &&
-        // Who runs or looks far hears of others than who does not, from one tick to the next.
+        // A change of stance changes the entities in reach from one tick to the next.
         context.tick - truth.radii_tick() >= context.grace &&
         context.tick - context.avatar_radii >= context.grace &&
-        // It may have been out of reach or sight between two records: who was told so is to be told
-        // of its return within the grace.
+        // The entity may have been out of reach or sight between two records. A client that was
+        // notified of that must be notified of its return within the grace.
         (version == nullptr || context.tick - version->event_tick >= context.grace);
     if (due && was_postponed(context)) {
         ++tally.missing_notified;
@@ -314,9 +314,9 @@ void Auditor::compare_entity(const Context& context,
     }
 }
 
-/// Between the radii and the radii with hysteresis an entity may be known or not, and an entity
-/// that is no longer heard is promised nothing: where word of its leaving came within the time that
-/// news may take, it had left.
+/// Between the radii and the radii with hysteresis an entity may be known or not, and nothing is
+/// promised of an entity that is no longer received. Where the update about its leaving came within
+/// the time that updates may take, it had left.
 bool Auditor::is_leaving(const Context& context,
                          const proto::AuditEntity& truth,
                          const view::Entity& entity) const {
@@ -336,7 +336,7 @@ double Auditor::promised_bound(const Context& context,
     };
     const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m()) *
                        wider(lod_at(*context.world, static_cast<double>(truth.distance_m())));
-    // What the client holds was promised D ago, when the entity may have been farther away.
+    // The client's state was promised D ago, when the entity may have been farther away.
     const auto ago = static_cast<Tick>(std::ceil(context.age.age_s / context.world->tick_s));
     const Tick then = context.tick - ago;
     const view::EntityStore& store = context.bot->view()->store();
@@ -469,7 +469,7 @@ void Auditor::remember(const proto::AuditRecord& record) {
     for (const proto::AuditEntity& truth : record.entities()) {
         auto [at, fresh] = seen_.try_emplace(truth.entity());
         ListedEntity& seen = at->second;
-        // Whoever was away or elsewhere between two records became known anew.
+        // An entity that was away or elsewhere between two records became known anew.
         const bool jumped = truth.discontinuity_tick() > previous_tick_ ||
                             record.avatar_discontinuity_tick() > previous_tick_;
         const bool unbroken =

@@ -1,4 +1,5 @@
-// Auditor: compares what one bot predicted and displayed at a tick with the server's truth for it.
+// Auditor: compares the states that one bot predicted and displayed at a tick with the server's
+// truth.
 #pragma once
 
 #include "client-sim/bot/bot.h"
@@ -17,7 +18,7 @@ namespace zoned::measure {
 enum class FindingKind : std::uint8_t {
     kPosition,     ///< predicted position beyond the promised bound
     kOrientation,  ///< predicted orientation beyond the promised bound
-    kMissing,      ///< ought to be known, is not in the view
+    kMissing,      ///< must be known, is not in the view
     kExtra,        ///< in the view, must not be known: a leak
 };
 
@@ -35,7 +36,7 @@ struct Finding {
     bool loss = false;
 };
 
-/// What all auditors of a run found, together.
+/// The findings of all auditors of a run.
 struct Tally {
     static constexpr std::size_t kWorst = 20;
 
@@ -44,23 +45,23 @@ struct Tally {
     core::Histogram predicted_rad;
     core::Histogram displayed_rad;
     core::Histogram update_age_s;
-    core::Histogram
-        usual_age_s;  ///< what the age would be on the same path if nothing were in the way
+    core::Histogram usual_age_s;  ///< the age on the same network path without any disturbance
     std::uint64_t records = 0;
     std::uint64_t samples = 0;
-    std::uint64_t samples_after_loss = 0;   ///< of samples: judged with the allowance for a resend
-    std::uint64_t samples_lost_again = 0;   ///< of these: for more than one, as news.h says
-    std::uint64_t samples_stale = 0;        ///< of samples: judged with an age that is_stale()
-    std::uint64_t skipped_late = 0;         ///< records older than the history
-    std::uint64_t skipped_unsettled = 0;    ///< records before clock and view had settled
+    std::uint64_t samples_after_loss = 0;  ///< of samples: judged with the allowance for a resend
+    std::uint64_t samples_lost_again =
+        0;                                ///< of these: with more than one resend, see update_age.h
+    std::uint64_t samples_stale = 0;      ///< of samples: judged with an age that is_stale()
+    std::uint64_t skipped_late = 0;       ///< records older than the history
+    std::uint64_t skipped_unsettled = 0;  ///< records before clock and view had settled
     std::uint64_t skipped_undisplayed = 0;  ///< records of ticks that an interpolating view jumped
     std::uint64_t skipped_unmeasured = 0;   ///< records without any packet around
     std::uint64_t skipped_discontinuity = 0;  ///< samples within D after a spawn or teleport
-    std::uint64_t skipped_leaving = 0;        ///< samples of entities whose leaving was under way
-    std::uint64_t samples_widened = 0;        ///< of samples: under bounds told to be wider
-    std::uint64_t samples_unbounded = 0;      ///< not judged: the client was told of no bound
-    /// Not judged: the budget made just these wait, and the client was told that it lacks
-    /// something.
+    std::uint64_t skipped_leaving = 0;        ///< samples of entities whose removal was in flight
+    std::uint64_t samples_widened = 0;  ///< of samples: under bounds that the server declared wider
+    std::uint64_t samples_unbounded = 0;  ///< not judged: the server declared no bound
+    /// Not judged: the budget delayed exactly these, and the client was notified that entities are
+    /// missing.
     std::uint64_t missing_notified = 0;
     std::uint64_t position_violations = 0;
     std::uint64_t orientation_violations = 0;
@@ -68,9 +69,9 @@ struct Tally {
     std::uint64_t extra = 0;
     std::uint64_t malformed = 0;
     std::uint64_t environment_samples = 0;     ///< values of clocks and shared variables
-    std::uint64_t environment_violations = 0;  ///< of them: another value than the server's
+    std::uint64_t environment_violations = 0;  ///< of these: values that differ from the server's
     double environment_error_max = 0.0;
-    std::vector<Finding> worst;  ///< by how far beyond what was allowed, most first
+    std::vector<Finding> worst;  ///< by the excess over the allowed error, largest first
 
     void add(const Finding& finding);
 };
@@ -79,11 +80,11 @@ struct Tally {
 struct FrozenState {
     bool seen = false;       ///< a frozen record came
     bool converged = false;  ///< the newest one matched exactly
-    std::string difference;  ///< the first one of the newest record
+    std::string difference;  ///< the first difference of the newest record
 };
 
-/// Audits one bot. A record is compared a little after its tick, when what was lost or late around
-/// it is known.
+/// Audits one bot. A record is compared a little after its tick, when losses and late packets
+/// around it are known.
 class Auditor {
   public:
     /// `spread_s` as in bound.h.
@@ -118,15 +119,15 @@ class Auditor {
         bool stale = false;
         bool lost_again = false;
         bool all_named = false;  ///< as `complete` of age_of()
-        Tick grace = 0;          ///< ticks that news of appearing or going may take
+        Tick grace = 0;          ///< ticks that an update about appearing or leaving may take
         Tick postponed = 0;      ///< of one entity: as SentUpdates
         Tick avatar_discontinuity = 0;
         Tick avatar_radii = 0;
     };
 
-    /// The context for one entity: how old news of it can be.
+    /// The context for one entity, with the greatest age of its updates.
     [[nodiscard]] Context about(const Context& context, EntityId entity) const;
-    /// True when the budget made the entity wait, as the client was told.
+    /// True when the budget delayed the entity, and the client was notified.
     [[nodiscard]] static bool was_postponed(const Context& context);
 
     void compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally);
@@ -142,7 +143,7 @@ class Auditor {
     [[nodiscard]] bool is_leaving(const Context& context,
                                   const proto::AuditEntity& truth,
                                   const view::Entity& entity) const;
-    /// What the view held of an entity for a tick near the record's.
+    /// The view's version of an entity for a tick near the record's.
     [[nodiscard]] static const view::Version* held(const Context& context,
                                                    const view::Entity& entity,
                                                    Tick tick);

@@ -1,4 +1,5 @@
-// The promised bound: by how much a predicted state may differ from the truth, as a formula.
+// bound: the promised bound, a formula for the largest difference between a predicted state and the
+// truth.
 #pragma once
 
 #include "client-sim/link/arrival_log.h"
@@ -8,44 +9,44 @@
 
 namespace zoned::measure {
 
-/// What the formula depends on.
+/// Inputs of the formula.
 struct BoundInputs {
     double bound = 0.0;    ///< promised at the LOD, m (or rad)
     double quantum = 0.0;  ///< half a quantisation step along each axis, as a length (or angle)
-    double age_s = 0.0;    ///< D: how old news can be
-    /// Time since the truth last left what its newest publication predicted; infinity: never.
+    double age_s = 0.0;    ///< D: greatest age of updates
+    /// Time since the truth last left the prediction from its newest publication; infinity: never.
     double since_breach_s = std::numeric_limits<double>::infinity();
 };
 
 /// allowed = bound + quantum + a_max D^2 / 2 + dv_max D, the last term only within D after a breach
-/// (a sudden change that the client cannot have heard of yet). m.
+/// (a sudden change about which the client cannot have an update yet). m.
 double allowed_position_error(const BoundInputs& inputs, double a_max, double dv_max);
 
-/// Orientation likewise. No type declares how fast it may turn, so: a character turns where it
-/// likes (any angle within D after a breach), a prop spins by at most kMaxSpinRps more than it was
-/// predicted to. rad, at most pi.
+/// The same for orientation. No type declares a limit on its rate of turn. So a character may turn
+/// by any angle within D after a breach, and a prop may spin by at most kMaxSpinRps more than
+/// predicted. rad, at most pi.
 double allowed_orientation_error(const BoundInputs& inputs, bool character);
 
 inline constexpr double kMaxSpinRps = 40.0;
 
-/// D of a view that displayed a tick `behind_s` after the server had it: what old news can be short
-/// of. `now` is the age of news when the tick was displayed, `then` at the tick itself. Zero once
-/// all that was sent up to the tick had come (both neighbours are known then); where a packet was
-/// lost around either, news of a change may have been replaced by that of a later one and never
-/// come, so nothing is taken off.
+/// D of a view that displayed a tick `behind_s` after the server had it: the time that its updates
+/// can lack. `now` is the age of updates when the tick was displayed, `then` at the tick itself. D
+/// is zero once all packets up to the tick had come: both neighbours are known then. Where a packet
+/// was lost around either, a later update may have replaced the update of a change, which then
+/// never comes. So nothing is taken off.
 double past_age_s(const link::UpdateAge& now, const link::UpdateAge& then, double behind_s);
 
-/// Likewise where nothing of it was lost: UpdateAge::plain_s of both.
+/// The same where none of its updates was lost: UpdateAge::plain_s of both.
 double past_plain_s(const link::UpdateAge& now, const link::UpdateAge& then, double behind_s);
 
-/// How old news is on a path that works: half its least round trip and a tick; where the newest was
-/// lost, a round trip and a tick more. `spread_s`: by how much a link conditioner of our own makes
-/// one-way delays differ, which is no fault of anybody's. s.
+/// Age of updates on a good network path: half its least round trip and a tick. Where the newest
+/// update was lost, a round trip and a tick more. `spread_s`: spread of one-way delays by our own
+/// link conditioner, which is no fault. s.
 double usual_age_s(double least_rtt_s, double tick_s, bool loss, double spread_s);
 
-/// True when news is older than twice the usual age and three ticks: jitter and reordering explain
-/// no more. Then a machine is starved or a path queues or breaks, the allowed error grows with the
-/// square of that age, and a comparison says little.
+/// True when updates are older than twice the usual age and three ticks: jitter and reordering
+/// explain no more. Then a computer is starved, or a network path queues or breaks. The allowed
+/// error grows with the square of that age, so a comparison says little.
 bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss, double spread_s);
 
 /// Index of the LOD promised at a horizontal distance.

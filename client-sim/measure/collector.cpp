@@ -10,15 +10,15 @@ namespace {
 
 constexpr double kPeriodS = 0.1;
 constexpr double kClockPeriodS = 1.0;
-/// An event is closed when nobody heard of it for this long.
+/// An event is closed when no client has received it for this long.
 constexpr double kEventOpenS = 4.0;
-/// At the end of the run events are closed sooner, but not those that may still be under way.
+/// At the end of the run events are closed sooner, but not events that may still be in flight.
 constexpr double kLastEventOpenS = 1.0;
 /// Bandwidth is measured from this long after a bot joined: the first view is not the steady one.
 constexpr double kWarmUpS = 2.0;
-/// Nobody can see a change of course any more after this time.
+/// After this time no client can display a change of direction any more.
 constexpr double kCourseOpenS = 1.0;
-/// A client that hears nothing for this long at the end is cut off.
+/// A client that receives nothing for this long at the end is cut off.
 constexpr double kSilentS = 2.0;
 
 /// Bit of the rights in Welcome.
@@ -46,7 +46,7 @@ void Collector::on_joined(bot::Bot& bot, const proto::Joined&) {
 
 void Collector::on_event(bot::Bot& bot, const proto::Event& event) {
     if (event.history()) {
-        return;  // others heard of it long ago: nothing to compare
+        return;  // others received it long ago: nothing to compare
     }
     const double now = bot.now_s();
     auto [at, fresh] = event_spreads_.try_emplace(event.event_id());
@@ -92,7 +92,7 @@ void Collector::on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, 
     found->second.open = false;
     const double elapsed = bot.now_s() - found->second.decided_s;
     if (elapsed > kCourseOpenS) {
-        // So late it is some other change: the avatar walked into a wall, or nobody was near.
+        // A change this late is another one: the avatar walked into a wall, or no client was near.
         ++unseen_;
         return;
     }
@@ -139,7 +139,7 @@ void Collector::close_events(const Bots& bots, double now_s, double open_s) {
             spread_ms_.add(1e3 * (heard.last_s - heard.first_s));
         }
         if (heard.world) {
-            // Everybody who had joined well before ought to have heard.
+            // Every client that had joined well before must have received it.
             std::uint64_t audience = 0;
             for (const auto& bot : bots) {
                 const bool there = bot->joined() && bot->view() != nullptr && online(*bot) &&

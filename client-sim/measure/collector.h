@@ -1,4 +1,4 @@
-// Collector: gathers what all bots of a run experience and makes the report of it.
+// Collector: gathers the measurements of all bots of a run into its report.
 #pragma once
 
 #include "client-sim/bot/bot.h"
@@ -31,7 +31,7 @@ class Collector final : public bot::Observer {
     /// The report so far; `asked` bots were wanted.
     [[nodiscard]] RunReport report(const Bots& bots, std::size_t asked) const;
 
-    /// How many online bots with the right to audit there are, and how many match a frozen record.
+    /// The number of online bots with the right to audit, and of those that match a frozen record.
     struct ConvergedBots {
         std::size_t online = 0;
         std::size_t seen = 0;
@@ -74,7 +74,7 @@ class Collector final : public bot::Observer {
         bool silent = false;
     };
 
-    /// An event that several clients hear of.
+    /// An event that several clients receive.
     struct EventSpread {
         double first_s = 0.0;
         double last_s = 0.0;
@@ -83,7 +83,7 @@ class Collector final : public bot::Observer {
         bool world = false;
     };
 
-    /// A change of course that nobody has seen yet.
+    /// A change of direction that no client has displayed yet.
     struct CourseChange {
         Tick tick = 0;
         double decided_s = 0.0;

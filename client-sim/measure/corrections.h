@@ -1,4 +1,4 @@
-// Corrections: tells errors of a client's own prediction from jumps that nobody could predict.
+// Corrections: separates errors of a client's own prediction from jumps that it could not predict.
 #pragma once
 
 #include "shared/core/histogram.h"
@@ -8,22 +8,22 @@
 
 namespace zoned::measure {
 
-/// Of one bot. The server's own states do not say that the avatar was put elsewhere (a respawn, a
-/// teleport); audits do. So corrections wait for the next audit: the first one at or after a
-/// discontinuity is a jump, all others are errors of the prediction.
+/// Corrections of one bot. The server's own states do not report that the avatar was moved
+/// elsewhere (a respawn, a teleport); audits do. So corrections wait for the next audit: the first
+/// one at or after a discontinuity is a jump, all others are errors of the prediction.
 class Corrections {
   public:
     /// Ticks ascend.
     void add(Tick tick, double distance_m);
 
-    /// An audit of `tick`: the avatar was last put elsewhere at `discontinuity_tick`.
+    /// An audit of `tick`: the avatar was last moved elsewhere at `discontinuity_tick`.
     void decide(Tick tick,
                 Tick discontinuity_tick,
                 core::Histogram& errors,
                 core::Histogram& jumps);
 
-    /// The end of the run. Where no audit ever came, all are errors; else what the last one left
-    /// undecided is not counted.
+    /// The end of the run. Where no audit ever came, all corrections are errors. Otherwise
+    /// corrections after the last audit are not counted.
     void finish(core::Histogram& errors);
 
     static constexpr std::size_t kMaxWaiting = 4096;

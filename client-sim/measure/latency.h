@@ -13,12 +13,12 @@
 
 namespace zoned::measure {
 
-/// In the order in which an action passes them; all in server time, which every client knows by its
-/// own estimate, so that their sum is the whole but for the error of the clocks.
+/// In the order in which an action passes them; all in server time, as each client estimates it. So
+/// their sum is the whole latency, except for clock errors.
 enum class Stage : std::uint8_t {
     kWireUp,    ///< from the decision until the server has the command
-    kTickWait,  ///< until the command's tick: what the input lead is larger than was needed
-    kPublish,   ///< until the truth leaves the bound of what others predict, and is published
+    kTickWait,  ///< until the command's tick: the excess of the input lead
+    kPublish,   ///< until the truth leaves the bound of others' predictions, and is published
     kSend,      ///< the step itself, replication, budget, pacing: until the packet leaves
     kWireDown,
     kDisplay,  ///< until a tick that shows it is displayed: a tick, or the jitter buffer
@@ -43,14 +43,15 @@ class Latency {
              Tick publication_tick,
              Tick from_tick);
 
-    /// Decides what waits: the decider learns a round trip later when its command came. Those of
-    /// which that stays unknown (the packet was lost, or overtaken) are left out of all stages.
+    /// Settles waiting actions: the decider learns a round trip later when its command came.
+    /// Actions for which that stays unknown (the packet was lost, or overtaken) are left out of all
+    /// stages.
     void settle(std::span<const std::unique_ptr<bot::Bot>> bots);
 
     /// In ms, by stage.
     [[nodiscard]] const Histograms& stages() const { return stages_ms_; }
 
-    /// Of actions whose stages are not all known.
+    /// Number of actions whose stages are not all known.
     [[nodiscard]] std::uint64_t unknown() const { return unknown_; }
 
   private:
@@ -60,7 +61,7 @@ class Latency {
         double decided_s = 0.0;
         double due_s = 0.0;  // of the command's tick
         double shown_s = 0.0;
-        std::array<double, kStages> ms{};  // but the first two
+        std::array<double, kStages> ms{};  // without the first two
     };
 
     std::vector<PendingAction> waiting_;

@@ -1,4 +1,4 @@
-// RunReport: all that a run of bots measured, with its verdict, as JSON and as a table.
+// RunReport: all measurements of a run of bots, with its verdict, as JSON and as a table.
 #pragma once
 
 #include "client-sim/measure/auditor.h"
@@ -18,7 +18,7 @@ struct RunReport {
     std::string script;
     std::string convergence;
     std::string view;       ///< extrapolate or interpolate
-    std::string predictor;  ///< what the view displays: the published kind of prediction, or none
+    std::string predictor;  ///< kind of prediction displayed: the published one, or none
     std::uint64_t seed = 0;
     std::uint64_t bots_asked = 0;
     std::uint64_t bots_joined = 0;
@@ -38,9 +38,10 @@ struct RunReport {
     std::uint64_t events_sent = 0;  ///< numbered by the server for these clients
     std::uint64_t events_delivered = 0;
     std::uint64_t events_lost = 0;     ///< numbers passed over
-    std::uint64_t events_unheard = 0;  ///< to everybody, yet not heard by somebody
+    std::uint64_t events_unheard = 0;  ///< events to everybody that some client did not receive
     std::uint64_t events_duplicated = 0;
-    std::uint64_t decisions_diverged = 0;  ///< clients that held something else than was decided
+    std::uint64_t decisions_diverged =
+        0;  ///< clients whose ledger differs from the server's decisions
     std::uint64_t events_out_of_order = 0;
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
@@ -54,7 +55,7 @@ struct RunReport {
     double clock_bound_ms = 0.0;       ///< largest error that the round trips admit
     core::Histogram own_correction_m;  ///< between prediction and truth of the own avatar
     core::Histogram
-        own_jump_m;  ///< likewise where the avatar was put elsewhere: spawned, teleported
+        own_jump_m;  ///< the same where the avatar was moved elsewhere: spawned, teleported
     core::Histogram lead_ticks;
     core::Histogram view_delay_ticks;  ///< how far an interpolating view is behind the server
 
@@ -64,7 +65,7 @@ struct RunReport {
     std::uint64_t unauthenticated = 0;
     std::uint64_t malformed = 0;
     std::uint64_t server_silences = 0;
-    std::uint64_t silent_bots = 0;  ///< heard nothing in the last seconds of the run
+    std::uint64_t silent_bots = 0;  ///< received nothing in the last seconds of the run
     std::uint64_t tunnelled_bots = 0;
     std::uint64_t streams_lost = 0;
     std::uint64_t resumed = 0;
@@ -72,36 +73,36 @@ struct RunReport {
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
-    std::uint64_t environment_updates = 0;    ///< events that said where shared environment stands
-    std::uint64_t environment_corrected = 0;  ///< values that were found to be wrong by them
+    std::uint64_t environment_updates = 0;    ///< events with the state of the shared environment
+    std::uint64_t environment_corrected = 0;  ///< values that these events corrected
     std::uint64_t environment_malformed = 0;
-    std::uint64_t bursts = 0;  ///< of cosmetic particles, told by events
+    std::uint64_t bursts = 0;  ///< bursts of cosmetic particles, received as events
     std::uint64_t bursts_malformed = 0;
     std::uint64_t bursts_refused = 0;  ///< more at a time than a client displays
     std::uint64_t zone_changes = 0;    ///< handoffs that clients saw
     std::uint64_t input_missing = 0;
-    std::uint64_t input_ticks = 0;          ///< of which the server has told bots
-    std::uint64_t input_ticks_missing = 0;  ///< of these: the command was not there
+    std::uint64_t input_ticks = 0;          ///< ticks that the server has reported to bots
+    std::uint64_t input_ticks_missing = 0;  ///< of these: the command was missing
     std::uint64_t publications_absolute = 0;
     std::array<std::uint64_t, motion::kPredictorOrders> publications_by_order{};
     std::uint64_t send_drops = 0;
-    bool bottleneck = false;               ///< the link conditioner limits what clients hear
-    core::Histogram bottleneck_wait_s;     ///< of datagrams down, in its queue
-    double bottleneck_utilisation = 0.0;   ///< share of what all bottlenecks down could carry
+    bool bottleneck = false;               ///< the link conditioner limits the traffic to clients
+    core::Histogram bottleneck_wait_s;     ///< of datagrams to clients, in its queue
+    double bottleneck_utilisation = 0.0;   ///< share of the capacity of all bottlenecks to clients
     std::uint64_t bottleneck_dropped = 0;  ///< found the queue full
     double process_cpu_s = 0.0;
-    wire::TrafficTable traffic;              ///< of all state packets that came
+    wire::TrafficTable traffic;              ///< of all state packets received
     std::vector<std::string> traffic_types;  ///< names of its types
 
     bool freeze_asked = false;
     std::uint64_t auditing_bots = 0;   ///< online at the end, with the right to audit
     std::uint64_t frozen_bots = 0;     ///< got a record of the frozen world
     std::uint64_t converged_bots = 0;  ///< of them: matched exactly
-    std::string frozen_difference;     ///< of the first bot that did not
+    std::string frozen_difference;     ///< of the first bot that did not match
 
     bool consistent = false;
-    std::vector<std::string> reasons;   ///< why it is not
-    std::vector<std::string> warnings;  ///< what makes a good verdict mean less
+    std::vector<std::string> reasons;   ///< reasons against consistency
+    std::vector<std::string> warnings;  ///< circumstances that weaken a good verdict
 };
 
 /// Fills `consistent`, `reasons` and `warnings` from everything else.

@@ -12,7 +12,7 @@ link::UpdateAge age_of(const link::UpdateAge& around,
                        double shown_s,
                        double rtt_s,
                        double tick_s) {
-    // What came last brought everything before it; what was sent after it and lost is missed.
+    // The last packet received includes all earlier updates; lost packets sent after it are missed.
     Tick missed_since = 0;
     int losses = 0;
     for (const SentUpdates::Packet& packet : sent_updates.packets) {
@@ -20,7 +20,7 @@ link::UpdateAge age_of(const link::UpdateAge& around,
         if (packet.tick > tick) {
             break;
         }
-        // What comes when a tick has been shown is seen from the next one on.
+        // A packet that comes after a tick was shown is displayed from the next tick on.
         if (came_s && *came_s < shown_s) {
             missed_since = 0;
             losses = 0;

@@ -1,5 +1,5 @@
-// News: how old the news of one entity can be, from the packets that carried it and those that
-// came.
+// update_age: the greatest age of one entity's updates, from the packets sent with them and the
+// packets received.
 #pragma once
 
 #include "client-sim/link/arrival_log.h"
@@ -9,32 +9,32 @@
 
 namespace zoned::measure {
 
-/// What the server says it did to tell of one entity. The default is: nothing but what the client
-/// has acknowledged.
+/// The server's report of the packets that carry one entity. The default: none but acknowledged
+/// ones.
 struct SentUpdates {
     struct Packet {
         Tick tick = 0;
         std::uint64_t sequence = 0;
     };
 
-    Tick postponed_tick = 0;      ///< when its budget last made something of it wait; 0: never
-    bool leaving = false;         ///< the packets carry its removal
-    std::vector<Packet> packets;  ///< ascending: those with news that were not acknowledged
+    Tick postponed_tick = 0;  ///< when the budget last delayed one of its updates; 0: never
+    bool leaving = false;     ///< the packets carry its removal
+    std::vector<Packet>
+        packets;  ///< ascending: packets with its updates that were not acknowledged
 };
 
 /// D of one entity by the promised bound: a delay and a tick, and one resend (round trip and tick)
-/// where the newest news of this entity was lost, `around` being what holds for all news at that
-/// time. Where it was lost more than once, each further loss adds one resend, but D is then no more
-/// than what has really gone by since the first packet that the client missed left: until then what
-/// it held was within its bound.
+/// where the newest update of this entity was lost. `around` is the age of all updates at that
+/// time. Each further loss adds one resend. But D is then at most the time since the first packet
+/// that the client missed left: until then the client's state was within its bound.
 ///
-/// A loss is a fact that both sides know: the server names the packet (it can't name one that came,
-/// as it came; nor one that it never sent, as then no number is missing), and how long it may take
-/// until it sends again is not the server's to say.
+/// Both sides know a loss, so the server cannot invent one. It names the packet, but a packet that
+/// came is not lost, and a packet that was never sent leaves no gap in the numbers. The server does
+/// not choose the time allowed for a resend either.
 ///
-/// `complete`: the server can name all packets that matter; else a loss of any packet counts as one
-/// of this entity's news. `tick`: of the truth; `shown_s`: when it was displayed, in the time of
-/// the log.
+/// `complete`: the server can name all packets that matter; otherwise a loss of any packet counts
+/// as a loss of this entity's updates. `tick`: of the truth; `shown_s`: when it was displayed, in
+/// the time of the log.
 link::UpdateAge age_of(const link::UpdateAge& around,
                        const SentUpdates& sent_updates,
                        bool complete,

@@ -7,7 +7,7 @@ namespace zoned::measure {
 
 namespace {
 
-/// Room for what the error bound of the clocks does not cover: the granularity of polling.
+/// Allowance beyond the error bound of the clocks, for the granularity of polling.
 constexpr double kClockSlackMs = 5.0;
 /// Above this share of stale samples the verdict warns; where most are stale, it shows nothing.
 constexpr double kStaleWarning = 0.05;
@@ -71,7 +71,7 @@ void judge_audit(RunReport& r) {
     }
 }
 
-/// An allowance that grew with the age of the news makes a comparison say little.
+/// A comparison says little when its allowance grew with the age of the updates.
 void judge_staleness(RunReport& r) {
     const Tally& t = r.audit;
     if (t.samples == 0) {
@@ -90,7 +90,7 @@ void judge_staleness(RunReport& r) {
     (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
 }
 
-/// A client that is told of no bound is not lied to, but it is promised nothing either.
+/// A client without a declared bound gets no false promise, but no promise either.
 void judge_pressure(RunReport& r) {
     const Tally& t = r.audit;
     const double all = static_cast<double>(t.samples + t.samples_unbounded);

@@ -22,7 +22,7 @@ double ray_ball(const Vec3d& eye, const Vec3d& direction, const Vec3d& centre, d
 }
 
 /// How far the ray passes an upright segment's surroundings, m: from the point of the ray that is
-/// nearest to the centre. Exact enough to choose who is near.
+/// nearest to the centre. Exact enough to choose the near ones.
 double gap(const Vec3d& eye,
            const Vec3d& direction,
            const Vec3d& centre,

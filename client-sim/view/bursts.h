@@ -1,4 +1,4 @@
-// Bursts: cosmetic particles that events let out, computed from those events alone.
+// Bursts: cosmetic particles of burst events, computed from those events alone.
 #pragma once
 
 #include "client-sim/view/world_info.h"
@@ -10,18 +10,18 @@
 
 namespace zoned::view {
 
-/// Holds the bursts that have particles left. Bounded: what a hostile server says costs no more
-/// than kMost entries and kMostAlive particles.
+/// Holds the bursts that have particles left. Bounded: a hostile server costs no more than kMost
+/// entries and kMostAlive particles.
 class Bursts {
   public:
     static constexpr std::size_t kMost = 1024;
     static constexpr std::uint64_t kMostAlive = 65'536;  ///< particles, in all bursts together
 
-    /// What became of an event.
+    /// The outcome of an event.
     enum class BurstOutcome : std::uint8_t {
         kTaken,
         kMalformed,  ///< no such system, numbers that no server sends
-        kNoRoom,     ///< too many at a time: not displayed
+        kNoRoom,     ///< too many particles at a time: not displayed
     };
 
     explicit Bursts(const WorldInfo& world) : world_(&world) {}

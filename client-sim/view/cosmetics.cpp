@@ -10,8 +10,7 @@ namespace zoned::view {
 
 namespace {
 
-/// Alive at a time, in all systems together: as many as a config may ask for, 64 systems of a
-/// million.
+/// Alive at a time, in all systems together: as many as a config may set, 64 systems of a million.
 constexpr double kMostAlive = 64e6;
 
 using Numbers = google::protobuf::RepeatedField<float>;

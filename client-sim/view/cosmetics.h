@@ -1,4 +1,5 @@
-// Cosmetic particle systems as the server tells them at login: checked, and ready to be replayed.
+// cosmetics: checks the cosmetic particle systems of the login message and prepares them for
+// replay.
 #pragma once
 
 #include "client-sim/view/world_info.h"
@@ -8,10 +9,10 @@
 
 namespace zoned::view {
 
-/// Why a client could not replay the description's cosmetic systems in good time; empty: it can.
+/// Reason why a client could not replay the description's cosmetic systems in time; empty: it can.
 std::string wrong_with_cosmetics(const proto::WorldDescription& description);
 
-/// Needs what wrong_with_cosmetics() has checked.
+/// Needs a description that passed wrong_with_cosmetics().
 std::vector<CosmeticInfo> read_cosmetics(const proto::WorldDescription& description);
 
 }  // namespace zoned::view

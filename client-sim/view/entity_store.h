@@ -1,4 +1,4 @@
-// EntityStore: what a client knows of the entities around it, and what it knew at recent ticks.
+// EntityStore: a client's knowledge of the entities around it, now and at recent ticks.
 #pragma once
 
 #include "client-sim/view/playout.h"
@@ -20,16 +20,16 @@ namespace zoned::view {
 struct Version {
     Tick from_tick = 0;    ///< first view tick that uses it
     bool present = false;  ///< false: the entity was not in the view
-    ZoneId zone;           ///< whose local coordinates `state` uses
+    ZoneId zone;           ///< zone of the local coordinates in `state`
     std::uint8_t lod = 0;
     Tick publication_tick = 0;
-    /// From which server tick on it holds: that of the publication; of the packet where the entity
-    /// appears, goes or passes to another stream.
+    /// Server tick from which it holds. It is the publication's, or the packet's where the entity
+    /// appears, leaves or passes to another stream.
     Tick event_tick = 0;
     std::uint64_t sequence = 0;  ///< of the newest packet that carried it (or removed the entity)
     wire::QuantizedState quantized;
     motion::KinematicState state;     ///< dequantised
-    motion::Convergence convergence;  ///< from what was displayed at `from_tick` - 1
+    motion::Convergence convergence;  ///< from the state displayed at `from_tick` - 1
     bool converging = false;
 };
 
@@ -43,10 +43,10 @@ struct ReceivedKeyframe {
 
 struct Entity {
     TypeIndex type = 0;
-    bool typed = false;             ///< an absolute record has told the type
+    bool typed = false;             ///< an absolute record has given the type
     Tick present_since = 0;         ///< first view tick of the present stay
     double heard_s = 0.0;           ///< local time of the newest record
-    bool confirmed = true;          ///< heard again since the last view reset
+    bool confirmed = true;          ///< received again since the last view reset
     std::vector<Version> versions;  ///< ascending by from_tick; the last one holds now
     std::vector<Version> late;      ///< came after newer ones; for views that show the past
     std::vector<ReceivedKeyframe> keyframes;
@@ -63,15 +63,15 @@ struct WorldState {
 
 enum class ApplyOutcome : std::uint8_t {
     kShown,  ///< a new publication is in the view
-    kLate,   ///< older than what is shown, of use to a view that shows the past
-    kOld,    ///< known already, or older than what is shown
+    kLate,   ///< older than the shown one, useful to a view that shows the past
+    kOld,    ///< known already, or older than the shown one
     kNoKeyframe,
 };
 
-/// What is displayed for a publication.
+/// The state displayed for a publication.
 enum class DisplayedState : std::uint8_t {
     kPredicted,  ///< dead reckoning by the kind of prediction that it names
-    kPublished,  ///< the published state, unmoved until the next: how much the prediction is worth
+    kPublished,  ///< the published state, unmoved until the next: shows the value of the prediction
 };
 
 struct DisplaySettings {
@@ -82,14 +82,14 @@ struct DisplaySettings {
 };
 
 /// Publications are ordered as follows. Within a stream (zone, LOD) by publication tick; between
-/// streams by the sequence of the packet, because the server changes streams for a reason. A
-/// remove wins only over what older packets said. Keyframes are kept in any case: the server may
-/// refer to whatever this client has acknowledged.
+/// streams by the sequence of the packet, because the server changes streams for a reason. A remove
+/// wins only over records of older packets. Keyframes are kept in any case: the server may refer to
+/// any that this client has acknowledged.
 class EntityStore {
   public:
     static constexpr Tick kHistoryTicks = 160;
     static constexpr std::size_t kKeyframes = 24;
-    /// More entities than this in one view is an attack.
+    /// Most entities in one view; more mean an attack.
     static constexpr std::size_t kMaxEntities = 65536;
 
     EntityStore(const WorldInfo& world, const DisplaySettings& settings);
@@ -100,8 +100,9 @@ class EntityStore {
         Tick publication_tick = 0;
         Tick packet_tick = 0;
         ZoneId zone;
-        Tick view_tick = 0;  ///< newest tick evaluated: the record shows from the next one on
-        bool coded = false;  ///< for this client alone: it becomes no keyframe
+        Tick view_tick =
+            0;  ///< newest tick evaluated: the record is displayed from the next one on
+        bool coded = false;  ///< coded for this client alone: it becomes no keyframe
         double now_s = 0.0;
     };
 
@@ -116,9 +117,9 @@ class EntityStore {
     bool remove(EntityId entity, std::uint64_t sequence, Tick packet_tick, Tick view_tick);
     /// A removed entity keeps its keyframes for a while; forgets the stale ones.
     void prune(Tick view_tick);
-    /// All that is shown must be heard again ...
+    /// All shown entities must be received again ...
     void begin_reset();
-    /// ... or goes. Returns how many entities went.
+    /// ... or they are removed. Returns the number of removed entities.
     std::size_t end_reset(Tick view_tick);
 
     [[nodiscard]] const std::map<EntityId, Entity>& entities() const { return entities_; }
@@ -129,20 +130,20 @@ class EntityStore {
     [[nodiscard]] static const Version* version_at(const Entity& entity, Tick tick);
     /// Dead reckoning only.
     [[nodiscard]] WorldState predicted(const Version& version, Tick tick) const;
-    /// What was on the screen: prediction and what convergence still owes.
+    /// The state on the screen: the prediction and the rest of the offset that convergence removes.
     [[nodiscard]] WorldState displayed(const Version& version, Tick tick) const;
 
-    /// The version that held at server tick `tick` by all that was known at view tick `known_by`;
-    /// for views that show the past. Its prediction for `tick` is within the promised bound then,
-    /// as no newer publication holds yet (nullptr: none, or forgotten).
+    /// The version that held at server tick `tick` by the knowledge at view tick `known_by`; for
+    /// views that show the past. Its prediction for `tick` is within the promised bound then, as no
+    /// newer publication holds yet (nullptr: none, or forgotten).
     [[nodiscard]] static const Version* implied(const Entity& entity, Tick tick, Tick known_by);
     /// The first version after `tick` that was known at view tick `known_by`, or nullptr.
     [[nodiscard]] static const Version* following(const Entity& entity, Tick tick, Tick known_by);
-    /// What an interpolating view displays for `tick` (with its fraction) at view tick `known_by`:
-    /// the prediction of the implied version, led to the following one within the last
+    /// The state that an interpolating view displays for `tick` (with its fraction) at view tick
+    /// `known_by`: the prediction of the implied version, led to the following one within the last
     /// Playout::lead_ticks before that holds: a cubic Hermite spline in their difference,
     /// continuous in position and velocity at both ends. nullopt: not in the view.
-    /// `remaining_error_m` receives how far that may be off the prediction
+    /// `remaining_error_m` receives the largest distance from the prediction
     /// (Convergence::remaining_error).
     [[nodiscard]] std::optional<WorldState> interpolated(const Entity& entity,
                                                          double tick,
@@ -153,7 +154,7 @@ class EntityStore {
         return type < world_->types.size() && world_->types[type].upright;
     }
 
-    /// How long blending takes, s.
+    /// Duration of blending, s.
     static constexpr float kBlendS = 0.15F;
     /// Larger jumps are teleports: shown at once.
     static constexpr float kSnapM = 4.0F;
@@ -170,7 +171,7 @@ class EntityStore {
     [[nodiscard]] motion::KinematicState local_prediction(const Version& version,
                                                           double tick,
                                                           bool before = false) const;
-    /// What convergence leads to: the prediction, or the publication itself (DisplaySettings).
+    /// The target of convergence: the prediction, or the publication itself (DisplaySettings).
     [[nodiscard]] motion::KinematicState local_base(const Version& version,
                                                     double tick,
                                                     bool before = false) const;

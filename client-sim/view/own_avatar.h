@@ -1,5 +1,5 @@
-// OwnAvatar: prediction of the client's own character from its inputs, reconciled with what the
-// server says.
+// OwnAvatar: prediction of the client's own character from its inputs, reconciled with the server's
+// states.
 #pragma once
 
 #include "client-sim/view/world_info.h"
@@ -15,10 +15,10 @@ namespace zoned::view {
 
 /// Result of one reconciliation.
 struct Correction {
-    bool applied = false;     ///< the own state was news
+    bool applied = false;     ///< the own state was new
     bool compared = false;    ///< there was a prediction for that tick
     double distance_m = 0.0;  ///< between prediction and truth at that tick
-    Tick tick = 0;            ///< which tick that was
+    Tick tick = 0;            ///< the tick of that state
 };
 
 class OwnAvatar {
@@ -45,12 +45,12 @@ class OwnAvatar {
 
     [[nodiscard]] ZoneId zone() const { return zone_; }
 
-    /// World position after a tick's command; nullopt where that was not predicted.
+    /// World position after a tick's command; nullopt for a tick that was not predicted.
     [[nodiscard]] std::optional<Vec3d> position_at(Tick tick) const;
     /// World position after the newest command; the origin before known().
     [[nodiscard]] Vec3d position() const;
 
-    /// Of the own body.
+    /// Limits of the own body.
     [[nodiscard]] motion::CharacterLimits limits() const;
 
     [[nodiscard]] Tick newest_tick() const { return newest_tick_; }

@@ -7,7 +7,8 @@ namespace zoned::view {
 
 namespace {
 
-/// A difference to the wanted delay is slewed away within about so many ticks, if kSlew allows.
+/// Number of ticks, about, within which a difference to the target delay is slewed away, if kSlew
+/// allows.
 constexpr double kSettleTicks = 8.0;
 
 }  // namespace
@@ -52,7 +53,7 @@ void Playout::advance(Tick view_tick) {
     }
     view_tick_ = view_tick;
     const auto last = static_cast<Tick>(std::floor(position_));
-    // What was jumped over was not displayed.
+    // Skipped ticks were not displayed.
     const Tick from = first || error > kJump ? last : static_cast<Tick>(std::floor(before)) + 1;
     for (Tick tick = from; tick <= last; ++tick) {
         if (tick >= 0) {

@@ -1,5 +1,5 @@
-// Playout: the clock of an interpolating view: which tick it displays, so far behind the server's
-// that nearly all news of that tick has come.
+// Playout: the clock of an interpolating view. It displays a tick so far in the past that nearly
+// all updates of that tick have come.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -10,19 +10,19 @@
 
 namespace zoned::view {
 
-/// An adaptive jitter buffer for states. Dead reckoning makes publications sparse, but sparse is
-/// not late: until the next publication the prediction is within its bound, so the view must be
-/// behind by how late news comes, not by how far publications lie apart.
+/// An adaptive jitter buffer for states. Dead reckoning makes publications sparse, but not late:
+/// until the next publication the prediction is within its bound. So the view's delay follows the
+/// lateness of updates, not the time between publications.
 ///
-/// How late: the view keeps the lateness of the last kSamples packets (that of the oldest news in
-/// each, so that resends and a tight budget count) and stays behind by the kTarget quantile of it:
-/// the histogram method of Moon, Kurose and Towsley, "Packet audio playout delay adjustment:
-/// performance bounds and algorithms" (Multimedia Systems 6, 1998), section 4, which follows spikes
-/// without the tuning that moving averages need (Ramjee et al., INFOCOM 1994, whose fourth
-/// algorithm it improves on). It stays
-/// kLeadS farther back, so that it sees the next publication coming and can lead to it without
-/// a jump. The clock slews towards that delay by at most kSlew: it never stands still and never
-/// runs backwards; it jumps, ahead only, when it is kJump ticks behind.
+/// The view keeps the lateness of the last kSamples packets. It is the lateness of the oldest
+/// update in each, so that resends and a tight budget count. The view stays behind by the kTarget
+/// quantile of it: the histogram method of Moon, Kurose and Towsley, "Packet audio playout delay
+/// adjustment: performance bounds and algorithms" (Multimedia Systems 6, 1998), section 4, which
+/// follows spikes without the tuning that moving averages need (Ramjee et al., INFOCOM 1994, whose
+/// fourth algorithm it improves on). It stays kLeadS farther back, so that it sees the next
+/// publication coming and can lead to it without a jump. The clock slews towards that delay by at
+/// most kSlew: it never stands still and never runs backwards; it jumps, ahead only, when it is
+/// kJump ticks behind.
 class Playout {
   public:
     static constexpr std::size_t kSamples = 256;
@@ -30,7 +30,7 @@ class Playout {
     static constexpr double kLeadS = 1.0 / 15.0;
     static constexpr double kSlew = 0.1;
     static constexpr double kJump = 30.0;
-    /// News that is later than this belongs to an outage.
+    /// Updates that are later than this belong to an outage.
     static constexpr Tick kMaxDelay = 60;
 
     /// kLeadS in whole ticks, at least one.
@@ -38,15 +38,15 @@ class Playout {
 
     explicit Playout(double tick_s) : lead_(lead_ticks(tick_s)), delay_(lead_) {}
 
-    /// The oldest news of a packet came `lateness` ticks after its tick: the difference between the
-    /// first view tick that can use it and the tick that it is about.
+    /// The oldest update of a packet came `lateness` ticks after its own tick. That is the first
+    /// view tick that can use it less the tick that it describes.
     void on_update(Tick lateness);
 
     /// The view reached its next tick (of the server's clock), one after the other; after a larger
-    /// step the clock jumps. Nothing happens before the first news.
+    /// step the clock jumps. Nothing happens before the first update.
     void advance(Tick view_tick);
 
-    /// How far behind it wants to be, ticks.
+    /// The delay that the view aims at, ticks.
     [[nodiscard]] Tick delay() const { return delay_; }
 
     /// The displayed tick, with its fraction; nothing before the first advance().
@@ -54,8 +54,8 @@ class Playout {
 
     [[nodiscard]] bool running() const { return view_tick_ >= 0; }
 
-    /// At which view tick `tick` was displayed; none when it was not (yet), was jumped over or is
-    /// forgotten.
+    /// View tick at which `tick` was displayed; none when it was not displayed (yet), was skipped
+    /// or is forgotten.
     [[nodiscard]] std::optional<Tick> shown_at(Tick tick) const;
 
   private:

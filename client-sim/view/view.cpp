@@ -81,7 +81,8 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
     }
     const Version* version = EntityStore::version_at(entity, tick_);
     if (version == nullptr && entity.present()) {
-        // Without a history news replaces what it is blended from: there it begins.
+        // Without a history an update replaces the version from which it is blended: blending
+        // begins there.
         version = &entity.versions.back();
     }
     return version != nullptr && version->present
@@ -180,7 +181,7 @@ void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes
     });
 }
 
-/// All or nothing: what makes no sense changes nothing.
+/// All or nothing: an invalid message changes nothing.
 void View::apply_environment(const proto::Event& event) {
     const auto sensible = [](Tick tick) {
         return tick >= 0 && tick < (Tick{1} << 50);
@@ -299,7 +300,7 @@ bool View::apply_record(wire::RecordReader& reader,
     return true;
 }
 
-/// A publication that was told, by a shared record or by one for this client alone.
+/// A received publication, from a shared record or from one for this client alone.
 ApplyOutcome View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
     const ApplyOutcome applied = store_.apply(record, state);
     if (applied == ApplyOutcome::kShown) {
@@ -359,8 +360,9 @@ bool View::apply_coded(const link::OpenedPacket& packet, double now_s) {
     return true;
 }
 
-/// It is as good as lost: it is not acknowledged, the server never builds on it and tells its news
-/// again. But where one after another can't be decoded, the two sides know different things.
+/// The packet counts as lost: it is not acknowledged, so the server never builds on it and sends
+/// its updates again. But where packet after packet can't be decoded, the knowledge of the two
+/// sides differs.
 void View::not_decoded(const link::OpenedPacket& packet) {
     if (settings_.meter) {
         traffic_.add_unread(packet.records.size());

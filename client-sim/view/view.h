@@ -1,4 +1,4 @@
-// View: one client's picture of the world: applies state packets, notices when it diverged.
+// View: one client's picture of the world: applies state packets, and notices a divergence.
 #pragma once
 
 #include "client-sim/link/datagram_channel.h"
@@ -18,7 +18,7 @@
 
 namespace zoned::view {
 
-/// Hears of what becomes visible.
+/// Receives each publication that becomes visible.
 class ViewListener {
   public:
     virtual ~ViewListener() = default;
@@ -28,8 +28,8 @@ class ViewListener {
 
 enum class ViewKind : std::uint8_t {
     kExtrapolate,  ///< displays the server's present tick: dead reckoning to now, then convergence
-    kInterpolate,  ///< displays a tick so far back that its news has come (Playout): no prediction
-                   ///< is ever wrong by more than the bound, at the price of that delay
+    kInterpolate,  ///< displays a tick so far back that its updates have come (Playout): no
+                   ///< prediction is ever wrong by more than the bound, at the price of that delay
 };
 
 struct ViewSettings {
@@ -37,66 +37,64 @@ struct ViewSettings {
     bool keep_history = false;  ///< needed for audits
     ViewKind kind = ViewKind::kExtrapolate;
     DisplayedState displayed_state = DisplayedState::kPredicted;  ///< of an extrapolating view
-    bool meter = false;  ///< counts what the bytes of packets were for
+    bool meter = false;  ///< counts the bytes of packets by purpose
 };
 
-/// What came of a packet.
+/// The result of applying a packet.
 struct PacketResult {
-    bool read = false;      ///< else it must not be acknowledged
+    bool read = false;      ///< false: the packet must not be acknowledged
     Correction correction;  ///< of the own prediction, if the packet carried the own state
 };
 
 struct ViewStats {
     std::uint64_t records = 0;
-    std::uint64_t shown = 0;      ///< publications that came to be displayed
+    std::uint64_t shown = 0;      ///< publications displayed
     std::uint64_t absolutes = 0;  ///< of records
     std::uint64_t removes = 0;
     std::array<std::uint64_t, motion::kPredictorOrders> by_order{};  ///< of shown
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
     std::uint64_t undecoded_packets = 0;  ///< of records coded for this client alone ...
-    std::uint64_t overtaken_packets = 0;  ///< ... that came too late for what they build on
-    std::uint64_t silent_entities = 0;    ///< moving, yet not heard of for too long
+    std::uint64_t overtaken_packets = 0;  ///< ... that came after their base was dropped
+    std::uint64_t silent_entities = 0;    ///< moving, but without an update for too long
     std::uint64_t resets = 0;
     std::uint64_t dropped_by_reset = 0;
     std::uint64_t zone_changes = 0;
     std::uint64_t environment_updates =
-        0;  ///< events that said where clocks and shared variables stand
+        0;  ///< events with the state of clocks and shared variables
     std::uint64_t environment_malformed = 0;
-    std::uint64_t environment_corrected =
-        0;                     ///< clocks and variables that were found to be wrong by them
-    std::uint64_t bursts = 0;  ///< events that let cosmetic particles out
+    std::uint64_t environment_corrected = 0;  ///< clocks and variables that these events corrected
+    std::uint64_t bursts = 0;                 ///< events that emit cosmetic particles
     std::uint64_t bursts_malformed = 0;
     std::uint64_t bursts_refused = 0;  ///< too many at a time
-    std::uint64_t input_missing = 0;   ///< own states that say that the command came too late
+    std::uint64_t input_missing = 0;   ///< own states that report a late command
 };
 
 class View {
   public:
     /// A moving entity is published every 240 ticks at least: three times that is too long.
     static constexpr Tick kSilentTicks = 720;
-    /// After a reset, what is not heard again within this time is gone.
+    /// After a reset, an entity that is not received again within this time is removed.
     static constexpr double kResetS = 2.0;
-    /// So many packets in a row that can't be decoded are more than an accident.
+    /// This many undecodable packets in a row are no accident.
     static constexpr int kUndecodedForReset = 3;
 
     View(std::shared_ptr<const WorldInfo> world,
          const ViewSettings& settings,
          ViewListener* listener);
 
-    /// Ticks up to `tick` have been displayed: later news shows from the next one on.
+    /// Ticks up to `tick` have been displayed: later updates show from the next one on.
     void evaluate(Tick tick);
 
     [[nodiscard]] Tick tick() const { return tick_; }
 
-    /// Applies a packet; hostile bytes end in a wish for a reset, never in a crash.
+    /// Applies a packet; hostile bytes end in a request for a reset, never in a crash.
     PacketResult apply(const link::OpenedPacket& packet, double now_s);
 
-    /// An event of the server's own: cosmetic bursts are taken in, other kinds are of no concern
-    /// here.
+    /// An event of the server's own: cosmetic bursts are applied, other kinds ignored here.
     void apply(const proto::Event& event);
 
-    /// Called about once a second: forgets, looks for entities that fell silent.
+    /// Called about once a second: drops old data, and looks for entities that fell silent.
     void maintain(double now_s);
 
     /// A reason to ask the server for a reset, at most once in kResetS; empty: none.
@@ -108,7 +106,7 @@ class View {
 
     [[nodiscard]] ViewKind kind() const { return settings_.kind; }
 
-    /// By how many ticks the view wants to be behind the server: 0 for an extrapolating one.
+    /// Ticks that the view aims to be behind the server: 0 for an extrapolating one.
     [[nodiscard]] Tick delay() const {
         return settings_.kind == ViewKind::kInterpolate ? playout_.delay() : 0;
     }
@@ -116,24 +114,25 @@ class View {
     /// The newest tick that has been displayed.
     [[nodiscard]] Tick displayed_tick() const;
 
-    /// How far an interpolating view is on its way to the tick after that, [0, 1).
+    /// Progress of an interpolating view towards the tick after that, [0, 1).
     [[nodiscard]] double displayed_fraction() const;
 
-    /// At which view tick `tick` was displayed, thus by which news: itself for an extrapolating
-    /// view. None when it was not, or is forgotten.
+    /// View tick at which `tick` was displayed, and so the updates used: itself for an
+    /// extrapolating view. None when it was not displayed, or is forgotten.
     [[nodiscard]] std::optional<Tick> shown_at(Tick tick) const;
 
-    /// What the view held of an entity for `tick` by what it knew at view tick `known_by`; nullptr:
-    /// nothing.
+    /// The view's version of an entity for `tick` by its knowledge at view tick `known_by`;
+    /// nullptr: none.
     [[nodiscard]] const Version* held(const Entity& entity, Tick tick, Tick known_by) const;
 
-    /// What it displayed of the entity for `tick`, likewise; `version` is what it held.
+    /// The state that it displayed for the entity at `tick`, by the same knowledge; `version` is
+    /// the view's version.
     [[nodiscard]] WorldState displayed(const Entity& entity,
                                        const Version& version,
                                        Tick tick,
                                        Tick known_by) const;
 
-    /// What is on the screen now, of an entity that is displayed.
+    /// The state on the screen now of a displayed entity.
     [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity) const;
 
     [[nodiscard]] const WorldInfo& world() const { return *world_; }
@@ -149,8 +148,8 @@ class View {
 
     [[nodiscard]] const ViewStats& stats() const { return stats_; }
 
-    /// What came, all views of this client together; empty without ViewSettings::meter. News is
-    /// also what the sender calls heartbeat or sent again after loss.
+    /// Traffic received by all views of this client together; empty without ViewSettings::meter.
+    /// The sender's heartbeats and resends count as updates here.
     [[nodiscard]] const wire::TrafficTable& traffic() const { return traffic_; }
 
     /// Zone of the newest packet.
@@ -187,11 +186,11 @@ class View {
     clock::SharedEnvironment environment_;
     ViewStats stats_;
     wire::TrafficTable traffic_;
-    /// Of the record that was applied last; unread until it was.
+    /// Traffic of the record applied last; unread until then.
     wire::TrafficReason reason_ = wire::TrafficReason::kUnread;
     Tick tick_ = 0;
     Tick oldest_update_ =
-        0;  // of the packet being applied: the earliest tick that its news is about
+        0;  // of the packet being applied: the earliest tick that its updates describe
     ZoneId zone_;
     std::uint64_t newest_sequence_ = 0;
     std::string wish_;

@@ -93,7 +93,7 @@ std::vector<motion::StaticBox> boxes_around(const proto::WorldDescription& descr
     return boxes;
 }
 
-/// Needs what sensible() has checked.
+/// Needs a description that passed sensible().
 motion::Timetable read_times(const proto::Door& d) {
     motion::Timetable times;
     times.period = d.period();
@@ -113,17 +113,18 @@ std::vector<motion::Door> doors_around(const proto::WorldDescription& descriptio
     return doors;
 }
 
-/// Geometry that a client may be told of one surface, in floats: far above what servers send.
+/// Largest geometry of one surface that a client accepts, in floats: far above the size that
+/// servers send.
 constexpr int kMaxSurfaceNumbers = 1 << 26;
 
-/// Tables that a surface looks at.
+/// Tables to which a surface refers.
 struct SurfaceTables {
     std::vector<float> heights;
     std::vector<Vec3> vertices;
     std::vector<std::array<std::uint32_t, 3>> corners;
 };
 
-/// Null where the server keeps the geometry to itself. Needs what wrong_with() has checked.
+/// Null where the server keeps the geometry to itself. Needs a surface that passed wrong_with().
 std::shared_ptr<const motion::Surface> read_surface(const proto::StaticSurface& s) {
     const auto tables = std::make_shared<SurfaceTables>();
     if (s.has_heights()) {
@@ -176,7 +177,7 @@ std::vector<motion::StaticSurface> surfaces_around(
     return out;
 }
 
-/// Within a million; false for what is no number.
+/// Within a million; false for NaN.
 template <class Number>
 bool sensible_numbers(const google::protobuf::RepeatedField<Number>& numbers) {
     return numbers.size() <= kMaxSurfaceNumbers &&
@@ -271,7 +272,7 @@ std::string clean_name(const std::string& name) {
     return core::is_clean_utf8(name) ? name : "?";
 }
 
-/// Needs what wrong_with_environment() has checked.
+/// Needs a description that passed wrong_with_environment().
 clock::EnvironmentDefs read_environment(const proto::WorldDescription& d) {
     clock::EnvironmentDefs out;
     for (const proto::SharedClock& clock : d.shared_clocks()) {

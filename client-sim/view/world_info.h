@@ -45,8 +45,8 @@ struct ZoneInfo {
     motion::StaticGeometry geometry;  ///< zone-local coordinates
 };
 
-/// Smoke, rain: drawn from motion::replay() for any tick; the server sends nothing more of it but
-/// an event for each burst.
+/// Smoke, rain: drawn from motion::replay() for any tick. The server sends nothing more about it
+/// except an event for each burst.
 struct CosmeticInfo {
     std::string name;
     std::vector<motion::CosmeticEmitter> emitters;  ///< world coordinates
@@ -54,7 +54,7 @@ struct CosmeticInfo {
     std::optional<motion::BurstKind> burst;  ///< none: events of it are malformed
 };
 
-/// When a door is open is in its timetable, in ticks; where it stands in ZoneInfo::geometry.
+/// A door's timetable gives its open times in ticks; its position is in ZoneInfo::geometry.
 struct DoorInfo {
     std::string name;
     motion::Timetable times;
@@ -70,7 +70,7 @@ struct WorldInfo {
     std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()
     float interest_hysteresis = 0.0F;
     std::vector<CosmeticInfo> cosmetics;
-    clock::EnvironmentDefs environment;  ///< clocks and variables that this side runs for itself
+    clock::EnvironmentDefs environment;  ///< clocks and variables that the client runs for itself
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;
@@ -78,7 +78,7 @@ struct WorldInfo {
     [[nodiscard]] const ZoneInfo* zone_at(double x, double z) const;
 };
 
-/// Checks and converts a description; fails with the reason when a client could not work with it.
+/// Checks and converts a description; fails with the reason when a client could not use it.
 core::Result<WorldInfo> read_world(const proto::WorldDescription& description);
 
 /// One World per config digest: five hundred bots share one copy of the static geometry.

@@ -1,5 +1,5 @@
-// Server settings: what of a config is neither the world's nor a stage's, as plain structs:
-// network, sessions, threads, topics, faults on purpose.
+// ServerSettings: the settings of a config for the server process, as plain structs: network,
+// sessions, threads, topics, faults on purpose.
 #pragma once
 
 #include "server/interest/topics.h"
@@ -27,7 +27,7 @@ struct NetworkSettings {
     bool operator==(const NetworkSettings&) const = default;
 };
 
-/// Bytes per second that a client is sent.
+/// Bytes per second sent to a client.
 struct BandwidthSettings {
     std::uint32_t ceiling_bytes_per_s = 16000;
     std::uint32_t floor_bytes_per_s = 2000;
@@ -43,7 +43,7 @@ struct SessionSettings {
     std::string tls_key_file;
     std::string state_folder = "state";
     bool dev_mode_loopback = false;
-    std::optional<std::uint32_t> dev_rights;  ///< bits of proto::config::Right; none: to play
+    std::optional<std::uint32_t> dev_rights;  ///< bits of proto::config::Right; none: PLAY
     std::vector<std::string> ticket_public_key_files;
     std::uint32_t max_commands_per_s = 20;
     std::uint32_t max_datagrams_per_s = 120;
@@ -70,10 +70,10 @@ struct RunSettings {
     bool operator==(const RunSettings&) const = default;
 };
 
-/// Which device computes large particle systems.
+/// The device that computes large particle systems.
 struct ComputeSettings {
     std::string device = "auto";
-    std::string cache_folder;  ///< of built programs; empty: none is kept
+    std::string cache_folder;  ///< for built programs; empty: none are kept
 
     bool operator==(const ComputeSettings&) const = default;
 };
@@ -85,7 +85,7 @@ struct StallSettings {
     Tick ticks = 60;
 };
 
-/// Limits told to clients in place of the declared ones.
+/// Limits sent to clients in place of the declared ones.
 struct WrongLimitSettings {
     std::string type;  ///< empty: all
     float max_acceleration_mps2 = 0.1F;
@@ -95,21 +95,21 @@ struct WrongLimitSettings {
 /// Faults on purpose, to check the checkers.
 struct TestingSettings {
     zone::FaultSettings faults;          ///< of all zones
-    zone::ShareFault leak_topic;         ///< these clients hear of all topics
+    zone::ShareFault leak_topic;         ///< these clients receive all topics
     std::optional<StallSettings> stall;  ///< of one
     double drop_event_probability = 0.0;
     double double_event_probability = 0.0;
     std::optional<WrongLimitSettings> wrong_limit;
-    double wrong_clock = 0.0;  ///< by which share rates of shared clocks are off
+    double wrong_clock = 0.0;  ///< share by which rates of shared clocks are wrong
 };
 
-/// All of these.
+/// All settings of the server process.
 struct ServerSettings {
     NetworkSettings network;
     SessionSettings session;
     RunSettings run;
     ComputeSettings compute;
-    std::vector<interest::HistoryRule> topics;  ///< those that keep events for who comes late
+    std::vector<interest::HistoryRule> topics;  ///< topics that keep events for late subscribers
     std::string recording_file;                 ///< empty: nothing is recorded
     TestingSettings testing;
 };

@@ -1,4 +1,4 @@
-// Settings: the checked config as plain structs, in the form in which each stage wants them.
+// Settings: the checked config as plain structs, in the form that each stage needs.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -41,14 +41,14 @@ struct ZoneRegion {
     }
 };
 
-/// A surface that the config places. Where the same file is used again with the same options, shape
-/// and surface are shared.
+/// A surface that the config places. Uses of the same file with the same options share shape and
+/// surface.
 struct SurfaceSettings {
     std::string path;     ///< of the setting, e.g. "statics.surface[2]"
     std::string file;     ///< as opened
     std::string content;  ///< hex SHA-256 of its baked form: the geometry itself
     physics::Shape shape;
-    std::shared_ptr<const motion::Surface> surface;  ///< looks at the tables of `shape`
+    std::shared_ptr<const motion::Surface> surface;  ///< refers to the tables of `shape`
     float level_m = 0.0F;            ///< height of one step of the image; 0: not from an image
     Vec3d position = Vec3d::Zero();  ///< world coordinates, m
     Quat orientation = Quat::Identity();
@@ -62,7 +62,7 @@ struct SurfaceSettings {
     }
 };
 
-/// An entity to be there when the world begins (scatter entries of the config are expanded to these
+/// An entity that exists when the world begins (scatter entries of the config are expanded to these
 /// by seed).
 struct InitialEntity {
     TypeIndex type = 0;
@@ -78,17 +78,17 @@ struct NamedDoor {
     motion::Door door;
 };
 
-/// Particles that only look nice: told to clients, and to nobody else.
+/// Cosmetic particles: only clients receive their description.
 struct CosmeticSystem {
     std::string name;
     Vec3 gravity = Vec3::Zero();             ///< m/s2
     float drag = 0.0F;                       ///< 1/s
     Vec3 wind = Vec3::Zero();                ///< m/s
     std::vector<motion::Emitter> emitters;   ///< world coordinates (float: worlds are some km)
-    std::optional<motion::BurstKind> burst;  ///< none: no event lets any out
+    std::optional<motion::BurstKind> burst;  ///< none: no event emits any
 };
 
-/// Which method moves a part of the world, and why.
+/// The method that moves a part of the world, and the reason.
 struct MethodPlan {
     std::string subject;  ///< "bodies", "particles", "soft type curtain"
     std::string used;     ///< "default x 1"; empty: there is nothing to move
@@ -97,8 +97,8 @@ struct MethodPlan {
         choice;  ///< where a budget asked for one
 };
 
-/// What a parameter of a behaviour is for a type, and why; of a behaviour without parameters one
-/// without a name.
+/// The value of a behaviour's parameter for a type, and its origin. A behaviour without parameters
+/// has one entry without a name.
 struct ParameterChoice {
     std::string type;
     std::string behaviour;
@@ -110,7 +110,7 @@ struct ParameterChoice {
 /// Everything that a server needs to know, checked.
 struct Settings {
     /// As read, after --set, with the SHA-256 of each surface's file; types are complete, and
-    /// brains stand for their behaviours. Null where settings were made without a config.
+    /// brains stand for their behaviours. Null for settings made without a config.
     std::shared_ptr<const proto::config::Config> config;
     std::string world_name = "world";
     std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
@@ -132,12 +132,13 @@ struct Settings {
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
     std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
-                                      ///< the centre of the tallest mindless character stands
+                                      ///< the centre of the tallest character without an agent
+                                      ///< stands
     std::vector<zone::ParticleSource> particles;  ///< simulated ones
     std::vector<CosmeticSystem> cosmetics;
-    std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
+    std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of the systems with a burst
     physics::PhysicsSettings physics;
-    std::vector<MethodPlan> methods;          ///< how `physics` and `softs` came by their methods
+    std::vector<MethodPlan> methods;          ///< origin of the methods in `physics` and `softs`
     std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
     std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on
     ai::AiSettings ai;

@@ -7,11 +7,11 @@ namespace zoned::clock {
 
 namespace {
 
-/// What a quartz oscillator is off by, one standard deviation, before anything is known.
+/// Error of a quartz oscillator, one standard deviation, before anything is known.
 constexpr double kUsualDrift = 50e-6;
-/// A good sample's offset is uncertain by so much beside its queueing: scheduling, stamps, ticks.
+/// Uncertainty of a good sample's offset beside its queueing: scheduling, stamps, ticks.
 constexpr double kLeastNoiseS = 0.3e-3;
-/// A drift is believed to be within so many standard deviations.
+/// Number of standard deviations within which a drift is believed to be.
 constexpr double kDriftSigmas = 2.0;
 
 }  // namespace
@@ -72,8 +72,8 @@ void ClockSync::keep(const ClockSample& sample) {
 }
 
 /// Weighted least squares of offsets over time, with kUsualDrift as prior of the slope. The weight
-/// of a sample is that of half its round trip above the least one: where it was delayed, one way
-/// or the other.
+/// of a sample is that of half its round trip above the least one: where it was delayed, in either
+/// direction.
 void ClockSync::estimate_drift() {
     const std::size_t n = std::min(block_count_, kBlocks);
     double least = blocks_[0].rtt;

@@ -7,23 +7,24 @@ namespace zoned::clock {
 
 namespace {
 
-/// Before so many ways are known the first lead stays.
+/// The first lead stays until this many travel times are known.
 constexpr std::size_t kLeastSamples = 8;
-/// So many say enough of the longest: before, it is no wonder that commands come late.
+/// This many travel times are enough to know the longest. With fewer, late commands are expected.
 constexpr std::size_t kLearning = 128;
-/// Of what is to be late at most, so much is aimed at.
+/// Share of the allowed late commands that is aimed at.
 constexpr double kAim = 1.0 / 1.3;
 /// Beside it: scheduling at both ends.
 constexpr double kMarginS = 0.003;
 constexpr double kRaiseTicks = 0.25;  // for a command that was missed
 constexpr double kMostFeedbackTicks = 4.0;
-constexpr double kShownTicks = 4.0;  // beside a round trip: until a change of the lead is told
+constexpr double kShownTicks =
+    4.0;  // beside a round trip: until the server has seen a change of the lead
 constexpr double kRisingS = 0.5e-3;
 constexpr double kNegligibleLoss = 0.002;
 
-/// Which share of (longest - median) of n ways is to be added, that a further way is longer with
-/// kAim times the target only. Of an exponential tail of scale s the longest is about s ln(n) above
-/// the median, and s ln(1 / (n p)) more are needed for p; other tails are thinner.
+/// Share of (longest - median) of n travel times to add, so that the next one is longer with kAim
+/// times the target only. Of an exponential tail of scale s the longest is about s ln(n) above the
+/// median, and s ln(1 / (n p)) more are needed for p; other tails are thinner.
 double beyond_longest(std::size_t n) {
     const auto count = static_cast<double>(n);
     const double wanted = std::log(1.0 / (kAim * InputLead::kMissingTarget * count));

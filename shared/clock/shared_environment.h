@@ -1,5 +1,5 @@
 // Shared environment: clocks and courses of a world (time of day, weather) that every side computes
-// for itself from constants that are told once.
+// for itself from constants that are sent once.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -13,7 +13,8 @@
 
 namespace zoned::clock {
 
-/// A stretch of a clock: from tick `from` on it shows value + rate_per_s * (t - from) * tick_s.
+/// A stretch of a clock. From tick `from` on, its value is value + rate_per_s * (t - from) *
+/// tick_s.
 struct ClockCourse {
     Tick from = 0;
     double value = 0.0;
@@ -22,25 +23,25 @@ struct ClockCourse {
     friend bool operator==(const ClockCourse&, const ClockCourse&) = default;
 };
 
-/// A clock that runs piecewise at constant rates. Both sides that were told the same courses show
-/// the same value for the same tick to the last bit: what differs between them is only which tick
-/// each takes for the present, so that the drift is the error of the tick clock times the rate.
+/// A clock that runs piecewise at constant rates. Two sides with the same courses have the same
+/// value for the same tick, to the last bit. They differ only in the tick that each takes for the
+/// present. So the drift is the error of the tick clock times the rate.
 class SharedClock {
   public:
-    /// As many courses are remembered; those of long ago are forgotten first.
+    /// Number of courses kept; the oldest are forgotten first.
     static constexpr std::size_t kMostCourses = 16;
 
     /// `tick_s` > 0. With `period` > 0 the value wraps into [0, period).
     SharedClock(double tick_s, double period) : tick_s_(tick_s), period_(period) {}
 
-    /// Holds from course.from on, in place of what was announced for then and later. Told of again
-    /// it changes nothing.
+    /// The course holds from course.from on and replaces courses announced for then and later.
+    /// Adding a course twice changes nothing.
     void announce(const ClockCourse& course);
 
-    /// At a tick, with its fraction; none before the first course that is remembered.
+    /// Value at a tick with its fraction; none before the first course kept.
     [[nodiscard]] std::optional<double> at(double tick) const;
 
-    /// The one that holds at a tick, and all that are announced for later, ascending.
+    /// The course that holds at a tick, and all courses announced for later, ascending.
     [[nodiscard]] std::span<const ClockCourse> from(Tick tick) const;
 
   private:
@@ -54,21 +55,21 @@ class SharedClock {
 /// One of the states that a shared variable passes through.
 struct VariablePhase {
     std::string name;
-    double value = 0.0;   ///< that the variable goes to
-    double weight = 1.0;  ///< > 0: of being next
-    double min_s = 60.0;  ///< it lasts so long, uniform in [min, max]
+    double value = 0.0;   ///< value that the variable goes to
+    double weight = 1.0;  ///< > 0: relative probability of being next
+    double min_s = 60.0;  ///< duration, uniform in [min, max]
     double max_s = 600.0;
 };
 
 struct SharedVariableDef {
     std::string name;
     std::uint64_t seed = 0;
-    double blend_s = 0.0;  ///< from the value before to that of a new phase, linearly
+    double blend_s = 0.0;  ///< time from the old value to a new phase's value, linearly
     std::vector<VariablePhase> phases;
 };
 
-/// Where a variable stands: phase number `number` (0, 1, 2, ...) began at `since`, with the value
-/// `before`.
+/// The present state of a variable: phase number `number` (0, 1, 2, ...) began at `since`, with the
+/// value `before`.
 struct VariableCursor {
     std::uint64_t number = 0;
     Tick since = 0;
@@ -80,10 +81,10 @@ struct VariableCursor {
 
 /// A value that follows a course drawn from a seed: phases that never follow themselves (where
 /// there is more than one), each of a random length. Length and successor of phase number n are a
-/// function of seed and n alone, so whoever knows one cursor knows the whole future.
+/// function of seed and n alone, so one cursor determines the whole future.
 class SharedVariable {
   public:
-    /// A cursor may be carried on over so many phases at a time: more is a mistake, or an attack.
+    /// Most phases over which a cursor is carried on at a time; more means a mistake or an attack.
     static constexpr int kMostPhases = 100000;
 
     SharedVariable(SharedVariableDef def, double tick_s) : def_(std::move(def)), tick_s_(tick_s) {}
@@ -92,7 +93,8 @@ class SharedVariable {
 
     /// Phase number 0, at tick 0.
     [[nodiscard]] VariableCursor begin() const;
-    /// The cursor of a tick at or after `from.since`; none where it is before it or too far ahead.
+    /// The cursor of a tick at or after `from.since`; none for an earlier tick or one too far
+    /// ahead.
     [[nodiscard]] std::optional<VariableCursor> carry_on(VariableCursor from, Tick tick) const;
     [[nodiscard]] double value(const VariableCursor& cursor, Tick tick) const;
     /// How long a phase lasts, ticks, >= 1.
@@ -115,7 +117,7 @@ struct SharedClockDef {
 struct EnvironmentDefs {
     std::vector<SharedClockDef> clocks;
     std::vector<SharedVariableDef> variables;
-    Tick sync_ticks = 1800;  ///< everybody is told where everything stands so often
+    Tick sync_ticks = 1800;  ///< time between two reports of the present state to everybody
 
     [[nodiscard]] bool empty() const { return clocks.empty() && variables.empty(); }
 };
@@ -123,21 +125,21 @@ struct EnvironmentDefs {
 /// All clocks and variables of a world, on one side.
 class SharedEnvironment {
   public:
-    /// Values of the past can be asked for this long.
+    /// Values are available for this long into the past.
     static constexpr Tick kRemembered = 600;
 
     SharedEnvironment() = default;
     SharedEnvironment(const EnvironmentDefs& defs, double tick_s);
 
-    /// The authority begins with the first courses and phases; a client knows of nothing until it
-    /// is told.
+    /// The authority begins with the first courses and phases. A client knows nothing before the
+    /// first message.
     void begin(const EnvironmentDefs& defs);
 
     void announce(std::size_t clock, const ClockCourse& course);
-    /// Where a variable stands, from whoever knows. Returns by how much the value of the cursor's
-    /// tick was another before (0: none was known).
+    /// Takes over the state of a variable from a side that knows it. Returns the difference between
+    /// the new and the old value at the cursor's tick (0: no old value).
     double place(std::size_t variable, const VariableCursor& cursor);
-    /// Carries cursors on, so that questions about ticks near `now` are answered quickly.
+    /// Advances cursors, so that values of ticks near `now` are found quickly.
     void advance(Tick now);
 
     [[nodiscard]] std::size_t clocks() const { return clocks_.size(); }
@@ -157,9 +159,9 @@ class SharedEnvironment {
         return variables_[index];
     }
 
-    /// Of a clock or a variable; none where there is neither, or it is not known.
+    /// Value of a clock or a variable; none where neither exists, or it is not known.
     [[nodiscard]] std::optional<double> at(std::string_view name, Tick tick) const;
-    /// Index of a clock; none where there is none of that name.
+    /// Index of the clock of that name; none without one.
     [[nodiscard]] std::optional<std::size_t> find_clock(std::string_view name) const;
 
   private:

@@ -1,4 +1,4 @@
-// TickClock: turns seconds into ticks and back; whoever knows the time passes it in.
+// TickClock: turns seconds into ticks and back; the caller passes the time.
 #pragma once
 
 #include "shared/core/assert.h"

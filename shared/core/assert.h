@@ -1,4 +1,4 @@
-// ZONED_ASSERT: a mistake of the programmer stops the process with place and reason, in every build
+// ZONED_ASSERT: stops the process at a programming error, with place and reason, in every build
 // type.
 #pragma once
 
@@ -12,7 +12,8 @@ namespace zoned::core {
 
 }  // namespace zoned::core
 
-/// States what the code relies on. Never use it for bytes from outside: those get a Result.
+/// States a condition that the code relies on. Never use it for bytes from outside: they get a
+/// Result.
 #define ZONED_ASSERT(expression, reason) \
     (static_cast<bool>(expression)       \
          ? static_cast<void>(0)          \

@@ -1,5 +1,5 @@
-// BlockHash: many numbers into one word, faster than a chain of as many; for records that enter a
-// StateHash.
+// BlockHash: hashes many numbers into one word, faster than a single chain; for records that enter
+// a StateHash.
 #pragma once
 
 #include "shared/core/rng.h"
@@ -23,7 +23,7 @@ class BlockHash {
         chain ^= chain >> 29U;
     }
 
-    /// By its bits, with -0.0 kept apart from +0.0.
+    /// Hashes a float by its bits, with -0.0 kept apart from +0.0.
     [[gnu::always_inline]] void add(float f) {
         add(static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(f)));
     }
@@ -31,10 +31,12 @@ class BlockHash {
     template <class T>
         requires std::is_integral_v<T>
 
-    [[gnu::always_inline]] void add(T number) { add(static_cast<std::uint64_t>(number)); }
+    [[gnu::always_inline]] void add(T number) {
+        add(static_cast<std::uint64_t>(number));
+    }
 
-    /// Small numbers share words with those that are packed before and after them, which takes
-    /// fewer steps: records of one kind pack the same types in the same order.
+    /// Packs a small number into a word shared with its neighbours, which takes fewer steps.
+    /// Records of one kind must pack the same types in the same order.
     template <class T>
     [[gnu::always_inline]] void pack(T number) {
         constexpr unsigned kBits = 8U * sizeof(T);
@@ -45,7 +47,7 @@ class BlockHash {
         packed_bits_ += kBits;
     }
 
-    /// Of all that was added and packed so far.
+    /// Hash of all numbers added and packed so far.
     [[nodiscard]] std::uint64_t value() const {
         if (packed_bits_ > 0) {
             BlockHash whole = *this;
@@ -70,7 +72,7 @@ class BlockHash {
         requires(std::is_integral_v<T> || std::is_enum_v<T>)
 
     [[gnu::always_inline]] static std::uint64_t bits_of(T number) {
-        // Of as many bits as the type has, whatever its sign.
+        // As many bits as the type has, whatever its sign.
         constexpr unsigned kUnused = 64U - 8U * sizeof(T);
         return static_cast<std::uint64_t>(number) << kUnused >> kUnused;
     }

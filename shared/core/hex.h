@@ -1,4 +1,4 @@
-// Hexadecimal text of bytes: keys, digests, fingerprints.
+// hex: hexadecimal text of bytes: keys, digests, fingerprints.
 #pragma once
 
 #include <cstdint>

@@ -8,7 +8,7 @@
 namespace zoned::core {
 
 /// Logarithmic buckets, 32 per power of two: a percentile is off by at most 1.1 % of its value
-/// (half a bucket). Samples below 2^-30 count as zero, those above 2^30 as the largest bucket;
+/// (half a bucket). Samples below 2^-30 count as zero, samples above 2^30 as the largest bucket;
 /// maximum and mean are exact.
 class Histogram {
   public:

@@ -1,4 +1,4 @@
-// Strong identifiers and the tick number: the names by which all stages speak of the same thing.
+// StrongId: identifiers that cannot be mixed up, and the tick number, for all stages.
 #pragma once
 
 #include <compare>

@@ -9,15 +9,16 @@
 
 namespace zoned::core {
 
-/// Writes one value from front to back, indented. Commas, quotes and escapes are its matter;
-/// nesting is the caller's: every begin has its end, in an object each value follows a key.
+/// Writes one value from front to back, indented. The class writes commas, quotes and escapes. The
+/// caller is responsible for nesting: every begin has its end, and in an object each value follows
+/// a key.
 class JsonWriter {
   public:
     JsonWriter& begin_object();
     JsonWriter& end_object();
     JsonWriter& begin_array();
     JsonWriter& end_array();
-    /// Of an object, before its value.
+    /// Key of an object's member, before its value.
     JsonWriter& key(std::string_view name);
 
     /// Text; bytes that are not UTF-8 become U+FFFD.
@@ -26,13 +27,15 @@ class JsonWriter {
     JsonWriter& value(const char* text) { return value(std::string_view(text)); }
 
     JsonWriter& value(bool truth);
-    /// Shortest text that reads back to the same number; what is not finite becomes null.
+    /// Shortest text that reads back to the same number; a number that is not finite becomes null.
     JsonWriter& value(double number);
 
     template <class T>
         requires(std::is_integral_v<T> && !std::is_same_v<T, bool>)
 
-    JsonWriter& value(T number) { return raw(std::to_string(number)); }
+    JsonWriter& value(T number) {
+        return raw(std::to_string(number));
+    }
 
     /// key and value in one.
     template <class T>

@@ -10,7 +10,7 @@
 
 namespace zoned::core {
 
-/// All of `text` as a number, written as std::from_chars reads it; none: it is something else, or
+/// The whole `text` as a number in the form of std::from_chars; none where it is something else, or
 /// does not fit.
 template <class Number>
 [[nodiscard]] std::optional<Number> parse_number(std::string_view text) {
@@ -23,7 +23,7 @@ template <class Number>
 /// Lines end with LF, CR LF or CR; words lie between spaces and tabs. The first failure is kept.
 class LineReader {
   public:
-    /// What follows `comment` in a line is left out; '\0': there are no comments.
+    /// Text after `comment` in a line is left out; '\0': no comments.
     explicit LineReader(std::string_view text, char comment = '\0')
         : text_(text),
           comment_(comment) {}
@@ -36,19 +36,19 @@ class LineReader {
     /// Number of the line, counted from 1; 0 before the first.
     [[nodiscard]] std::size_t line() const { return number_; }
 
-    /// What has not been read of the line.
+    /// The unread rest of the line.
     [[nodiscard]] std::string_view rest() const { return line_; }
 
     /// The next word of the line; empty at its end.
     std::string_view word();
 
-    /// The next word as a number; none: it is something else, or there is none.
+    /// The next word as a number; none where it is something else, or missing.
     template <class Number>
     std::optional<Number> number() {
         return parse_number<Number>(word());
     }
 
-    /// Returns false. `what` is wrong with line().
+    /// Notes `what` as the mistake of line() and returns false.
     bool fail(std::string_view what) { return fail_at(number_, what); }
 
     bool fail_at(std::size_t line, std::string_view what);

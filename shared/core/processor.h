@@ -1,5 +1,5 @@
-// The check that this processor can run what the program was built for, before it meets an
-// instruction that it does not know.
+// Processor check: ends the program early where the processor lacks instructions that the program
+// was built for.
 #pragma once
 
 namespace zoned::core {

@@ -1,4 +1,4 @@
-// Result: a value or the reason why there is none, for bytes and settings that come from outside.
+// Result: a value, or the reason for its absence, for bytes and settings that come from outside.
 #pragma once
 
 #include "shared/core/assert.h"

@@ -1,4 +1,4 @@
-// Seeded random numbers: small, fast and the same on every machine (unlike <random>'s
+// Rng: seeded random numbers, small, fast and the same on every computer (unlike <random>'s
 // distributions).
 #pragma once
 

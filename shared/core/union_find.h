@@ -1,4 +1,4 @@
-// UnionFind: which of the numbers 0..n-1 belong together, after any of them were joined in pairs.
+// UnionFind: disjoint sets of the numbers 0..n-1, joined in pairs.
 #pragma once
 
 #include <cstddef>
@@ -21,14 +21,14 @@ class UnionFind {
         }
     }
 
-    /// Numbers below n, new ones as sets of their own.
+    /// Resizes to the numbers below n; each new number is its own set.
     void grow(std::size_t n) {
         for (std::size_t i = parent_.size(); i < n; ++i) {
             parent_.push_back(static_cast<std::uint32_t>(i));
         }
     }
 
-    /// A set of its own again, where all numbers that hang on it become so too.
+    /// Makes the number its own set again; all numbers that hang on it must be reset too.
     void part(std::uint32_t i) { parent_[i] = i; }
 
     std::uint32_t root(std::uint32_t i) {

@@ -1,4 +1,4 @@
-// Axis-aligned bounding box.
+// Aabb: an axis-aligned bounding box.
 #pragma once
 
 #include "shared/math/types.h"

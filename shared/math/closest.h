@@ -1,16 +1,17 @@
-// Closest points between a segment and a box: distance, direction and which faces are near.
+// closest: the closest points between a segment and a box: distance, direction and the nearest
+// faces.
 #pragma once
 
 #include "shared/math/types.h"
 
 namespace zoned {
 
-/// How a segment lies to a box, in the box's own axes with the box's centre as origin.
+/// Position of a segment relative to a box, in the box's own axes with the box's centre as origin.
 struct SegmentBoxDistance {
     /// Unit vector from the box to the segment: moving the segment along it parts the two.
     Vec3 normal = Vec3::UnitY();
-    /// Metres; negative where they intersect: then the least translation along `normal` that parts
-    /// them is its magnitude.
+    /// Metres; negative where they intersect. Its magnitude is then the least translation along
+    /// `normal` that separates them.
     float distance = 0.0F;
     /// Per axis the sign of the face that the closest point of the box lies on, 0 for none: one
     /// entry other than zero is a face, two an edge, three a corner.

@@ -1,4 +1,4 @@
-// A direction across another one.
+// perpendicular: a unit vector across another one.
 #pragma once
 
 #include "shared/math/types.h"

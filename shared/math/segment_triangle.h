@@ -1,4 +1,4 @@
-// Closest points between a segment and a triangle that is solid behind.
+// segment_triangle: the closest points between a segment and a triangle that is solid behind.
 #pragma once
 
 #include "shared/math/types.h"
@@ -15,7 +15,7 @@ struct FacedTriangle {
     [[nodiscard]] float height(const Vec3& p) const { return normal.dot(p - corner[0]); }
 };
 
-/// How a segment lies to a triangle.
+/// Position of a segment relative to a triangle.
 struct SegmentTriangleDistance {
     /// Unit vector from the triangle to the segment: moving the segment along it parts the two.
     Vec3 normal = Vec3::UnitY();
@@ -24,7 +24,7 @@ struct SegmentTriangleDistance {
     float distance = 0.0F;
 };
 
-/// Nearest point of a triangle, and which corners span the feature that it lies on.
+/// Nearest point of a triangle, and the corners of the feature that it lies on.
 struct TrianglePoint {
     Vec3 point = Vec3::Zero();
     int edge = -1;    ///< lies within this edge

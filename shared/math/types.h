@@ -1,4 +1,5 @@
-// Eigen aliases used everywhere. SI units, right-handed coordinates, y up.
+// types: the aliases of Eigen's vectors and quaternions used everywhere. SI units, right-handed
+// coordinates, y up.
 #pragma once
 
 #include <Eigen/Core>

@@ -103,7 +103,7 @@ class Obstacles {
     std::size_t count_ = 0;
 };
 
-/// Velocity after `dt` of acceleration towards a wanted velocity, and the way made meanwhile.
+/// Velocity after `dt` of acceleration towards a wanted velocity, and the distance moved meanwhile.
 struct Acceleration {
     Vec3 velocity;
     Vec3 way;
@@ -151,7 +151,8 @@ class Mover {
         state_.position = sweep_.parted(from.position, door_push_);
     }
 
-    /// Moves along the ground: `way` is horizontal, `velocity` the one at the end of it.
+    /// Moves along the ground: `way` is a horizontal displacement, `velocity` the velocity at its
+    /// end.
     void walk(Vec3 way, const Vec3& velocity) {
         Obstacles walls;
         Vec3 ground = Vec3::UnitY();
@@ -178,7 +179,8 @@ class Mover {
         settle(lifted);
     }
 
-    /// Moves through the air: `way` and `velocity` (at the end of it) are three-dimensional.
+    /// Moves through the air: the displacement `way` and `velocity` (at its end) are
+    /// three-dimensional.
     void fall(Vec3 way, Vec3 velocity, bool wants_rest) {
         Obstacles surfaces;
         const Vec3 whole_path = way;
@@ -201,8 +203,8 @@ class Mover {
             velocity = surfaces.slid(whole_velocity);
         }
         state_.velocity = velocity;
-        // Steep surfaces that together hold the character up carry it: nobody falls for ever in a
-        // gap between a rock and a wall.
+        // Steep surfaces that together hold the character up carry it: no character falls for ever
+        // in a gap between a rock and a wall.
         const bool held = whole_path.y() < 0.0F &&
                           start_height_ - state_.position.y() < 0.01F * -whole_path.y() &&
                           surfaces.count() >= 2 && surfaces.sum().y() > 0.1F;
@@ -222,7 +224,8 @@ class Mover {
         return 0.0F - (ground.x() * move.x() + ground.z() * move.z()) / ground.y();
     }
 
-    /// Slides never lengthen a move, climbing a slope that carries lengthens it at most so much.
+    /// Slides never lengthen a move, climbing a slope that carries lengthens it at most by this
+    /// factor.
     [[nodiscard]] Aabb region_of(const Vec3& position, const Vec3& way) const {
         const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
         const float reach =
@@ -239,8 +242,8 @@ class Mover {
         return hit.normal.y() >= limits_.max_slope_cos;
     }
 
-    /// The rim of something that carries, low enough to step onto: the round bottom of the capsule
-    /// touches it at the height radius (1 - normal.y) above its lowest point.
+    /// The rim of walkable ground, low enough to step onto: the round bottom of the capsule touches
+    /// it at the height radius (1 - normal.y) above its lowest point.
     [[nodiscard]] bool is_ledge(const SweepHit& hit) const {
         return hit.face_up >= limits_.max_slope_cos && hit.normal.y() >= 0.1F &&
                limits_.radius * (1.0F - hit.normal.y()) <= limits_.step_up;

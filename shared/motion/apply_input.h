@@ -18,13 +18,13 @@ struct CharacterLimits {
     float air_acceleration = 4.0F;  ///< in the air, m/s2
     float jump_speed = 5.0F;        ///< m/s
     float max_slope_cos = 0.64F;    ///< steeper ground (normal.y below this) does not carry
-    float step_down = 0.35F;   ///< how far a walking character follows ground that falls away, m
-    float gravity = kGravity;  ///< m/s2
-    float step_up = 0.3F;      ///< highest ledge that a walking character climbs, m; works up to
-                               ///< 0.9 radius, higher ledges are walls
+    float step_down = 0.35F;        ///< largest drop that a walking character follows down, m
+    float gravity = kGravity;       ///< m/s2
+    float step_up = 0.3F;  ///< highest ledge that a walking character climbs, m; works up to
+                           ///< 0.9 radius, higher ledges are walls
 };
 
-/// All that movement depends on; `position` is the capsule's centre.
+/// The full movement state of a character; `position` is the capsule's centre.
 struct CharacterState {
     Vec3 position = Vec3::Zero();
     Vec3 velocity = Vec3::Zero();
@@ -43,8 +43,8 @@ struct CharacterState {
 /// - Nothing tunnels at any speed: moves are swept, and keep about a millimetre of air to boxes. A
 ///   capsule that begins inside a box is moved out by the shortest way.
 /// - Doors are as at `tick`, which is the one whose state is returned. A door that shuts on a
-///   character pushes it out by the shortest way, at its walking speed; that moves who stands
-///   still as well. kAllDoorsOpen: no door is there.
+///   character pushes it out by the shortest way, at its walking speed; a character that
+///   stands still is moved as well. kAllDoorsOpen: no door is there.
 /// Deterministic: same arguments, same bits. No allocation.
 CharacterState apply_input(const CharacterState& from,
                            const InputCommand& command,
@@ -53,8 +53,8 @@ CharacterState apply_input(const CharacterState& from,
                            float dt,
                            Tick tick = kAllDoorsOpen);
 
-/// Whether a door may move a character that stands still there: one that touches it has just been
-/// shut or opened, or one that is shut overlaps it.
+/// Whether a door may move a character that stands still there. A door that touches it has just
+/// shut or opened, or a shut door overlaps it.
 bool moved_by_door(const Vec3& position,
                    const CharacterLimits& limits,
                    const StaticGeometry& world,

@@ -8,7 +8,7 @@ namespace {
 
 /// All particles of a burst are born in the same step, whatever the tick's length.
 constexpr double kBurstRate_hz = 1e9;
-/// Slower than this has no direction worth the name.
+/// A slower velocity has no meaningful direction.
 constexpr float kStill_mps = 1e-6F;
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Burst: particles let out at once, from what a system says of all its bursts and what one of them
-// adds.
+// Burst: particles emitted at once, from the settings of a system and those of one burst.
 #pragma once
 
 #include "shared/motion/emitter.h"
@@ -9,19 +8,19 @@
 
 namespace zoned::motion {
 
-/// A client refuses to replay more in one burst.
+/// Most particles of one burst; a client refuses to replay more.
 inline constexpr std::uint32_t kMostInCosmeticBurst = 1000;
 
-/// What all bursts of a particle system have in common. SI units.
+/// Settings common to all bursts of a particle system. SI units.
 struct BurstKind {
     float cone_cosine = 0.5F;  ///< of the angle between the velocity and the rim of the cone, -1..1
     float slowest = 0.5F;      ///< speeds are uniform in [slowest, 1] times the speed, 0..1
-    float spread = 0.0F;       ///< they begin within a ball of this radius, m
+    float spread = 0.0F;       ///< particles begin within a ball of this radius, m
     float lifetime_min_s = 1.0F;  ///< > 0, uniform in [min, max]
     float lifetime_max_s = 1.0F;
 };
 
-/// One of them: a few dozen bytes from which everybody computes the same particles.
+/// One burst: a few dozen bytes from which all sides compute the same particles.
 struct Burst {
     std::uint64_t seed = 0;
     Tick start = 0;                ///< all particles are born in the step from here

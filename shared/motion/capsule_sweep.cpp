@@ -95,7 +95,7 @@ CapsuleSweep::CapsuleSweep(const StaticGeometry& world,
         ++near_count_;
     });
     for (const PlacedSurface& placed : world.surfaces()) {
-        // What stands over the area may have to push the capsule up out of it.
+        // An obstacle above the area may have to push the capsule up and out.
         const Aabb& bounds = placed.bounds();
         near_surfaces_ =
             near_surfaces_ ||
@@ -170,7 +170,7 @@ SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {
 bool CapsuleSweep::part_from_surfaces(Vec3& position) const {
     bool overlapped = false;
     for (const PlacedSurface& placed : world_.surfaces()) {
-        // What got below heights comes up out of them, as bodies do.
+        // A capsule below a height grid comes up out of it, as bodies do.
         if (placed.surface().is_grid() && placed.surface().behind(placed.to_local(position))) {
             const auto top = placed.top_at(position.x(), position.z());
             if (top) {

@@ -1,4 +1,5 @@
-// CapsuleSweep: how far an upright capsule can move in the static world, and what stops it.
+// CapsuleSweep: how far an upright capsule can move in the static world, and the obstacle that
+// stops it.
 #pragma once
 
 #include "shared/math/types.h"
@@ -18,40 +19,40 @@ struct Capsule {
 };
 
 /// Air that is kept between capsule and boxes, m: far more than the rounding of float coordinates
-/// some kilometres from the origin, far less than anybody sees.
+/// some kilometres from the origin, and far too little to be visible.
 inline constexpr float kSkin = 0.001F;
 
 /// Whether a capsule is so far inside a box that CapsuleSweep::parted() moves it; columns of `axes`
 /// are the box's.
 bool overlaps(const Capsule& capsule, const Vec3& position, const StaticBox& box, const Mat3& axes);
 
-/// What a moving capsule ran into.
+/// The obstacle that a moving capsule hit.
 struct SweepHit {
     float fraction = 1.0F;        ///< of the move that is free
     bool hit = false;             ///< false: all of it is free
     bool ground_plane = false;    ///< hit the ground plane, not a box or a surface
     Vec3 normal = Vec3::UnitY();  ///< unit, from the obstacle to the capsule
     /// Vertical part of the most upward normal among the faces that meet where the capsule was hit:
-    /// tells the rim of something to stand on from the rim of a wall.
+    /// distinguishes the rim of walkable ground from the rim of a wall.
     float face_up = 1.0F;
 };
 
 /// The static boxes near one character's tick, gathered once, and the surfaces there. No
-/// allocation. Triangles are solid behind: one whose front the capsule's centre does not see is not
-/// there.
+/// allocation. Triangles are solid behind: a triangle whose front the capsule's centre does not see
+/// is ignored.
 class CapsuleSweep {
   public:
-    /// `area` must hold all places where the capsule will be asked for, without its own size. Doors
+    /// `area` must hold all positions of the capsule in later calls, without its own size. Doors
     /// are as at `tick`.
     CapsuleSweep(const StaticGeometry& world,
                  const Capsule& capsule,
                  const Aabb& area,
                  Tick tick = kAllDoorsOpen);
 
-    /// The first obstacle on the way of the capsule's centre from `from` to `from + move`.
+    /// The first obstacle on the path of the capsule's centre from `from` to `from + move`.
     /// Obstacles that the move only grazes (nears by less than 0.05 mm) or leaves do not count. The
     /// distance of a convex box and a capsule that moves along a line is a convex function of the
-    /// way, so Newton's iteration from the start never passes the first contact.
+    /// distance moved, so Newton's iteration from the start never passes the first contact.
     [[nodiscard]] SweepHit sweep(const Vec3& from, const Vec3& move) const;
 
     /// As sweep() by `drop` metres straight down, but where several obstacles stop the capsule
@@ -97,16 +98,16 @@ class CapsuleSweep {
   private:
     [[nodiscard]] SweepHit sweep_ground(const Vec3& from, const Vec3& move) const;
     [[nodiscard]] SweepHit sweep_box(std::uint32_t box, const Vec3& from, const Vec3& move) const;
-    /// `triangle` and the way in the triangle's own coordinates.
+    /// `triangle` and the move in the triangle's own coordinates.
     [[nodiscard]] SweepHit sweep_triangle(const FacedTriangle& triangle,
                                           const Vec3& from,
                                           const Vec3& move) const;
-    /// The first triangle on the way, of those whose hit `counts`.
+    /// The first triangle that the move hits, among hits that `counts` accepts.
     template <class Counts>
     [[nodiscard]] SweepHit sweep_surfaces(const Vec3& from,
                                           const Vec3& move,
                                           Counts&& counts) const;
-    /// Moves `position` out of the surfaces' triangles; true where there was any.
+    /// Moves `position` out of the surfaces' triangles; true where it overlapped any.
     bool part_from_surfaces(Vec3& position) const;
 
     /// Calls `visit(surface, triangle)` for the triangles that the moving capsule may touch.
@@ -158,8 +159,8 @@ class CapsuleSweep {
 
 template <class Counts>
 SweepHit CapsuleSweep::sweep_surfaces(const Vec3& from, const Vec3& move, Counts&& counts) const {
-    // Of triangles that meet where the capsule is hit, all tell how the surface lies there.
-    constexpr float kSamePlace = 5e-5F;  // m along the way
+    // All triangles that meet where the capsule is hit define the surface there.
+    constexpr float kSamePlace = 5e-5F;  // m along the move
     const float length = move.norm();
     SweepHit first;
     for_each_triangle(from, move, [&](const PlacedSurface& placed, const FacedTriangle& t) {

@@ -7,9 +7,9 @@ namespace zoned::motion {
 
 namespace {
 
-/// What remains of the offset between shown and predicted at s = elapsed / period in [0, 1]:
-/// offset(t) = position (shown - predicted in position at begin) + velocity (the same in velocity).
-/// The rates are the derivatives with respect to time.
+/// The rest of the offset between shown and predicted at s = elapsed / period in [0, 1]: offset(t)
+/// = position (shown - predicted in position at begin) + velocity (the same in velocity). The rates
+/// are the derivatives with respect to time.
 struct Remainder {
     float position = 0.0F;
     float velocity = 0.0F;  // s
@@ -59,7 +59,7 @@ void Convergence::begin(const KinematicState& shown,
     period_s_ = period_s;
     jump_ = shown.position - predicted.position;
     velocity_jump_ = shown.velocity - predicted.velocity;
-    // Of the two ways round the shorter one is taken.
+    // The shorter of the two rotations is taken.
     Quat turn = shown.orientation * predicted.orientation.conjugate();
     if (turn.w() < 0.0F) {
         turn.coeffs() = -turn.coeffs();

@@ -1,5 +1,4 @@
-// Convergence: how a displayed state is led from what was shown to what is predicted, without a
-// jump.
+// Convergence: leads a displayed state from the shown one to the predicted one without a jump.
 #pragma once
 
 #include "shared/motion/kinematic_state.h"
@@ -28,13 +27,13 @@ inline constexpr int kConvergenceMethods = 4;
 class Convergence {
   public:
     /// `shown` is what was displayed at this moment, `predicted` the new prediction for it; their
-    /// offset is led to zero, whatever way the prediction takes meanwhile. `period_s` >= 0: how
-    /// long blending takes.
+    /// offset is led to zero, wherever the prediction goes meanwhile. `period_s` >= 0: duration of
+    /// the blending.
     void begin(const KinematicState& shown, const KinematicState& predicted, float period_s);
 
-    /// What to display: `predicted` is the prediction for now, `elapsed_s` the time since begin().
-    /// Equal to `predicted` from period_s on. Velocity and angular velocity are those of the
-    /// displayed motion.
+    /// The state to display: `predicted` is the prediction for now, `elapsed_s` the time since
+    /// begin(). Equal to `predicted` from period_s on. Velocity and angular velocity are those of
+    /// the displayed motion.
     [[nodiscard]] KinematicState display(ConvergenceMethod method,
                                          const KinematicState& predicted,
                                          float elapsed_s) const;
@@ -52,7 +51,7 @@ class Convergence {
   private:
     Vec3 jump_ = Vec3::Zero();           // shown - predicted at begin(), m
     Vec3 velocity_jump_ = Vec3::Zero();  // likewise, m/s
-    Vec3 axis_ = Vec3::Zero();           // of the turn from predicted to shown, the shorter way
+    Vec3 axis_ = Vec3::Zero();           // of the shorter rotation from predicted to shown
     float angle_ = 0.0F;                 // of it, rad
     float period_s_ = 0.0F;
 };

@@ -11,7 +11,7 @@ namespace zoned::motion {
 
 namespace {
 
-/// For how long what was published goes on: all the time, or until it lands.
+/// Time for which the published motion goes on: all the time, or until it lands.
 float in_motion(const KinematicState& from, PredictorOrder order, float elapsed_s) {
     return order == PredictorOrder::kBallistic ? std::min(elapsed_s, landing_time(from))
                                                : elapsed_s;

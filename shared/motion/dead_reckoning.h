@@ -23,13 +23,13 @@ inline constexpr int kPredictorOrders = 5;
 
 /// The state `elapsed_s` (>= 0, s) after `from`. Position: p + v t + a t^2 / 2; kTurning: the twice
 /// integrated acceleration R(w t) a, see turn_integrals.h. Orientation: q turned by |w| t about w.
-/// The result describes its own further motion: what the kind does not use (the acceleration below
-/// order 2, all rates for order 0 and after landing) is zero in it. Source: IEEE 1278.1-2012, annex
-/// E (dead reckoning in world coordinates) for orders 0 to 2; the other two are integrals of the
-/// equations of motion.
+/// The result describes its own further motion: members that the kind does not use (the
+/// acceleration below order 2, all rates for order 0 and after landing) is zero in it. Source: IEEE
+/// 1278.1-2012, annex E (dead reckoning in world coordinates) for orders 0 to 2; the other two are
+/// integrals of the equations of motion.
 KinematicState predict(const KinematicState& from, PredictorOrder order, float elapsed_s);
 
-/// Only the position part of predict(): what the server's error test needs every tick.
+/// Only the position part of predict(); the server's error test needs it every tick.
 Vec3 predict_position(const KinematicState& from, PredictorOrder order, float elapsed_s);
 
 /// Only the velocity part of predict().
@@ -38,8 +38,8 @@ Vec3 predict_velocity(const KinematicState& from, PredictorOrder order, float el
 /// Only the orientation part of predict().
 Quat predict_orientation(const KinematicState& from, PredictorOrder order, float elapsed_s);
 
-/// When what falls from `from` under its acceleration meets its floor, s (>= 0; 0 where it is at
-/// the floor or under it and does not rise); infinity where it never does.
+/// Time until an entity that falls from `from` under its acceleration meets its floor, s (>= 0). It
+/// is 0 at or below the floor without a rise, and infinity where it never meets the floor.
 float landing_time(const KinematicState& from);
 
 /// Angle between two orientations, rad, 0..pi.

@@ -1,4 +1,4 @@
-// Doors: boxes of the world that are there at some ticks and not at others.
+// Doors: boxes of the world that are solid at some ticks only.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -18,8 +18,8 @@ struct StaticBox {
     float restitution = 0.0F;
 };
 
-/// When a door stands open: a function of the tick alone, so that whoever knows the timetable knows
-/// the door, at any tick of the past or the future.
+/// A door's timetable. It is a function of the tick alone, so every side knows the door at any tick
+/// of the past or the future.
 struct Timetable {
     /// Ticks [from, to) of a period.
     struct OpenSpan {
@@ -29,15 +29,15 @@ struct Timetable {
         friend bool operator==(const OpenSpan&, const OpenSpan&) = default;
     };
 
-    Tick period = 1;             ///< ticks, > 0
-    Tick shift = 0;              ///< of tick 0 from the beginning of a period, [0, period)
-    std::vector<OpenSpan> open;  ///< ascending, apart, within [0, period]; two that touch are one
+    Tick period = 1;  ///< ticks, > 0
+    Tick shift = 0;   ///< offset of tick 0 from the beginning of a period, [0, period)
+    std::vector<OpenSpan>
+        open;  ///< ascending, apart, within [0, period]; touching spans are merged
 
     /// For any tick, negative ones too.
     [[nodiscard]] bool open_at(Tick tick) const;
 
-    /// The first tick after `tick` at which it is the other way than the tick before; kNever where
-    /// there is none.
+    /// The first tick after `tick` at which the door opens or shuts; kNever where there is none.
     [[nodiscard]] Tick next_change(Tick tick) const;
 
     /// Later than any tick.
@@ -49,8 +49,8 @@ struct Timetable {
     [[nodiscard]] Tick phase(Tick tick) const;
 };
 
-/// Solid while it is shut, not there while it is open: a gate, a shutter, but a bridge as well,
-/// which is walked on while it is "shut".
+/// A box that is solid while shut and absent while open: a gate, a shutter, or a bridge, which
+/// carries while it is "shut".
 struct Door {
     StaticBox box;
     Timetable times;
@@ -58,7 +58,7 @@ struct Door {
     [[nodiscard]] bool shut_at(Tick tick) const { return !times.open_at(tick); }
 };
 
-/// In place of a tick: no door is there.
+/// In place of a tick: all doors are open.
 inline constexpr Tick kAllDoorsOpen = INT64_MIN;
 
 }  // namespace zoned::motion

@@ -1,5 +1,5 @@
-// Emitter: where and when particles are born, from a seed; and the replay of those that only look
-// nice.
+// Emitter: the position and time at which particles are born, from a seed; and the replay of
+// cosmetic particles.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -12,16 +12,15 @@
 
 namespace zoned::motion {
 
-/// Particle number i of an emitter is a function of the seed and i alone: who knows the emitter
-/// knows all of its particles, in any order, without a history. SI units; directions have unit
-/// length.
+/// Particle number i of an emitter is a function of the seed and i alone. The emitter determines
+/// all of its particles, in any order, without a history. SI units; directions have unit length.
 struct Emitter {
     std::uint64_t seed = 0;
     Tick start = 0;                   ///< the first particle is born in the step from here
     double rate_hz = 10.0;            ///< particles per second, > 0; large for a burst
     std::uint64_t most = UINT64_MAX;  ///< particles in all
     Vec3 position = Vec3::Zero();     ///< m
-    float spread = 0.0F;              ///< they begin within a ball of this radius, m
+    float spread = 0.0F;              ///< particles begin within a ball of this radius, m
     Vec3 direction = Vec3::UnitY();   ///< the cone's axis
     float cone_cosine = 1.0F;         ///< of the angle between axis and rim: 1 a ray, -1 all round
     float speed_min = 1.0F;           ///< m/s, uniform in [min, max]
@@ -30,7 +29,7 @@ struct Emitter {
     float lifetime_max_s = 1.0F;
 };
 
-/// Why an emitter is refused ("rate_hz: must be above 0 and at most 1e9"); empty: it is not.
+/// Reason to refuse an emitter ("rate_hz: must be above 0 and at most 1e9"); empty: it is fit.
 std::string unfit(const Emitter& emitter);
 
 /// Particles born before `tick`, that is, in the steps from `start` up to and without it. Grows
@@ -47,11 +46,12 @@ struct Birth {
 
 /// Particle number `index`. Directions are uniform over the cone: a point of a disc by rejection
 /// gives both angles without trigonometry (Marsaglia, "Choosing a point from the surface of a
-/// sphere", Ann. Math. Stat. 43, 1972), so all machines agree.
+/// sphere", Ann. Math. Stat. 43, 1972), so all computers agree.
 Birth birth_of(const Emitter& emitter, std::uint64_t index);
 
-/// Smoke, sparks, rain: what no rule ever asks about. The server neither simulates nor sends it: it
-/// sends this once, and every client computes the same particles for any tick.
+/// A cosmetic system: smoke, sparks, rain, about which no rule ever asks. The server neither
+/// simulates nor sends its particles. It sends this description once, and every client computes the
+/// same particles for any tick.
 struct CosmeticEmitter {
     Emitter emitter;
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
@@ -75,7 +75,7 @@ void replay(const CosmeticEmitter& cosmetic,
             double tick_s,
             std::vector<CosmeticParticle>& out);
 
-/// (1 - exp(-x)) for x >= 0, the same bits on all machines: no call of a math library. Relative
+/// (1 - exp(-x)) for x >= 0, the same bits on all computers: no call of a math library. Relative
 /// error below 1e-12.
 double one_minus_exp(double x);
 

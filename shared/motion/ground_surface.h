@@ -1,5 +1,5 @@
-// Surface: static triangles or heights in their own coordinates, as characters on server and client
-// walk on them.
+// Surface: static triangles or heights in their own coordinates, on which characters on server and
+// client walk.
 #pragma once
 
 #include "shared/math/aabb.h"
@@ -23,7 +23,7 @@ struct HeightGrid {
     std::uint32_t rows = 0;     ///< samples along z, >= 2
     float spacing_x = 1.0F;     ///< m, > 0
     float spacing_z = 1.0F;
-    float thickness = 0.0F;          ///< solid down to so far below the lowest sample, m
+    float thickness = 0.0F;          ///< depth of the solid below the lowest sample, m
     std::span<const float> heights;  ///< m, row by row
 };
 
@@ -33,7 +33,7 @@ struct TriangleList {
     std::span<const std::array<std::uint32_t, 3>> corners;
 };
 
-/// Solid behind its triangles, a height grid below them. Looks at tables that `owner` keeps, so
+/// Solid behind its triangles, a height grid below them. Refers to tables that `owner` keeps, so
 /// that physics and movement, and all zones, share one copy. Immutable.
 class Surface {
   public:
@@ -56,7 +56,7 @@ class Surface {
     /// Height of the topmost front over or under (x, z), m; none beside the surface.
     [[nodiscard]] std::optional<float> top_at(float x, float z) const;
 
-    /// Whether a point lies in what is solid: the nearest triangle above it shows its back, and a
+    /// Whether a point lies inside the solid: the nearest triangle above it shows its back, and a
     /// grid is thick enough.
     [[nodiscard]] bool behind(const Vec3& p) const;
 

@@ -1,4 +1,4 @@
-// The template part of Surface; included by surface.h only.
+// The template part of Surface; included by ground_surface.h only.
 #pragma once
 
 #include <algorithm>

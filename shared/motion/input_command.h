@@ -1,4 +1,4 @@
-// InputCommand: what a player (or an agent) wants its character to do during one tick.
+// InputCommand: the intent of a player (or an agent) for its character during one tick.
 #pragma once
 
 #include "shared/core/ids.h"

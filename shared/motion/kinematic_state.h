@@ -1,4 +1,4 @@
-// KinematicState: what is known of a moving entity at one tick; dead reckoning starts from it.
+// KinematicState: the motion of an entity at one tick; dead reckoning starts from it.
 #pragma once
 
 #include "shared/math/types.h"
@@ -15,7 +15,7 @@ struct KinematicState {
     Vec3 acceleration = Vec3::Zero();      ///< m/s2, used above predictor order 1 only
     Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
     Vec3 turn = Vec3::Zero();  ///< at which the acceleration turns, rad/s, world axes: kTurning
-    /// What falls comes to rest where its centre is at this height, m: kBallistic.
+    /// A falling entity comes to rest where its centre is at this height, m: kBallistic.
     float floor = -std::numeric_limits<float>::infinity();
 };
 

@@ -1,5 +1,5 @@
-// StaticGeometry: the solid world that never moves, and its doors, as characters on server and
-// client collide with them.
+// StaticGeometry: the static world and its doors, with which characters on server and client
+// collide.
 #pragma once
 
 #include "shared/math/aabb.h"
@@ -15,14 +15,15 @@
 
 namespace zoned::motion {
 
-/// A surface where it stands, turned about y alone.
+/// A placed surface, turned about y alone.
 struct StaticSurface {
     std::shared_ptr<const Surface> surface;
     Vec3 position = Vec3::Zero();  ///< of its origin, m
     Quat orientation = Quat::Identity();
 };
 
-/// A surface in the world: its bounds there, and the way from the world to its own coordinates.
+/// A surface in the world: its bounds there, and the transform from the world to its own
+/// coordinates.
 class PlacedSurface {
   public:
     explicit PlacedSurface(const StaticSurface& from);
@@ -51,13 +52,13 @@ class PlacedSurface {
     Aabb bounds_;
 };
 
-/// Boxes are listed in cells of this size where nobody asks for another, m.
+/// Default size of the cells in which boxes are listed, m.
 inline constexpr float kStaticCell_m = 16.0F;
 
-/// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane
-/// y = ground_height; and doors, which are boxes like these while they are shut.
-/// Immutable after construction, so that threads and bots share one copy: whoever asks says at
-/// which tick. A world without doors pays nothing for those of others.
+/// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane y =
+/// ground_height; and doors, which are boxes like these while they are shut. Immutable after
+/// construction, so that threads and bots share one copy: each query names its tick. A world
+/// without doors pays nothing for those of others.
 class StaticGeometry {
   public:
     StaticGeometry() = default;
@@ -70,7 +71,7 @@ class StaticGeometry {
 
     [[nodiscard]] float ground_height() const { return ground_height_; }
 
-    /// Those that are always there.
+    /// The boxes without the doors.
     [[nodiscard]] std::span<const StaticBox> boxes() const { return {boxes_.data(), fixed_}; }
 
     /// Their boxes are numbered behind boxes().
@@ -84,7 +85,7 @@ class StaticGeometry {
     /// Columns are the box's axes in the coordinates of the world.
     [[nodiscard]] const Mat3& box_axes(std::uint32_t index) const { return axes_[index]; }
 
-    /// Few and large: whoever asks looks at the bounds of each.
+    /// Few and large: a query looks at the bounds of each.
     [[nodiscard]] std::span<const PlacedSurface> surfaces() const { return surfaces_; }
 
     /// Height of the topmost surface over or under (x, z), or of the ground, m. Boxes do not count.
@@ -94,7 +95,7 @@ class StaticGeometry {
     template <class Visit>
     void for_each_near(const Aabb& area, Visit&& visit) const;
 
-    /// The same for the boxes and those doors that are shut at `tick`.
+    /// The same for the boxes and the doors that are shut at `tick`.
     template <class Visit>
     void for_each_near(const Aabb& area, Tick tick, Visit&& visit) const;
 
@@ -102,8 +103,8 @@ class StaticGeometry {
     template <class Visit>
     void for_each_door_near(const Aabb& area, Visit&& visit) const;
 
-    /// The same world in which the doors named are boxes like all others, and the rest is not
-    /// there: what it is as long as these alone are shut. `shut` is ascending.
+    /// The same world with the named doors as ordinary boxes, and without the other doors. It
+    /// equals this world while exactly these doors are shut. `shut` is ascending.
     [[nodiscard]] StaticGeometry with_shut(std::span<const std::uint32_t> shut) const;
 
   private:
@@ -114,8 +115,8 @@ class StaticGeometry {
 
     void index_boxes();
 
-    std::vector<StaticBox> boxes_;  // those that are always there, then the doors'
-    std::size_t fixed_ = 0;         // so many are always there
+    std::vector<StaticBox> boxes_;  // the permanent boxes, then the doors'
+    std::size_t fixed_ = 0;         // number of permanent boxes
     std::vector<Door> doors_;
     std::vector<PlacedSurface> surfaces_;
     std::vector<Aabb> bounds_;

@@ -1,5 +1,5 @@
-// Integrals over a turn at a constant rate, without cancellation for small angles: what body-axes
-// dead reckoning and turning accelerations are made of.
+// TurnIntegrals: integrals over a turn at a constant rate, without cancellation for small angles.
+// Body-axes dead reckoning and turning accelerations use them.
 #pragma once
 
 #include <cmath>

@@ -122,7 +122,7 @@ class BitReader {
     bool failed_ = false;
 };
 
-/// Widths of an unsigned number whose 2-bit selector says how wide it is.
+/// Widths of an unsigned number, chosen by a 2-bit selector.
 using VarintWidths = std::array<int, 4>;
 
 /// Writes a 2-bit selector and the number in the narrowest of the ascending `widths` that holds it.

@@ -1,5 +1,4 @@
-// Byte order: whole numbers as little-endian bytes, for the parts of a datagram that are whole
-// bytes.
+// Byte order: whole numbers as little-endian bytes, for the byte-aligned parts of a datagram.
 #pragma once
 
 #include <concepts>

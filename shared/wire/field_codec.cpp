@@ -17,7 +17,7 @@ int class_bits(const SizeClasses& classes, int k, const RangeLayout& range) {
     return classes.bits[k] < range.full_bits ? classes.bits[k] : -1;
 }
 
-/// value - reference; the short way round where the range wraps.
+/// value - reference; the shorter difference where the range wraps.
 std::int32_t difference(std::int32_t value, std::int32_t reference, const RangeLayout& range) {
     const auto d = static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(reference);
     return range.wraps ? sign_extend(d & low_mask(range.full_bits), range.full_bits)
@@ -109,7 +109,7 @@ Motion motion_of(const Columns& columns) {
     return static_cast<Motion>(columns[kFields[0].first]);
 }
 
-/// Moves over the fields; `bits`, where there are, hears how wide each is.
+/// Moves over the fields; `bits`, where given, receives the width of each.
 template <typename Bits>
 bool walk_fields(BitReader& reader,
                  Coding coding,

@@ -31,8 +31,8 @@ bool read_fields(BitReader& reader,
                  bool upright,
                  const FieldLayout& layout);
 
-/// Whether columns, each within its range, are of a state that quantize() can give: no floor above
-/// what falls, orientations canonical.
+/// Whether columns, each within its range, form a state that quantize() can give: canonical
+/// orientations, and no floor above a falling entity.
 bool is_consistent(const Columns& columns, bool upright, const FieldLayout& layout);
 
 /// Moves the reader behind the fields; the length does not depend on any reference. False when a

@@ -20,14 +20,14 @@ inline constexpr std::size_t kDatagramHeaderBytes =
 inline constexpr std::size_t kSealTagBytes = 16;
 inline constexpr std::size_t kDownTransportBytes = 12;
 inline constexpr std::size_t kUpTransportBytes = 10;
-/// What is left for the body of a state packet.
+/// Bytes left for the body of a state packet.
 inline constexpr std::size_t kMaxDownBodyBytes =
     kMaxDatagramBytes - kDatagramHeaderBytes - kSealTagBytes - kDownTransportBytes;
 
 /// In the clear, little-endian, authenticated as associated data.
 struct DatagramHeader {
     std::uint32_t connection =
-        0;  ///< says which session a datagram belongs to; many sessions may share an address
+        0;  ///< identifies the session of a datagram; many sessions may share an address
     std::uint16_t sequence_low = 0;
 };
 
@@ -55,7 +55,7 @@ struct UpTransport {
     std::uint32_t ack_bits = 0;
     std::uint16_t ack_delay_10us = 0;
     /// The client's clock at the arrival of `ack` less the send time in it, in 128 us modulo 2^16:
-    /// only differences mean anything. What grows is a queue.
+    /// only differences mean anything. A growing value means a growing queue.
     std::uint16_t one_way_128us = 0;
 };
 
@@ -70,8 +70,8 @@ void write_transport(const UpTransport& t, std::uint8_t* out10);
 core::Result<DownTransport> read_down_transport(std::span<const std::uint8_t> plain);
 core::Result<UpTransport> read_up_transport(std::span<const std::uint8_t> plain);
 
-/// Which packets one side has received: the newest sequence and the 32 before it. Sequences start
-/// at 1.
+/// The set of packets that one side has received: the newest sequence and the 32 before it.
+/// Sequences start at 1.
 class AckTracker {
   public:
     /// Returns false for a duplicate or one older than the window.
@@ -91,11 +91,11 @@ class AckTracker {
 struct OwnState {
     EntityId avatar;
     Tick input_tick =
-        0;  ///< the state is what holds after this tick's command was consumed (= packet tick)
+        0;  ///< the state holds after this tick's command was consumed (= packet tick)
     bool input_missing =
         false;  ///< the server had no command for that tick and repeated the last one
     std::int8_t input_lead =
-        0;  ///< by how many ticks the newest command in hand is ahead of the tick consumed; clamped
+        0;  ///< ticks by which the newest command received is ahead of the consumed tick; clamped
     motion::CharacterState state;
 };
 
@@ -116,7 +116,7 @@ struct DownHead {
 void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out);
 /// Bytes of the head without the own state.
 std::size_t down_head_bytes(const DownHead& head);
-/// Changes what a packet with DownHead::has_widened says of the bounds.
+/// Changes the bounds in a packet with DownHead::has_widened.
 void rewrite_widened(const Widened& widened, std::vector<std::uint8_t>& body);
 
 /// Parses the head and returns it with the offset at which records begin.

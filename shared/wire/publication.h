@@ -17,7 +17,7 @@
 
 namespace zoned::wire {
 
-/// What a record in a state packet is.
+/// Kinds of records in a state packet.
 enum class RecordKind : std::uint8_t {
     kAbsolute =
         0,  ///< all fields; becomes keyframe number `keyframe` of its (zone, entity, lod) stream
@@ -45,7 +45,7 @@ inline constexpr std::size_t kMaxRecordBytes = 64;
 Tick expand_tick(std::uint8_t tick_low, Tick packet_tick);
 
 /// Appends a byte-aligned absolute record. `state` is quantised by at_lod(q, head.lod), `q` the
-/// world's Quantization. `upright` must be what the type table says of head.type.
+/// world's Quantization. `upright` must match head.type in the type table.
 void encode_absolute(const RecordHead& head,
                      const QuantizedState& state,
                      bool upright,
@@ -76,19 +76,19 @@ class RecordReader {
 
     [[nodiscard]] bool done() const { return bits_.failed() || malformed_ || bits_.at_end(); }
 
-    /// Where the next record begins.
+    /// Offset of the next record.
     [[nodiscard]] std::size_t byte_offset() const { return bits_.byte_offset(); }
 
     core::Result<RecordHead> next_head();
-    /// Fails also when the record says otherwise than `upright` (what the type table says).
+    /// Fails also when the record contradicts `upright`, the value of the type table.
     core::Result<QuantizedState> read_absolute(bool upright);
     /// `keyframe` must be a state that quantize() or a reader gave.
     core::Result<QuantizedState> read_delta(const QuantizedState& keyframe, bool upright);
     /// Skips the state of a delta whose keyframe is unknown (the length does not depend on the
     /// keyframe's values). For an entity whose type is unknown pass head.upright.
     core::Result<bool> skip_delta(bool upright);
-    /// Reads a whole record in place of the above, and says how many bits each part of it takes; a
-    /// removal is head alone. Neither keyframe nor type are needed; values are not checked.
+    /// Reads a whole record in place of the above, and counts the bits of each part; a removal is
+    /// only a head. Neither keyframe nor type are needed; values are not checked.
     core::Result<RecordHead> measure_next(RecordBits& bits);
 
   private:

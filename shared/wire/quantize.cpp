@@ -58,7 +58,7 @@ std::int32_t quantize_yaw(const Quat& orientation, std::int32_t steps) {
 }
 
 Quat dequantize_yaw(std::int32_t yaw, std::int32_t steps) {
-    // Half a turn and more is taken the short way round, so that w is never negative.
+    // A turn of more than half is replaced by the shorter one, so that w is never negative.
     const std::int32_t short_path = yaw >= steps / 2 ? yaw - steps : yaw;
     const double half_angle = std::numbers::pi * short_path / steps;
     return {static_cast<float>(std::cos(half_angle)),

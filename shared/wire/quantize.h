@@ -1,5 +1,5 @@
-// Quantisation: kinematic state as integers, so that what was sent is known to the last bit on both
-// sides.
+// Quantisation: kinematic state as integers, so that both sides know the sent state to the last
+// bit.
 #pragma once
 
 #include "shared/motion/dead_reckoning.h"
@@ -14,11 +14,12 @@ namespace zoned::wire {
 /// Components of accelerations and angular velocities are clamped to these.
 inline constexpr float kMaxAccelerationMps2 = 512.0F;
 inline constexpr float kMaxAngularSpeedRps = 128.0F;
-/// No quantised component exceeds this. A float's 24 bits then tell neighbouring steps apart, which
-/// is what makes dequantize() reversible.
+/// No quantised component exceeds this. A float's 24 bits then distinguish neighbouring steps,
+/// which is what makes dequantize() reversible.
 inline constexpr std::int32_t kMaxQuantizedIndex = (1 << 22) - 1;
 
-/// How much coarser a level of detail is written than the nearest: steps are doubled so often.
+/// How much coarser a level of detail is written than the nearest: number of doublings of the
+/// steps.
 struct LodShift {
     std::uint8_t place = 0;  ///< position, velocity, acceleration; 0..10
     std::uint8_t turn = 0;   ///< angular velocity, the turn of an acceleration; bits taken off
@@ -31,7 +32,7 @@ struct LodShift {
 inline constexpr int kLods = 4;
 
 /// Steps of quantisation; a constant of the world, sent once at login. Positions are zone-local.
-/// They are those of the nearest level of detail; at_lod() makes those of another.
+/// The steps are those of the nearest level of detail; at_lod() gives those of another level.
 struct Quantization {
     float position_step_m = 0.01F;                   ///< (0, 1]
     float velocity_step_mps = 1.0F / 64.0F;          ///< (0, 1]
@@ -44,7 +45,8 @@ struct Quantization {
     float vertical_extent_m = 1024.0F;        ///< |y| likewise
     float max_speed_mps = 256.0F;             ///< velocity components are clamped to this
     std::array<LodShift, kLods> lod_shift{};  ///< [0] is zero
-    float gravity_mps2 = kGravity;  ///< downwards: what falls is predicted with it, not told it
+    float gravity_mps2 =
+        kGravity;  ///< downwards: falling entities are predicted with it; it is not sent per entity
 
     /// Largest distance between a position within the extents and its quantised value: half a step
     /// along each axis, as a length, and what rounding to float takes at the rim of the zone (half
@@ -65,18 +67,18 @@ struct RateSteps {
     float angular_velocity_rps = 0.0F;
 };
 
-/// A prediction over T seconds is only as good as the steps of what it starts from: half a step of
+/// A prediction over T seconds is only as good as the steps of its start state: half a step of
 /// velocity is off by s T / 2, half a step of acceleration by s T^2 / 4, half a step of angular
 /// velocity by s T / 2. Each may take a quarter of its bound after `horizon_s` (> 0), so that along
-/// one axis half of the bound is left for what the entity does: steps of b / (2 T), b / T^2 and b /
-/// (2 T), rounded down to powers of two (then multiples of steps are exact in floats) and brought
-/// into [2^-10, 1], [2^-8, 8] and [2^-10, 1]. Finer steps cost a bit per component for each halving
-/// and gain less than half of what they halve; coarser ones become news by themselves.
+/// one axis half of the bound is left for the entity's own motion: steps of b / (2 T), b / T^2 and
+/// b / (2 T), rounded down to powers of two (then multiples of steps are exact in floats) and
+/// brought into [2^-10, 1], [2^-8, 8] and [2^-10, 1]. Finer steps cost a bit per component for each
+/// halving and gain less than half of the error they halve. Coarser steps cause updates of their
+/// own.
 RateSteps rate_steps(float position_bound_m, float orientation_bound_rad, float horizon_s);
 
-/// The quantisation of a level of detail: what its records are written with and dequantised by. Its
-/// own lod_shift is zero. Levels beyond the last count as it; steps and bits stay within the
-/// ranges.
+/// The quantisation of a level of detail: its records are written and dequantised with it. Its own
+/// lod_shift is zero. Levels beyond the last count as it; steps and bits stay within the ranges.
 Quantization at_lod(const Quantization& q, std::uint8_t lod);
 
 /// How much coarser a level may be written than one with the nearest bounds: by the ratio of their
@@ -98,11 +100,11 @@ struct QuantizationLimits {
     std::int32_t yaw_steps = 1;    ///< steps per turn: yaws are 0..yaw_steps-1
 };
 
-/// Never fails: no extent has more than kMaxQuantizedIndex steps, what is out of range is brought
-/// into it.
+/// Never fails: no extent has more than kMaxQuantizedIndex steps, and values out of range are
+/// clamped.
 QuantizationLimits limits_of(const Quantization& q);
 
-/// The fields of one publication as integers. Members that a flag rules out are zero.
+/// The fields of one publication as integers. Members excluded by a flag are zero.
 struct QuantizedState {
     std::array<std::int32_t, 3> position{};
     std::array<std::int32_t, 3> velocity{};
@@ -142,7 +144,7 @@ bool is_canonical_orientation(std::int32_t largest,
                               std::int32_t limit);
 
 /// The state that both sides predict from. Exact inverse on integers: quantize(dequantize(s)) == s
-/// for whatever quantize() gives.
+/// for every s that quantize() gives.
 motion::KinematicState dequantize(const QuantizedState& state, bool upright, const Quantization& q);
 
 }  // namespace zoned::wire

@@ -1,4 +1,5 @@
-// GiveUp: how long the server waits for word of a packet before it sends its news again.
+// resend_timeout: how long the server waits for a packet's acknowledgement before it sends the
+// updates again.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -7,8 +8,8 @@
 
 namespace zoned::wire {
 
-/// A packet is given up that is more ticks old than this, or sooner where later ones were
-/// acknowledged: a round trip and a tick, which is what the promised bound allows a resend.
+/// A packet older than this, in ticks, is given up, and sooner where later packets were
+/// acknowledged. The time is a round trip and a tick, as the promised bound allows for a resend.
 /// `rtt_s` >= 0, `tick_s` > 0.
 inline Tick resend_timeout_ticks(double rtt_s, double tick_s) {
     return 1 + static_cast<Tick>(std::ceil(rtt_s / tick_s));

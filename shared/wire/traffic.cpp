@@ -58,7 +58,7 @@ std::string row_name(std::size_t row, std::span<const std::string> types) {
     return row - 1 < types.size() ? types[row - 1] : "type " + std::to_string(row - 1);
 }
 
-/// Two objects, what is nought left out.
+/// Two objects, without zero entries.
 template <typename OfReason, typename OfPart>
 void write_traffic_split(core::JsonWriter& json, OfReason&& of_reason, OfPart&& of_part) {
     json.key("by_reason_bytes").begin_object();
@@ -77,7 +77,7 @@ void write_traffic_split(core::JsonWriter& json, OfReason&& of_reason, OfPart&& 
     json.end_object();
 }
 
-/// The three reasons that a type's bytes had most, as shares.
+/// The three most frequent reasons of a type's bytes, as shares.
 std::string main_reasons(const TrafficTable& table, std::size_t row) {
     std::vector<std::pair<std::uint64_t, std::size_t>> reasons;
     for (std::size_t r = 0; r < kTrafficReasons; ++r) {

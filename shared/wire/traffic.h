@@ -1,4 +1,4 @@
-// Traffic: what the bytes of state packets were spent on: by entity type, by reason and by field.
+// Traffic: counts the bytes of state packets by entity type, by reason and by field.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -13,11 +13,11 @@
 
 namespace zoned::wire {
 
-/// Why bytes were sent. A sender knows all of these; a receiver can't tell heartbeats and what was
-/// sent again after loss from news.
+/// The reason why bytes were sent. A sender knows all of these. A receiver cannot distinguish
+/// heartbeats and resends from updates.
 enum class TrafficReason : std::uint8_t {
     kUpdate,     ///< truth left the bound, came to rest, or looks otherwise
-    kKeyframe,   ///< news, absolute, because a keyframe was due or the client held none
+    kKeyframe,   ///< an update, absolute, because a keyframe was due or the client held none
     kHeartbeat,  ///< nothing was wrong, but it was time
     kJoin,       ///< the first record of an entity for this client, or of this level of detail
     kResent,     ///< all copies were lost
@@ -40,23 +40,24 @@ inline constexpr std::array<const char*, kTrafficReasons> kTrafficReasonNames{"n
                                                                               "head",
                                                                               "unread"};
 
-/// What bits are in: the fields of the table, then these.
+/// Parts of a record: the fields of the table, then these.
 inline constexpr std::size_t kRecordHeadPart = kFields.size();
 inline constexpr std::size_t kPaddingPart = kFields.size() + 1;
 inline constexpr std::size_t kRecordParts = kFields.size() + 2;
 inline constexpr std::size_t kOwnStatePart = kRecordParts;
 inline constexpr std::size_t kPacketHeadPart = kRecordParts + 1;
-/// Of records coded for one client: what they build on, their end and what rounds it up to bytes.
+/// In records coded for one client: their base, their end and the padding to whole bytes.
 inline constexpr std::size_t kCodeHeadPart = kRecordParts + 2;
 inline constexpr std::size_t kTrafficParts = kRecordParts + 3;
 
 [[nodiscard]] const char* traffic_part_name(std::size_t part);
 
-/// Bits of one record, by part; their sum is eight times its bytes. Of a record that was coded with
-/// others for one client, what it told beyond what had to be expected, as whole bits of the code.
+/// Bits of one record, by part; their sum is eight times its bytes. For a record coded together
+/// with others for one client, the bits are its information beyond the prediction, as whole bits of
+/// the code.
 using RecordBits = std::array<std::uint8_t, kRecordParts>;
 
-/// Sums of bits. Whatever is not a record of an entity (removals name no type) is of no type.
+/// Sums of bits. Bits outside records of entities (removals name no type) have no type.
 class TrafficTable {
   public:
     using Row = std::array<std::array<std::uint64_t, kTrafficParts>, kTrafficReasons>;
@@ -65,13 +66,13 @@ class TrafficTable {
     void add_removal(std::size_t bits);
     /// `own_bytes` of the `head_bytes` in all before the records are the own state.
     void add_packet(std::size_t head_bytes, std::size_t own_bytes);
-    /// Of a packet's records that were coded for one client, what is none of theirs.
+    /// Bits of a coded packet that belong to none of its records.
     void add_code_head(std::size_t bits);
-    /// Records that nobody could read.
+    /// Unreadable records.
     void add_unread(std::size_t bytes);
     void add(const TrafficTable& other);
 
-    /// Rows: 0 is what is of no type, 1 + i is type i. Types never met may be missing.
+    /// Rows: 0 is for bits of no type, 1 + i is type i. Types never met may be missing.
     [[nodiscard]] std::span<const Row> rows() const { return rows_; }
 
     [[nodiscard]] std::uint64_t packets() const { return packets_; }
@@ -97,8 +98,8 @@ void write_traffic(core::JsonWriter& json,
                    std::span<const std::string> types);
 
 /// A table for people: a line per type with its share by reason, and a line per field, both in
-/// descending order; bars are to scale. `types` are the names by type index, `overhead_bytes` what
-/// travels with each packet beside its body (headers, seal).
+/// descending order; bars are to scale. `types` are the names by type index, `overhead_bytes` are
+/// sent with each packet beside its body (headers, seal).
 [[nodiscard]] std::string traffic_text(const TrafficTable& table,
                                        std::span<const std::string> types,
                                        double seconds,

@@ -16,8 +16,8 @@ namespace zoned::config {
 
 namespace {
 
-/// What is heard across a border must be a ghost there: a viewer may stand handoff_hysteresis_m
-/// behind the border and keeps what it hears up to (1 + hysteresis) x the radius.
+/// An entity received across a border must be a ghost there. A viewer may stand
+/// handoff_hysteresis_m behind the border, and keeps entities up to (1 + hysteresis) x the radius.
 void check_margin(const proto::config::Config& config, Diagnostics& diagnostics) {
     // A nanometre of tolerance: 1.1 x 50 m is a little more than 55 m in binary.
     const double margin = config.zones().ghost_margin_m() + 1e-9;
@@ -49,7 +49,7 @@ void check_margin(const proto::config::Config& config, Diagnostics& diagnostics)
             largest_radius(type.nimbus_m()) * grow + behind > margin) {
             report(path + ".nimbus_m", "nimbus", largest_radius(type.nimbus_m()));
         }
-        // An aura reaches no farther than somebody listens.
+        // An aura matters only where some nimbus reaches beyond the margin as well.
         if (nimbus_reaches && largest_radius(type.aura_m()) * grow + behind > margin) {
             report(path + ".aura_m", "aura", largest_radius(type.aura_m()));
         }
@@ -133,7 +133,7 @@ void check_address(const std::string& address, const std::string& path, Diagnost
     }
 }
 
-/// True for the addresses that clients on this machine reach as loopback: loopback itself and all.
+/// True for the addresses that clients on this computer reach as loopback: loopback itself and all.
 bool serves_loopback(const std::string& address) {
     in6_addr six{};
     if (inet_pton(AF_INET6, address.c_str(), &six) == 1) {
@@ -144,8 +144,8 @@ bool serves_loopback(const std::string& address) {
            (four.s_addr == htonl(INADDR_ANY) || ntohl(four.s_addr) >> 24U == 127U);
 }
 
-/// Somebody must be able to log in: by a ticket, or in development mode by loopback with the right
-/// to play.
+/// At least one kind of client must be able to log in: by a ticket, or in development mode by
+/// loopback with the right to play.
 void check_entrance(const proto::config::Config& config, Diagnostics& diagnostics) {
     const auto& session = config.session();
     if (session.ticket_public_key_file_size() > 0) {

@@ -12,7 +12,7 @@ namespace zoned::config {
 
 namespace {
 
-/// Whatever moves falls; characters accelerate and jump on their own: the declared limits must
+/// All movable entities fall; characters accelerate and jump on their own: the declared limits must
 /// allow it.
 void check_limits(const proto::config::Config& config,
                   const proto::config::Type& type,
@@ -92,7 +92,7 @@ void check_shape(const proto::config::Config& config,
     }
 }
 
-/// Stepping up from a point may move a prop by its own size: nobody must hear of it there.
+/// Stepping up from a point may move a prop by its own size: no client may receive it there.
 void check_representation(const proto::config::Config& config,
                           const proto::config::Type& type,
                           const std::string& path,

@@ -31,7 +31,7 @@ std::size_t index_of(const std::vector<double>& edges, double value) {
                                     edges.begin());
 }
 
-/// Cuts the world along all zone edges and names the first piece that belongs to nobody. The zones
+/// Cuts the world along all zone edges and names the first piece that belongs to no zone. The zones
 /// must not overlap and lie inside the world.
 void check_gaps(const proto::config::World& world,
                 const std::vector<ZoneRegion>& zones,

@@ -1,4 +1,5 @@
-// config_checks: relations between settings, one function per section; each adds what it finds.
+// config_checks: checks of relations between settings, one function per section; each adds its
+// findings.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -15,10 +16,10 @@ namespace zoned::config {
 struct ZoneRegion;
 
 /// The zones of the config (a grid is expanded), index = ZoneId - 1. Reports rectangles without
-/// area, overlaps, gaps, doubled names.
+/// area, overlaps, gaps, duplicate names.
 std::vector<ZoneRegion> expand_zones(const proto::config::Config& config, Diagnostics& diagnostics);
 
-/// Types: names, shapes, machines, declared limits against abilities.
+/// Types: names, shapes, brains, declared limits against abilities.
 void check_types(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// Radii against the ghost margin, levels of detail, quantisation against zones and bounds,
@@ -30,7 +31,7 @@ void check_replication(const proto::config::Config& config,
 /// Integrators that cannot move bodies.
 void check_physics(const proto::config::Config& config, Diagnostics& diagnostics);
 
-/// Addresses, ports, certificate and key files, rules settings, names that `testing` speaks of.
+/// Addresses, ports, certificate and key files, rules settings, names that `testing` refers to.
 void check_server(const proto::config::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);

@@ -313,8 +313,8 @@ void expand_physics(const proto::config::Physics& from, physics::PhysicsSettings
     expand_methods(from.method_parameters(), out.methods);
 }
 
-/// From how far a viewer may hear of an entity that has an agent, or such an entity may notice a
-/// viewer, m.
+/// Largest distance at which a viewer may receive an entity with an agent, or such an entity may
+/// notice a viewer, m.
 float farthest_sight(const Settings& settings, float hysteresis) {
     float nimbus = 0.0F;
     float aura = 0.0F;

@@ -9,7 +9,8 @@ namespace zoned::config {
 
 struct Settings;
 
-/// Types, brains and the settings of the stages; zones, statics and entities come from elsewhere.
+/// Types, brains and the settings of the stages; zones, statics and entities are expanded
+/// elsewhere.
 void expand_stages(const proto::config::Config& config, Settings& settings);
 
 }  // namespace zoned::config

@@ -1,4 +1,5 @@
-// expand_server: network, sessions, threads, topics and faults of a config as plain structs.
+// expand_server: expands network, sessions, threads, topics and faults of a config into plain
+// structs.
 #pragma once
 
 #include "server/config/server_settings.h"

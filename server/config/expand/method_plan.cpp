@@ -24,7 +24,7 @@ namespace selection = physics::method_selection;
 namespace soft = physics::soft;
 using physics::IntegratorKind;
 
-/// What would keep the budget, or comes nearest, for an error.
+/// Text for an error: the method that would keep the budget, or comes nearest.
 std::string instead_text(const selection::MethodChoice& choice) {
     std::array<char, 200> text{};
     const bool found = choice.chosen.has_value();
@@ -43,7 +43,7 @@ std::string instead_text(const selection::MethodChoice& choice) {
     return text.data();
 }
 
-/// Why what was named is not taken: the reason of that which comes nearest, or of the first.
+/// Reason against the configured method: that of the nearest candidate, or of the first.
 std::string refused_text(const selection::MethodChoice& choice) {
     const selection::MethodCandidate* best = choice.best();
     if (best == nullptr && !choice.candidates.empty()) {
@@ -52,7 +52,7 @@ std::string refused_text(const selection::MethodChoice& choice) {
     return best == nullptr ? "" : selection::name_of(*best) + ": " + best->refused;
 }
 
-/// Bodies or particles: what both have of a config.
+/// The settings that bodies and particles have in common.
 struct FlightPart {
     std::string subject;
     std::string setting;         ///< the path of the integrator
@@ -65,7 +65,7 @@ struct FlightPart {
     int& pieces;
 };
 
-/// One flight for each drag among the props that are asked for.
+/// One flight for each drag among the given props.
 template <class Wanted>
 std::vector<selection::Flight> flights_of(const proto::config::Config& config,
                                           const Wanted& wanted) {
@@ -87,7 +87,7 @@ std::vector<selection::Flight> flights_of(const proto::config::Config& config,
     return flights;
 }
 
-/// No budget: what is named has to be stable, no more.
+/// Without a budget, the configured method only has to be stable.
 void keep_flight(const FlightPart& part,
                  double tick_s,
                  MethodPlan& plan,
@@ -156,7 +156,7 @@ MethodPlan plan_flight(const proto::config::Config& config,
     return plan;
 }
 
-/// A soft type, the lattice that is tried in its place, and the choice.
+/// A soft type, the lattice tried in its place, and the choice.
 selection::MethodChoice choose_for(const Settings& settings,
                                    const proto::config::Type& type,
                                    const soft::SoftDef& whole,
@@ -232,7 +232,8 @@ double longest_life_of(const zone::ParticleSource& source) {
     return static_cast<double>(longest);
 }
 
-/// Of bursts nothing is known before rules let them out: as fast as anything that is sent.
+/// Bursts are unknown before rules emit them: they are taken to be as fast as any entity that is
+/// sent.
 double fastest_of(const proto::config::Config& config, const zone::ParticleSource& source) {
     double fastest = source.burst ? config.replication().quantization().max_speed_mps() : 0.0;
     for (const motion::Emitter& emitter : source.emitters) {
@@ -274,7 +275,7 @@ MethodPlan plan_particles(const Settings& settings,
     return plan;
 }
 
-/// A type that is one hull far away: from where on, and why from there.
+/// A type that is one hull far away: the distance and its reason.
 MethodPlan plan_representation(const proto::config::Config& config,
                                const proto::config::Type& from,
                                const world::EntityType& type) {

@@ -18,7 +18,7 @@ using google::protobuf::Message;
 using google::protobuf::util::MessageDifferencer;
 using proto::config::Config;
 
-/// What is left when agents are taken out.
+/// The config without its agents.
 Config without_brains(const Config& config) {
     Config rest = config;
     rest.clear_brain();

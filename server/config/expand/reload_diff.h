@@ -1,5 +1,4 @@
-// Reload: what a config that was read anew may change in a world that runs: agents, and nothing
-// else.
+// reload_diff: checks that a reloaded config changes only the agents of a running world.
 #pragma once
 
 #include "shared/core/result.h"
@@ -15,10 +14,10 @@ namespace zoned::config {
 
 struct Settings;
 
-/// Agents of `fresh` for a world that was made of `running`: brains, behaviours, parameters,
-/// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their agents. Fails,
-/// naming the setting, where anything else differs, and where a type gets an agent that had none or
-/// loses the one it had.
+/// Agents of `fresh` for a world that was made from `running`: brains, behaviours, parameters,
+/// difficulties, fuzzy systems, trees, domains, `ai`, and the types' settings of agents. Fails,
+/// naming the setting, where anything else differs. Fails too where a type gains or loses its
+/// agent.
 core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& running,
                                                                const Settings& fresh);
 

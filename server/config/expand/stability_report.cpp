@@ -61,7 +61,7 @@ std::vector<std::string> stability_warnings_of_surface(const SurfaceSettings& su
                                  error_budget_m);
 }
 
-/// Of each geometry once, however often it stands in the world.
+/// Reports each geometry once, however often it is placed.
 void add_surfaces(const Settings& settings, std::vector<std::string>& out) {
     std::vector<const physics::Geometry*> seen;
     for (const SurfaceSettings& surface : settings.surfaces) {

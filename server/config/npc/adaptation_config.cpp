@@ -21,7 +21,7 @@ namespace {
 
 using proto::config::Config;
 
-/// What differs between the parameters of two difficulties, by type.
+/// Differences between the parameters of two difficulties, by type.
 std::set<std::string> differing_types(const std::vector<ParameterChoice>& a,
                                       const std::vector<ParameterChoice>& b) {
     ZONED_ASSERT(a.size() == b.size(), "difficulties have the same parameters");

@@ -1,4 +1,4 @@
-// Adaptation: the difficulties among which a world goes by itself, and what is wrong with them.
+// adaptation_config: reads and checks the difficulties that a world changes by itself.
 #pragma once
 
 #include "server/config/npc/policies.h"
@@ -14,10 +14,10 @@ namespace zoned::config {
 
 struct Settings;
 
-/// Fills in settings.ai.difficulty: the brains of all difficulties, each made of `written` (the
-/// config before brains were made of behaviours) and checked as the world's own are. Reports
-/// neighbouring difficulties that are the same for all types, and which difficulty a mistake of a
-/// brain comes with. The config has no other mistakes.
+/// Fills in settings.ai.difficulty: the brains of all difficulties. Each is made from `written`,
+/// the config before brains were made from behaviours, and checked like the world's own brains.
+/// Reports neighbouring difficulties that are the same for all types. A mistake in a brain is
+/// reported with its difficulty. The config has no other mistakes.
 void expand_adaptation(const proto::config::Config& written,
                        const Policies& policies,
                        Settings& settings,

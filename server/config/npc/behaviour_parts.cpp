@@ -119,12 +119,12 @@ class Crossings {
     const std::vector<BrainLayer>& layers_;
 };
 
-/// A brain has far fewer transitions (state_machine::kMaxTransitions); beyond this it is not even
-/// tried.
+/// A brain has far fewer transitions (state_machine::kMaxTransitions); beyond this number it is not
+/// built at all.
 constexpr std::size_t kMostCrossings = 1000;
 
-/// Takes out what joins an end and a beginning and can never fire. Whether it can is judged by
-/// state_machine::defects_of, as of any brain.
+/// Removes transitions that join an end and a beginning and can never fire, as
+/// state_machine::defects_of finds in any brain.
 void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& crossings) {
     const auto write = [&] {
         for (std::size_t s = 0; s < crossings.size(); ++s) {

@@ -1,5 +1,5 @@
-// Parts of behaviours: what a brain holds, copies of it for one type, and the transitions between
-// the behaviours of a type.
+// behaviour_parts: the parts of a behaviour's brain, their copies for one type, and the transitions
+// between a type's behaviours.
 #pragma once
 
 #include "server/config/npc/parameters.h"
@@ -21,8 +21,7 @@ namespace zoned::config {
 using LookAtPart =
     std::function<void(const google::protobuf::Message& part, const std::string& path)>;
 
-/// Brains with all that is inside them, and the trees, domains and blends by which states choose,
-/// by index.
+/// A brain with the brains inside it, and the trees, domains and blends of its states, by index.
 struct BrainParts {
     std::set<int> brains;
     std::set<int> trees;
@@ -40,14 +39,14 @@ struct BrainParts {
     void for_each(const proto::config::Config& config, const LookAtPart& work) const;
 };
 
-/// Of the brain of that name, which exists.
+/// Parts of the brain of that name, which exists.
 BrainParts parts_of(const proto::config::Config& config, const std::string& brain);
 
-/// Whether a parameter stands anywhere in it.
+/// Whether any of its settings takes a parameter.
 bool takes_parameters(const proto::config::Config& config, const std::string& brain);
 
-/// Name of a brain that is `brain` with `values` in the place of parameters: itself, where it
-/// takes none, or a copy with `prefix` before all names, appended to the config.
+/// Name of `brain` with `values` in place of parameters. A brain without parameters keeps its name.
+/// Otherwise a copy with `prefix` before all names is appended to the config.
 std::string copy_with_parameters(proto::config::Config& config,
                                  const std::string& brain,
                                  const std::string& prefix,
@@ -60,12 +59,12 @@ struct BrainLayer {
     proto::config::Behaviour part;
     std::string path;        ///< of the behaviour
     std::string use_path;    ///< of the type's setting that names it
-    bool remembers = false;  ///< its brain has more than one place to go on at
+    bool remembers = false;  ///< its brain has more than one state in which to go on
 };
 
 /// Adds to brain `index`, whose states are the last layer and then all others in order, the
-/// transitions between them. Where a behaviour ends while a cue of another holds it goes there at
-/// once, unless both exclude each other. Reports layers that never begin or never end.
+/// transitions between them. A behaviour that ends while a cue of another holds passes to that one
+/// at once, unless both exclude each other. Reports layers that never begin or never end.
 void add_transitions(proto::config::Config& config,
                      int index,
                      const std::vector<BrainLayer>& layers,

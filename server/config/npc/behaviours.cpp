@@ -34,7 +34,7 @@ int find_part(const Config& config, const std::string& name) {
     return -1;
 }
 
-/// Every setting that a parameter stands for has one that it bears, and every parameter is used.
+/// Every setting with a parameter gets one within its range, and every parameter is used.
 class PartsCheck {
   public:
     PartsCheck(const Config& config, Diagnostics& diagnostics)
@@ -110,7 +110,7 @@ class PartsCheck {
         }
     }
 
-    /// Parameters where nobody could set them.
+    /// Reports parameters where no type could set them.
     void strays() {
         const auto stray = [this](const FieldDescriptor* /*number*/,
                                   const std::string& name,
@@ -281,7 +281,7 @@ class BrainOfType {
     bool broken_ = false;
 };
 
-/// What a type says of its perception holds in place of what its brain says.
+/// A type's perception replaces its brain's perception.
 void perceive_as_type(Config& config, int type, Diagnostics& diagnostics) {
     const proto::config::Type& of = config.type(type);
     const int brain = find_brain(config, of.brain());
@@ -339,7 +339,7 @@ std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagn
         }
         perceive_as_type(config, t, diagnostics);
     }
-    // What no type has yet is judged all the same, by itself.
+    // A behaviour that no type has is checked by itself.
     std::vector<ParameterChoice> unused;
     for (int b = 0; b < config.behaviour_size(); ++b) {
         const std::string name = config.behaviour(b).name();

@@ -16,8 +16,8 @@ namespace {
 
 using proto::config::Config;
 
-/// A fuzzy system with the blend's inputs and a rule for each of its transitions: what fuzzy
-/// systems and blends have in common is judged, and expanded, in one way.
+/// A fuzzy system with the blend's inputs and a rule for each of its transitions. So one piece of
+/// code checks and expands the parts that fuzzy systems and blends share.
 proto::config::Fuzzy system_of(const proto::config::Blend& blend) {
     proto::config::Fuzzy out;
     out.set_name("blend");

@@ -1,5 +1,4 @@
-// Blends: fuzzy state brains of a config, in the form in which agents have them, and what is
-// wrong with them.
+// blends: reads and checks the fuzzy state machines of a config for agents.
 #pragma once
 
 #include "server/config/npc/find_by_name.h"
@@ -22,8 +21,8 @@ void expand_blend(const proto::config::Config& config,
                   const VariableOf& variable_of,
                   ai::BrainState& out);
 
-/// Names, inputs and terms, propositions, states that nothing leads to, actions that cannot be done
-/// at the same time.
+/// Checks names, inputs and terms, propositions, states that nothing leads to, and actions that
+/// cannot be done at the same time.
 void check_blends(const proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

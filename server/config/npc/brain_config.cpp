@@ -234,8 +234,8 @@ class BrainExpansion {
         return out;
     }
 
-    /// A brain with more than this has more leaves than it may have, or is too deep: what is left
-    /// out then is missed by nobody.
+    /// A brain with more than this has too many leaves or is too deep. It is refused anyway, so the
+    /// rest can be left out.
     static constexpr std::size_t kMostStates =
         ai::state_machine::kMaxLevels * ai::state_machine::kMaxLeaves;
 

@@ -19,7 +19,8 @@ namespace {
 using ai::state_machine::StateMachineDefectKind;
 using proto::config::Config;
 
-/// What a state does is said in one way. False where it names a tree or plan that is none.
+/// A state must choose its action by exactly one setting. False where it names an unknown tree or
+/// plan.
 bool check_single_decider(const Config& config,
                        const proto::config::State& state,
                        const std::string& here,
@@ -185,8 +186,8 @@ bool check_transition(const Config& config,
 /// One brain that runs by itself, with all that is inside it.
 class RootCheck {
   public:
-    /// `named`: by brain, whether its states have names that can be told apart; `looked_at`:
-    /// whether it was inside one that was checked.
+    /// `named`: by brain, whether its states have distinct names. `looked_at`: whether it was
+    /// inside a checked brain.
     RootCheck(const Config& config,
               int root,
               const std::vector<bool>& named,
@@ -198,7 +199,7 @@ class RootCheck {
           looked_at_(looked_at),
           diagnostics_(diagnostics) {}
 
-    /// What can be reached is judged only where names lead somewhere.
+    /// Reachability is checked only where all names are valid.
     void run() {
         transitions(root_);
         if (!broken_) {
@@ -207,7 +208,8 @@ class RootCheck {
     }
 
   private:
-    /// Transitions of all brains inside, judged by what this one's agents perceive; finds cycles.
+    /// Transitions of all brains inside, checked against the perception of this one's agents; finds
+    /// cycles.
     void transitions(int index) {
         path_.push_back(index);
         looked_at_[static_cast<std::size_t>(index)] = true;
@@ -311,8 +313,8 @@ class RootCheck {
                                      static_cast<double>(senses),
                                      static_cast<double>(ai::state_machine::kMaxSenses)));
         }
-        // What types say of perception stands in brains of their own: those that nobody has are
-        // not judged by it.
+        // The perceptions of types are in brains of their own; brains that no type has are not
+        // checked against them.
         const auto& types = config_.type();
         if (std::any_of(types.begin(), types.end(), [&brain](const proto::config::Type& type) {
                 return type.brain() == brain.name;
@@ -394,13 +396,13 @@ void check_brains(const proto::config::Config& config, Diagnostics& diagnostics)
     for (const int root : root_brains(config)) {
         RootCheck(config, root, named, looked_at, diagnostics).run();
     }
-    // What behaviours hold was judged in the types that have them, with their parameters.
+    // The brains of behaviours were checked in their types, with the types' parameters.
     for (const auto& behaviour : config.behaviour()) {
         for (const int m : parts_of(config, behaviour.brain()).brains) {
             looked_at[static_cast<std::size_t>(m)] = true;
         }
     }
-    // Machines that hold each other in a ring are nobody's roots.
+    // Brains that hold each other in a ring have no root.
     for (std::size_t m = 0; m < looked_at.size(); ++m) {
         if (!looked_at[m]) {
             RootCheck(config, static_cast<int>(m), named, looked_at, diagnostics).run();

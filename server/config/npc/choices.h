@@ -1,5 +1,4 @@
-// Choices: decision trees and planning domains of a config, in the form in which agents have them,
-// and what is wrong with them.
+// choices: reads and checks the decision trees and planning domains of a config for agents.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -20,16 +19,16 @@ class State;
 
 namespace zoned::config {
 
-/// A guard that says no leash has one of this many radii.
+/// Leash of a guard without one in the config, in radii.
 inline constexpr double kLeash = 1.5;
 
-/// Calls `look(condition, path)` for what the tree or domain of a state reads.
+/// Calls `look(condition, path)` for each condition of the tree or domain of a state.
 void for_each_choice_condition(
     const proto::config::Config& config,
     const proto::config::State& state,
     const std::function<void(const proto::config::Condition&, const std::string&)>& look);
 
-/// Likewise for its actions.
+/// The same for its actions.
 void for_each_choice_action(
     const proto::config::Config& config,
     const proto::config::State& state,
@@ -38,21 +37,20 @@ void for_each_choice_action(
 ai::VariableChange expand_change(const proto::config::Change& change,
                                  const VariableOf& variable_of);
 
-/// ActionKind, speed and all else that an action says.
+/// Reads all settings of an action: ActionKind, speed and the others.
 ai::BrainState expand_action(const proto::config::Config& config,
                              const std::string& name,
                              const proto::config::Action& action,
                              const VariableOf& variable_of);
 
-/// Fills in what an innermost state chooses among, where it does. Names that mean nothing lead
-/// nowhere.
+/// Fills in the choices of an innermost state, where it has any. Unknown names lead nowhere.
 void expand_choice(const proto::config::Config& config,
                    const proto::config::State& state,
                    const SenseOf& sense_of,
                    const VariableOf& variable_of,
                    ai::BrainState& out);
 
-/// Trees and domains by themselves: names, ways, effects, goals.
+/// Checks trees and domains by themselves: names, branches, effects, goals.
 void check_choices(const proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

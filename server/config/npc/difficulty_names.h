@@ -1,5 +1,4 @@
-// difficulty_names: the difficulties that a config names for a world that goes among them by
-// itself.
+// difficulty_names: the difficulties that a config lists for adaptation, and its first one.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -15,7 +14,8 @@ namespace zoned::config {
 
 inline constexpr const char* kAdaptationPath = "ai.adaptation";
 
-/// What is not set is the first that it may be.
+/// The ends and the start of the adaptation's list, as indices. A setting not given takes its first
+/// allowed value.
 struct LevelRange {
     int least = 0;
     int most = 0;
@@ -24,12 +24,12 @@ struct LevelRange {
 
 LevelRange level_range(const proto::config::Adaptation& adaptation);
 
-/// The difficulty that the world begins with: `ai.difficulty`, or where `ai.adaptation` starts;
-/// empty: parameters are as types say.
+/// The first difficulty of the world: `ai.difficulty`, or the start of `ai.adaptation`; empty:
+/// parameters are as types set them.
 std::string first_difficulty(const proto::config::Config& config);
 
-/// `ai.adaptation` by itself: names that are none, given twice or not in the list, a start outside
-/// of least and most, a difficulty chosen besides.
+/// Checks `ai.adaptation` by itself: names that are unknown, repeated or not in the list, a start
+/// outside least to most, and a difficulty set besides.
 void check_adaptation(const proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -1,4 +1,4 @@
-// find_by_name: what of an NPC type a name in a config means.
+// find_by_name: finds the part of an NPC type that a name in a config refers to.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -17,7 +17,7 @@ class State;
 
 namespace zoned::config {
 
-/// Of the first element of that name, -1: none.
+/// Index of the first element of that name, -1: none.
 template <class List>
 int index_of(const List& list, const std::string& name) {
     for (int i = 0; i < list.size(); ++i) {
@@ -30,7 +30,7 @@ int index_of(const List& list, const std::string& name) {
 
 /// The sense that a condition reads, among those of the brain in question.
 using SenseOf = std::function<ai::SenseIndex(const proto::config::Condition&)>;
-/// The variable of that name, likewise.
+/// The variable of that name, among those of the brain in question.
 using VariableOf = std::function<std::uint16_t(const std::string&)>;
 
 /// Index of the brain of that name, -1: none.
@@ -52,7 +52,7 @@ int find_goal(const proto::config::Domain& domain, const proto::config::State& s
 /// Index of the blend of that name, -1: none.
 int find_blend(const proto::config::Config& config, const std::string& name);
 
-/// Index of the place of that name, -1: none.
+/// Index of the point of interest of that name, -1: none.
 int find_point_of_interest(const proto::config::Config& config, const std::string& name);
 
 }  // namespace zoned::config

@@ -1,5 +1,4 @@
-// fuzzy_config: fuzzy systems of a config, in the form in which agents have them, and what is wrong
-// with them.
+// fuzzy_config: reads and checks the fuzzy systems of a config for agents.
 #pragma once
 
 #include "server/ai/decision/fuzzy/fuzzy_def.h"
@@ -14,15 +13,15 @@ class Fuzzy;
 
 namespace zoned::config {
 
-/// Names that mean nothing become numbers that mean nothing.
+/// Unknown names become invalid numbers.
 ai::fuzzy::FuzzyDef expand_fuzzy(const proto::config::Fuzzy& fuzzy);
 
-/// Inputs, terms, outputs and rules of one fuzzy system, which is at `path`.
+/// Checks inputs, terms, outputs and rules of one fuzzy system, which is at `path`.
 void check_fuzzy_system(const proto::config::Fuzzy& fuzzy,
                         const std::string& path,
                         Diagnostics& diagnostics);
 
-/// Fuzzy systems: names, terms, gaps, rules.
+/// Checks fuzzy systems: names, terms, gaps, rules.
 void check_fuzzy(const proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -1,4 +1,4 @@
-// Perceptions: whom agents look for and how they notice them, as a config says it.
+// perceptions: reads and checks the targets of agents and how they notice them.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -14,18 +14,18 @@ class Perception;
 
 namespace zoned::config {
 
-/// Of the brain's agents. Names that mean nothing are left out.
+/// Perception of the brain's agents. Unknown names are left out.
 ai::Perception expand_perception(const proto::config::Config& config,
                                  const proto::config::Brain& brain);
 
-/// Names of types; at `path`.
+/// Checks the names of types; at `path`.
 void check_perception(const proto::config::Config& config,
                       const proto::config::Perception& perception,
                       const std::string& path,
                       Diagnostics& diagnostics);
 
-/// What the states of a brain do against what its agents perceive; mistakes are reported at
-/// `path`.
+/// Checks the actions of a brain's states against the perception of its agents; mistakes are
+/// reported at `path`.
 void check_company(const ai::Brain& brain, const std::string& path, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

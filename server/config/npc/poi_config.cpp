@@ -206,7 +206,7 @@ void check_points_of_interest(const proto::config::Config& config,
 
 namespace {
 
-/// That nest and food exist, and lie where they are looked for.
+/// Checks that nest and food exist, and lie in the searched area.
 void check_forage(const Config& config,
                   const proto::config::Forage& forage,
                   const std::string& path,

@@ -1,5 +1,4 @@
-// PointsOfInterest of a config and what is traded there, in the form in which agents have them, and
-// what is wrong with them.
+// poi_config: reads and checks the points of interest of a config and their trade for agents.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -25,11 +24,11 @@ struct ZoneRegion;
 
 ai::PoiSettings expand_points_of_interest(const proto::config::Config& config);
 
-/// What "PLACE.distance" or "PLACE.GOOD" means; none where there is no such place or stock.
+/// The sense of "PLACE.distance" or "PLACE.GOOD"; none without such a place or stock.
 std::optional<ai::PointOfInterestSense> find_poi_sense(const proto::config::Config& config,
                                                        const std::string& sense);
 
-/// Names that mean nothing become the first place and variable.
+/// Unknown names become the first place and variable.
 ai::Trade expand_trade(const proto::config::Config& config,
                        const proto::config::Trade& trade,
                        const VariableOf& variable_of);
@@ -39,21 +38,21 @@ ai::ForageDef expand_forage(const proto::config::Config& config,
 
 ai::FormationDef expand_formation(const proto::config::Formation& formation);
 
-/// What a state or action says of places, formations and food, but where it does not go.
+/// A state's or action's settings of places, formations and food.
 template <class ActionSpec>
 void expand_action_details(const proto::config::Config& config,
                            const ActionSpec& action,
                            const VariableOf& variable_of,
                            ai::BrainState& out);
 
-/// PointsOfInterest by themselves: names, stock, that they lie in the world, and those with stock
-/// in one zone.
+/// Checks points of interest by themselves: names, stock, a position in the world, and in one zone
+/// where they have stock.
 void check_points_of_interest(const proto::config::Config& config,
                               const std::vector<ZoneRegion>& zones,
                               Diagnostics& diagnostics);
 
-/// What a state or action at `path` says of places: that those it names exist, that whoever goes
-/// somewhere says where, and that goods are variables of brain `root`.
+/// Checks the places of a state or action at `path`: its places exist, an action that goes
+/// somewhere names its place, and goods are variables of brain `root`.
 template <class ActionSpec>
 void check_action_details(const proto::config::Config& config,
                           int root,

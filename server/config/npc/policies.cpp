@@ -78,7 +78,7 @@ class PolicyGiver {
         }
     }
 
-    /// Numbers of policies and variables that they read in vain.
+    /// Numbers of policies and of the missing variables that they read.
     std::set<std::pair<std::uint16_t, std::string>> lacking;
 
   private:

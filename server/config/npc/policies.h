@@ -1,4 +1,4 @@
-// policies: loads what agents have learned, and gives it to the brains that use it.
+// policies: loads trained policies and gives them to the brains that use them.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -13,7 +13,7 @@ class Config;
 
 namespace zoned::config {
 
-/// By policy of the config; null where it has a mistake.
+/// Loaded policies by policy of the config; null where one has a mistake.
 using Policies = std::vector<std::shared_ptr<const ai::GuardedPolicy>>;
 
 /// Mistakes (names, a file that is missing, damaged, changed, without meaning, or of another

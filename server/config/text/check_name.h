@@ -1,4 +1,4 @@
-// check_name: names in configs, and numbers in what is said of them.
+// check_name: checks names in configs, and formats numbers for messages.
 #pragma once
 
 #include "server/config/text/diagnostics.h"

@@ -1,4 +1,4 @@
-// ConfigError: a mistake in a config, and where it stands.
+// ConfigError: a mistake in a config, with its place.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ struct ConfigError {
     int line = 0;
     int column = 0;
     std::string path;  ///< e.g. "zones.zone[2].max_x_m"
-    std::string text;  ///< what is wrong and what would be right
+    std::string text;  ///< the mistake and its correction
 };
 
 /// "FILE:LINE:COLUMN: path: text", one line each.

@@ -1,4 +1,4 @@
-// Numbers of configs: from doubles and degrees to what the stages compute with.
+// config_numbers: converts doubles and degrees of configs to the stages' types and radians.
 #pragma once
 
 #include "shared/math/types.h"

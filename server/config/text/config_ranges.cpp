@@ -76,8 +76,8 @@ void set_number(Message& message, const FieldDescriptor& field, int index, doubl
     }
 }
 
-/// What stands in for a value out of range, so that the checks of relations find no mistakes that
-/// are only its consequence: the default, or else `nearest`.
+/// Replacement for a value out of range: the default, or else `nearest`. With it the checks of
+/// relations find no mistakes that are only its consequence.
 double substitute(const FieldDescriptor& field, double nearest) {
     if (!field.has_default_value()) {
         return nearest;

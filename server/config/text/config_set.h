@@ -23,11 +23,11 @@ void apply_set(const std::string& assignment,
                proto::config::Config& config,
                Diagnostics& diagnostics);
 
-/// Reports every number, string length and list length outside the range that its schema
-/// (proto/config/) states for it, and every number that is not finite. What it reports it also
-/// replaces (numbers by their default or the nearest end, lists that are too long are cut), so that
-/// the checks of relations can go on. `complete`: the text was read to its end; otherwise lists may
-/// be short without a mistake.
+/// Reports every number, string length and list length outside the range in its schema
+/// (proto/config/), and every number that is not finite. Each reported value is also replaced
+/// (numbers by their default or the nearest end, lists that are too long are cut), so that the
+/// checks of relations can follow. `complete`: the text was read to its end; otherwise lists may be
+/// short without a mistake.
 void check_ranges(google::protobuf::Message& config, bool complete, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

@@ -53,7 +53,7 @@ void Diagnostics::set_origin(const std::string& made,
 
 Diagnostics::Origin Diagnostics::origin_of(const std::string& path) const {
     Origin origin{path, {}};
-    // What was made may have been made of something made: as many steps as it takes, but no ring.
+    // An origin may itself have been made from another: follow all steps, but no ring.
     for (std::size_t step = 0; step < origins_.size(); ++step) {
         auto found = origins_.end();
         std::string at = origin.path;

@@ -1,12 +1,11 @@
-// Read text: a whole file, or why it can't be read.
+// read_text: reads a whole file.
 #pragma once
 
 #include <string>
 
 namespace zoned::config {
 
-/// The file's bytes go to `text`. What is returned is empty, or says what is wrong with the file,
-/// by name.
+/// The file's bytes go to `text`. Returns nothing, or the mistake with the file's name.
 std::string read_text(const std::string& file, std::string& text);
 
 }  // namespace zoned::config

@@ -1,4 +1,4 @@
-// Renamed words: settings and values that configs of earlier versions know under another name.
+// renamed_words: the present names of settings and values that older configs call otherwise.
 #pragma once
 
 #include <span>
@@ -15,8 +15,8 @@ struct RenamedWord {
 
 std::span<const RenamedWord> renamed_words();
 
-/// What a word of a message or enum (by full name) is called now; empty where it has never had
-/// another name.
+/// Present name of a word of a message or enum (by full name); empty where the word was never
+/// renamed.
 std::string_view word_now(const std::string& scope, const std::string& before);
 
 }  // namespace zoned::config

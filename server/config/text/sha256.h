@@ -1,4 +1,4 @@
-// sha256: the checksum by which configs name the contents of files.
+// sha256: the checksum that identifies the contents of files in configs.
 #pragma once
 
 #include <string>

@@ -9,7 +9,7 @@ class Descriptor;
 
 namespace zoned::config {
 
-/// What the parser said, and where (from 1).
+/// The parser's message and its place (from 1).
 struct Remark {
     int line = 0;
     int column = 0;
@@ -33,10 +33,10 @@ void place_of(const std::string& text, std::size_t offset, int& line, int& colum
 /// Text between the n-th pair of double quotes, counted from 0.
 std::string quoted(const std::string& text, int n);
 
-/// The statement that `remark` is about; false where there is none that could be left out.
+/// The statement that `remark` is about; false where no statement can be left out.
 bool find_culprit(const std::string& text, const Remark& remark, Statement& out);
 
-/// The parser's words, in the words of this project; `root` is the message that was read.
+/// The parser's message in the words of this project; `root` is the message being read.
 std::string explain(const Remark& remark,
                     const Statement& statement,
                     const google::protobuf::Descriptor& root);

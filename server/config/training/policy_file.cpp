@@ -23,7 +23,7 @@ static_assert(static_cast<int>(learning::Ego::kSpeedAcross) == proto::SPEED_ACRO
 static_assert(static_cast<int>(learning::Ego::kHomeDistance) == proto::HOME_DISTANCE);
 static_assert(static_cast<int>(learning::Facing::kHome) == proto::HOME);
 
-/// Keeps the first thing that the parser says.
+/// Keeps the parser's first message.
 class FirstError : public google::protobuf::io::ErrorCollector {
   public:
     void AddError(int line,

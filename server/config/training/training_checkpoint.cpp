@@ -60,7 +60,7 @@ void fill(const learning::Genome& genome, TrainingCheckpoint::Genome& out) {
     out.mutable_hidden()->Add(genome.hidden.begin(), genome.hidden.end());
 }
 
-/// False for what no training makes: ids out of order or unknown, circles, no numbers.
+/// False for a genome that no training makes: ids out of order or unknown, cycles, NaN.
 bool read_genome(const TrainingCheckpoint::Genome& message,
                  std::size_t inputs,
                  std::size_t outputs,
@@ -124,8 +124,8 @@ void fill(const learning::Neat::NeatState& neat, TrainingCheckpoint& out) {
     out.set_next_node(neat.inventions.next_node);
 }
 
-/// False where the same number stands for two inventions, or a genome has what nobody invented: it
-/// would grow into one that has a link twice.
+/// False where the same number stands for two inventions, or a genome has a part without an
+/// invention: it would grow into one that has a link twice.
 bool read_inventions(const TrainingCheckpoint& message, learning::Neat::NeatState& neat) {
     learning::Inventions& inventions = neat.inventions;
     inventions.next_node = message.next_node();

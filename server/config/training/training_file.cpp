@@ -19,7 +19,7 @@ namespace {
 namespace learning = ai::learning;
 using proto::Training;
 
-/// A block that the method or task has no use for is most likely a mistake about them.
+/// A block that the method or task does not use is most likely a mistake about them.
 void check_blocks(const Training& config, Diagnostics& diagnostics) {
     const std::string method = Training::Method_Name(config.method());
     const std::string task = Training::Task_Name(config.task());
@@ -87,7 +87,7 @@ void check_training(const Training& config, Diagnostics& diagnostics) {
     }
 }
 
-/// Everything but what may change when training goes on.
+/// All settings except those that may change when training goes on.
 std::string course_digest(Training config) {
     config.clear_rounds();
     config.clear_target_score();

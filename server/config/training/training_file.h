@@ -1,4 +1,5 @@
-// training_file: what `zoned train` is to do, checked, and checkpoints on the way.
+// training_file: reads and checks the training file of `zoned train`, and reads and writes
+// checkpoints.
 #pragma once
 
 #include "server/ai/learning/descent.h"
@@ -15,21 +16,21 @@ namespace zoned::config {
 /// A checked training file; names of files are as opened.
 struct TrainingPlan {
     proto::Training config;
-    std::string digest;  ///< of all that decides on the course of training
+    std::string digest;  ///< of all settings that decide the course of training
 };
 
 /// False with every mistake, by line and column.
 bool load_training(const std::string& file, TrainingPlan& plan, std::vector<ConfigError>& errors);
 
-/// The same of a text; names of files are relative to `folder`, and `file` names what is written
-/// where the text does not.
+/// The same of a text; names of files are relative to `folder`, and `file` gives the default names
+/// of the files that are written.
 bool parse_training(const std::string& text,
                     const std::string& file,
                     TrainingPlan& plan,
                     std::vector<ConfigError>& errors);
 
-/// How networks for a task of these inputs and outputs are bred; `config` of method GENETIC or
-/// NEAT.
+/// Breeding settings of networks for a task with these inputs and outputs; `config` is of method
+/// GENETIC or NEAT.
 ai::learning::BreedingSettings breeding_of(const proto::Training& config,
                                            std::size_t inputs,
                                            std::size_t outputs);
@@ -40,12 +41,12 @@ ai::learning::NeuralNetwork layers_of(const proto::Training& config,
                                       std::size_t outputs,
                                       ai::learning::Activation last);
 
-/// What a checkpoint holds beside its digest: one of the two states by method.
+/// The content of a checkpoint beside its digest: one of the two states by method.
 void fill(const ai::learning::Evolution::EvolutionState& state, proto::TrainingCheckpoint& out);
 void fill(const ai::learning::Descent::DescentState& state, proto::TrainingCheckpoint& out);
 
-/// The reverse: fails on what does not fit `shape` (GENETIC, GRADIENT) or is no sound genome of so
-/// many `inputs` and `outputs` (NEAT).
+/// The reverse. Fails on a state that does not fit `shape` (GENETIC, GRADIENT), or is no sound
+/// genome with these `inputs` and `outputs` (NEAT).
 core::Result<ai::learning::Evolution::EvolutionState> evolution_state(
     const proto::TrainingCheckpoint& message,
     const ai::learning::BreedingSettings& settings,
@@ -55,7 +56,7 @@ core::Result<ai::learning::Descent::DescentState> descent_state(
     const proto::TrainingCheckpoint& message,
     std::size_t parameters);
 
-/// Replaces the file at once or not at all: what is written is renamed when it is whole. Fails with
+/// Replaces the file at once or not at all: the new file is renamed when it is complete. Fails with
 /// the reason.
 core::Result<bool> write_whole(const std::string& file, const std::string& bytes);
 

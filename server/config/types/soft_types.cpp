@@ -125,7 +125,7 @@ void set_material(const proto::config::Type& type, soft::SoftDef& def) {
     def.solver.substeps = count_of(from.substeps());
 }
 
-/// Moves the nodes' centre of mass to the origin, and says how far they reach about it.
+/// Moves the nodes' centre of mass to the origin, and returns their largest distance from it.
 SoftShape centred(soft::SoftDef def) {
     double mass = 0.0;
     Vec3d centre = Vec3d::Zero();
@@ -146,7 +146,7 @@ SoftShape centred(soft::SoftDef def) {
     return out;
 }
 
-/// Nodes along a side, at least two, when they lie so much farther apart.
+/// Nodes along a side, at least two, when they lie `coarser` times as far apart.
 std::uint32_t fewer(std::uint32_t nodes, std::uint32_t coarser) {
     return std::max<std::uint32_t>(2, (nodes - 1) / coarser + 1);
 }

@@ -1,4 +1,4 @@
-// Soft types: from the soft { ... } of a type in the config to a definition of the physics.
+// soft_types: turns the soft { ... } of a type in the config into a definition of the physics.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -22,8 +22,8 @@ struct SoftShape {
     float radius = 0.0F;  ///< of the sphere about the centre of mass that holds the box, m
 };
 
-/// Of a type with a soft { ... }. Fails with the reason where it has no form, a pin lies outside
-/// the cloth, or the physics refuses it (see physics::soft::why_unfit).
+/// Definition for a type with a soft { ... }. Fails with the reason where it has no form, a pin
+/// lies outside the cloth, or the physics refuses it (see physics::soft::why_unfit).
 core::Result<SoftShape> build_soft(const proto::config::Type& type);
 
 /// The same matter on a lattice whose nodes lie `coarser` >= 1 times as far apart (of a balloon:
@@ -31,7 +31,7 @@ core::Result<SoftShape> build_soft(const proto::config::Type& type);
 /// goes to the nearest node.
 proto::config::Type coarsened(const proto::config::Type& type, std::uint32_t coarser);
 
-/// What is wrong with the soft { ... } of a type, that it has, and what contradicts it.
+/// Checks the soft { ... } of a type, and settings that contradict it.
 void check_soft(const proto::config::Config& config,
                 const proto::config::Type& type,
                 const std::string& path,

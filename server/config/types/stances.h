@@ -1,5 +1,5 @@
-// Stances: which of an entity's radii hold; the four of every world, and those that a config
-// names.
+// stances: the stances that choose an entity's radii: four of every world, and the named ones of a
+// config.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -17,7 +17,7 @@ namespace zoned::config {
 /// config has none of that name.
 int find_stance(const proto::config::Config& config, const std::string& name);
 
-/// Over all stances, m.
+/// Largest radius over all stances, m.
 double largest_radius(const proto::config::Radii& radii);
 
 /// Names of stances are unique, and radii and agents name no others.

@@ -16,7 +16,7 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using proto::config::Config;
 
-/// What `over` says is so in `out`; lists are replaced as a whole.
+/// Settings of `over` override those of `out`; lists are replaced as a whole.
 void overlay(const Message& over, Message& out) {
     const google::protobuf::Reflection& reflection = *over.GetReflection();
     const std::unique_ptr<Message> rest(over.New());
@@ -81,7 +81,7 @@ class TypeFamilies {
     }
 
   private:
-    /// Index of the base; -1 where there is none that it could be made of.
+    /// Index of the base; -1 without a usable base.
     int base_of(const proto::config::Type& type, const std::string& path) {
         if (!type.has_base()) {
             return -1;

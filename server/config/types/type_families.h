@@ -1,4 +1,5 @@
-// Type families: types with all that their bases give them, and the behaviours that each has.
+// type_families: completes types with the settings of their bases, and lists the behaviours of
+// each.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -18,22 +19,22 @@ struct BehaviourUse {
     struct Value {
         double value = 0.0;
         std::string path;  ///< of the setting
-        std::string type;  ///< that says so: the type itself, or a base
+        std::string type;  ///< the type that sets it: the type itself, or a base
     };
 
     std::string name;
-    std::string path;  ///< where the type, or its base, named it
+    std::string path;  ///< setting in which the type, or its base, named it
     std::map<std::string, Value> set;
 };
 
 /// By type, in the order of precedence; empty where a type has no behaviours.
 using BehaviourUses = std::vector<std::vector<BehaviourUse>>;
 
-/// Writes into each type what its bases say and it does not, and takes `base` and `behaviour` out:
-/// what is left is complete. A setting overrides the base's, a list replaces the base's list;
-/// behaviours that the base has keep their place and take further values, others come before them.
-/// A type that names a brain has no behaviours, and one that names behaviours no brain.
-/// Reports bases that are none, types that are their own base, and behaviours named twice.
+/// Copies into each type the settings that only its bases give. Then removes `base` and
+/// `behaviour`: the result is complete. A setting overrides the base's, a list replaces the base's
+/// list; behaviours that the base has keep their place and take further values, others come before
+/// them. A type that names a brain has no behaviours, and one that names behaviours no brain.
+/// Reports unknown bases, types that are their own base, and behaviours named twice.
 BehaviourUses resolve_types(proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

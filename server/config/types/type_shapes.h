@@ -1,4 +1,4 @@
-// Type shapes: from the hull or compound of a type in the config to a shape of the physics.
+// type_shapes: turns the hull or compound of a type in the config into a shape of the physics.
 #pragma once
 
 #include "server/physics/shapes/shape.h"
@@ -15,15 +15,15 @@ namespace zoned::config {
 /// axes.
 struct Solid {
     physics::Shape shape;
-    Quat stands = Quat::Identity();  ///< turns it to how the config wrote it down
-    Aabb standing;                   ///< its box then, about the centre of mass, m
+    Quat stands = Quat::Identity();  ///< rotates it to its orientation in the config
+    Aabb standing;                   ///< its box in that orientation, about the centre of mass, m
     physics::Shape outer;            ///< of a compound: one hull around it
     float outer_cut_m = 0.0F;        ///< how far parts stand out of that, m
     float radius = 0.0F;             ///< of the sphere about the centre of mass that holds it, m
 };
 
-/// Of a type with a hull or a compound. Fails with the reason where points lie in a plane, sizes
-/// are out of range or a part has no shape.
+/// Shape of a type with a hull or a compound. Fails with the reason where points lie in a plane,
+/// sizes are out of range or a part has no shape.
 core::Result<Solid> build_solid(const proto::config::Type& type);
 
 }  // namespace zoned::config

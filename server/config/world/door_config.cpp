@@ -26,12 +26,12 @@ Tick ticks_of(const proto::config::Config& config, double seconds) {
     return static_cast<Tick>(std::llround(seconds * config.world().tick_rate_hz()));
 }
 
-/// How long the door's period is, s.
+/// The door's period, s.
 double period_of(const proto::config::Config& config, const proto::config::Door& door) {
     return door.has_period_s() ? door.period_s() : config.ai().day_s();
 }
 
-/// Empty, or what is wrong with one time of opening, and at which of its settings.
+/// Empty, or the mistake in one time of opening, and its setting.
 std::string defect_of_time(const proto::config::OpenTime& time, double period, std::string& at) {
     at = ".from_s";
     if (time.from_s() >= period) {

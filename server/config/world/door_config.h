@@ -1,4 +1,4 @@
-// Doors: the config's doors and their times, checked and expanded.
+// door_config: checks and expands the config's doors and their times.
 #pragma once
 
 #include "server/config/text/diagnostics.h"

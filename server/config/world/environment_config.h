@@ -1,4 +1,4 @@
-// Shared environment: the config's clocks and variables, checked and expanded.
+// environment_config: checks and expands the config's shared clocks and variables.
 #pragma once
 
 #include "server/config/text/diagnostics.h"

@@ -63,7 +63,8 @@ void check_emitter(const proto::config::World& world,
     }
 }
 
-/// What is closed form for clients has no use for, named as in the config.
+/// Settings that a cosmetic system, which clients compute in closed form, does not use; named as in
+/// the config.
 void check_cosmetic(const System& system, const std::string& path, Diagnostics& diagnostics) {
     const std::array<std::pair<bool, const char*>, 7> given = {{
         {system.has_quadratic_drag_per_m(), "quadratic_drag_per_m"},

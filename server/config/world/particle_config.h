@@ -1,4 +1,4 @@
-// Particle systems of a config: checks, and what zones and clients need to know of them.
+// particle_config: checks the particle systems of a config and expands them for zones and clients.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -11,12 +11,12 @@ namespace zoned::config {
 
 struct Settings;
 
-/// Names, what is missing or without effect, emitters outside the world, cosmetic systems that no
-/// client could replay in good time.
+/// Checks names, settings that are missing or without effect, emitters outside the world, and
+/// cosmetic systems too large for a client to replay in time.
 void check_particles(const proto::config::Config& config, Diagnostics& diagnostics);
 
 /// Sorts the systems into settings.particles (simulated) and settings.cosmetics. An emitter's seed
-/// comes of the world's, its own and its place in the config.
+/// is made from the world's, its own and its place in the config.
 void expand_particles(const proto::config::Config& config, Settings& settings);
 
 /// The most particles that all simulated systems of a zone may hold together.

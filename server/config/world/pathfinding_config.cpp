@@ -61,8 +61,8 @@ void warn_of(const WaypointGraph& graph,
     warnings.push_back(names + " " + text);
 }
 
-/// By waypoint, the number of one that it is joined with, whichever way edges lead: the same for
-/// all that are.
+/// By waypoint, the number that stands for its connected component, in whatever direction edges
+/// lead.
 std::vector<std::uint32_t> joined_waypoints(const WaypointGraph& graph) {
     std::vector<std::uint32_t> above(graph.size());
     std::iota(above.begin(), above.end(), 0U);
@@ -175,7 +175,7 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
             break;
     }
     if (from.has_waypoints()) {
-        // What is wrong with them check_ground_maps() says.
+        // check_ground_maps() reports the mistakes in them.
         if (auto graph = ai::pathfinding::parse_waypoints(from.waypoints())) {
             paths.waypoints = std::make_shared<const WaypointGraph>(std::move(graph).value());
         }

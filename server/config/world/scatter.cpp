@@ -12,7 +12,7 @@ namespace zoned::config {
 
 namespace {
 
-/// Entities begin this far above what they stand on, so that nothing begins in contact, m.
+/// Entities begin this far above their ground, so that none begins in contact, m.
 constexpr float kClearance_m = 0.002F;
 constexpr float kApart_m = 0.05F;       // between two entities
 constexpr float kSpawnRadius_m = 1.0F;  // kept free around spawn points
@@ -315,13 +315,13 @@ class Placer {
         settings_.initial.push_back(entity);
     }
 
-    /// On a surface that is not level there: what stands there has to come to rest first.
+    /// On a surface that is not level there: an entity there has to come to rest first.
     [[nodiscard]] bool slopes(float x, float z, float radius) const {
         return terrain_.on_surface(x, z) && !terrain_.level(x, z, radius);
     }
 
-    /// What a placed entity stands on: the highest place under its disc on slopes from a file, else
-    /// under the middle of it, so that it may stand at the foot of a wall.
+    /// The height on which a placed entity stands: the highest place under its disc on slopes from
+    /// a file, else under the middle of it, so that it may stand at the foot of a wall.
     [[nodiscard]] float stand_on(float x, float z, float radius) const {
         if (slopes(x, z, radius)) {
             return terrain_.highest(x, z, radius);
@@ -341,7 +341,7 @@ class Placer {
     Occupied occupied_;
 };
 
-/// Half the height of the tallest character without an agent: what players may be.
+/// Half the height of the tallest character without an agent, as players may be.
 float avatar_half_height(const world::TypeTable& types) {
     float half = 0.0F;
     for (const world::EntityType& type : types) {

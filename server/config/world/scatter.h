@@ -1,4 +1,4 @@
-// scatter: stands the entities and spawn points of a config on its terrain, by seed.
+// scatter: places the entities and spawn points of a config on its terrain, by seed.
 #pragma once
 
 #include "server/config/text/diagnostics.h"
@@ -13,15 +13,15 @@ class Config;
 namespace zoned::config {
 
 /// Expands single placements, then scatter entries, in their order. Needs settings.types and
-/// settings.seed. The same config and seed give the same entities. What cannot be placed is a
-/// mistake.
+/// settings.seed. The same config and seed give the same entities. An entity that cannot be placed
+/// is a mistake.
 void place_entities(const proto::config::Config& config,
                     const Terrain& terrain,
                     Settings& settings,
                     Diagnostics& diagnostics);
 
-/// Fills settings.spawn_points: y is where the centre of the tallest mindless character stands.
-/// Needs settings.types.
+/// Fills settings.spawn_points: y is the height of the centre of the tallest character without an
+/// agent. Needs settings.types.
 void place_spawn_points(const proto::config::Config& config,
                         const Terrain& terrain,
                         Settings& settings,

@@ -88,7 +88,7 @@ void for_each_action(const std::vector<ai::BrainState>& states, Visit&& visit) {
     }
 }
 
-/// Collects what is wrong with one lane and its followers.
+/// Collects the mistakes of one lane and its followers.
 class LaneSurvey {
   public:
     LaneSurvey(const Settings& settings, const SplineNetwork& net)
@@ -134,7 +134,8 @@ class LaneSurvey {
   private:
     static constexpr double kLook_m = 0.5;
 
-    /// What stands in the way: a step that nobody takes, from look to look.
+    /// Reports the first obstacle on a lane: a step between two samples too high for the follower,
+    /// or no room for its body.
     void statics(const motion::CharacterLimits& body,
                  const ai::splines::Lane& lane,
                  const std::string& who) {

@@ -1,5 +1,4 @@
-// Tracks of a config and who follows them, in the form in which agents have them, and what is wrong
-// with them.
+// spline_config: reads and checks the splines of a config and their followers for agents.
 #pragma once
 
 #include "server/ai/agent/brain/brain.h"
@@ -18,24 +17,24 @@ namespace zoned::config {
 
 struct Settings;
 
-/// Tracks by themselves: names, that they lie in the world, that each can be followed. nullptr
-/// where there are none, or some are wrong.
+/// Checks splines by themselves: names, a place in the world, and that each can be followed.
+/// nullptr without splines, or with mistakes.
 std::shared_ptr<const ai::splines::SplineNetwork> build_tracks(const proto::config::Config& config,
                                                                Diagnostics& diagnostics);
 
-/// Names that mean nothing become the first lane of the first track.
+/// Unknown names become the first lane of the first spline.
 ai::FollowDef expand_follow(const proto::config::Config& config,
                             const proto::config::FollowTrack& follow);
 
-/// That what is followed is there; at `path`.
+/// Checks that the followed splines exist; at `path`.
 void check_follow(const proto::config::Config& config,
                   const proto::config::FollowTrack& follow,
                   const std::string& path,
                   Diagnostics& diagnostics);
 
-/// What cannot work of followers as fast and as large as they are, each once: bends in which they
-/// would need more acceleration than they have, lanes narrower than they are, tracks through what
-/// stands in the world. Nothing where doors are on the way.
+/// Reports splines that do not suit the speed and size of their followers, each once: bends that
+/// need more acceleration than they have, lanes narrower than they are, splines through static
+/// obstacles. Doors are not checked.
 std::vector<std::string> track_warnings(const Settings& settings);
 
 }  // namespace zoned::config

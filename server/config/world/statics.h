@@ -24,7 +24,7 @@ std::vector<motion::StaticBox> expand_statics(const proto::config::Config& confi
 /// A box as the config has it, world coordinates.
 motion::StaticBox static_box(const proto::config::Box& box);
 
-/// What lies wholly outside the world is surely meant to be somewhere else: reported under `path`.
+/// Reports, under `path`, a box that lies wholly outside the world: it is surely misplaced.
 void check_inside(const proto::config::World& world,
                   const motion::StaticBox& box,
                   const std::string& path,

@@ -23,7 +23,7 @@ using SurfaceConfig = proto::config::Surface;
 
 constexpr std::size_t kObjMistakesShown = 3;
 
-/// What a file with its options holds, shared by all places where it stands.
+/// The content of a file with its options, shared by all its placements.
 struct LoadedSurface {
     std::string sha256;
     std::string content;
@@ -41,7 +41,7 @@ struct SurfaceMistake {
 
 using SurfaceMistakes = std::vector<SurfaceMistake>;
 
-/// Options that were given and that the content of the file has no use for, or that are missing.
+/// Options that the content of the file does not use, or that are missing.
 SurfaceMistakes misplaced(const SurfaceConfig& s, assets::GeometryContent content) {
     const bool text = content == assets::GeometryContent::kText;
     const bool png = content == assets::GeometryContent::kPng;
@@ -111,7 +111,7 @@ core::Result<physics::Shape> shape_of(const SurfaceConfig& s,
     return core::Result<physics::Shape>::failure("is no PNG image, no OBJ text and no baked file");
 }
 
-/// As characters meet it: a view of the very tables that bodies collide with.
+/// The surface for characters: it refers to the same tables with which bodies collide.
 std::shared_ptr<const motion::Surface> surface_over(const physics::Shape& shape) {
     if (shape.kind == physics::ShapeKind::kHeightfield) {
         const physics::Heightfield::HeightfieldTables& t = physics::field_of(shape).tables();
@@ -174,7 +174,7 @@ SurfaceSettings place(const SurfaceConfig& s,
     return out;
 }
 
-/// What is wrong with where it stands.
+/// Checks the position of a surface.
 void check_place(const SurfaceSettings& surface,
                  const proto::config::Config& config,
                  Diagnostics& diagnostics) {
@@ -209,7 +209,7 @@ class SurfaceLoader {
   public:
     explicit SurfaceLoader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
 
-    /// Null after it has reported what is wrong.
+    /// Null after it has reported a mistake.
     const LoadedSurface* get(SurfaceConfig& s, const std::string& path) {
         if (s.file().empty()) {
             diagnostics_.add(path, "a surface needs a file");

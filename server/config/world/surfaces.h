@@ -14,14 +14,14 @@ namespace zoned::config {
 
 struct SurfaceSettings;
 
-/// What all told surfaces of a world may take in the message that each client gets at login, bytes.
+/// Largest size of all replicated surfaces of a world in the login message of a client, bytes.
 inline constexpr std::size_t kMaxReplicatedBytes = 4U << 20;
 
-/// All surfaces of the config that are good, in its order. Mistakes (a file that is missing,
-/// damaged, too large or no geometry, options that its content has no use for or lacks, another
-/// SHA-256 than the config asks for, a place outside the world or above what states can carry, more
-/// than clients can be told) go to `diagnostics`. Notes the SHA-256 of each file in `config`. File
-/// names are taken as they stand; sizes must have passed check_ranges.
+/// All good surfaces of the config, in its order. Mistakes go to `diagnostics`. A file may be
+/// missing, damaged, too large, no geometry, or have another SHA-256 than the config gives. Options
+/// may be missing, or not used by its content. A place may be outside the world or above the range
+/// of states. All surfaces together may be too large for the login message. Notes the SHA-256 of
+/// each file in `config`. File names are taken as they stand; sizes must have passed check_ranges.
 std::vector<SurfaceSettings> load_surfaces(proto::config::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::config

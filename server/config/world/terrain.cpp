@@ -55,7 +55,7 @@ std::vector<motion::StaticSurface> in_world_coordinates(
     return out;
 }
 
-/// True when `area` neither meets a triangle nor lies in what is solid behind them.
+/// True when `area` neither meets a triangle nor lies in the solid behind them.
 bool surface_clear(const Aabb& area, const motion::PlacedSurface& placed) {
     const Vec3 centre = 0.5F * (area.lower + area.upper);
     const Vec3 half = 0.5F * (area.upper - area.lower);

@@ -1,4 +1,4 @@
-// Terrain: the heights of the static world, to stand entities on.
+// Terrain: the heights of the static world, on which entities are placed.
 #pragma once
 
 #include "server/config/settings.h"
@@ -9,7 +9,7 @@
 
 namespace zoned::config {
 
-/// Ground, static boxes and surfaces, asked from above. World coordinates.
+/// Ground, static boxes and surfaces, seen from above. World coordinates.
 class Terrain {
   public:
     Terrain(std::vector<motion::StaticBox> boxes,
@@ -23,7 +23,7 @@ class Terrain {
     /// True when the topmost thing at (x, z) is a surface from a file, on which little is level.
     [[nodiscard]] bool on_surface(float x, float z) const;
 
-    /// The highest place of a disc around (x, z), as nine points tell, m.
+    /// The highest place of a disc around (x, z), from nine sample points, m.
     [[nodiscard]] float highest(float x, float z, float radius) const;
 
     /// True when no place of a disc around (x, z) is more than `rise` metres (and a centimetre)

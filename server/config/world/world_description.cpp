@@ -51,7 +51,7 @@ void describe_quantization(const wire::Quantization& from, proto::Quantization& 
     }
 }
 
-/// Nothing where it is not turned.
+/// Empty where it is not rotated.
 void describe_turn(const Quat& from, google::protobuf::RepeatedField<float>& out) {
     if (from.coeffs() != Quat::Identity().coeffs()) {
         for (const float part : {from.w(), from.x(), from.y(), from.z()}) {

@@ -1,4 +1,4 @@
-// world_description: the constants of a world that clients are told at login, and their digest.
+// world_description: the constants of a world that clients receive at login, and their digest.
 #pragma once
 
 #include "proto/session.pb.h"
@@ -14,13 +14,13 @@ struct Settings;
 /// Appends what a client needs of a surface to predict its avatar on it.
 void describe_geometry(const motion::Surface& from, proto::StaticSurface& out);
 
-/// What Welcome.world holds. The limits are the declared ones (testing.wrong_limit replaces them
-/// here and nowhere else).
+/// The content of Welcome.world. The limits are the declared ones (testing.wrong_limit replaces
+/// them here and nowhere else).
 proto::WorldDescription describe_world(const Settings& settings);
 
-/// Settings::digest: the hash of the description in text format, honest limits included; of each
-/// surface its content's hash stands for the geometry, told or not. Two configs have the same
-/// digest exactly when clients cannot tell them apart and their surfaces are the same.
+/// Settings::digest: the hash of the description in text format, honest limits included; the hash
+/// of each surface's content stands for its geometry, replicated or not. Two configs have the same
+/// digest exactly when clients cannot distinguish them and their surfaces are the same.
 std::string world_digest(const Settings& settings);
 
 }  // namespace zoned::config

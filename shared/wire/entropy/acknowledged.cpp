@@ -8,8 +8,8 @@ namespace zoned::wire::entropy {
 
 namespace {
 
-/// Whether packets were learned comes in runs: one is lost now and then, but of those before an
-/// epoch began none was, and of those in between that carried no coded records none ever is.
+/// Learned packets come in runs, with a loss now and then. Packets before the epoch were never
+/// learned, nor are packets without coded records.
 class LearnedModels {
   public:
     template <class Code>

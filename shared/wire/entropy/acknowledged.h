@@ -1,5 +1,5 @@
-// Acknowledged knowledge: encoder and decoder learning the same packets in the same order, from
-// acknowledgements alone, whatever the network does.
+// Acknowledged knowledge: encoder and decoder learn the same packets in the same order, from
+// acknowledgements alone, on any network.
 #pragma once
 
 #include "shared/core/assert.h"
@@ -21,7 +21,7 @@ namespace zoned::wire::entropy {
 /// Numbers of packets count from 1; 0 is none.
 using PacketNumber = std::uint32_t;
 
-/// Which packets were learned: the newest and those of the 64 before it.
+/// The set of learned packets: the newest and any of the 64 before it.
 class LearnedPackets {
   public:
     /// Numbers ascend.
@@ -37,7 +37,7 @@ class LearnedPackets {
     std::uint64_t before_ = 0;
 };
 
-/// What a packet says of the knowledge that it was coded with.
+/// A packet's head: identifies the knowledge that the packet was coded with.
 struct KnowledgeHead {
     static constexpr int kGapBits = 8;
     static constexpr PacketNumber kLongestGap = (1u << kGapBits) - 1;
@@ -48,11 +48,11 @@ struct KnowledgeHead {
     std::uint64_t learned = 0;  ///< LearnedPackets::before()
 };
 
-/// 10 bits and, where most of the packets before were learned, or none, a few more.
+/// Takes 10 bits and a few more, where most or none of the earlier packets were learned.
 void write_head(RangeEncoder& coder, const KnowledgeHead& head);
 KnowledgeHead read_head(RangeDecoder& coder);
 
-/// For a Knowledge whose states share nothing.
+/// The Common of a Knowledge whose states share nothing.
 struct NothingInCommon {
     template <class Frame>
     void learning(const Frame& /*frame*/) {}
@@ -60,15 +60,16 @@ struct NothingInCommon {
     void forget_before(PacketNumber /*oldest*/) {}
 };
 
-/// A Knowledge is a state of knowledge. It has the types Frame (what a packet told and taught, with
-/// its `number`), Format and Common, is made from a Format, copied, and has
-/// learning(shared_ptr<const Frame>) and learned(). Whoever has learned the same frames in the same
-/// order knows the same, bit for bit. States of knowledge that differ by some packets may keep what
-/// they share in one Common: it is default-made, copied, and has learning(const Frame&) and
-/// forget_before(n): no state before that whose newest packet is n will be asked for any more.
+/// A Knowledge is a state of knowledge. It has the types Frame (contents and lessons of a packet,
+/// with its `number`), Format and Common, is made from a Format, copied, and has
+/// learning(shared_ptr<const Frame>) and learned(). Two sides that learned the same frames in the
+/// same order know the same, bit for bit. States of knowledge that differ by some packets may keep
+/// their shared part in one Common. A Common is default-made, copied, and has learning(const
+/// Frame&) and forget_before(n): no state older than the one with newest packet n will be used any
+/// more.
 ///
-/// The encoder's side. Packets are learned in ascending order when they are acknowledged; one whose
-/// turn has passed is never learned.
+/// The encoder's side. Packets are learned in ascending order when they are acknowledged. A packet
+/// acknowledged out of order, after a later one, is never learned.
 template <class Knowledge>
 class KnowledgeEncoder {
   public:
@@ -76,16 +77,17 @@ class KnowledgeEncoder {
     using Format = typename Knowledge::Format;
     using Common = typename Knowledge::Common;
 
-    /// Packets under way that can still be acknowledged.
+    /// Most packets in flight that can still be acknowledged.
     static constexpr std::size_t kUnderWay = 64;
 
-    /// `epoch`: another one than that of an encoder whose packets the receiver may have had before.
+    /// `epoch` must differ from the epoch of any encoder whose packets the receiver may have
+    /// received before.
     explicit KnowledgeEncoder(const Format& format, std::uint8_t epoch = 0)
         : format_(format),
           knowledge_(format),
           epoch_(static_cast<std::uint8_t>(epoch % (1 << KnowledgeHead::kEpochBits))) {}
 
-    /// Learns what was acknowledged, and says what packet `number` is coded with: knowledge().
+    /// Learns the acknowledged packets and begins packet `number`, which is coded with knowledge().
     KnowledgeHead begin(PacketNumber number) {
         ZONED_ASSERT(sent_.empty() || number > sent_.back().frame->number, "numbers ascend");
         learn_acknowledged();
@@ -99,7 +101,7 @@ class KnowledgeEncoder {
 
     [[nodiscard]] const Common& common() const { return common_; }
 
-    /// What the packet that began told.
+    /// Notes the contents of the packet that began.
     void sent(std::shared_ptr<const Frame> frame) {
         sent_.push_back({std::move(frame), newest(), epoch_, false});
         if (sent_.size() > kUnderWay) {
@@ -120,7 +122,7 @@ class KnowledgeEncoder {
 
     [[nodiscard]] std::uint8_t epoch() const { return epoch_; }
 
-    /// Forgets everything: the receiver does not know what was acknowledged.
+    /// Forgets everything: the receiver has lost the acknowledged packets.
     void start_over() {
         knowledge_ = Knowledge(format_);
         common_ = Common();
@@ -128,7 +130,7 @@ class KnowledgeEncoder {
         sent_.clear();
     }
 
-    /// The receiver knows this otherwise; before the first begin().
+    /// Adds a frame that the receiver got in another way; call it before the first begin().
     void share(std::shared_ptr<const Frame> frame) {
         common_.learning(*frame);
         knowledge_.learning(std::move(frame));
@@ -144,8 +146,8 @@ class KnowledgeEncoder {
 
     [[nodiscard]] PacketNumber newest() const { return knowledge_.learned().newest(); }
 
-    /// The receiver may have missed every packet since it decoded the newest acknowledged one, so
-    /// what was learned since that one's reference must be within reach of a packet's head.
+    /// The receiver may have missed every packet since the newest acknowledged one. So all packets
+    /// learned since that one's reference must be within reach of a packet's head.
     void learn_acknowledged() {
         std::size_t done = 0;
         for (std::size_t i = 0; i < sent_.size(); ++i) {
@@ -176,8 +178,8 @@ class KnowledgeEncoder {
     std::vector<SentFrame> sent_;  // ascending
 };
 
-/// The decoder's side. Use: knowledge_for() a packet's head, decode, keep() what came of it; a
-/// packet that was not kept must not be acknowledged.
+/// The decoder's side. Use: knowledge_for() a packet's head, decode, keep() the result. A packet
+/// that was not kept must not be acknowledged.
 template <class Knowledge>
 class KnowledgeDecoder {
   public:
@@ -186,8 +188,8 @@ class KnowledgeDecoder {
     using Common = typename Knowledge::Common;
     using FramePointer = std::shared_ptr<const Frame>;
 
-    /// A state, with what it has in common with others and the frames that it has learned,
-    /// ascending, and that these have not; null: none. Valid until the next call.
+    /// A state, with the Common that it shares and the frames that it alone has learned, ascending;
+    /// null: no state. Valid until the next call.
     struct KnownState {
         const Knowledge* knowledge = nullptr;
         const Common* common = nullptr;
@@ -196,8 +198,8 @@ class KnowledgeDecoder {
 
     explicit KnowledgeDecoder(const Format& format) : format_(format), known_{Knowledge(format)} {}
 
-    /// What packet `number` was coded with; none, and why, where that is not known (any more).
-    /// Nothing is changed before keep(): what the packet says of it need not be true.
+    /// The knowledge that packet `number` was coded with. None, with the reason, where that is not
+    /// known (any more). Nothing changes before keep(): the packet's head may be false.
     KnownState knowledge_for(PacketNumber number, const KnowledgeHead& head, const char*& why) {
         fresh_.reset();
         derived_.reset();
@@ -251,7 +253,7 @@ class KnowledgeDecoder {
         }
     }
 
-    /// What the newest packet learned was coded after.
+    /// Newest packet learned before the newest learned packet was coded.
     [[nodiscard]] const Knowledge& newest() const { return known_.back(); }
 
     /// See KnowledgeEncoder::share().
@@ -264,7 +266,7 @@ class KnowledgeDecoder {
     [[nodiscard]] const Common& common() const { return common_; }
 
   private:
-    /// What an epoch begins with whose first packet is being decoded.
+    /// First state of an epoch whose first packet is being decoded.
     struct Fresh {
         std::uint8_t epoch = 0;
         Knowledge knowledge;
@@ -272,7 +274,7 @@ class KnowledgeDecoder {
     };
 
     static constexpr std::size_t kReceived = 128;
-    /// Packets may overtake each other by so many states of knowledge.
+    /// Number of states of knowledge by which packets may overtake each other.
     static constexpr std::size_t kReordered = 16;
 
     [[nodiscard]] bool received(PacketNumber number) const {
@@ -281,8 +283,8 @@ class KnowledgeDecoder {
         });
     }
 
-    /// Brings what was known when an earlier packet was newest up to `newest`; null where something
-    /// that the encoder learned is missing here.
+    /// Brings an earlier state of knowledge up to `newest`; null where a packet that the encoder
+    /// learned is missing here.
     const Knowledge* knowledge_at(PacketNumber newest, std::uint64_t learned) {
         auto from = known_.end();
         while (from != known_.begin() && std::prev(from)->learned().newest() > newest) {
@@ -346,11 +348,12 @@ class KnowledgeDecoder {
     std::uint8_t epoch_ = 0;
     PacketNumber newest_ = 0;  // received
     std::optional<Fresh> fresh_;
-    std::optional<Knowledge> derived_;        // what the packet being decoded was coded with ...
-    std::vector<FramePointer> derived_from_;  // ... and these, which no state before it has learned
-    std::deque<FramePointer> received_;       // ascending
-    std::deque<Knowledge> known_;             // ascending by newest learned
-    Common common_;                           // of these
+    std::optional<Knowledge> derived_;  // the state for the packet being decoded ...
+    std::vector<FramePointer>
+        derived_from_;                   // ... and its frames that no earlier state has learned
+    std::deque<FramePointer> received_;  // ascending
+    std::deque<Knowledge> known_;        // ascending by newest learned
+    Common common_;                      // of these
 };
 
 }  // namespace zoned::wire::entropy

@@ -1,5 +1,4 @@
-// Frame pool: coded frames that nobody holds any more are used again with the memory of their
-// columns.
+// Frame pool: reuses coded frames that nothing holds any more, with the memory of their columns.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +7,7 @@
 
 namespace zoned::wire::entropy {
 
-/// A Frame has clear(), which empties it but keeps its memory. A copy of a pool is a pool of its
-/// own.
+/// A Frame has clear(), which empties it but keeps its memory. A copy of a pool is independent.
 template <class Frame>
 class FramePool {
   public:

@@ -1,4 +1,4 @@
-// Least squares with forgetting: the weights that would have predicted best of late.
+// Least squares with forgetting: the weights that would have given the best recent predictions.
 #pragma once
 
 #include <array>
@@ -8,8 +8,7 @@
 namespace zoned::wire::entropy {
 
 /// Sums of the normal equations of N features (the upper triangle, row by row). Sums of several
-/// packets are added, so that what was seen can be learned later, when both sides are known to have
-/// seen it.
+/// packets are added. So samples can be learned later, when both sides are known to have seen them.
 template <std::size_t N>
 struct NormalSums {
     std::array<double, N*(N + 1) / 2> products{};

@@ -1,5 +1,5 @@
-// Ports: one walk over a packet's decisions serves encoder and decoder; a port writes what it is
-// given, or reads and ignores that.
+// Ports: let one walk over a packet's decisions serve encoder and decoder. An encoder's port writes
+// the given value; a decoder's port ignores it and reads one.
 #pragma once
 
 #include "shared/wire/entropy/residual_model.h"
@@ -24,7 +24,7 @@ struct EncodePort {
         return value;
     }
 
-    /// What is left of a magnitude whose symbol was coded.
+    /// The raw rest of a magnitude whose symbol was coded.
     std::uint32_t magnitude(std::uint32_t value, int /*symbol*/) {
         encode_rest(coder, magnitude_of(value));
         return value;
@@ -53,7 +53,7 @@ struct DecodePort {
     std::uint32_t raw(std::uint32_t /*value*/, int bits) { return coder.decode_raw(bits); }
 };
 
-/// A residual by a model, which may be told of `symbol` then; at most kMaxResidual in magnitude
+/// A residual by a model, which may learn `symbol` then. Its magnitude is at most kMaxResidual,
 /// whatever is read.
 template <class Port>
 std::int32_t code_residual(Port& port, const SymbolModel& model, std::int32_t value, int& symbol) {

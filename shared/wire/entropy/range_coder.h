@@ -1,4 +1,4 @@
-// Range coder: symbols of known probability as bytes, close to their entropy.
+// Range coder: writes symbols of known probability as bytes, close to their entropy.
 #pragma once
 
 #include "shared/core/assert.h"
@@ -21,15 +21,15 @@ inline constexpr int kMaxRawBits = 16;
 /// Below this the interval takes another byte: every symbol then still has 2^9 steps at least.
 inline constexpr std::uint32_t kLeastRange = 1u << 24;
 
-/// What an interval that was narrowed to `range` after so many shifts by a byte tells, bits.
+/// Information of an interval narrowed to `range` after a number of byte shifts, bits.
 inline double used_bits(std::size_t shifts, std::uint32_t range) {
     return 8.0 * static_cast<double>(shifts) + 32.0 - std::log2(static_cast<double>(range));
 }
 
 /// Range encoder with carry propagation into bytes already written (G. N. N. Martin, "Range
 /// encoding: an algorithm for removing redundancy from a digitised message", 1979; the form with a
-/// byte-wise normalised 32-bit interval is M. Schindler's, 1998). Bits of which both values are as
-/// likely take no arithmetic: they fill bytes of their own, which end the code in reverse order.
+/// byte-wise normalised 32-bit interval is M. Schindler's, 1998). Bits with equally likely values
+/// take no arithmetic: they fill bytes of their own, which end the code in reverse order.
 class RangeEncoder {
   public:
     /// Appends to `out`, which must outlive the encoder and not be touched before finish().
@@ -80,8 +80,8 @@ class RangeEncoder {
                static_cast<double>(8 * raw_bytes_.size() + static_cast<std::size_t>(raw_bits_));
     }
 
-    /// Ends the code with as few bytes (at most four) as tell it from all others, whatever follows
-    /// them.
+    /// Ends the code with as few bytes (at most four) as distinguish it from all others, whatever
+    /// follows them.
     void finish() {
         for (int bytes = 0; bytes <= 4; ++bytes) {
             const std::uint32_t below = bytes == 4 ? 0 : 0xFFFFFFFFu >> (8 * bytes);
@@ -120,8 +120,8 @@ class RangeEncoder {
     std::vector<std::uint8_t> own_raw_bytes_;
 };
 
-/// Reads what RangeEncoder wrote. Bytes are hostile: whatever they are, decoding goes on with some
-/// symbols, and complete() says whether they can have been meant.
+/// Reads what RangeEncoder wrote. Bytes are hostile: decoding always goes on with some symbols.
+/// complete() tells whether an encoder can have written them.
 class RangeDecoder {
   public:
     explicit RangeDecoder(std::span<const std::uint8_t> bytes)
@@ -132,8 +132,8 @@ class RangeDecoder {
         }
     }
 
-    /// Where in [0, kProbabilityOne) the next symbol lies; must be followed by take() of the symbol
-    /// that owns the place.
+    /// Position of the next symbol in [0, kProbabilityOne); must be followed by take() of the
+    /// symbol that owns the position.
     [[nodiscard]] std::uint32_t peek() {
         step_ = range_ >> kProbabilityBits;
         return std::min(code_ / step_, kProbabilityOne - 1);
@@ -166,8 +166,8 @@ class RangeDecoder {
                static_cast<double>(8 * (bytes_.size() - raw_end_)) - static_cast<double>(raw_bits_);
     }
 
-    /// Whether an encoder can have left just these bytes for what was read: none missing, none
-    /// over, the last bits zero.
+    /// Whether an encoder can have written exactly these bytes for the symbols read: none missing,
+    /// none left over, the last bits zero.
     [[nodiscard]] bool complete() const {
         const std::size_t shifted = position_ - kAhead;
         return missing_ == 0 && raw_ == 0 && shifted <= raw_end_ && raw_end_ - shifted <= kAhead;

@@ -8,7 +8,7 @@ namespace zoned::wire::entropy {
 
 namespace {
 
-/// The smallest magnitude of a symbol; of the one behind the last the place where escapes end.
+/// The smallest magnitude of a symbol; for the index after the last, the end of escapes.
 constexpr std::uint32_t first_magnitude(int symbol) {
     if (symbol < 4) {
         return static_cast<std::uint32_t>(symbol);
@@ -17,7 +17,7 @@ constexpr std::uint32_t first_magnitude(int symbol) {
     return (symbol % 2 == 0 ? 2u : 3u) << (octave - 1);
 }
 
-/// Raw bits are coded so many at a time at most in an escape.
+/// Most raw bits coded at a time in an escape.
 constexpr int kLowerBits = 12;
 
 constexpr int open_bits_of(int symbol) {

@@ -1,5 +1,4 @@
-// Residual models: what a prediction was off by, as whole steps, coded by how far off it was
-// expected to be.
+// Residual models: code the error of a prediction, in whole steps, by its expected magnitude.
 #pragma once
 
 #include "shared/wire/entropy/symbol_model.h"
@@ -31,7 +30,7 @@ inline int scale_class(float expected) {
 inline constexpr std::int32_t kMaxResidual = (1 << 24) - 1;
 
 /// A magnitude as a symbol and as many raw bits as its class leaves open: 0, 1, 2 and 3 have a
-/// symbol each, then two to an octave up to 191; what is greater tells its octave in four bits.
+/// symbol each, then two to an octave up to 191; a greater magnitude codes its octave in four bits.
 struct Magnitude {
     int symbol = 0;
     int open_bits = 0;       ///< of the class

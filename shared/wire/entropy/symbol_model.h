@@ -12,7 +12,7 @@ namespace zoned::wire::entropy {
 /// slow one is exact where nothing changes.
 class BitModel {
   public:
-    /// `one` is the probability of a 1 to begin with, in 2^16.
+    /// `one` is the first probability of a 1, in 2^16.
     explicit BitModel(std::uint16_t one = 1u << 15) : quick_(one), slow_(one) {}
 
     void encode(RangeEncoder& coder, bool bit) const {
@@ -61,8 +61,8 @@ class BitModel {
     std::uint16_t slow_;
 };
 
-/// Probabilities of 16 symbols, as the places where each begins. Learning moves every place towards
-/// where it would be if the symbol just seen were (nearly) sure; 16 places fill one or two vector
+/// Probabilities of 16 symbols, as the start of each symbol's range. Learning moves every start
+/// towards its value if the last symbol were (nearly) sure; 16 starts fill one or two vector
 /// registers. (F. Giesen, "Models for adaptive arithmetic coding", 2015.)
 class SymbolModel {
   public:
@@ -106,14 +106,14 @@ class SymbolModel {
 
   private:
     static constexpr int kRate = 7;
-    // Cumulative sums are of 14 bits: differences of two then fit into 16.
+    // Starts have 14 bits: differences of two then fit into 16.
     static constexpr int kWhole = 1 << (kProbabilityBits - 1);
-    // An estimate never falls below this: what is rare costs 11 bits at most.
+    // An estimate never falls below this: a rare symbol costs 11 bits at most.
     static constexpr int kLeast = 8;
 
     using Cumulative = std::array<std::int16_t, kSymbols>;
 
-    /// Where symbols begin when one of them is as sure as it gets.
+    /// Starts of symbols when one of them is as sure as possible.
     static constexpr std::array<Cumulative, kSymbols> kSure = [] {
         std::array<Cumulative, kSymbols> all{};
         for (int symbol = 0; symbol < kSymbols; ++symbol) {

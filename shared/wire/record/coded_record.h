@@ -1,4 +1,5 @@
-// Coded records: publications as a packet for one client tells them, and what coding them taught.
+// Coded records: the publications in a packet for one client, and the decisions learned from coding
+// them.
 #pragma once
 
 #include "shared/wire/entropy/acknowledged.h"
@@ -12,10 +13,10 @@
 
 namespace zoned::wire::record {
 
-/// One publication, or that the client shall forget an entity.
+/// One publication, or the removal of an entity from the client's view.
 struct CodedRecord {
     EntityId entity;
-    bool remove = false;  ///< nothing else counts then
+    bool remove = false;  ///< then all other members are ignored
     std::uint8_t lod = 0;
     TypeIndex type = 0;
     bool upright = false;
@@ -23,10 +24,10 @@ struct CodedRecord {
     QuantizedState state;  ///< by the level's quantisation
 };
 
-/// Older publications are told by shared records.
+/// Older publications travel as shared records.
 inline constexpr Tick kOldestTicks = 4095;
 
-/// A level of detail's way of writing numbers.
+/// The number format of a level of detail.
 struct LevelFormat {
     explicit LevelFormat(const Quantization& of_level)
         : quantization(of_level),
@@ -38,7 +39,7 @@ struct LevelFormat {
     FieldLayout layout;
 };
 
-/// What both sides know of all packets.
+/// Constants of all packets, known to both sides.
 struct RecordFormat {
     /// `world`: the world's quantisation.
     RecordFormat(const Quantization& world, float seconds_per_tick) : tick_s(seconds_per_tick) {
@@ -51,12 +52,12 @@ struct RecordFormat {
     float tick_s;
 };
 
-/// Residuals of a field are expected to be as large as they were of late, apart by how far they
-/// were extrapolated: up to 2, 8, 32 and more ticks; or from nothing at all.
+/// Residuals of a field are expected to be as large as the recent ones, separately by reach, the
+/// length of the extrapolation: up to 2, 8, 32 and more ticks; or from nothing at all.
 inline constexpr std::size_t kReaches = 5;
 inline constexpr std::size_t kFromNothing = kReaches - 1;
 
-/// A decision that was coded: by which model, of which reach.
+/// A coded decision, with its model and reach.
 struct RecordModelUpdate {
     std::uint16_t model = 0;
     std::uint8_t reach = 0;

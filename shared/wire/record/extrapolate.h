@@ -1,4 +1,4 @@
-// Extrapolation: what a publication lets expect of a later one, as columns of the field table.
+// Extrapolation: predicts a later publication from an earlier one, as columns of the field table.
 #pragma once
 
 #include "shared/wire/record/coded_record.h"
@@ -14,7 +14,7 @@ Columns extrapolate(const CodedRecord& base,
                     std::uint8_t lod,
                     const RecordFormat& format);
 
-/// Where an entity is expected of which nothing is known: where another one is.
+/// The expected position of an unknown entity: the position of another one.
 Columns beside(const CodedRecord& other, std::uint8_t lod, const RecordFormat& format);
 
 }  // namespace zoned::wire::record

@@ -1,5 +1,5 @@
-// Record codec: a packet's publications for one client in few bits, told from what that client has
-// acknowledged alone.
+// Record codec: codes a packet's publications for one client in few bits, against publications that
+// this client has acknowledged.
 #pragma once
 
 #include "shared/core/result.h"
@@ -17,20 +17,21 @@ namespace zoned::wire::record {
 /// The most records of one packet.
 inline constexpr std::size_t kMostRecords = 1024;
 
-/// Codes records exactly, each against what its entity's newest acknowledged publication lets
-/// expect (position and orientation moved on; the velocity also by what the position was off by),
-/// residuals by an adaptive range coder; the field table says which fields there are. Any packet
-/// may be lost, doubled or late: predictors and probabilities come from acknowledged packets alone.
+/// Codes records exactly, each against a prediction from its entity's newest acknowledged
+/// publication. Position and orientation are moved on; the velocity also uses the error of the
+/// position. An adaptive range coder codes the residuals, and the field table gives the fields. Any
+/// packet may be lost, doubled or late: predictors and probabilities come from acknowledged packets
+/// alone.
 class RecordEncoder {
   public:
     /// `epoch`: see KnowledgeEncoder.
     explicit RecordEncoder(const RecordFormat& format, std::uint8_t epoch = 0);
 
     /// Appends the code of `records` to `out`, packet `number` (ascending from 1) of `tick`.
-    /// Records come in any order, one per entity, at most kMostRecords. What came of it may be
-    /// dropped, and another packet of that number encoded, as long as it was not sent(). Allocates
-    /// nothing once packets have been as large and as many were under way. `measured`: tells what
-    /// each record takes as well (RecordFrame::bits), alike in encoder and decoder.
+    /// Records come in any order, one per entity, at most kMostRecords. The result may be dropped,
+    /// and another packet of that number encoded, as long as it was not sent(). Allocates nothing
+    /// once packets have been as large and as many were in flight. `measured`: also counts the bits
+    /// of each record (RecordFrame::bits), equally in encoder and decoder.
     std::shared_ptr<const RecordFrame> encode(entropy::PacketNumber number,
                                               Tick tick,
                                               ZoneId zone,
@@ -43,7 +44,7 @@ class RecordEncoder {
     /// The receiver has decoded this packet. Unknown, old and repeated numbers are ignored.
     void acknowledge(entropy::PacketNumber number) { acknowledged_.acknowledge(number); }
 
-    /// The receiver lost what it knew.
+    /// The receiver lost its knowledge.
     void start_over() { acknowledged_.start_over(); }
 
     [[nodiscard]] std::uint8_t epoch() const { return acknowledged_.epoch(); }
@@ -63,8 +64,8 @@ class RecordDecoder {
     explicit RecordDecoder(const RecordFormat& format);
 
     /// The records of packet `number`, ascending by entity. Bytes are hostile: fails with the
-    /// reason when they are malformed or refer to what is not known (any more); nothing is changed
-    /// then. What was decoded must be acknowledged to the encoder, what was not must not.
+    /// reason, and without any change, when they are malformed or refer to unknown packets. Each
+    /// decoded packet must be acknowledged to the encoder, and no other.
     core::Result<std::shared_ptr<const RecordFrame>> decode(entropy::PacketNumber number,
                                                             Tick tick,
                                                             ZoneId zone,

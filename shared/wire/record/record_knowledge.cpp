@@ -7,7 +7,7 @@ namespace zoned::wire::record {
 
 namespace {
 
-/// Over so many residuals the mean is taken.
+/// Number of residuals in the mean.
 constexpr float kMeanOf = 32.0F;
 /// Before anything was learned, steps.
 constexpr float kExpectedAtFirst = 4.0F;
@@ -133,7 +133,7 @@ RecordModels::RecordModels() {
         by_reach.fill(kExpectedAtFirst);
         by_reach[kFromNothing] = kExpectedFromNothing;
     }
-    // What is the same before is the same again.
+    // The same start gives the same result.
     bits.fill(entropy::BitModel(7u << 13));
 }
 

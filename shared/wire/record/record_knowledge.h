@@ -1,4 +1,5 @@
-// Record knowledge: what both sides provably share of entities, and what coding them taught.
+// Record knowledge: the publications that both sides provably share, and the probabilities learned
+// from coding them.
 #pragma once
 
 #include "shared/wire/entropy/residual_model.h"
@@ -11,18 +12,19 @@
 
 namespace zoned::wire::record {
 
-/// The publications that learned packets told, by entity. States of knowledge that differ by some
-/// packets share them, so each stays until no state can ask for it any more.
+/// The publications in learned packets, by entity. States of knowledge that differ by some packets
+/// share them, so each stays until no state can ask for it any more.
 class RecordBaselines {
   public:
-    /// Of packets learned up to `newest`; null where nothing of the entity is known in that zone.
+    /// Newest publication in packets learned up to `newest`; null where the entity is unknown in
+    /// that zone.
     [[nodiscard]] const CodedRecord* find(EntityId entity,
                                           ZoneId zone,
                                           entropy::PacketNumber newest) const;
 
     void learning(const RecordFrame& frame);
 
-    /// No `newest` before this one will be asked for any more.
+    /// Earlier values of `newest` will not be used any more.
     void forget_before(entropy::PacketNumber oldest);
 
     /// Publications that are kept.
@@ -62,7 +64,8 @@ class RecordBaselines {
     std::vector<Superseding> superseding_;
 };
 
-/// The bases of one state of knowledge: those in common, and packets that only it has learned.
+/// The bases of one state of knowledge: the shared ones, and packets that only this state has
+/// learned.
 struct KnownBaselines {
     const RecordBaselines& common;
     std::span<const std::shared_ptr<const RecordFrame>> frames;  ///< ascending
@@ -120,7 +123,7 @@ class RecordKnowledge {
 
     [[nodiscard]] const RecordModels& models() const { return models_; }
 
-    /// How much of an error in position, per second of extrapolation, is one of velocity.
+    /// Share of a position error, per second of extrapolation, that is an error of velocity.
     [[nodiscard]] double velocity_share(bool upwards) const {
         return velocity_[upwards ? 1 : 0].weights()[0];
     }

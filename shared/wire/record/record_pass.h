@@ -33,7 +33,7 @@ class RecordPass {
           measured_(measured),
           frame_(frame) {}
 
-    /// False when what was read cannot have been written.
+    /// False when no encoder can have written the bytes read.
     bool run() {
         std::size_t next = 0;
         begin_measuring();
@@ -229,12 +229,12 @@ class RecordPass {
             return;
         }
         out[c] = static_cast<std::int32_t>(port_.raw(static_cast<std::uint32_t>(columns[c]), 2));
-        // Components of another chart tell nothing of these.
+        // Components of another chart say nothing about these.
         const Field& three = kFields[kSmallestThree];
         std::fill_n(expected_.begin() + three.first, three.components, 0);
     }
 
-    /// A velocity also follows what the position was off by, which is known by then.
+    /// A velocity also follows the error of the position, which is known by then.
     [[nodiscard]] std::int32_t expected_of(Range range,
                                            std::size_t column,
                                            const Columns& out) const {
@@ -249,7 +249,7 @@ class RecordPass {
                static_cast<std::int32_t>(std::floor(std::clamp(more, -kMostMore, kMostMore) + 0.5));
     }
 
-    /// By how much the position was off, per second of extrapolation, m/s.
+    /// Error of the position per second of extrapolation, m/s.
     [[nodiscard]] double rate_off(std::size_t place, const Columns& out) const {
         return static_cast<double>(out[place] - expected_[place]) *
                static_cast<double>(steps_->position_step_m) / elapsed_s_;
@@ -277,7 +277,7 @@ class RecordPass {
                            : static_cast<std::int32_t>(d);
     }
 
-    // ---------------------------------------------------------------- what it takes
+    // ---------------------------------------------------------------- measuring bits
 
     void begin_measuring() {
         if (measured_) {
@@ -285,7 +285,7 @@ class RecordPass {
         }
     }
 
-    /// What was coded since the last call belongs to this part of the record.
+    /// The bits coded since the last call belong to this part of the record.
     void measure(std::size_t part) {
         if (!measured_) {
             return;
@@ -360,7 +360,7 @@ class RecordPass {
     CodedKind before_ = kKnown;
     std::uint32_t entity_before_ = 0;
     std::size_t lod_before_ = 0;
-    CodedRecord nearby_;  // the last one told: new ones are likely to be near it
+    CodedRecord nearby_;  // the last record coded: new entities are likely to be near it
     // Of the state being coded.
     Columns expected_{};
     const Quantization* steps_ = nullptr;

@@ -1,4 +1,4 @@
-// Record traffic: what a packet of coded records was spent on.
+// Record traffic: adds the bytes of a packet of coded records to the traffic meter.
 #pragma once
 
 #include "shared/wire/record/coded_record.h"
@@ -9,7 +9,7 @@
 namespace zoned::wire::record {
 
 /// Adds the records of a frame that was measured and whose code takes `bytes`; `reason_of(record)`
-/// says why one was told that is no removal.
+/// gives the reason for a record that is no removal.
 template <class ReasonOf>
 void add_traffic(TrafficTable& table,
                  const RecordFrame& frame,

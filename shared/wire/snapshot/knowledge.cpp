@@ -9,11 +9,11 @@ namespace zoned::wire::snapshot {
 namespace {
 
 // Before anything was learned: bodies go on as they did, mostly by their newest velocity, and share
-// the motion_residuals of what is near them.
+// the motion residuals of the bodies near them.
 constexpr std::array<double, kMoveFeatures> kGoesOn = {0.8, 0.2, 1.0, 0.4};
 constexpr std::array<double, kTurnFeatures> kTurnsOn = {0.3, 0.7, 0.5};
 
-/// Where bodies are before anything was said of them.
+/// Position of bodies before their first snapshot.
 FramePointer origin(const SnapshotFormat& format) {
     auto frame = std::make_shared<CodedFrame>();
     BodySample sample;
@@ -48,7 +48,7 @@ Knowledge::Knowledge(const SnapshotFormat& format) {
         by_calm.fill(entropy::LeastSquares<kMoveFeatures>(kGoesOn));
     }
     turns_.fill(entropy::LeastSquares<kTurnFeatures>(kTurnsOn));
-    // What rests goes on resting.
+    // A resting body goes on resting.
     for (std::size_t i = 0; i < Models::kChangeContexts + Models::kBlockContexts; ++i) {
         models_.bits[i] = entropy::BitModel(1u << 12);
     }

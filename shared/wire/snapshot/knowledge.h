@@ -1,4 +1,5 @@
-// Knowledge: what both sides provably share: acknowledged snapshots and what coding them taught.
+// Knowledge: the acknowledged snapshots that both sides provably share, and the models trained on
+// them.
 // Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
@@ -18,10 +19,10 @@ namespace zoned::wire::snapshot {
 /// A snapshot travels in one packet.
 using FrameNumber = entropy::PacketNumber;
 
-/// What is known of a body that a snapshot changed. Of others all of it is zero.
+/// History of a body that a snapshot changed; all zero for other bodies.
 struct Moved {
-    std::array<float, 3> error{};  ///< steps per frame since the reference: what the prediction was
-                                   ///< off by, magnitude
+    std::array<float, 3> error{};  ///< steps per frame since the reference: magnitude of the
+                                   ///< prediction's error
     float turn_error = 0.0F;       ///< rad per frame, likewise, mean over the axes
     Rotation rotation;
 };
@@ -97,8 +98,8 @@ struct Models {
     void learning(const std::vector<ModelUpdate>& model_updates);
 };
 
-/// Grows by one acknowledged snapshot at a time, in ascending order; whoever has learned the same
-/// snapshots knows the same, bit for bit.
+/// Grows by one acknowledged snapshot at a time, in ascending order. Two sides that learned the
+/// same snapshots know the same, bit for bit.
 class Knowledge {
   public:
     using Frame = CodedFrame;
@@ -111,8 +112,8 @@ class Knowledge {
 
     void learning(FramePointer frame);
 
-    /// The newest snapshot but `back`, or the oldest remembered: to begin with where bodies are
-    /// before anything was said of them.
+    /// The snapshot `back` before the newest, or the oldest kept. At first that is the initial
+    /// state of the bodies.
     [[nodiscard]] const CodedFrame& frame(std::size_t back) const {
         while (!frames_[back]) {
             --back;

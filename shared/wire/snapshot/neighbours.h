@@ -1,4 +1,4 @@
-// Neighbours: what the bodies of a snapshot that are coded already tell about one near them.
+// Neighbours: predicts a body's motion from the bodies near it that are coded already.
 // Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
@@ -9,22 +9,22 @@
 
 namespace zoned::wire::snapshot {
 
-/// How a body moved, and how that differed from its own motion continued. Two registers of eight.
+/// The motion of a body, and its difference from its own continued motion. Two registers of eight.
 struct MotionResidual {
     std::array<float, 3> moved{};    ///< steps: displacement minus the continued one
     std::array<float, 3> turned{};   ///< rad: turn minus the continued one
-    std::array<float, 3> carried{};  ///< steps: from near(): what `turned` of the neighbours moves
-                                     ///< the place by, as one rigid body with each of them
+    std::array<float, 3> carried{};  ///< steps: from near(): displacement by `turned` of the
+                                     ///< neighbours, as one rigid body with each of them
     std::array<float, 3> turn{};     ///< rad: the whole turn since the reference
-    std::array<float, 3> error{};    ///< steps: what the whole prediction was off by, magnitude
+    std::array<float, 3> error{};    ///< steps: magnitude of the whole prediction's error
     float turn_error = 0.0F;         ///< rad: likewise, mean over the axes
 };
 
-/// Bodies that touch share their motion_residuals: a push runs through a heap within a tick or two.
+/// Bodies that touch share their motion residuals: a push runs through a heap within a tick or two.
 /// The mean over the bodies noted, weighted by 1 / distance^4, is that of the few nearest ones
 /// whatever their size (inverse distance weighting: D. Shepard, "A two-dimensional interpolation
 /// function for irregularly-spaced data", ACM 1968). Bodies that hang together turn together: the
-/// motion_residual in turn of one moves the others about it.
+/// rotational residual of one moves the others about it.
 class Neighbours {
   public:
     void clear() { count_ = 0; }

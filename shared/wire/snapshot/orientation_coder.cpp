@@ -9,13 +9,13 @@ namespace zoned::wire::snapshot {
 
 namespace {
 
-/// How late residuals count: the mean over 16 and over 4 orientations.
+/// Weights of recent residuals: the means over 16 and over 4 orientations.
 constexpr float kSlow = 1.0F / 16.0F;
 constexpr float kQuick = 1.0F / 4.0F;
 /// A captured jump must not spoil the expectation for long, steps.
 constexpr float kMostNoted = 100.0F;
 
-/// Which component that is among those but `but`, by magnitude in `r`: 0 the greatest.
+/// Rank of the component among those without `but`, by magnitude in `r`: 0 is the greatest.
 int rank_of(const Rotation& r, int component, int but) {
     const std::array<float, 4> all = {std::abs(r.w), std::abs(r.x), std::abs(r.y), std::abs(r.z)};
     int rank = 0;

@@ -1,4 +1,4 @@
-// Orientation coder: orientations one after another, each against one that both sides know.
+// Orientation coder: codes orientations one after another, each against one that both sides know.
 // Reached by no program yet: recordings of orientations alone will use it.
 #pragma once
 

@@ -48,7 +48,7 @@ float polynomial(const std::array<float, N>& terms, float x) {
     return sum;
 }
 
-// Taylor's series in the square of the argument, as long as a float can tell.
+// Taylor's series in the square of the argument, to the precision of a float.
 
 /// asin(s) / s, for s up to 1/8 ...
 inline constexpr std::array<float, 4> kArcOfSmall = {1.0F,
@@ -165,8 +165,8 @@ inline Rotation conjugate(const Rotation& r) {
     return {r.w, -r.x, -r.y, -r.z};
 }
 
-/// The turn from one orientation to another, the short way round, to 1e-6 rad. Sums, products,
-/// quotients and roots alone: libraries differ in the last bit of sine and arc.
+/// The shorter turn from one orientation to another, to 1e-6 rad. Sums, products, quotients and
+/// roots alone: libraries differ in the last bit of sine and arc.
 inline Turn turn_between(const Rotation& from, const Rotation& to) {
     const Rotation r = to * conjugate(from);
     const float sign = r.w < 0.0F ? -1.0F : 1.0F;

@@ -14,7 +14,7 @@ struct BodySample {
     std::array<std::int32_t, 3> position{};
     std::array<std::int16_t, 3> orientation{};  ///< smallest three, 0..2^orientation_bits - 1
     std::uint8_t left_out = 0;  ///< component of the quaternion not sent, 0..3: w, x, y, z
-    std::uint8_t mark = 0;      ///< 0 or 1: whatever the application tells by a bit
+    std::uint8_t mark = 0;      ///< 0 or 1: a bit for the application
 
     /// Most bodies are compared and found the same: five words, no branches.
     friend bool operator==(const BodySample& a, const BodySample& b) {
@@ -28,7 +28,7 @@ struct BodySample {
 /// Bodies by index.
 using Snapshot = std::vector<BodySample>;
 
-/// What both sides know of all snapshots.
+/// Constants of all snapshots, known to both sides.
 struct SnapshotFormat {
     std::uint32_t bodies = 0;               ///< of every snapshot
     int orientation_bits = 9;               ///< of a smallest-three component, 2..15

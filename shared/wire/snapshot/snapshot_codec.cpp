@@ -8,7 +8,7 @@ namespace zoned::wire::snapshot {
 
 namespace {
 
-/// A snapshot that nothing was learned from but itself.
+/// A snapshot that only serves as a reference.
 std::shared_ptr<CodedFrame> plain_frame(const SnapshotFormat& format,
                                         FrameNumber number,
                                         const Snapshot& samples,

@@ -1,7 +1,7 @@
-// Snapshot codec: whole snapshots for one client in few bits, told from what that client has
-// acknowledged alone.
-// Reached by no program yet: recordings, and worlds in which a client hears every state, will use
-// it.
+// Snapshot codec: codes whole snapshots for one client in few bits, against snapshots that this
+// client has acknowledged.
+// Reached by no program yet: recordings, and worlds in which a client receives every state, will
+// use it.
 #pragma once
 
 #include "shared/core/result.h"
@@ -14,13 +14,13 @@
 
 namespace zoned::wire::snapshot {
 
-/// Codes snapshots exactly, each against the newest ones that the receiver has acknowledged:
-/// predicted from their motion (velocity over several lags, turn rate, what happened to neighbours
-/// that are coded already, weights learned by least squares), residuals by an adaptive range coder.
-/// Predictors and probabilities are trained on acknowledged snapshots only, in ascending order, so
-/// any packet may be lost, doubled or late. After R. Giesen's contest entry (adaptive models
-/// inherited from the acknowledged baseline, 2015), which has neither neighbours nor least squares
-/// and trains on one snapshot in as many as are under way.
+/// Codes snapshots exactly, each against the newest acknowledged ones. The prediction uses velocity
+/// over several lags, turn rate, and the motion of neighbours that are coded already. Least squares
+/// learn its weights; an adaptive range coder codes the residuals. Predictors and probabilities are
+/// trained on acknowledged snapshots only, in ascending order, so any packet may be lost, doubled
+/// or late. After R. Giesen's contest entry (adaptive models inherited from the acknowledged
+/// baseline, 2015), which has neither neighbours nor least squares and trains on one snapshot in as
+/// many as are in flight.
 class SnapshotEncoder {
   public:
     explicit SnapshotEncoder(const SnapshotFormat& format);
@@ -47,10 +47,9 @@ class SnapshotDecoder {
   public:
     explicit SnapshotDecoder(const SnapshotFormat& format);
 
-    /// Decodes snapshot `number`. Bytes are hostile: fails with the reason when they are malformed
-    /// or refer to what is not known (any more); nothing is changed then. What was decoded must be
-    /// acknowledged to the encoder, what was not must not.
-    /// The samples stay valid until the next decode().
+    /// Decodes snapshot `number`. Bytes are hostile: fails with the reason, and without any change,
+    /// when they are malformed or refer to unknown snapshots. Each decoded snapshot must be
+    /// acknowledged to the encoder, and no other. The samples stay valid until the next decode().
     core::Result<const Snapshot*> decode(FrameNumber number, std::span<const std::uint8_t> bytes);
 
     void share(FrameNumber number, const Snapshot& samples);

@@ -57,8 +57,8 @@ class SnapshotPass {
   private:
     static constexpr std::uint32_t kBlock = 16;
     static constexpr FrameNumber kAwakeFrames = 12;
-    // What goes on as it did takes these shares of its velocity at two lags. The least squares
-    // learning better ones; motion_residuals are told against these, which never change.
+    // Shares of the velocity at two lags for a body that moves on as before. The least squares
+    // learn better shares; motion residuals are relative to these, which never change.
     static constexpr double kNewest = 0.8;
     static constexpr double kOlder = 0.2;
     static constexpr double kNewestTurn = 0.3;
@@ -76,7 +76,7 @@ class SnapshotPass {
         find_awake();
     }
 
-    /// Which bodies of each block have changed lately.
+    /// The bodies of each block that changed lately.
     void find_awake() {
         for (std::uint32_t from = 0; from < format_.bodies; from += kBlock) {
             const std::uint32_t to = std::min(from + kBlock, format_.bodies);
@@ -303,13 +303,13 @@ class SnapshotPass {
                                      static_cast<std::size_t>(entropy::scale_class(steps)) / 2);
     }
 
-    /// Of a sample of that expected error, as the inverse of its variance.
+    /// Weight of a sample of that expected error: the inverse of its variance.
     static double weight_of(float expected) {
         const float variance = 1.0F + expected * expected;
         return 1.0F / variance;
     }
 
-    /// `value`, or another where it is no number or beyond what any body does.
+    /// `value`, replaced where it is no number or too large for any body.
     static double within(double value, double most, double otherwise) {
         return std::abs(value) <= most ? value : otherwise;
     }
@@ -337,7 +337,8 @@ class SnapshotPass {
     const CodedFrame& t3_;
     const CodedFrame& t6_;
     double gap_ = 1.0;  // frames since the reference
-    // What makes a difference between two snapshots the way until now at the same velocity.
+    // Factor from the difference of two snapshots to the displacement until now at the same
+    // velocity.
     double lag_1_ = 0.0;
     double lag_2_ = 0.0;
     double lag_to_3_ = 0.0;
