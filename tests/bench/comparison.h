@@ -13,7 +13,7 @@ namespace zoned::bench {
 
 inline constexpr float kStepTime = 1.0F / 60.0F;  ///< of scenes that move, s
 
-/// A trial that knows what it has to say in its row: error, metrics, hash.
+/// A trial that fills its own row with the error, the metrics and the hash.
 class JudgedTrial : public Trial {
   public:
     /// After the last frame of the observed run.
@@ -37,7 +37,7 @@ std::vector<Row> compare(const std::string& suite,
                          const std::vector<Method>& methods,
                          const Plan& plan);
 
-/// Those methods that the session asks for.
+/// The methods that the session asks for.
 std::vector<Method> wanted(const Session& session, std::vector<Method> methods);
 
 }  // namespace zoned::bench

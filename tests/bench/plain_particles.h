@@ -1,4 +1,5 @@
-// The peers of the suites `particles` and `kernels`: what somebody would write who has no engine.
+// Plain particles: the peers of the suites `particles` and `kernels`, simple code without an
+// engine.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +8,7 @@
 
 namespace zoned::bench {
 
-/// Semi-implicit Euler over columns in a plain loop, with everything that it needs in its
-/// arguments.
+/// Semi-implicit Euler over columns in a plain loop; its arguments hold everything that it needs.
 void plain_particle_loop(std::size_t count,
                          float h,
                          float gx,

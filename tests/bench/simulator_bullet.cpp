@@ -42,7 +42,7 @@ std::unique_ptr<btCollisionShape> shape_of(const scenario::Solid& solid) {
 }
 
 struct BulletSettings {
-    bool continuous = false;  ///< continuous collision detection of what moves
+    bool continuous = false;  ///< continuous collision detection of moving bodies
     int substeps = 1;
     bool exact_rays = false;  ///< rays by GJK, else by its subsimplex cast
 };

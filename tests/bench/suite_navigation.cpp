@@ -28,7 +28,7 @@ using scenario::GridInstance;
 constexpr std::size_t kShares = 16;
 /// Slow methods take one in so many of these.
 constexpr std::size_t kSlowShare = 16;
-/// Of the times of one query the median of so many counts.
+/// Of the times of one query, the median of this many counts.
 constexpr int kTimesEach = 5;
 
 /// So many queries are held to the shortest paths on the mesh.
@@ -37,10 +37,10 @@ constexpr std::size_t kHeldToExact = 100;
 /// Recast takes minutes for this one, of which every fifth cell touches an obstacle.
 constexpr const char* kNoMesh = "random512-10-0";
 
-/// What is asked: gives the length of the path found, below 0 for none.
+/// A path query: returns the length of the path found, below 0 for none.
 using Ask = std::function<double(const GridInstance&)>;
 
-/// What lengths are held to.
+/// The reference for path lengths.
 enum class PathLength {
     kBest,  ///< those of the scenario
     kNear,  ///< the excess over them is the error

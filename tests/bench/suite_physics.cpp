@@ -121,7 +121,7 @@ class Yardstick {
     PhysicsScene scene_;
 };
 
-/// How much sooner two threads are done than one, and whether with the same result.
+/// The speedup of two threads over one, and whether the results agree.
 void note_speedup(std::vector<Row>& rows) {
     const auto row_of = [&](const char* method) {
         return std::find_if(rows.begin(), rows.end(), [&](const Row& row) {

@@ -150,7 +150,7 @@ std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
         lane.run.reset();
         lane.group = group_for(median(lane.now), plan.frames);
         if (lane.group == 1) {
-            lane.keep();  // observed frame by frame, it was timed so as well
+            lane.keep();  // lanes that are observed frame by frame were timed so as well
         }
     }
     while (true) {

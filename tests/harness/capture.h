@@ -1,5 +1,5 @@
-// Capture: what clients really receive, datagram by datagram and event by event, decoded beside
-// them.
+// Capture: everything that clients really receive, datagram by datagram and event by event, decoded
+// beside them.
 #pragma once
 
 #include "client-sim/link/datagram_channel.h"
@@ -41,7 +41,7 @@ struct Capture {
     std::uint64_t overtaken = 0;  ///< of those, too late for what they build on: nobody reads them
     std::uint64_t undecoded = 0;  ///< datagrams and frames that could not be read: none must be
 
-    // How to read on.
+    // The decoder of later packets.
     link::DatagramChannel channel;
     wire::Quantization quantization;
     float tick_s = 0.0F;

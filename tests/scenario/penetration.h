@@ -1,4 +1,4 @@
-// How deep two solids overlap, exactly and in double precision: judges engines, uses none of them.
+// Penetration: the exact overlap of two solids in double precision; judges engines, uses none.
 #pragma once
 
 #include "tests/scenario/physics_scenes.h"

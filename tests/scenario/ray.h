@@ -1,4 +1,4 @@
-// Where a ray meets solids, exactly and in double precision: judges engines, uses none of them.
+// Ray: where a ray meets solids, exactly and in double precision; judges engines, uses none.
 #pragma once
 
 #include "tests/scenario/physics_scenes.h"

@@ -72,9 +72,9 @@ double whip(double pull) {
     return std::sqrt(Chain::kBars * (speed * speed + 2.0 * kG * 2.0 * Chain::kBars));
 }
 
-/// The anchor of a chain at rest jumps. What is torn apart comes back at 20 m/s, and by as much
-/// more as the bars' turning makes anew (a quarter), so that the gap is closed after the distance
-/// over that, and a quarter of a second for the bars to follow one another.
+/// The anchor of a chain at rest jumps. Separated joints close at 20 m/s. The bars' turning opens a
+/// quarter of the gap again. So the gap is closed after the distance over that speed, and a quarter
+/// of a second for the bars to follow one another.
 void jumping_chain(Run& run, float distance, const Vec3& way, const std::string& name) {
     World world(run,
                 "anchor-jumps",
@@ -246,8 +246,8 @@ void followed(Run& run) {
     world.finish();
 }
 
-/// The platform leaves with 2 g: friction of 0.5 gives the box g / 2 and no more, mu g t^2 / 2 of
-/// way; a step's worth of it and 2 % are granted.
+/// The platform leaves with 2 g: friction of 0.5 gives the box g / 2 and no more, so it moves by mu
+/// g t^2 / 2. A step's worth of that and 2 % are granted.
 void slid(Run& run) {
     World world(run, "anchor-pulls", "a box slides at 2 g");
     Platform platform(world, 1, 12.0F);
@@ -271,10 +271,9 @@ void slid(Run& run) {
     world.finish();
 }
 
-/// The platform, as wide as its room, shakes up and down with accelerations beyond g. What it
-/// throws up comes back as fast and is thrown again, faster by twice the platform's speed at each
-/// hit were it elastic; not being so, by the platform's own, and 3 m/s for overlap. Nothing comes
-/// through it.
+/// The platform, as wide as its room, shakes up and down with accelerations beyond g. A thrown box
+/// comes back as fast and is thrown again. An elastic hit would add twice the platform's speed;
+/// this one adds the platform's own, and 3 m/s for overlap. Nothing comes through the platform.
 void shaken_stack(Run& run, double speed) {
     World world(run, "anchor-shakes", "stack, " + whole(speed) + " m/s");
     world.floor_y = -3.0F;
@@ -333,7 +332,8 @@ void jumping_stack(Run& run) {
     }
     world.limits.speed_mps = kPush + std::sqrt(2.0 * kG * 5.0);
     world.row.check("awake_bodies", static_cast<double>(awake), 0.0);
-    // The three are one column: they fall together, and what holds them apart may give way again.
+    // The three are one column: they fall together, and the contacts between them may give way
+    // again.
     world.row.check("fall_error_m", worst, 3.0 * kGive);
     world.row.check("sunk_m", sunk, 2.0 * kGive);
     world.finish();

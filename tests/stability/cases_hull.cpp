@@ -99,7 +99,7 @@ Points ball(int count, core::Rng& rng) {
     return points;
 }
 
-/// What should come of the points.
+/// The expected result for the points.
 enum class Fate : std::uint8_t {
     kEither,
     kRefused,  ///< there is no body in them
@@ -255,7 +255,7 @@ void drop(Run& run, World& world, const std::shared_ptr<const physics::ConvexHul
         def.orientation = Quat(w, x, y, z).normalized();
         ids.push_back(world.add(def));
     }
-    // A flat one that lies down has its centre at its half thickness, and the ground gives way.
+    // A flat hull that lies down has its centre at its half thickness, and the ground gives way.
     world.limits.inside->lower.y() = -2.0F * static_cast<float>(kGive);
     world.limits.energy_share = 1.0e-3;
     // A fall from the top, and an end of a long body that another one comes down on: twice that.
@@ -269,7 +269,7 @@ void drop(Run& run, World& world, const std::shared_ptr<const physics::ConvexHul
         speed = std::max(speed, static_cast<double>(s.velocity.norm()));
     }
     world.row.check("sunk_m", sunk, 2.0 * kGive);
-    // What rolls (drums, balls, needles) may still do so, no faster than down its own height.
+    // Round bodies (drums, balls, needles) may still roll, no faster than down their own height.
     world.row.check("speed_at_end_mps", speed, 1.0);
 }
 

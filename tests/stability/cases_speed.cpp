@@ -40,8 +40,8 @@ std::string speed_name(float speed) {
     return std::to_string(static_cast<int>(speed)) + " m/s";
 }
 
-/// Bullets of all shapes, turned and spinning in all ways, towards a wall 0.1 m thick at x = 0,
-/// which none can get around. None comes through; the wall, which does not move, puts no energy in.
+/// Bullets of all shapes, turned and spinning in all directions, towards a wall 0.1 m thick at x =
+/// 0 that none can get around. None comes through; the static wall adds no energy.
 void walls(Run& run, float speed) {
     World world(run, "bullets-walls", speed_name(speed), weightless());
     core::Rng rng(run.seed, 1);

@@ -1,5 +1,5 @@
-// Rows of the stability suite: what one world showed, what was allowed, and how that is written
-// out.
+// Rows of the stability suite: the measured values of one world, their bounds, and how rows are
+// written out.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct Row {
     std::uint64_t steps = 0;
     double ms_per_step = 0.0;
     std::vector<Check> checks;
-    /// Why the engine is known to miss this row's bounds; such a row is shown, and does not fail
+    /// Why the engine is known to miss this row's bounds. Such a row is shown, and does not fail
     /// the run.
     std::string known;
 

@@ -1,4 +1,5 @@
-// How often a test program has called operator new: "no allocation after warm-up" needs a witness.
+// AllocationCount: counts calls of operator new, so that a test can prove "no allocation after
+// warm-up".
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Paths through several zones: who wants to go beyond its own is led past what is a dead end there.
+// Paths through several zones: an agent bound beyond its own zone is led past dead ends there.
 #include "server/ai/steering/path_following.h"
 #include "tests/integration/plain/crowd_world.h"
 

@@ -1,5 +1,5 @@
-// Child: a program of this build as a child process, with its output; for tests of what users and
-// scripts see.
+// Child: a program of this build as a child process with its output, for tests of the output that
+// users and scripts see.
 #pragma once
 
 #include <sys/types.h>

@@ -1,5 +1,5 @@
-// Process: a fixture that starts the server as users do, with the arguments of clients that play on
-// it.
+// Process: a fixture that starts the server as users do, and gives the arguments of clients that
+// join it.
 #pragma once
 
 #include "tests/integration/process/child.h"

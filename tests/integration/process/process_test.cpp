@@ -62,7 +62,7 @@ TEST_F(Process, RecordsARunThatReplaysToTheSameHashesWithAnyNumberOfThreads) {
         Child replay("zoned", {"replay", file, "--threads", threads});
         EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
     }
-    // A replay that could not fail would be worthless: one changed byte must show.
+    // A replay that could not fail would be worthless: one changed byte must show up.
     std::string bytes = read(file);
     bytes[bytes.size() * 3 / 4] = static_cast<char>(bytes[bytes.size() * 3 / 4] ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;

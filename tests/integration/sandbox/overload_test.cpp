@@ -1,4 +1,4 @@
-// Machines that are starved: under the server, under the clients.
+// Starved machines: under the server, under the clients.
 #include "tests/harness/game_test.h"
 #include "shared/core/rng.h"
 
@@ -21,8 +21,8 @@ class Overload : public GameTest {
     }
 };
 
-/// Clocks of clients are set back and forth here, above all while they settle: the age of news must
-/// be measured by what the view showed, not by a clock that was set in between.
+/// Clocks of clients are set back and forth here, above all while they settle. The age of updates
+/// must be measured by the displayed view, not by a clock that was set in between.
 TEST_F(Overload, KeepsThePromiseWhileServerAndClientsAreStarved) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         server.network.delay_s = 0.01;

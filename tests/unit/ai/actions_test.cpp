@@ -49,7 +49,7 @@ TEST(Chase, ReachesAPlayerThatStandsAndStopsBesideIt) {
     field.run(10.0F);
     EXPECT_EQ(field.state(1), kOnChase);
     EXPECT_EQ(field.entities.stance[0], 2);
-    // It stops inside kChaseStopM; one tick at 6.4 m/s covers 0.22 m more.
+    // It stops within kChaseStopM; one tick at 6.4 m/s covers 0.22 m more.
     EXPECT_LT(field.distance(1, 2), kChaseStopM);
     EXPECT_GT(field.distance(1, 2), kChaseStopM - 0.22F);
     EXPECT_EQ(command_changes(field, 1, 2.0F), 0);
@@ -191,7 +191,7 @@ TEST(Wander, FacesWhereItWalks) {
         const Vec2 move = Vec2(c.move_x, c.move_z).normalized();
         // A step of 1/127 turns the direction by up to atan(0.71 / 127) = 0.32 degrees.
         EXPECT_GT(move.dot(Vec2(std::sin(angle), std::cos(angle))), std::cos(0.006F));
-        // Two per cent are kept to make up for what commands cost.
+        // Two per cent are granted for corrections of quantised commands.
         EXPECT_NEAR(Vec2(c.move_x, c.move_z).norm(), 0.98F * 127.0F, 0.8F);
     }
 }

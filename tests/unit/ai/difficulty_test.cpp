@@ -1,5 +1,5 @@
-// Difficulty follows what players do: it settles where they succeed as often as wanted, never
-// leaves its cap, and agents go on from one difficulty to the next.
+// Difficulty follows the players' success: it settles at the wanted success rate and never leaves
+// its cap. Agents go on from one difficulty to the next.
 #include "server/ai/agent/difficulty.h"
 
 #include "server/ai/serialization/serialize_agents.h"
@@ -25,7 +25,7 @@ DifficultyLevels bare(std::size_t levels, float step, Tick between = 0) {
 }
 
 TEST(DifficultyState, SettlesWherePlayersSucceedAsOftenAsWanted) {
-    // On none of the levels do they succeed as often as wanted: two have to take turns.
+    // No level has exactly the wanted success rate: two levels have to take turns.
     constexpr std::array<float, 4> kChance = {0.95F, 0.7F, 0.5F, 0.1F};
     constexpr int kCount = 5000;
     constexpr float kStep = 0.05F;

@@ -292,7 +292,7 @@ TEST(FuzzySystem, ExplainsWhichRulesFire) {
     EXPECT_EQ(degrees[2], 0.0F);                      // near and good
 }
 
-// ---------------------------------------------------------------- machines
+// ---------------------------------------------------------------- state machines
 
 /// Two states; x in [0, 1] calls for the second to the degree x and for the first to 1 - x.
 FuzzyStateMachineDef swing_def(float response_s) {

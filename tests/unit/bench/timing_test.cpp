@@ -16,7 +16,7 @@ void burn_us(double us) {
     }
 }
 
-/// What a run did, told to the test.
+/// The log of a run, for the test.
 struct Log {
     int built = 0;
     int frames = 0;

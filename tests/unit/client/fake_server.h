@@ -17,7 +17,7 @@
 
 namespace zoned::test {
 
-/// An entity that moves with constant velocity until told otherwise.
+/// An entity that moves with constant velocity until a test changes it.
 struct FakeEntity {
     motion::KinematicState truth;
     Tick published_tick = -1;
@@ -47,7 +47,7 @@ class FakeServer final : public link::Transport {
     void send_datagram(link::Bytes datagram) override;
     void close() override;
 
-    /// Runs ticks and delivers what is due.
+    /// Runs ticks and delivers due messages.
     void advance(double now_s);
     /// Cuts the stream; the client learns of it at once.
     void cut();
@@ -79,7 +79,7 @@ class FakeServer final : public link::Transport {
     bool stalled = false;
     bool frozen = false;
     bool states = true;
-    wire::Widened widened;  ///< told in every packet
+    wire::Widened widened;  ///< sent in every packet
     bool sparks = false;    ///< the world has cosmetic particles that events let out
     std::uint32_t rights = 7;
     bool audit_on_request = true;

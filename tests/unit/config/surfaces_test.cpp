@@ -1,5 +1,5 @@
-// Surfaces from files in a config: what is loaded and shared, each mistake at its place, what
-// enters the digest, and what stands on them.
+// Surfaces from files in a config: loading and sharing, each mistake at its place, the digest's
+// content, and entities that stand on surfaces.
 #include "server/config/world/surfaces.h"
 
 #include "server/assets/baked_geometry.h"
@@ -254,7 +254,7 @@ spawn { x_m: 10 z_m: 5 })");
                             "max_x_m: 35 max_z_m: 15 } }");
     ASSERT_EQ(level.errors.size(), 1u);
     EXPECT_THAT(level.errors[0].text, HasSubstr("find a free and level place"));
-    // Nothing is put into the hill.
+    // No entity is put into the hill.
     const auto inside = load(kHill, "entity { type: \"crate\" x_m: 20 y_m: 4 z_m: 0 }");
     ASSERT_EQ(inside.errors.size(), 1u);
     EXPECT_THAT(inside.errors[0].text, HasSubstr("stands inside"));

@@ -102,8 +102,8 @@ TEST(ClockSync, StaysWithinHalfTheSmallestRoundTripUnderJitter) {
             local = std::max(local + 0.1, net.exchange(sync, local));
             ASSERT_LE(std::abs(net.error(sync, local)), sync.error_bound_s() + 2e-5) << i;
             if (i >= 100) {
-                // Settled: what is left is half the smallest round trip of the window. Slewing lags
-                // behind only while a better sample replaces the believed one.
+                // Settled: the error is half the smallest round trip of the window. Slewing lags
+                // behind only while a better sample replaces the trusted one.
                 ASSERT_LE(std::abs(net.error(sync, local)), 0.5 * sync.min_rtt_s() + 0.004) << i;
             }
         }
@@ -237,7 +237,7 @@ TEST(ClockSync, AStepInDelayMovesItByNoMoreThanHalfTheStep) {
         const double back = net.exchange(sync, 0.05 * i);
         worst = std::max(worst, std::abs(net.error(sync, back)));
     }
-    // Half the asymmetry, and what a wrongly taken drift adds over the minute that is remembered.
+    // Half the asymmetry, and the error that a wrong drift adds over the remembered minute.
     EXPECT_LE(worst, 0.04 + 64.0 * 2.0 * ClockSync::kMaxDrift);
     EXPECT_EQ(sync.restarts(), 0U);
 }

@@ -1,4 +1,4 @@
-// Surfaces: what is near, how high they are, and how characters walk on them and are stopped.
+// Surfaces: nearby triangles, heights, and how characters walk on surfaces and are stopped.
 #include "shared/core/rng.h"
 #include "shared/math/segment_triangle.h"
 #include "shared/motion/apply_input.h"
@@ -14,7 +14,7 @@ namespace zoned::motion {
 namespace {
 
 constexpr float kTickS = 1.0F / 30.0F;
-constexpr float kFloor = 0.9F;  // of a default character's centre above what it stands on
+constexpr float kFloor = 0.9F;  // of a default character's centre above its ground
 
 Vec3 random_point(core::Rng& rng, float extent) {
     return {rng.range(-extent, extent), rng.range(-extent, extent), rng.range(-extent, extent)};

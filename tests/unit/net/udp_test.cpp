@@ -110,7 +110,7 @@ TEST(UdpEndpoint, SaysWhatIsWrongWithAnAddress) {
     asio::io_context io;
     EXPECT_THROW(End(io, local("not-an-address")), std::system_error);
     try {
-        End end(io, local("192.0.2.1"));  // TEST-NET-1 (RFC 5737): nobody has it
+        End end(io, local("192.0.2.1"));  // TEST-NET-1 (RFC 5737): no host has it
         FAIL();
     } catch (const std::system_error& e) {
         EXPECT_THAT(e.what(), testing::HasSubstr("this machine has no such address"));

@@ -1,4 +1,4 @@
-// Particles in pieces: what they are off by, and how many a budget asks for.
+// Particles in pieces: their error, and the number of pieces that a budget asks for.
 #include "server/physics/method_selection/particle_choice.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ TEST(ParticleChoice, TakesTheFewestPiecesThatKeepTheBudget) {
     EXPECT_FALSE(choose_particle_pieces(def, 5.0, within(1e-4)).chosen);
 }
 
-/// What there is to hit, and gusts, are not what the error is about.
+/// Obstacles and gusts do not count in the error.
 TEST(ParticleChoice, LeavesOutWhatIsInTheWay) {
     ParticleSystemDef def;
     const double free = particle_error(def, 2, 5.0, within(1.0));

@@ -78,7 +78,7 @@ TEST(RequestTurns, RequiresOfEachTickWhatKeepsEveryoneInTime) {
     EXPECT_LT(most, 300U);
 }
 
-/// A service that has served all that was asked, within `ticks`.
+/// A service that has served all requests, within `ticks`.
 void serve_all(GridPathRequests& service, int ticks) {
     for (int i = 0; i < ticks && service.counts().waiting != 0; ++i) {
         service.serve();
@@ -159,7 +159,7 @@ TEST(GridPathRequests, NamesWhatCantBeAnswered) {
     EXPECT_EQ(strict.answer(t).outcome, PathOutcome::kGoalBlocked);
 }
 
-/// Who asks, and how all have been answered: a fingerprint, and the longest wait.
+/// The requesters, and how all have been answered: a fingerprint, and the longest wait.
 struct Load {
     std::uint64_t fingerprint = 1469598103934665603U;
     std::uint32_t longest = 0;

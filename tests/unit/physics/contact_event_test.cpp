@@ -1,4 +1,4 @@
-// Contact events: who hears of the beginning, the lasting and the end of a contact.
+// Contact events: which zone hears of the beginning, the lasting and the end of a contact.
 #include "server/physics/scene/scene.h"
 #include "tests/unit/allocation_count.h"
 

@@ -1,4 +1,4 @@
-// EnvelopeSolver against dense factorisations, and what it makes of rows that depend on others.
+// EnvelopeSolver against dense factorisations, and its results on dependent rows.
 #include "server/physics/joints/envelope_solver.h"
 
 #include "shared/core/rng.h"
@@ -98,8 +98,8 @@ TEST(EnvelopeSolver, SolvesAgainAfterItIsCleared) {
 }
 
 TEST(EnvelopeSolver, MeetsAllRowsWhereSomeDependOnOthers) {
-    // Rows that say the same thing again, as those of a closed loop do: J of rank r < n, A = J J^T,
-    // b = J y is consistent, and any solution will do.
+    // Redundant rows, as a closed loop has: J of rank r < n, A = J J^T, b = J y is consistent, and
+    // any solution will do.
     core::Rng rng(5);
     for (int i = 0; i < 100; ++i) {
         const Eigen::Index n = 6 + rng.below(20);

@@ -64,12 +64,9 @@ TEST(Motions, SolveTheirEquations) {
             return spring.exact({Line(1.0), Line(-0.4)}, at);
         };
         check(spring, swayed, t);
-        check(
-            Orbit(), [](double at) { return Orbit::exact(0.6, at); }, t);
-        check(
-            pendulum, [&](double at) { return pendulum.exact(2.8, at); }, t);
-        check(
-            ball, [&](double at) { return ball.dropped(at); }, t);
+        check(Orbit(), [](double at) { return Orbit::exact(0.6, at); }, t);
+        check(pendulum, [&](double at) { return pendulum.exact(2.8, at); }, t);
+        check(ball, [&](double at) { return ball.dropped(at); }, t);
     }
     EXPECT_NEAR(pendulum.exact(2.8, 0.0).x[0], 2.8, 1e-12);
     EXPECT_NEAR(Orbit::exact(0.6, 0.0).x.x(), 0.4, 1e-12);
@@ -155,7 +152,7 @@ TEST(Adaptive, SaysWhenItGivesUp) {
     EXPECT_GT(method.report.reached, 0.0);
     EXPECT_LT(method.report.reached, 1.0);
     const auto exact = stiff.exact({Line(1.0), Line(0.0)}, method.report.reached);
-    EXPECT_NEAR(end.x[0], exact.x[0], 1e-3);  // what it has is good up to there
+    EXPECT_NEAR(end.x[0], exact.x[0], 1e-3);  // its result is good up to there
 
     Adaptive<Line> lost;
     const auto nowhere = [](const Line&, const Line&, double t) {
@@ -188,8 +185,8 @@ TEST(ImplicitEuler, NeedsOneIterationForALinearForceAndOneToSeeIt) {
     EXPECT_NEAR(once.v[0], v, 1e-10);
 }
 
-/// Without its derivatives told, a force is differenced: the same answer, to the tolerance of
-/// Newton's method.
+/// Without given derivatives, a force is differenced: the same answer, to the tolerance of Newton's
+/// method.
 TEST(ImplicitEuler, FindsDerivativesThatItIsNotTold) {
     const MotionState<Vec3d> start{Vec3d::Zero(), Vec3d(60, 40, -3)};
     const ThrownBall ball{9.81, 0.5};

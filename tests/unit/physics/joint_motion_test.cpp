@@ -64,7 +64,7 @@ TEST(Pendulum, DoubleOneKeepsItsEnergyWhileItTumbles) {
     s.join(joint_of(JointKind::kBall, BodyId(), upper, Vec3::Zero()));
     const JointId elbow = s.join(joint_of(JointKind::kBall, upper, lower, Vec3(1, 0, 0)));
     const double before = s.sums().energy;
-    // What the swing turns over: both middles fall by their distance from the hinge.
+    // The drop over the swing: both middles fall by their distance from the hinge.
     const double scale = 9.81 * (0.5 + 1.5);
     for (int i = 0; i < 1200; ++i) {
         s.scene.step(kFrame);

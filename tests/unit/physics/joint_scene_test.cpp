@@ -1,4 +1,4 @@
-// What a Scene promises about joints: refusals, removal, breaking, sleep, filters, determinism.
+// The promises of a Scene about joints: refusals, removal, breaking, sleep, filters, determinism.
 #include "tests/unit/physics/joint_scene.h"
 
 #include "tests/unit/allocation_count.h"
@@ -281,7 +281,7 @@ TEST(KinematicAnchor, DragsItsChainWhetherItSleepsOrNot) {
             const Vec3 hangs = s.scene.state(link).position - s.scene.state(anchor).position;
             EXPECT_LT(hangs.norm(), 8.0F);
         }
-        // And where the anchor is put elsewhere at once, the chain follows without being lost.
+        // And where the anchor is moved elsewhere at once, the chain follows without being lost.
         s.scene.set_velocity(anchor, Vec3::Zero(), Vec3::Zero());
         s.run(60.0F);
         BodyState state = s.scene.state(anchor);

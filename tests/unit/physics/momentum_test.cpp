@@ -1,4 +1,4 @@
-// Conservation laws: what free bodies must keep whatever happens between them.
+// Conservation laws: the sums that free bodies must keep whatever happens between them.
 #include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound/inertia.h"
 #include "tests/unit/physics/physics_test.h"

@@ -1,4 +1,4 @@
-// Inertia tensors given by the caller: what is refused, and how bodies turn that are not aligned.
+// Inertia tensors given by the caller: refused ones, and how unaligned bodies turn.
 #include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound/body_checks.h"
 #include "server/physics/shapes/compound/inertia.h"

@@ -20,8 +20,8 @@ Quat any_turn(core::Rng& rng) {
     return Quat(w, x, y, z).normalized();
 }
 
-/// Rods on their way to a wall, 0.1 m thick, whose front is at x = 0. A rod that meets it
-/// with an end gets 2.4 v / length of spin: at 500 m/s some 60 rad in a step.
+/// Rods that fly to a wall, 0.1 m thick, whose front is at x = 0. A rod that meets it with an end
+/// gets 2.4 v / length of spin: at 500 m/s some 60 rad in a step.
 struct Range {
     Scene scene;
     std::vector<BodyId> rods;

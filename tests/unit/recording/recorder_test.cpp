@@ -1,4 +1,4 @@
-// Recorder: every message survives the way through a file, and damage is told from a good end.
+// Recorder: every message survives a file, and damage is told from a good end.
 #include "server/recording/recorder.h"
 
 #include "server/recording/record_items.h"

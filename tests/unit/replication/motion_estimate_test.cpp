@@ -124,7 +124,7 @@ TEST(MotionEstimate, APushIsNotTakenForAWayOfIntegrating) {
     MotionEstimate e;
     motion::KinematicState s;
     e.observe(1, 0, s, {});
-    s.position = Vec3(0.1F, 0.0F, 0.0F);  // 3 m/s that no velocity tells of
+    s.position = Vec3(0.1F, 0.0F, 0.0F);  // 3 m/s that no velocity shows
     s.velocity = Vec3(0.0F, 0.1F, 0.0F);
     e.observe(2, 0, s, {});
     EXPECT_EQ(e.centring(), Vec3(Vec3::Zero()));

@@ -1,4 +1,4 @@
-// The methods: accuracy, stability, what they conserve.
+// The methods: accuracy, stability, conserved sums.
 #include "server/compute/worker_pool.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/soft/soft_test.h"

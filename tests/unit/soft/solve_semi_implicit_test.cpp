@@ -1,4 +1,4 @@
-// Semi-implicit Euler for soft bodies: against closed forms, its limit, and what it is refused for.
+// Semi-implicit Euler for soft bodies: closed forms, its stability limit, and refused inputs.
 #include "server/physics/soft/spring_limit.h"
 #include "server/physics/soft/volume.h"
 #include "tests/unit/allocation_count.h"
@@ -130,8 +130,9 @@ TEST(SemiImplicitSprings, StayBoundedUpToTheLimitAndNoFarther) {
     }
 }
 
-/// Nodes drift after the push, braked on the way. Pushed after the drift, the step's matrix had the
-/// determinant 1 - c h (1 - (w h)^2 / 2): more than one from w h = sqrt 2 on, by any drag.
+/// Nodes drift after the push and are braked on the move. With the push after the drift, the step's
+/// matrix had the determinant 1 - c h (1 - (w h)^2 / 2): more than one from w h = sqrt 2 on, by any
+/// drag.
 TEST(SemiImplicitSprings, LoseNoStabilityByADrag) {
     for (const float drag : {0.1F, 5.0F, 100.0F}) {
         SoftDef def = swing();

@@ -1,4 +1,4 @@
-// All methods through Scene::step: what stands stays, and what cannot be solved is stopped.
+// All methods through Scene::step: stacks at rest stay, and unsolvable systems are stopped.
 #include "tests/unit/solver_variants/variant_scene.h"
 
 #include <cmath>
@@ -33,7 +33,7 @@ INSTANTIATE_TEST_SUITE_P(SolverVariants,
                          });
 
 // A method that lets the stack fall is off by half a box at least; one that holds it may rock by
-// what it leaves unsolved. A tenth of a box parts the two.
+// its residual. A tenth of a box parts the two.
 TEST_P(EachMethod, HoldsAStackOfFiveBoxesForFiveSeconds) {
     VariantScene s = stack(settings_of(GetParam(), 30), 5, 1.0F);
     s.run(5.0F);
@@ -116,8 +116,8 @@ TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
     EXPECT_LT(drift(s), 0.001F);
 }
 
-// With one normal row per contact five boxes are 20 rows instead of 60. What holds a box upright is
-// that its centre of pressure moves to where it leans.
+// With one normal row per contact five boxes are 20 rows instead of 60. A box stays upright because
+// its centre of pressure moves to the side to which it leans.
 TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
     PhysicsSettings settings = settings_of(SolverVariant::kDirect);
     settings.methods.manifold = ManifoldMode::kDivided;

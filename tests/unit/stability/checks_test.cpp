@@ -1,4 +1,4 @@
-// The checks are checked: each fault on purpose makes the check fail that is there for it.
+// The checks are checked: each deliberate fault makes its own check fail.
 #include "tests/stability/world.h"
 
 #include <gtest/gtest.h>

@@ -95,7 +95,7 @@ TEST(Lane, FindsTheNearestOfItsPlaces) {
         const Vec2d beside = p.at + 1.5 * Vec2d(-p.ahead.y(), p.ahead.x());
         const Lane::NearestOnLane all = lane.nearest(beside);
         const Lane::NearestOnLane about = lane.nearest(beside, s - 9.0, 20.0);
-        // Nothing is nearer than what is straight across; others may be as near.
+        // Nothing is nearer than the point straight across; others may be as near.
         EXPECT_LE(all.distance_m, 1.5 + 2e-3);
         EXPECT_LE(about.distance_m, 1.5 + 2e-3);
         EXPECT_NEAR((lane.at(all.s).at - beside).norm(), all.distance_m, 1e-9);
@@ -112,7 +112,7 @@ TEST(SplineNetwork, HasLanesBothWaysWhereEveryoneKeepsToTheSameSide) {
     const LaneId right_back = net.id_of({0, 2, false, true});
     const Lane& there = net.lane(right);
     const Lane& back = net.lane(right_back);
-    // The right one of three, each way: on opposite sides of the middle, two lanes apart.
+    // The right one of three, in each direction: on opposite sides of the middle, two lanes apart.
     const Vec2d a = there.at(there.length() / 2.0).at;
     EXPECT_NEAR(back.nearest(a).distance_m, 4.0, 0.1);
     EXPECT_EQ(net.name(right_back), "road, lane 2 of 3, backwards");

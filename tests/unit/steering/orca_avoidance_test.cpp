@@ -81,8 +81,8 @@ TEST(OrcaAvoidance, LetsOthersMakeAllTheWayForWhoIsMovedByOthers) {
     EXPECT_GT(agents.x[0], 3.0F);
 }
 
-/// The claim of the method: nobody overlaps anybody, nobody crosses a wall, from any state without
-/// overlaps, for any density, wishes and sizes.
+/// The claim of the method: no two agents overlap and none crosses a wall. It holds from any state
+/// without overlaps, for any density, desired velocities and sizes.
 TEST(OrcaAvoidance, NeverOverlapsNorCrossesWallsWhateverAllWant) {
     core::Rng rng(5);
     for (int round = 0; round < 12; ++round) {
@@ -108,7 +108,7 @@ TEST(OrcaAvoidance, NeverOverlapsNorCrossesWallsWhateverAllWant) {
     }
 }
 
-/// The two checks above, checked: they find what they are to find.
+/// The two checks above, checked: they find deliberate errors.
 TEST(CrowdScene, SeesOverlapsAndCrossings) {
     CrowdScene scene;
     scene.agents.add(1, 0.0F, 0.0F, 0.5F, 1.0F);
@@ -131,7 +131,7 @@ TEST(OrcaAvoidance, PartsThoseWhoWerePutIntoEachOther) {
     agents.z[1] = agents.z[0];
     OrcaAvoidance avoidance({});
     compute::Team alone;
-    // From the rim inwards: whoever is in the middle waits for the others.
+    // From the rim inwards: agents in the middle wait for the others.
     for (std::uint64_t tick = 0; tick < 800; ++tick) {
         avoidance.step(agents, Walls(), tick, alone);
     }

@@ -35,7 +35,7 @@ TEST(RowSet, WalksItsMembersInAscendingOrder) {
     EXPECT_EQ(set.next(200), kNoRow);
 }
 
-/// What is wrong with the sets and counts, found by going over all rows; empty: nothing.
+/// The errors of the sets and counts, found by a pass over all rows; empty: none.
 std::string wrong_sets(const Entities& e) {
     std::map<TypeIndex, Entities::Count> counts;
     for (Row row = 0; row < e.size(); ++row) {
