@@ -29,8 +29,9 @@ struct Method {
 /// "peer/method", or the method alone where it is ours.
 std::string full_name(const std::string& method, const std::string& peer);
 
-/// Rows of all methods on one scene, in their order: judged, timed in turns, with the metric
-/// bullet_ratio where Bullet's default is among them. `suite`, `scene` and `parameter` name them.
+/// Rows of all methods on one scene, in their order. Each is judged and timed in turns, with the
+/// metric bullet_ratio where Bullet's default is among them. `suite`, `scene` and `parameter` name
+/// them.
 std::vector<Row> compare(const std::string& suite,
                          const std::string& scene,
                          const std::string& parameter,

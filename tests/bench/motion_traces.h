@@ -12,7 +12,7 @@
 
 namespace zoned::bench {
 
-/// One entity at one tick, as the simulation that made it knew it.
+/// One entity at one tick, with the values that its own simulation knew.
 struct TracedState {
     motion::KinematicState state;
     bool at_rest = false;

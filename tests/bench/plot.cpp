@@ -112,7 +112,7 @@ struct Spot {
     const Point* point;
 };
 
-/// Moves labels down until none lies on another.
+/// Moves labels down until none overlaps another.
 void part_labels(std::vector<Spot>& spots) {
     constexpr double kLine = 13.0;
     constexpr double kLabel = 120.0;  // width of the longest
@@ -156,7 +156,7 @@ const CurveKind* curve_of(const Row& row) {
     return found == kKinds.end() ? nullptr : found;
 }
 
-/// The first word of a curve's parameter is what varies along it.
+/// The first word of a curve's parameter varies along the curve.
 std::string heading_of(const Row& row) {
     std::string parameter = row.parameter;
     if (curve_of(row) != nullptr) {

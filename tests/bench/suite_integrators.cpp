@@ -46,7 +46,7 @@ struct KnownMotion {
     std::function<double(const State&, double t)> energy_error;
     long drift_steps = 0;
     std::function<void(Row&, const State&)> after_a_minute;  ///< none: not run
-    double omega = 0.0;                                      ///< of a spring; 0: there is none
+    double omega = 0.0;                                      ///< of a spring; 0: no spring
     double damping_ratio = 0.0;
 
     [[nodiscard]] double step_at(int size) const { return longest / std::pow(ratio, size); }
@@ -192,8 +192,8 @@ void per_step(Row& row, int batch) {
     row.metric("ns_per_step", 1e3 * row.time_us_p50);
 }
 
-/// The order between a row and that with the next longer step, where neither exploded and both are
-/// above the floor of rounding.
+/// The order between a row and that with the next longer step. Neither must have exploded, and both
+/// must be above the floor of rounding.
 void add_order(Row& row, const Row& longer, double ratio) {
     constexpr double kFloor = 1e-12;
     constexpr double kExploded = 100.0;  // all motions are of size one, the ball's of 300 m

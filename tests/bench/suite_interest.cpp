@@ -22,7 +22,7 @@ constexpr std::size_t kMotions = 24;
 
 enum class InterestMotion {
     kNone,
-    kAll,   ///< everybody walks: 1.4 m/s at 30 Hz
+    kAll,   ///< all entities walk: 1.4 m/s at 30 Hz
     kSome,  ///< each tick another 5 %, each of them a step of 0.05 to 3 m
 };
 

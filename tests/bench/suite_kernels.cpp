@@ -18,7 +18,7 @@ namespace zoned::bench {
 
 namespace {
 
-/// Devices as they are by themselves, and one whose buffers are copied to and fro.
+/// Devices at their default, and one whose buffers are copied to and fro.
 struct Bench {
     compute::WorkerPool pool{2};
     std::unique_ptr<compute::Device> device;
@@ -408,7 +408,7 @@ void run_kernels(Session& session) {
     if (session.wants_scene("surroundings")) {
         run_surroundings(session);
     }
-    // Each kind of group is built by the driver anew, which takes longer than a quick run may.
+    // The driver builds a kernel for each kind of group, which takes longer than a quick run may.
     if (session.wants_scene("groups") && !session.quick) {
         run_groups(session);
     }

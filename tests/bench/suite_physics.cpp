@@ -31,7 +31,7 @@ std::vector<PhysicsScene> physics_scenes(bool quick) {
     s.push_back({"S2x100", "", column(5, 100.0), column_meter, 120});
     s.push_back({"S2x1000", "", column(5, 1000.0), column_meter, 120});
     s.push_back({"S3", "", pile(16), pile_meter, 20});
-    // Bullet lets bodies sleep after two seconds at the earliest: timing starts after three.
+    // Bullet lets bodies sleep after two seconds at the earliest, so timing starts after three.
     s.push_back({"S4", "", resting_field(quick ? 30 : 100), drift_meter, 200, 180});
     s.push_back({"S5", "dt=1/60", bounce(1.0, 60.0, kFrame), last_apex_meter, 600});
     s.push_back({"S5", "dt=1/240", bounce(1.0, 60.0, kFrame / 4), last_apex_meter, 2400});
@@ -104,8 +104,8 @@ std::vector<Method> chosen(Session& session, const PhysicsScene& scene) {
     return methods;
 }
 
-/// Y: the time of Bullet's default on S1, taken beside each scene, so that a machine that slows
-/// down slows both.
+/// Y: the time of Bullet's default on S1. It is measured beside each scene, so that a slowing
+/// machine slows both.
 class Yardstick {
   public:
     Yardstick() : scene_(physics_scenes(true).front()) {}

@@ -21,7 +21,7 @@ class Trial {
     /// The work that is timed: one frame.
     virtual void frame() = 0;
 
-    /// Looks at what the frame did; not timed, and only called in the first run.
+    /// Reads the results of the frame; not timed, and only called in the first run.
     virtual void observe() {}
 };
 

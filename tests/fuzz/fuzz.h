@@ -1,4 +1,4 @@
-// Fuzz: what each target of the fuzzers provides, for libFuzzer and for the plain driver alike.
+// Fuzz: the interface of each fuzzing target, for libFuzzer and for the plain driver alike.
 #pragma once
 
 #include <algorithm>

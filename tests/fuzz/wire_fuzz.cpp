@@ -10,7 +10,7 @@
 
 namespace zoned::wire::fuzz {
 
-/// Reads one record and returns what it encodes to again; empty when it was refused or skipped.
+/// Reads one record and returns its new encoding; empty when it was refused or skipped.
 inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantization& q) {
     Bytes out;
     const auto head = reader.next_head();

@@ -37,9 +37,9 @@ struct Capture {
     std::vector<CapturedRecord> records;
     std::vector<CapturedEvent> events;
     std::uint64_t packets = 0;
-    std::uint64_t coded_packets = 0;  ///< of these, their records coded for this client alone
-    std::uint64_t overtaken = 0;  ///< of those, too late for what they build on: nobody reads them
-    std::uint64_t undecoded = 0;  ///< datagrams and frames that could not be read: none must be
+    std::uint64_t coded_packets = 0;  ///< whose records were coded for this client alone
+    std::uint64_t overtaken = 0;      ///< of those, too late for their base: no client reads them
+    std::uint64_t undecoded = 0;      ///< datagrams and frames that could not be read: must be none
 
     // The decoder of later packets.
     link::DatagramChannel channel;
@@ -52,8 +52,8 @@ struct Capture {
     double now_s = 0.0;
 };
 
-/// A transport that lets everything through and writes into `capture` what comes down.
-/// `upright`, `quantization` and `tick_s` of the capture are set by the caller.
+/// A transport that lets everything through and writes the downlink into `capture`. The caller sets
+/// `upright`, `quantization` and `tick_s` of the capture.
 std::unique_ptr<link::Transport> capture_transport(std::unique_ptr<link::Transport> inner,
                                                    std::shared_ptr<Capture> capture);
 

@@ -104,7 +104,7 @@ class GameTest : public ::testing::Test {
     }
 
     VirtualServerSettings server;     ///< config, overrides, network
-    app::SwarmSettings bots;          ///< how many, how long, what they do
+    app::SwarmSettings bots;          ///< their number, duration and behaviour
     std::vector<Span> client_stalls;  ///< the machine under the bots is starved
     /// Wraps the transport between a bot and its path to the server; empty: nothing.
     std::function<std::unique_ptr<link::Transport>(std::unique_ptr<link::Transport>)> wrap;

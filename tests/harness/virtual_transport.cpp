@@ -7,7 +7,7 @@ namespace zoned::harness {
 
 namespace {
 
-/// Keys that stand for what the TLS exporter would give: different for each stream and direction.
+/// Keys in place of the TLS exporter's: different for each stream and direction.
 wire::SealKey key_of(std::uint64_t stream, std::uint64_t direction) {
     core::Rng rng(stream, direction);
     wire::SealKey key;

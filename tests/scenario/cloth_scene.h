@@ -18,9 +18,10 @@ struct Cloth {
     double gravity = 9.81;   ///< m/s2
     double dt = 1.0 / 60.0;  ///< s
     /// Air, as a force against the velocity: v' = -drag v, 1/s. Cloth of 0.2 kg/m2 falls flat at
-    /// below 2 m/s, which would be 5 1/s; 2 1/s is that of cloth that falls partly along itself.
+    /// below 2 m/s, which would be 5 1/s. A value of 2 1/s is that of cloth that falls partly along
+    /// itself.
     double drag = 2.0;
-    /// Of each spring as a share of the critical damping of two nodes on it: c = 2 share
+    /// Damping of each spring as a share of the critical damping of two nodes on it: c = 2 share
     /// sqrt(k m / 2), N s/m.
     double damping_share = 0.2;
 

@@ -10,7 +10,7 @@ namespace zoned::stability {
 
 namespace {
 
-constexpr std::uint32_t kFixed = 1;  ///< category of what does not move
+constexpr std::uint32_t kFixed = 1;  ///< category of static bodies
 constexpr std::uint32_t kRed = 2;
 constexpr std::uint32_t kBlue = 4;
 constexpr std::uint32_t kAll = 0xFFFFFFFFU;
@@ -82,9 +82,9 @@ void sleepers(Run& run) {
     world.finish();
 }
 
-/// Boxes asleep on a static platform that opens: they fall freely by the 2 m below it but for what
-/// their half heights take. Others sleep on the ground within a low platform that is open, which
-/// then closes: they are pushed up onto it.
+/// Boxes asleep on a static platform that opens: they fall freely by the 2 m below it, less their
+/// half heights. Others sleep on the ground within a low platform that is open, which then closes:
+/// they are pushed up onto it.
 void trapdoor(Run& run) {
     World world(run, "filter-sleep", "platforms open and close");
     world.ground();
@@ -162,8 +162,8 @@ void flicker(Run& run, std::uint64_t seed) {
     world.finish();
 }
 
-/// A column in which each step changes a filter to another one that all others meet too: what the
-/// contacts remember stays, and the bounds are those of a column that nobody touches.
+/// A column in which each step changes a filter to another one that all others also meet. The
+/// contacts keep their memory, and the bounds are those of an undisturbed column.
 void no_change(Run& run) {
     constexpr int kCount = 10;
     World world(run, "filter-column", "changes that change nothing");

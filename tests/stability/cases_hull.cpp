@@ -1,5 +1,5 @@
 // Degenerate hulls: nearly flat, slivers, many points in a plane, the same point many times. They
-// are refused with a reason, or they are what their points are and are simulated as others.
+// are refused with a reason, or they match their points and are simulated as others.
 #include "server/physics/shapes/convex/hull.h"
 #include "tests/stability/world.h"
 #include "shared/core/rng.h"
@@ -179,8 +179,8 @@ std::vector<Cloud> crowded(core::Rng& rng) {
             {"cube at 100 km", moved(corners, Vec3(1.0e5F, 1.0e5F, -1.0e5F))}};
 }
 
-/// How far points stand out of a hull, or its corners out of the box of the points, beyond what was
-/// left out and a tolerance: 1e-4 m or what floats resolve there.
+/// How far points stand out of a hull, or its corners out of the box of the points, beyond the
+/// hull's own cut-off and a tolerance: 1e-4 m or the resolution of floats there.
 double misfit(const Points& points, const physics::BuiltHull& built) {
     const physics::HullView view = built.hull->view();
     double far = 0.0;

@@ -221,8 +221,8 @@ struct Graph {
     bool endless = false;    ///< sliders without an end too
 };
 
-/// Trees and loops of all kinds of joints. The energy that joints may add is what could raise the
-/// whole graph by 5 cm.
+/// Trees and loops of all kinds of joints. Joints may add the energy that would raise the whole
+/// graph by 5 cm.
 void joint_graph(Run& run, const Graph& graph, std::uint64_t seed) {
     World world(run, "joint-graph", graph.name + ", seed " + std::to_string(seed));
     world.floor_y = -10.0F;

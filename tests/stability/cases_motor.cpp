@@ -9,8 +9,8 @@ namespace zoned::stability {
 
 namespace {
 
-/// The longest substep, s. Joints hold at the middle of substeps: what moves at a speed v is at
-/// most v h / 2 beyond a limit when the step ends.
+/// The longest substep, s. Joints hold at the middle of substeps: a body at a speed v is at most v
+/// h / 2 beyond a limit when the step ends.
 constexpr double kSubstep = 1.0 / 240.0;
 
 Vec3d point_of(const BodyState& s, const Vec3d& local) {
@@ -38,8 +38,8 @@ JointDef motor_of(JointKind kind, BodyId a, BodyId b, const Vec3& anchor, const 
     return def;
 }
 
-/// How far a straight move strays from a turn by `rate` per second about an arm, over a substep
-/// (the gap that a joint shows at the end of a step), with a millimetre for rounding.
+/// How far a straight move strays from a turn by `rate` per second about an arm, over a substep,
+/// with a millimetre for rounding. This is the gap that a joint shows at the end of a step.
 double gap_bound(double rate, double arm) {
     const double turn = std::min(rate * kSubstep, 2.0);
     return 0.5 * turn * turn * arm + 1.0e-3;
@@ -124,7 +124,7 @@ void work(Run& run, double most) {
 
 /// Five bars in a row, hinged to the world and to each other, whose motors all turn to and fro at
 /// random. With torque to spare no hinge is faster than its motor: bar k spins k times as fast at
-/// most, and its middle moves with the sum of what the bars before it give.
+/// most. Its middle moves with the sum of the speeds of the bars before it.
 void arm(Run& run, double speed, std::uint64_t seed) {
     constexpr int kBars = 5;
     World world(run, "motor-arm", whole(speed) + " rad/s, seed " + std::to_string(seed));

@@ -24,7 +24,7 @@ void stack(Run& run, const std::string& name, int count, float dt, float seconds
     world.limits.depth_m = 2.0 * kGive + 0.5 * 9.81 * static_cast<double>(dt * dt);
     world.limits.drift_m = 2.0 * kGive * count;
     world.limits.energy_share = 1.0e-3;
-    // Speed of a fall by what all contacts together give.
+    // Speed of a fall by the compression of all contacts together.
     world.limits.speed_mps = std::sqrt(2.0 * 9.81 * kGive * count);
     world.run(seconds, dt);
     world.finish();

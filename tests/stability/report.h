@@ -21,7 +21,7 @@ struct Row {
     std::string name;       ///< of the case
     std::string parameter;  ///< which of its worlds
     double max_speed_mps = 0.0;
-    double energy_share = 0.0;  ///< most energy gained, as a share of what there was
+    double energy_share = 0.0;  ///< most energy gained, as a share of the initial energy
     double depth_m = 0.0;       ///< deepest overlap; 0 where it was not looked for
     double drift_m = 0.0;       ///< farthest that a body went, where it should stay
     std::uint64_t quarantined = 0;

@@ -144,7 +144,7 @@ TEST(SoftHull, ChangesPlaceVelocityAndTurnNowhereByAJump) {
         EXPECT_LT((field.velocity() - fallen).norm(), 2e-3F) << tick;
         EXPECT_LT((field.position() - x - 0.5F * kTick * (v + field.velocity())).norm(), 2e-4F)
             << tick;
-        // A spin of 1.06 rad/s, and some wobble of what is soft.
+        // A spin of 1.06 rad/s, and some wobble of the soft body.
         EXPECT_NEAR(q.angularDistance(q2), 1.06F * kTick, 0.2F * kTick) << tick;
     }
     EXPECT_EQ(changes, 2);

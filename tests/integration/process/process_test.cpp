@@ -46,7 +46,7 @@ TEST_F(Process, TellsItsClientsWhyItCloses) {
     EXPECT_TRUE(server->wait(2.0) == -1);
     server->signal(SIGINT);
     EXPECT_EQ(server->wait(kPatience), 0);
-    // The run was cut short: that is a failed verdict, and its reason names the server's farewell.
+    // The run was cut short: the verdict is a failure, and its reason names the server's farewell.
     EXPECT_EQ(client.wait(kPatience), 1) << client.output();
     EXPECT_NE(client.output().find("server closes"), std::string::npos) << client.output();
 }

@@ -18,7 +18,7 @@ class AdaptationGame : public GameTest {
         bots.seconds = 20.0;
     }
 
-    /// Runs the bots; what was logged.
+    /// Runs the bots; returns the log.
     std::string play(const std::string& mix) {
         const auto shares = bot::parse_mix(mix);
         EXPECT_TRUE(shares.ok());

@@ -45,7 +45,7 @@ TEST(DifficultyState, SettlesWherePlayersSucceedAsOftenAsWanted) {
                 << "the bound below holds where the cap is not met";
         }
         // The position is step (successes - wanted count) from the start, and nowhere above the
-        // cap; at its foot, where it starts, it is cut off by at most a few outcomes.
+        // cap. At its foot, where it starts, it is cut off by at most a few outcomes.
         const double off = std::abs(static_cast<double>(successes) / kCount - 0.6);
         EXPECT_LE(off, 3.0 / static_cast<double>(kStep) / kCount + 10.0 / kCount);
         EXPECT_GT(visits[1], kCount / 5);
@@ -190,7 +190,7 @@ TEST(DifficultyState, BytesGoOnBitForBitOnTheSameLevel) {
         other.step();
         ASSERT_EQ(hash_of_all(field), hash_of_all(other)) << "tick " << tick;
     }
-    // On the wrong level they would not have.
+    // On the wrong level the two would not agree.
     go_to(other, 0);
     other.run(20.0F);
     field.run(20.0F);

@@ -307,7 +307,7 @@ TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhereSomeAre) {
     EXPECT_GT(mixed, 10) << "some of it was seen";
 }
 
-/// The comparison tells a herd from one that walks by 3 % more slowly.
+/// The comparison finds the difference to a herd that walks 3 % more slowly.
 TEST_P(HerdOffscreen, IsToldFromASlowerOne) {
     const Samples seen = samples_of(150, kAll, GetParam());
     const Samples slower =

@@ -127,8 +127,8 @@ bool is_near(const OffscreenGrid& cells, OffscreenGrid::Slot slot, const Vec2& a
     return found;
 }
 
-/// The tick until which the piece holds. A place some hundred metres from the origin is rounded by
-/// less than 1 mm.
+/// Each piece is followed until the walker leaves it. A place some hundred metres from the origin
+/// is rounded by less than 1 mm.
 TEST(OffscreenGrid, HoldWhoComesThroughWhereverThatIs) {
     constexpr std::uint32_t kSlots = 50;
     const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());

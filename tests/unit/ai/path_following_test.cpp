@@ -176,7 +176,7 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
         }
     }
     EXPECT_GT(suspended, 12U * 8500U);
-    // An agent held up by the corner of a wall may lag until a new segment is made. That happens
+    // An agent held up by the corner of a wall may lag until a new segment is made, which happens
     // when it steers: every fourth tick of 4 m/s.
     EXPECT_LT(worst, kDriftM + 4.0F * 4.0F * kDt);
     EXPECT_LT(far, suspended / 1000U) << "bodies keep to what is told of them";

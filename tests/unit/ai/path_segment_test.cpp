@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kSegmentDt = 1.0F / 20.0F;
 
-/// On level ground a command that is held leads along the segment: apply_input accelerates exactly,
-/// so that what is left is rounding, some ulp of 100 m per tick.
+/// On level ground a held command leads along the segment. apply_input accelerates exactly, so only
+/// rounding remains, some ulp of 100 m per tick.
 TEST(PathSegment, IsTheWayOfACharacterWhoseCommandIsHeld) {
     const motion::StaticGeometry ground({}, 0.0F);
     motion::CharacterLimits limits;

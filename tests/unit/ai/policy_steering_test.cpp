@@ -103,7 +103,7 @@ TEST(PolicySteering, RepeatsACommandThatIsStillGood) {
 }
 
 TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
-    // A hundredth below full speed is less than what rounding may hide.
+    // A hundredth below full speed is less than rounding may hide.
     const learning::Guard guard{0.99F, 6.0F, 0.0F, false};
     Brain brain = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
     BrainState chase;

@@ -262,7 +262,7 @@ motion::StaticGeometry gated() {
     return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-/// An entity whose position alone a zone knows: of another zone, or without an agent.
+/// Moves an entity that this zone knows only by its place: of another zone, or without an agent.
 void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
     world::Entities& e = town.field.entities;
     world::Row row = e.find(EntityId(id));

@@ -26,7 +26,7 @@ struct FakeEntity {
     Tick discontinuity_tick = 1;
     bool hidden_from_client = false;  ///< not sent, though audits list it
     bool leaked = false;              ///< sent, though audits do not list it
-    Vec3 lie = Vec3::Zero();          ///< added to what is published
+    Vec3 lie = Vec3::Zero();          ///< added to the published position
     std::uint64_t removed_sequence = 0;
     bool postponed = false;  ///< audits say that the budget made it wait
     bool sent = false;

@@ -88,8 +88,7 @@ TEST(ArrivalLog, AddsAResendOnlyNearALostPacket) {
     EXPECT_TRUE(log.at(151, rtt).loss);
     EXPECT_NEAR(log.at(152, rtt).age_s, 0.040 + kTick + rtt + kTick, 1e-12);
     // The server gives packet 150 up when it is more than 1 + 80 ms = 4 ticks old, and sends its
-    // updates with tick 155. That packet arrives after 40 ms = 1.2 ticks; a tick later all is
-    // known.
+    // updates with tick 155. They arrive after 40 ms = 1.2 ticks; a tick later all is known.
     EXPECT_TRUE(log.at(157, rtt).loss);
     EXPECT_FALSE(log.at(158, rtt).loss);
 }
@@ -178,7 +177,7 @@ TEST(Staleness, BeginsBeyondWhatJitterAndReorderingExplain) {
     EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick + 0.160 + kTick, least_rtt, kTick, true, 0.0));
     // A client on the same machine that was not scheduled for a quarter of a second.
     EXPECT_TRUE(is_stale(0.250, 0.001, kTick, false, 0.0));
-    // Jitter that we make ourselves is not starvation; it only explains the delay on top.
+    // Jitter that we make ourselves is not starvation; it excuses only the delay that it adds.
     EXPECT_FALSE(is_stale(0.250, 0.001, kTick, false, 0.100));
     EXPECT_TRUE(is_stale(0.600, 0.001, kTick, false, 0.100));
     EXPECT_FALSE(is_stale(0.001 + 2 * kTick, 0.001, kTick, false, 0.0));

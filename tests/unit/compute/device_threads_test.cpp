@@ -17,7 +17,7 @@ cpu_set_t ours() {
     return set;
 }
 
-/// The CPUs that threads are bound to, in a process that may not use the present one.
+/// The CPUs of all threads of this process whose CPU set differs from this thread's.
 std::set<int> bound_to() {
     const cpu_set_t own = ours();
     std::set<int> cpus;
@@ -37,7 +37,8 @@ std::set<int> bound_to() {
     return cpus;
 }
 
-/// In a process that has not loaded OpenCL yet: how many CPUs threads are bound to afterwards.
+/// For a process that has not loaded OpenCL yet: prints how many CPUs threads are bound to
+/// afterwards.
 [[noreturn]] void open_and_count() {
     const auto device = Device::open({});
     if (!device.ok()) {

@@ -177,7 +177,7 @@ void expect_same_bits_for_all_tiles(Device& device, const Reference& reference) 
                 << "groups of " << group << ", tiles of " << tile;
         }
     }
-    // Cut to what the kernel and local memory can have.
+    // Cut to the limits of the kernel and of local memory.
     EXPECT_TRUE(reference.is_met_by(device, {SIZE_MAX, Tiles::kOn, SIZE_MAX}));
     EXPECT_TRUE(reference.is_met_by(device, {SIZE_MAX, Tiles::kOff, 0}));
 }

@@ -240,7 +240,7 @@ spawn { x_m: 10 z_m: 5 })");
     ASSERT_EQ(out.settings.initial.size(), 21u);
     for (const InitialEntity& e : out.settings.initial) {
         // On the highest place of the disc that it covers: at most 0.71 m uphill, 0.25 m a metre,
-        // and what triangles cut off the cone.
+        // and the height that triangles cut off the cone.
         const double above = e.position.y() - 0.5 - cone(e.position.x(), e.position.z());
         EXPECT_GT(above, -0.02);
         EXPECT_LT(above, 0.25);

@@ -77,7 +77,7 @@ TEST(ViewCone, ReachesNoFartherThanTheAuraAndLeavesTheNimbusRound) {
 
 using Memory = std::map<EntityId, std::uint8_t>;
 
-/// The rule applied to all pairs, with what was known a tick ago.
+/// The rule applied to all pairs, with the entities known a tick ago.
 Memory all_pairs(const world::Entities& e,
                  const world::TypeTable& types,
                  const world::Viewer& viewer,

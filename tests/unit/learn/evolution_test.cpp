@@ -191,8 +191,8 @@ TEST(Neat, SolvesExclusiveOrForTenOfTenSeeds) {
 }
 
 TEST(CartPole, FollowsTheEquationsOfMotion) {
-    // At rest and upright a push of 10 N moves 1.1 kg: by hand, angular acceleration
-    // -(10 / 1.1) / (0.5 (4 / 3 - 0.1 / 1.1)), and 10 / 1.1 less what the pole takes.
+    // At rest and upright a push of 10 N moves 1.1 kg: by hand, angular acceleration -(10 / 1.1) /
+    // (0.5 (4 / 3 - 0.1 / 1.1)), and 10 / 1.1 less the pole's share.
     CartPole pole;
     pole.step(true);
     const double turn = -(10.0 / 1.1) / (0.5 * (4.0 / 3.0 - 0.1 / 1.1));

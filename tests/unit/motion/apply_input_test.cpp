@@ -229,7 +229,8 @@ TEST(ApplyInput, WalksUpAndDownASlopeAtItsHorizontalSpeedWithoutLeavingTheGround
             ASSERT_GE(penetration(state.position, world), -0.0015);
             if (i > 10) {
                 EXPECT_FLOAT_EQ(std::abs(state.velocity.x()), kLimits.speed);
-                // The vertical velocity is the true rate, within what the skin lets it vary.
+                // The vertical velocity is the true rate, within the variation that the skin
+                // permits.
                 EXPECT_NEAR((state.position.y() - before) / kDt, state.velocity.y(), 0.001F / kDt);
             }
         }

@@ -316,7 +316,7 @@ TEST(WalkOnSurface, NeverSinksIntoHillsWhateverTheWay) {
             command.buttons = tick % 90 == 7 ? kButtonJump : kButtonSprint;
             state = apply_input(state, command, {}, world, kTickS);
             grounded += state.grounded ? 1 : 0;
-            // No triangle comes nearer to the capsule than its radius, but for what a graze leaves.
+            // No triangle comes nearer to the capsule than its radius, less the loss by a graze.
             float nearest = INFINITY;
             const Vec3 local = placed.to_local(state.position);
             surface->for_each_near(Aabb{local, local}.grown(1.0F), [&](const FacedTriangle& t) {

@@ -247,7 +247,7 @@ TEST(GridPathRequests, SpreadsWorkOverTicksUpToOneRequest) {
     const Load load = ask_many(service, 3000, 3000, 2);
     EXPECT_EQ(load.wrong, 0U);
     EXPECT_GT(load.longest, 2U);
-    // One more request than the work of a tick allows: far below 200,000 cells looked at.
+    // One more request than the work of a tick allows: far below 200,000 visited cells.
     EXPECT_LT(load.most_work, settings.work_per_tick + 200'000U);
 }
 

@@ -171,7 +171,8 @@ TEST(BakeGround, LeadsUnderARoofAndStopsAtALowOne) {
 }
 
 TEST(BakeGround, LeadsOverABridgeAndUpToARoofOnlyWhereStairsLead) {
-    // A platform at 3 m, open below; with a ramp to it, its top is the ground, else what is below.
+    // A platform at 3 m, open below. With a ramp to it, its top is the ground, else the floor below
+    // is.
     const motion::StaticBox roof = static_box(Vec3(4.0F, 2.9F, 0.0F), Vec3(4.0F, 0.1F, 3.0F));
     const float slope = std::asin(0.5F);
     const motion::StaticBox ramp = static_box(
@@ -214,7 +215,7 @@ TEST(BakeGround, FollowsHeightsAndStopsWhereTheyAreTooSteep) {
     EXPECT_NEAR(whole.floor_m[flat], 1.0F, 0.005F);
 }
 
-/// Paths that were asked for and walked in random worlds, planned for one size, walked by another.
+/// Paths requested and walked in random worlds, planned for one size, walked by another.
 struct Walked {
     int paths = 0;
     int stuck = 0;

@@ -163,7 +163,7 @@ TEST_P(PathProviders, AnswerEverybodyInTimeWhateverTheLoad) {
         sum += a.length_m;
         straight += std::hypot(to[i].x - from[i].x, to[i].z - from[i].z);
     }
-    // Paths are longer than straight lines by the walls on them and by what cheap ones lose.
+    // Paths are longer than straight lines by the walls on them and by the excess of cheap ones.
     EXPECT_LT(sum, 1.5 * straight);
 }
 

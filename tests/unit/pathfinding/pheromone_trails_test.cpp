@@ -183,7 +183,7 @@ TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
         backwards.mark(kHome, places[2 - k], 2 - k);
     }
     EXPECT_EQ(hash_of(forwards), hash_of(backwards));
-    backwards.mark(kHome, places[1], 2);  // weaker than what is there
+    backwards.mark(kHome, places[1], 2);  // weaker than the present mark
     EXPECT_EQ(hash_of(forwards), hash_of(backwards));
 }
 

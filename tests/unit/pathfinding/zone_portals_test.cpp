@@ -87,7 +87,7 @@ struct CutMap {
     GridMap whole;
     int margin;
     std::vector<GroundMap> grounds;
-    std::vector<std::array<int, 2>> corners;  // of the zones, without what is beyond
+    std::vector<std::array<int, 2>> corners;  // of the zones, without the parts beyond
     std::vector<std::array<int, 2>> sizes;
     std::vector<ZoneGround> zones;
     std::vector<std::unique_ptr<GridPlanner>> planners;

@@ -118,14 +118,14 @@ TEST(EnvelopeSolver, MeetsAllRowsWhereSomeDependOnOthers) {
         const std::vector<double> x = solve(a, start, b);
         const Eigen::Map<const Eigen::VectorXd> ours(x.data(), n);
         ASSERT_TRUE(ours.allFinite()) << i;
-        // A pivot is dropped below 1e-10 of its diagonal entry: what it leaves unmet is of that
-        // order times the unknowns, which themselves may be as large as 1 / (smallest pivot).
+        // A pivot is dropped below 1e-10 of its diagonal entry. Its residual is of that order times
+        // the unknowns, which themselves may be as large as 1 / (smallest pivot).
         ASSERT_LT((a * ours - b).norm(), 1e-6 * (1.0 + ours.norm())) << i;
     }
 }
 
 TEST(EnvelopeSolver, StaysFiniteWhereRowsContradictEachOther) {
-    // Two identical rows that want different things, a row of nothing, and a negative diagonal.
+    // Two identical rows with different right-hand sides, a row of zeros, and a negative diagonal.
     const std::vector<std::uint32_t> start{0, 0, 2, 3};
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(4, 4);
     a.topLeftCorner(2, 2).setOnes();

@@ -115,14 +115,14 @@ void check_polyhedra(const Thing& a, const Thing& b, int round) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(m.count); ++i) {
         const ManifoldPoint& p = m.points[i];
         least = std::min(least, p.separation);
-        // Half a gap away from both surfaces, at most: never farther out than that; the nearest
-        // points of edges may lie askew by what they are apart.
+        // Half a gap away from both surfaces, at most: never farther out than that. The nearest
+        // points of edges may lie askew by their distance.
         const double reach = 0.5 * std::abs(p.separation) + 5e-6;
         ASSERT_LE(sa.height(p.point.cast<double>()), reach) << round;
         ASSERT_LE(sb.height(p.point.cast<double>()), reach) << round;
     }
     if (best < 0.0) {
-        // Overlapping: there are points, and the deepest tells the depth.
+        // Overlapping: there are points, and the deepest gives the depth.
         ASSERT_GE(m.count, 1) << round;
         ASSERT_NEAR(least, m.separation, 1e-5F + kEdgeBias) << round;
     }

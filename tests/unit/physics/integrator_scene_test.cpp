@@ -26,7 +26,8 @@ bool in_scenes(IntegratorKind kind) {
     return why_unfit_integrator(kind).empty();
 }
 
-/// One step of v' = -c v by the method's own formula, c h = s: what is left of the velocity.
+/// The share of the velocity that remains after one step of v' = -c v by the method's own formula,
+/// c h = s.
 double left_of_speed(IntegratorKind kind, double s) {
     switch (kind) {
         case IntegratorKind::kExplicitEuler:

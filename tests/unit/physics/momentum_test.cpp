@@ -74,9 +74,9 @@ Shape any_shape(core::Rng& rng) {
 }
 
 /// Random pairs meet; friction and restitution are drawn too. Each impulse and each substep rounds
-/// a handful of times with relative error eps/2 of terms bounded by `size`; over n roundings of
-/// random sign the sum grows as sqrt(n), for n = 60 steps x 4 substeps x about 10 operations that
-/// is 50 eps; 200 eps leaves room for what does not average out.
+/// a handful of times, with relative error eps/2 of terms bounded by `size`. Over n roundings of
+/// random sign the sum grows as sqrt(n). For n = 60 steps x 4 substeps x about 10 operations that
+/// is 50 eps; 200 eps leaves room for errors that do not average out.
 void collide_pairs(float friction, float restitution) {
     core::Rng rng(17, static_cast<std::uint64_t>(friction * 10 + restitution * 100));
     int met = 0;

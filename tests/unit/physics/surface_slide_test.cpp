@@ -159,7 +159,7 @@ TEST(Stack, OfFiveStandsOnAMesh) {
         }
         for (int i = 0; i < 600; ++i) {
             const StepStats stats = scene.step(kFrame);
-            // Each box touches what is below with four points, however many triangles there are.
+            // Each box touches the ground with four points, however many triangles there are.
             ASSERT_LE(stats.contacts, 20U);
         }
         for (int i = 0; i < 5; ++i) {

@@ -47,8 +47,8 @@ TEST(InertiaTensor, IsRefusedWithItsValuesWhenNoBodyCanHaveIt) {
     EXPECT_EQ(why_unfit(with(turned_tensor(tilt, Vec3(1, 2, 3)))), "");
 }
 
-/// Three-point Gauss quadrature per axis over a box is exact for polynomials of degree five, and
-/// the integrands of second moments have degree two: what is left is the rounding of floats.
+/// Three-point Gauss quadrature per axis over a box is exact for polynomials of degree five. The
+/// integrands of second moments have degree two, so only the rounding of floats remains.
 TEST(InertiaTensor, OfABoxIsWhatGaussQuadratureGives) {
     constexpr std::array kNodes{-0.7745966692414834, 0.0, 0.7745966692414834};
     constexpr std::array kWeights{5.0 / 18, 8.0 / 18, 5.0 / 18};

@@ -87,7 +87,7 @@ TEST(Replicator, ChangesCodecsAtAnyTimeAndConverges) {
         std::uint32_t most = 0, changes = 0, before = 0;
         for (int tick = 0; tick < 1200; ++tick) {
             if (tick % 97 == 0) {
-                // By turns, the budget is next to nothing and beyond any need.
+                // By turns, coding costs next to nothing and far more than the budget.
                 s.replicator.set_codec_price(tick % 2 == 0 ? mailbox::CodecPrice{1, 1}
                                                            : mailbox::CodecPrice{1000000, 1});
             }

@@ -16,7 +16,7 @@ class Judge {
         std::uint64_t widened = 0;    ///< of these: under bounds notified to be wider
         std::uint64_t unbounded = 0;  ///< notified that there is no bound
         std::uint64_t broken = 0;
-        double worst = 0.0;  ///< error over what was allowed
+        double worst = 0.0;  ///< error as a share of the allowed error
         std::uint64_t waited_after_switch = 0;
     };
 

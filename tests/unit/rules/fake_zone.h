@@ -348,7 +348,7 @@ class FakeZone final : public zone::RulesContext {
     void kick(ClientId /*client*/, std::string_view /*reason*/) override {}
 
   private:
-    /// Rules may change only what this zone owns.
+    /// Rules may change only entities that this zone owns.
     [[nodiscard]] world::Row owned(EntityId entity) const {
         const world::Row row = entities_.find(entity);
         EXPECT_NE(row, world::kNoRow);

@@ -48,7 +48,7 @@ TEST_F(Datagrams, AreRefusedWhenReplayed) {
     deliver(first);
     deliver(first, 2);
     EXPECT_EQ(host.rejected("replayed"), 2U);
-    // The window is 1,024 wide: what is older is refused although it was never seen.
+    // The window is 1,024 wide: an older datagram is refused although it was never seen.
     deliver(client.make_datagram(2000, {}));
     deliver(client.make_datagram(2000 - 1023, {}));
     EXPECT_EQ(host.rejected("replayed"), 2U);

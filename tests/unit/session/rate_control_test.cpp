@@ -187,10 +187,10 @@ TEST(RateControl, KeepsTheCeilingWhereNothingIsInTheWay) {
 }
 
 /// A path that carries everything. Each feedback is a false alarm by jitter with a chance of 1e-4
-/// (rate_control.cpp). That makes 0.4 of them in the 3900 feedbacks of a run, and hardly more than
-/// two. One cut takes at most half of the rate at once. Where that leaves less than half of the
-/// requested rate, growth by 10 % a second makes up for it in ln 2 / ln 1.1 = 7.3 s. So after one
-/// such cut fewer than 15 half seconds are starved.
+/// (rate_control.cpp). The 3900 feedbacks of a run hold 0.4 of them, and hardly more than two. One
+/// cut takes at most half of the rate at once. Where that leaves less than half of the requested
+/// rate, growth by 10 % a second makes up for it in ln 2 / ln 1.1 = 7.3 s. So after one such cut
+/// fewer than 15 half seconds are starved.
 TEST(RateControl, IsNotStarvedByJitterOrByLossThatItDoesNotCause) {
     constexpr int kOneRecovery = 15;
     for (const double loss : {0.0, 0.05, 0.3}) {

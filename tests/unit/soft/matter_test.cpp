@@ -130,7 +130,7 @@ TEST(Tearing, AMeshIsCutInTwoWhereItIsPulledApart) {
 
 TEST(PermanentSet, StaysAfterTheLoadAndIsBounded) {
     SoftDef def;
-    // Critically damped, so that it does not swing back below what it yields at.
+    // Critically damped, so that it does not swing back below its yield point.
     def.nodes.resize(2);
     def.nodes[0].pinned = true;
     def.nodes[1].position = Vec3(1, 0, 0);

@@ -94,8 +94,8 @@ TEST_P(EachMethod, HoldsAChainOnBallJoints) {
     }
     s.scene.set_velocity(above, Vec3(1.0F, 0.0F, 0.0F), Vec3::Zero());
     s.run(3.0F);
-    // The links are a metre long each: the end stays within three of the anchor and what the rows
-    // leave of the load of three.
+    // The links are a metre long each: the end stays within three metres of the anchor, plus the
+    // rows' residual for the load of three.
     const Vec3 end = s.scene.state(s.bodies[2]).position;
     EXPECT_LT(end.norm(), 2.5F * 1.05F);
     EXPECT_GT(end.norm(), 2.0F);

@@ -300,7 +300,7 @@ TEST_P(EachKind, FindsTheNearestBoxOfAPoint) {
         const float found = index.nearest(point, limit, [&](std::uint32_t row, float current) {
             return std::min(current, std::sqrt(squared_distance(boxes[row], point)));
         });
-        // A root and a square may differ by a rounding from what they came from.
+        // A root and its square may differ by a rounding from the original.
         EXPECT_NEAR(found, expected, i % 3 == 0 ? 1e-5F * (1 + expected) : 1e-5F * (1 + limit));
     }
 }

@@ -9,7 +9,7 @@
 namespace zoned::stability {
 namespace {
 
-/// A box on the ground of a closed room and one that flies free of gravity's pull, all looked at.
+/// A box on the ground of a closed room and one that flies without gravity, all checked.
 Row watch(Fault fault) {
     stability::Run run;
     run.fault = fault;

@@ -43,7 +43,7 @@ TEST(Lane, OfARingIsACircleOfItsOwnLength) {
     for (std::uint32_t k = 0; k < 4; ++k) {
         const double offset = ring.offset_of(k);
         const Lane lane = Lane::make(ring, offset, 0.25).value();
-        // The ring turns to the right: what is on the right is inside.
+        // The ring turns to the right: points on the right are inside.
         const double radius = 30.0 - offset;
         EXPECT_NEAR(lane.length(), 2.0 * std::numbers::pi * radius, 0.02) << k;
         for (double s = 0.0; s < lane.length(); s += 0.37) {
@@ -52,8 +52,8 @@ TEST(Lane, OfARingIsACircleOfItsOwnLength) {
     }
 }
 
-/// By brute force: no place of the lane is farther from a segment than was allowed, and segments
-/// are not shorter than half of what a circle of that curvature would bear.
+/// By brute force: no place of the lane is farther from a segment than was allowed. Segments are at
+/// least half as long as a circle of that curvature would allow.
 TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
     for (const Curve curve : {Curve::kCatmullRom, Curve::kBSpline}) {
         for (const bool closed : {false, true}) {

@@ -160,7 +160,7 @@ TEST(OrcaAvoidance, ClearsADoorwayWithoutDeadlock) {
     }
 }
 
-/// A round pillar of far more pieces than are looked at.
+/// A round pillar of far more pieces than are examined.
 TEST(OrcaAvoidance, WalksAroundAFinelyCutPillar) {
     CrowdScene scene;
     for (int i = 0; i < 96; ++i) {

@@ -1,4 +1,4 @@
-// The packets of coded records in proto/WIRE.md are what the code writes and reads.
+// The packets of coded records in proto/WIRE.md agree with the code's reader and writer.
 #include "tests/unit/wire/wire_document.h"
 #include "shared/wire/record/record_codec.h"
 

@@ -23,7 +23,7 @@ bool same(const CodedRecord& a, const CodedRecord& b) {
                          a.tick == b.tick && a.state == b.state));
 }
 
-/// Publications of entities that nobody can predict: every field anew each time.
+/// Publications of unpredictable entities: every field anew each time.
 class Chaos {
   public:
     Chaos(const RecordFormat& format, std::uint64_t seed) : format_(format), rng_(seed) {}
