@@ -9,10 +9,11 @@
 
 namespace zoned::bench {
 
-/// A cell of the map is a cell of Recast's heightfield, and agents have no width. All else is as in
-/// Recast's demonstration: watershed regions of at least 8 cells, merged up to 20, contours
-/// simplified by up to 1.3 cells, polygons of six corners. (Closer contours make meshes of two to
-/// three times the polygons, and queries slower by the same factor.)
+/// A cell of the map is a cell of Recast's heightfield, and agents have no width. The other
+/// settings are those of Recast's demonstration. Watershed regions have at least 8 cells and are
+/// merged up to 20. Contours are simplified by up to 1.3 cells, and polygons have six corners.
+/// (Closer contours make two to three times as many polygons, and queries slower by the same
+/// factor.)
 class DetourMesh {
   public:
     /// Nothing where Recast can't build it.

@@ -1,5 +1,4 @@
-// Motion traces: recorded and analytic motions of many entities, tick by tick, for the benchmarks
-// of replication.
+// MotionTraces: recorded and analytic motions of many entities, for the replication benchmarks.
 #pragma once
 
 #include "server/world/entity_type.h"

@@ -1,4 +1,4 @@
-// Plain flock: the peer of `boids_50k`, a first simple version with an agent array and cell lists.
+// PlainFlock: the peer of `boids_50k`, a first simple version with an agent array and cell lists.
 #pragma once
 
 #include "kernels/include/flock.h"

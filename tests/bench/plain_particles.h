@@ -1,5 +1,4 @@
-// Plain particles: the peers of the suites `particles` and `kernels`, simple code without an
-// engine.
+// PlainParticles: engine-free peers of the suites `particles` and `kernels`.
 #pragma once
 
 #include <cstddef>

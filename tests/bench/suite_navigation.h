@@ -1,4 +1,4 @@
-// Parts of the suite `navigation`, a file each.
+// Suite `navigation`: its parts, one file each.
 #pragma once
 
 #include "tests/bench/grid_scene.h"

@@ -22,7 +22,7 @@ struct PhysicsScene {
 
 constexpr double kFrame = 1.0 / 60.0;
 
-/// `quick`: a smaller field of sleepers, which takes long to fall asleep.
+/// `quick`: a smaller field of resting bodies, which take long to fall asleep.
 std::vector<PhysicsScene> physics_scenes(bool quick) {
     using namespace scenario;
     std::vector<PhysicsScene> s;

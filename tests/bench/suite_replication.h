@@ -1,4 +1,4 @@
-// The parts of the suite `replication`, one function and one file each.
+// Suite `replication`: its parts, one function and one file each.
 #pragma once
 
 #include "tests/bench/suite.h"

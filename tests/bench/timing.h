@@ -1,5 +1,4 @@
-// Fair timing: all methods of a scene alternate in short turns, and medians over several runs
-// count.
+// Fair timing: methods of a scene run in alternating short turns; medians over several runs count.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,4 @@
-// Streams of entropy-coded packets for their fuzzer: the entities that they describe, and valid
-// inputs.
+// Coded streams: entropy-coded packets for their fuzzer, with entities and valid inputs.
 #pragma once
 
 #include "tests/fuzz/fuzz.h"

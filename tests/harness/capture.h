@@ -1,5 +1,4 @@
-// Capture: everything that clients really receive, datagram by datagram and event by event, decoded
-// beside them.
+// Capture: the datagrams and events that clients really receive, decoded beside them.
 #pragma once
 
 #include "client-sim/link/datagram_channel.h"

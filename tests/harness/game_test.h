@@ -1,5 +1,5 @@
-// GameTest: a GoogleTest fixture with a server, bots and a bad network in one process, on virtual
-// time.
+// GameTest: a GoogleTest fixture with server, bots and a bad network in one process. Time is
+// virtual.
 //
 // A studio's netcode test in a few lines (link the test with your own rules):
 //

@@ -1,5 +1,5 @@
-// VirtualServer: a whole server - zones and sessions - without sockets, on virtual time, with a bad
-// network in front of it.
+// VirtualServer: a server without sockets, on virtual time, behind a bad network. It has zones and
+// sessions.
 #pragma once
 
 #include "client-sim/link/conditioner.h"

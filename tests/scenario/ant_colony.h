@@ -1,5 +1,4 @@
-// AntColony: ants that find the shortest path to food by the scents that they leave, for tests and
-// pictures.
+// AntColony: ants that find the shortest path to food by scents, for tests and pictures.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"

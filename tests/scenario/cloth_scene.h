@@ -1,4 +1,4 @@
-// A cloth that falls, described apart from any engine, and its reference solution.
+// ClothScene: a falling cloth, described apart from any engine, and its reference solution.
 #pragma once
 
 #include "shared/math/types.h"

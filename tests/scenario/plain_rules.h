@@ -1,5 +1,4 @@
-// PlainRules: minimal rules that give each joining player an avatar of the first type and count all
-// calls.
+// PlainRules: minimal rules that give each new player an avatar and count all calls.
 #pragma once
 
 #include "server/zone/rules.h"

@@ -1,5 +1,4 @@
-// Sentry: one state machine written down in three forms, as data, as a switch and as a class per
-// state; and senses for agents that run it.
+// Sentry: one state machine as data, as a switch and as a class per state, with its senses.
 #pragma once
 
 #include "server/ai/decision/state_machine/coded_state_machine.h"

@@ -1,5 +1,5 @@
-// WalkedMachine: a state machine walked level by level on its definition. It is slow, serves for
-// comparison, and shares only the definition with the tables.
+// WalkedMachine: a state machine walked level by level on its definition, slow, for comparison. It
+// shares only the definition with the tables.
 #pragma once
 
 #include "server/ai/decision/state_machine/state_machine_def.h"

@@ -1,5 +1,4 @@
-// Rows of the stability suite: the measured values of one world, their bounds, and how rows are
-// written out.
+// Report: rows of the stability suite, with measured values and bounds, and how they are written.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,4 @@
-// AllocationCount: counts calls of operator new, so that a test can prove "no allocation after
-// warm-up".
+// AllocationCount: counts calls of operator new, to prove "no allocation after warm-up".
 #pragma once
 
 #include <cstdint>

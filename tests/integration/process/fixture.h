@@ -1,5 +1,4 @@
-// Process: a fixture that starts the server as users do, and gives the arguments of clients that
-// join it.
+// Process: a fixture that starts the server as users do, and gives arguments for its clients.
 #pragma once
 
 #include "tests/integration/process/child.h"

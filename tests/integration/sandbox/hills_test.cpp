@@ -58,8 +58,8 @@ TEST_F(Hills, CarryBotsWithAConsistentVerdictAndNoCorrections) {
     EXPECT_GT(report.audit.samples, 300u);
     EXPECT_GT(walkers.on_hills, 10000);
     EXPECT_LE(walkers.deepest, 0.001F);
-    // A capsule touches a slope of t degrees r (1 / cos t - 1) above the ground under its axis: on
-    // the slopes that carry (50 degrees) and at rims by at most 0.23 m, and a step up.
+    // A capsule touches a slope of t degrees r (1 / cos t - 1) above the ground under its axis. On
+    // walkable slopes (50 degrees) and at rims that is at most 0.23 m, and a step up.
     EXPECT_LT(walkers.highest, 0.55F);
     // Clients know the surfaces: their own avatars are predicted as on flat ground.
     EXPECT_LT(report.own_correction_m.percentile(0.99), 0.001);

@@ -52,9 +52,9 @@ class LatencyTest : public GameTest {
         // path).
         EXPECT_NEAR(stage(r, Stage::kWireUp).percentile(0.5), kPathMs, 2.0 * kStepMs);
         EXPECT_NEAR(stage(r, Stage::kWireDown).percentile(0.5), kPathMs, 2.0 * kStepMs);
-        // A command waits for its tick no longer than the margin and the resolution of time: its
-        // packet left when the command was due on the input clock. (The first seconds, when the
-        // lead is still a tick too long, are less than a tenth.)
+        // A command waits for its tick no longer than the margin and the resolution of time. Its
+        // packet left when the command was due on the input clock. (In the first seconds the lead
+        // is still a tick too long; they are less than a tenth.)
         EXPECT_LT(stage(r, Stage::kTickWait).percentile(0.9), 3.0 + 4.0 * kStepMs);
         EXPECT_EQ(r.input_ticks_missing, 0U);
         // Packets of a tick leave within it.

@@ -1,4 +1,4 @@
-// ShootersWorld: the config text that worlds for tests of shots and trades share. Each test adds
+// ShootersWorld: the common config text of worlds for tests of shots and trades. Each test adds
 // size, entities and rules.
 #pragma once
 

@@ -162,7 +162,7 @@ TEST(SoftInZones, RulesPushTeleportHideShowAndRemoveThem) {
 }
 
 TEST(SoftInZones, PassRunsUntilAllSleepAndSaysWhy) {
-    // Nobody walks here, so all comes to rest.
+    // No player walks here, so all bodies come to rest.
     config::Settings settings = settings_of("cloth.txtpb");
     const auto has_agent = [&](const config::InitialEntity& entity) {
         return settings.types[entity.type].brain != 0;

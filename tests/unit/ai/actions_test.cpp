@@ -174,8 +174,8 @@ TEST(Wander, StaysWithinItsRadiusAndTurnsSeldom) {
     }
     EXPECT_LT(farthest, 20.0F + kArriveM);
     EXPECT_GT(walked, 300.0F);
-    // The mean distance of two uniform points of a disc is 0.905 r = 18 m, 4.5 s at 4 m/s: about 27
-    // targets in 120 s, each with one turn and seldom a correction.
+    // The mean distance of two uniform points of a disc is 0.905 r = 18 m, 4.5 s at 4 m/s. That
+    // distance gives about 27 targets in 120 s, each with one turn and seldom a correction.
     EXPECT_LT(changes, 60);
     EXPECT_GT(changes, 10);
 }

@@ -238,9 +238,10 @@ double apart(const Samples& a, const Samples& b, Figure f) {
            std::sqrt(std::max(1e-12, a[f].variance() + b[f].variance()));
 }
 
-/// Between the ends of a step, which takes a second, an animal is on the chord of its arc: on a
-/// circle of radius r inside of it by (v s)^2 / 12 r on average, so that the paths of a second are
-/// shorter by (v s / r)^2 / 12: 1.8 % at 1.4 m/s about 3 m, as sharply as a herd turns here.
+/// A step takes a second, and between its ends an animal is on the chord of its arc. On a circle of
+/// radius r the chord lies inside by (v s)^2 / 12 r on average. So the paths of a second are
+/// shorter by (v s / r)^2 / 12. At 1.4 m/s about 3 m, the sharpest turn of a herd here, that is 1.8
+/// %.
 constexpr double kChordShare = 0.018;
 
 /// Whether means agree to within the bound of Welch's test, or as well as they can.

@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-/// Walks and rests by whim and by hunger; half of them are seen.
+/// Walks and rests by chance and by hunger; half of them are on-screen.
 Brain restless() {
     Brain m;
     m.name = "restless";

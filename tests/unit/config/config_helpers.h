@@ -1,5 +1,4 @@
-// Config helpers: a small valid config as text, and functions that break it and check the reported
-// mistakes.
+// Config helpers: a small valid config as text, and functions to break it and check mistakes.
 #pragma once
 
 #include "server/config/expand/load_settings.h"

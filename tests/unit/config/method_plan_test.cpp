@@ -262,8 +262,8 @@ type { name: "balloon" soft { balloon { splits: 4 } } mass_kg: 2 }
         const auto& b = coarse->def.springs[0];
         const double power = type.name() == "rope" ? -1.0 : (type.name() == "jelly" ? 1.0 : 0.0);
         const double scale = std::pow(static_cast<double>(b.rest / a.rest), power);
-        // The mass is dealt out evenly: nodes of the rim, of which the coarse lattice has a larger
-        // share, get too much, and the critical damping is by the root of a node's mass.
+        // The mass is dealt out evenly. The coarse lattice has a larger share of rim nodes, so
+        // these get too much. The critical damping follows the root of a node's mass.
         const double dimensions = power + 2.0;
         const double rim =
             std::sqrt(static_cast<double>(fine->def.nodes.size()) /

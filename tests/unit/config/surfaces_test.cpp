@@ -124,7 +124,7 @@ surface { file: "waves.obj" x_m: 20 scale: 0.5 })");
     EXPECT_EQ(s[0].surface, s[1].surface);
     EXPECT_NE(s[0].shape.geometry, s[2].shape.geometry);
     EXPECT_FLOAT_EQ(s[2].surface->box().upper.x(), 0.5F * s[0].surface->box().upper.x());
-    // Movement looks at the very vertices that bodies collide with.
+    // Movement reads the very vertices that bodies collide with.
     EXPECT_EQ(s[0].surface->mesh().vertices.data(),
               physics::mesh_of(s[0].shape).tables().vertices.data());
 }

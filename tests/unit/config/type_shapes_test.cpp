@@ -14,8 +14,8 @@ namespace {
 
 constexpr float kRounding = 1.0e-5F;  // of floats about a metre, a few operations on
 
-/// A wedge, 2 m wide, 1 m high, 3 m long, far from its points' origin, and a table with two kinds
-/// of matter: a top 0.1 m thick at 1 m of density 1, and a foot of density 3.
+/// A wedge, 2 m wide, 1 m high, 3 m long, far from its points' origin. A table of two kinds of
+/// matter: a top 0.1 m thick at 1 m of density 1, and a foot of density 3.
 const std::string kShapes = R"(
 type {
   name: "wedge"

@@ -170,10 +170,10 @@ TEST(ClockSync, TimeNeverRunsBackwardsNorJumpsOnceItHasSettled) {
 }
 
 TEST(ClockSync, UnderJitterTheBestOfAMinuteBeatsTheBestOfASecond) {
-    // Round trips are sums of two uniform delays of width w: the least of N is above the base by x
-    // with E(x^2) = 2 w^2 / N, and the offset is then wrong by up to x / 2, evenly: rms x /
-    // sqrt(12). The newest 32 alone could do no better than that; a minute's 1280 would be 6 times
-    // better if clocks did not drift. Two thirds is asked for.
+    // Round trips are sums of two uniform delays of width w. The least of N is above the base by x
+    // with E(x^2) = 2 w^2 / N. The offset is then wrong by up to x / 2, evenly: rms x / sqrt(12).
+    // The newest 32 alone could do no better than that. A minute's 1280 would be 6 times better if
+    // clocks did not drift. Two thirds is asked for.
     for (const double jitter : {0.010, 0.033}) {
         for (const double drift : {0.0, 20e-6, -100e-6}) {
             const double width = 2.0 * jitter;

@@ -105,8 +105,8 @@ TEST(Genome, SplittingALinkAgainGivesAnotherNode) {
 }
 
 TEST(Genome, MeasuresDistanceByTheFormula) {
-    // Innovations: a has 0 1 2 4, b has 0 1 2 3 5 6; both have three, of which two differ in weight
-    // by 0.5 and 1; 4 and 3 are disjoint (below 4), 5 and 6 are excess.
+    // Innovations: a has 0 1 2 4, b has 0 1 2 3 5 6. Both have three, of which two differ in weight
+    // by 0.5 and 1. 4 and 3 are disjoint (below 4), 5 and 6 are excess.
     const auto make = [](std::vector<std::pair<std::uint32_t, float>> genes) {
         Genome genome;
         for (const auto& [innovation, weight] : genes) {

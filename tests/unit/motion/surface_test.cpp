@@ -108,7 +108,7 @@ TEST(BoxTriangleOverlap, AgreesWithPointsOfTheTriangle) {
     EXPECT_LT(overlaps, 1800);
 }
 
-/// A surface with the tables that it looks at.
+/// A surface with the tables that it reads.
 struct Tables {
     std::vector<float> heights;
     std::vector<Vec3> vertices;

@@ -26,8 +26,8 @@ TEST(ParticleChoice, CutsTheErrorOfAFallByThePieces) {
     }
 }
 
-/// Of first order with drag, wind and quadratic drag too: half the step, half the error, but for
-/// terms of second order, which are as small against it as drag x h / 2.
+/// Of first order with drag, wind and quadratic drag too: half the step, half the error. Terms of
+/// second order are as small against it as drag x h / 2.
 TEST(ParticleChoice, IsOfFirstOrderInTheAir) {
     ParticleSystemDef def;
     def.linear_drag = 0.5F;

@@ -35,9 +35,9 @@ Swing swing(IntegratorKind kind, MotionState<V> s, double h, const A& a) {
     return out;
 }
 
-/// Symplectic Euler keeps v^2 + w^2 x^2 - h w^2 x v exactly (Hairer, Lubich, Wanner, IX.3), which
-/// lies within (1 -+ h w / 2) of twice the energy; velocity Verlet keeps
-/// v^2 + w^2 (1 - (h w / 2)^2) x^2. Rounding adds 1e5 x 1e-16.
+/// Symplectic Euler keeps v^2 + w^2 x^2 - h w^2 x v exactly (Hairer, Lubich, Wanner, IX.3). That
+/// value lies within (1 -+ h w / 2) of twice the energy. Velocity Verlet keeps v^2 + w^2 (1 - (h w
+/// / 2)^2) x^2. Rounding adds 1e5 x 1e-16.
 TEST(SymplecticIntegrators, KeepTheEnergyOfAnOscillatorWithinTheoryAndDoNotDrift) {
     const SwayingSpring spring{1.0, 0.0, 0.0, 0.0};
     const MotionState<Line> start{Line(1.0), Line(0.0)};

@@ -13,8 +13,8 @@ using scenario::Pendulum;
 using scenario::SwayingSpring;
 using scenario::ThrownBall;
 
-/// Halving h divides an error C h^p (1 + c h) by 2^p (1 + c h / 2), which shows p up to c h / 1.4:
-/// with the steps below c h stays under 0.1 for these motions, and the tolerance is that.
+/// Halving h divides an error C h^p (1 + c h) by 2^p (1 + c h / 2), which shows p up to c h / 1.4.
+/// With the steps below c h stays under 0.1 for these motions, which gives the tolerance.
 constexpr double kOrderTolerance = 0.1;
 
 /// Time and velocity are in the force, so that a stage at a wrong time or velocity costs an order.
@@ -45,8 +45,9 @@ TEST(Integrators, ConvergeOnAnOrbitWithTheOrderOfTheory) {
     }
 }
 
-/// The closed forms that everything here is measured by, held to the equation of motion: the
-/// central difference of v is the acceleration up to d^2 / 6 of its second derivative and rounding.
+/// The closed forms, which are the reference for everything here, against the equation of motion.
+/// The central difference of v is the acceleration up to d^2 / 6 of its second derivative and
+/// rounding.
 TEST(Motions, SolveTheirEquations) {
     constexpr double kD = 1e-4;
     const auto check = [](const auto& force, const auto& exact, double t) {
@@ -116,8 +117,9 @@ TEST(Integrators, WorkInFloats) {
     }
 }
 
-/// Each piece adds at most the tolerance; on this orbit an error in speed at the centre changes the
-/// period by 3 x 1.7 of it and so the place after a turn by 3 x 1.7 x 2 pi x 1.7 = 55 of it.
+/// Each piece adds at most the tolerance. On this orbit an error in speed at the centre changes the
+/// period by 3 x 1.7 of it. So it changes the place after a turn by 3 x 1.7 x 2 pi x 1.7 = 55 of
+/// it.
 TEST(Adaptive, KeepsItsToleranceOnAnOrbit) {
     const MotionState<scenario::Plane> start = Orbit::exact(0.5, 0.0);
     const MotionState<scenario::Plane> exact = Orbit::exact(0.5, 6.0);

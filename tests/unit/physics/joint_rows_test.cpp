@@ -57,9 +57,9 @@ double error_at(const Joint& joint, const Moving& a, const Moving& b, std::size_
     return static_cast<double>(rows.rows[row].error);
 }
 
-/// The five-point stencil: its truncation is t^4 / 30 of the fifth derivative. With spins of at
-/// most 1.7 rad/s in each body, arms of a few metres and anchors half a metre apart that derivative
-/// is below 1e4, the truncation below 1e-4 for t = 0.02 s. Rounding of C (a few metres, some ten
+/// The five-point stencil: its truncation is t^4 / 30 of the fifth derivative. Spins are at most
+/// 1.7 rad/s in each body, arms a few metres, and anchors half a metre apart. So that derivative is
+/// below 1e4, the truncation below 1e-4 for t = 0.02 s. Rounding of C (a few metres, some ten
 /// operations) adds 10 x 3 m x 6e-8 x 1.5 / 0.02 s = 1.4e-4.
 double numerical_rate(const Joint& joint, const Moving& a, const Moving& b, std::size_t row) {
     constexpr double t = 0.02;

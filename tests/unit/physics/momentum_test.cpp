@@ -185,7 +185,7 @@ TEST(FreeBody, FallsAlongTheExactParabola) {
     const double t = kSteps / 30.0;
     const Vec3d exact(3 * t, 50 + 5 * t - 0.5 * 9.81 * t * t, -2 * t);
     // The scheme has no error of the step's own here (semi-implicit Euler would be g t dt / 8 =
-    // 0.08 m off); 240 substeps round positions of 50 m (eps/2 each, at random sign) to about 5e-5.
+    // 0.08 m off). 240 substeps round positions of 50 m (eps/2 each, at random sign) to about 5e-5.
     EXPECT_LT((scene.state(id).position.cast<double>() - exact).norm(), 3e-4);
 }
 

@@ -74,8 +74,8 @@ float core_distance(const Thing& box, const Thing& capsule) {
 }
 
 TEST(Collide, ReportsTheGapThatTheSupportsHaveAlongItsNormal) {
-    // For any pair and any unit normal the gap along it is a fact about the two support functions;
-    // a round pair may report its exact distance, a box pair the best of 15 axes.
+    // For any pair and any unit normal the gap along it follows from the two support functions. A
+    // round pair may report its exact distance, a box pair the best of 15 axes.
     core::Rng rng(21);
     int overlapping = 0;
     for (int i = 0; i < 20000; ++i) {

@@ -124,8 +124,8 @@ TEST(InertiaTensor, ThatIsTiltedTurnsLikeTheSameBodyInPrincipalAxes) {
     const BodyState a = t.scene.state(t.tilted);
     const BodyState b = t.scene.state(t.principal);
     // Both round orientation and spin to floats in each of 600 steps, and the tilt twice more: at
-    // random sign sqrt(600) eps, while phase errors grow with the time that they act: some 600
-    // times that of one spin, 600 x 1/60 s x 4 rad/s x eps sqrt(600) = 1e-4.
+    // random sign sqrt(600) eps. Phase errors grow with their time of action, to some 600 times
+    // that of one spin: 600 x 1/60 s x 4 rad/s x eps sqrt(600) = 1e-4.
     EXPECT_GT(std::abs(a.orientation.dot(b.orientation * t.tilt.conjugate())), 1.0F - 1e-6F);
     EXPECT_LT((a.angular_velocity - b.angular_velocity).norm(), 2e-3F);
     const Vec3d after = t.momentum(t.tilted, t.tilt);

@@ -1,5 +1,4 @@
-// ModelClient: the simplest correct client of state packets, which the tests compare the replicator
-// with.
+// ModelClient: the simplest correct client of state packets, the reference for the replicator.
 #pragma once
 
 #include "server/world/entity_type.h"

@@ -200,8 +200,8 @@ TEST(SpringLimit, BoundsTheLargestEigenvalue) {
         const SpringLimit limit = spring_limit(body);
         const double exact = largest_eigenvalue(matrix_of(body, false));
         EXPECT_GE(limit.omega2, exact * (1.0 - 1.0e-6));
-        // Nor is it of no use. A node's own block has a third of its trace at the least as its
-        // largest eigenvalue (flat cloth: half), the bound has twice the trace; a tetrahedron's
+        // The bound is not useless either. The largest eigenvalue of a node's own block is at least
+        // a third of its trace (flat cloth: half); the bound has twice the trace. A tetrahedron's
         // four corners instead of two double that, and lengths grow by a quarter.
         const double spread = def.tetrahedra.empty() ? 4.0 : 6.0;
         const bool volumes = def.material.bulk_modulus > 0.0F && !def.tetrahedra.empty();
@@ -303,8 +303,9 @@ TEST(SemiImplicitSprings, HoldClothJellyAndBalloonAndKeepTheirMomentum) {
         EXPECT_EQ(bodies.stats().quarantined, 0U);
         // The energy swings; with damping it only falls in the mean.
         EXPECT_LT(bodies.energy(id), first);
-        // A push is written to two velocities, each rounded by 6e-8 of its size: a few m/s, 20
-        // substeps a frame and some ten springs a node, like a random walk; three times its mean.
+        // A push is written to two velocities, each rounded by 6e-8 of its size, a few m/s. With 20
+        // substeps a frame and some ten springs a node, the errors add like a random walk; three
+        // times its mean is allowed.
         const Momenta after = momenta(bodies, id);
         const auto nodes = static_cast<double>(def.nodes.size());
         const double mass = static_cast<double>(bodies.rigid_hull(id).mass);

@@ -101,9 +101,9 @@ TEST_P(EachMethod, HoldsAChainOnBallJoints) {
     EXPECT_GT(end.norm(), 2.0F);
 }
 
-// The limit of a solver that carries the load of a column from row to row is the ratio of the
-// masses times their number; the exact one has none but rounding: with 1e5 its residual of 1e-10 d
-// |lambda| is some 1e-5 m/s, which one overlap of that in a step balances.
+// A solver that carries the load of a column from row to row is limited by the ratio of the masses
+// times their number. The exact solver is limited only by rounding. At 1e5 its residual of 1e-10 d
+// |lambda| is some 1e-5 m/s, which an overlap of that size per step balances.
 TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
     VariantScene s = stack(settings_of(SolverVariant::kDirect), 5, 1.0e5F);
     std::uint32_t unsolved = 0;

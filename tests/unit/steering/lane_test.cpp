@@ -36,8 +36,8 @@ SplineDef bends(Curve curve, bool closed) {
     return def;
 }
 
-/// The ring of 48 points is within 0.024 h^4 / r^3 of a circle where its points are h apart, and so
-/// is a lane of it; its length by 2 pi as much.
+/// Where its points are h apart, the ring of 48 points is within 0.024 h^4 / r^3 of a circle. The
+/// same holds for a lane of it; its length differs by 2 pi as much.
 TEST(Lane, OfARingIsACircleOfItsOwnLength) {
     const Spline ring = Spline::make(lane_ring(30.0F, 8.0F, 4)).value();
     for (std::uint32_t k = 0; k < 4; ++k) {
@@ -72,7 +72,7 @@ TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
                         const Vec2d p = lane.at(s + segment * k / 64.0).at - a;
                         worst = std::max(worst, std::abs(along.x() * p.y() - along.y() * p.x()));
                     }
-                    // 0.5 m are always allowed, and the curvature between two looks at it may be a
+                    // 0.5 m are always allowed, and the curvature between two samples may be a
                     // little more than at these.
                     EXPECT_LE(worst, std::max(1.02 * off, 0.125 * lane.most_curved() * 0.25))
                         << s << " + " << segment;

@@ -44,7 +44,7 @@ TEST(OrcaAvoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     OrcaAvoidance avoidance(settings);
     compute::Team alone;
     avoidance.step(agents, Walls(), 0, alone);
-    // By symmetry about the middle between them, whatever the two choose is turned by half a turn.
+    // By symmetry about the middle between them, the velocities of the two differ by half a turn.
     EXPECT_NEAR(agents.vx[0], -agents.vx[1], 1e-6F);
     EXPECT_NEAR(agents.vz[0], -agents.vz[1], 1e-6F);
     // Together out of the obstacle: the relative velocity misses the disc of radii within 2 s.

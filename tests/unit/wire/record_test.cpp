@@ -133,9 +133,9 @@ TEST(RecordCodec, TellsWhatGoesOnAsBeforeInAFewBits) {
         encoder.acknowledge(static_cast<entropy::PacketNumber>(tick));
         last = bytes.size();
     }
-    // 9 decisions a record (kind, entity, age, level, motion, 2 x position, 2 velocities, yaw and
-    // its rate, appearance), nearly sure but for the rounding of one position: below 3 bits; an
-    // absolute record takes 17 bytes.
+    // A record has 9 decisions: kind, entity, age, level, motion, 2 x position, 2 velocities, yaw
+    // and its rate, appearance. They are nearly sure but for the rounding of one position: below 3
+    // bits. An absolute record takes 17 bytes.
     EXPECT_LT(last, 40u * 3u / 8u + 4u);
 }
 

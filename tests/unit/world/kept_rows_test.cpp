@@ -145,7 +145,7 @@ TEST(KeptRows, AreThoseThatALookAtAllRowsFinds) {
         for (std::size_t r = 0; r < kReaders; ++r) {
             const auto reader = static_cast<Reader>(r);
             ASSERT_EQ(missed(e, seen[r], reader), kNoRow) << "after change " << i;
-            // Each reader looks at its own times.
+            // Each reader reads at its own times.
             if (rng.below(static_cast<std::uint32_t>(3 + 4 * r)) == 0) {
                 seen[r] = look(e);
                 e.forget_touched(reader);
