@@ -31,8 +31,8 @@ struct NpcZoneDay {
 class NpcZone {
   public:
     struct Plan {
-        int people = 0;  ///< six types in the shares of the town; one each of three types that are
-                         ///< never suspended
+        /// Six types in the shares of the town; one each of three types that are never suspended.
+        int people = 0;
         bool suspend_offscreen = true;
         bool viewer = false;  ///< one player stands where the people thin out
     };

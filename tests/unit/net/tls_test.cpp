@@ -378,7 +378,7 @@ TEST(Certificate, IsMadeOncePrivatelyAndUsedAgain) {
         EXPECT_EQ(client.fingerprint(), first);
     }
 
-    struct stat info{};
+    struct stat info {};
 
     for (const char* name : {"key.pem", "certificate.pem"}) {
         const std::string path = settings.certificate.state_dir + "/" + name;

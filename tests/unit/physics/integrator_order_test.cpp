@@ -65,9 +65,12 @@ TEST(Motions, SolveTheirEquations) {
             return spring.exact({Line(1.0), Line(-0.4)}, at);
         };
         check(spring, swayed, t);
-        check(Orbit(), [](double at) { return Orbit::exact(0.6, at); }, t);
-        check(pendulum, [&](double at) { return pendulum.exact(2.8, at); }, t);
-        check(ball, [&](double at) { return ball.dropped(at); }, t);
+        check(
+            Orbit(), [](double at) { return Orbit::exact(0.6, at); }, t);
+        check(
+            pendulum, [&](double at) { return pendulum.exact(2.8, at); }, t);
+        check(
+            ball, [&](double at) { return ball.dropped(at); }, t);
     }
     EXPECT_NEAR(pendulum.exact(2.8, 0.0).x[0], 2.8, 1e-12);
     EXPECT_NEAR(Orbit::exact(0.6, 0.0).x.x(), 0.4, 1e-12);
