@@ -77,8 +77,7 @@ struct GoalsRun {
     std::vector<double> tick_ms;
     int ticks_to_all = -1;
     std::size_t still = 0;     ///< agents that did not move in the first tick
-    std::size_t backward = 0;  ///< agents whose first segment ends no nearer to the goal, along
-                               ///< best paths
+    std::size_t backward = 0;  ///< agents whose first segment gains nothing along best paths
     std::size_t wrong = 0;     ///< without a free path to the goal
     std::size_t near_best = 0;
     double excess = 0.0;  ///< of paths over the best on the grid, mean; pulled ones may be shorter

@@ -29,8 +29,7 @@ enum class InterestMotion {
 struct InterestScene {
     std::string name;
     InterestMotion motion = InterestMotion::kNone;
-    bool kept = true;  ///< sets are kept, with their differences; else each tick starts from
-                       ///< nothing
+    bool kept = true;  ///< sets are kept, with their differences; else made anew each tick
 };
 
 const std::vector<InterestScene>& interest_scenes() {

@@ -14,8 +14,7 @@ namespace zoned::scenario {
 struct AntColonySettings {
     float evaporation = 0.002F;  ///< share of all scent that is lost in a tick, 0 to 1
     float fade = 0.01F;          ///< by which a walker's mark gets weaker with each tick, 0 to 1
-    float explore = 0.15F;       ///< share of walkers that leave home without following any scent,
-                                 ///< 0 to 1
+    float explore = 0.15F;       ///< share of walkers that leave home without a scent, 0 to 1
     std::uint32_t patience =
         3000;  ///< ticks without success after which a walker starts anew at home
     std::uint64_t seed = 1;

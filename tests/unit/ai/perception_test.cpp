@@ -153,8 +153,7 @@ TEST(Hearing, ReachesAsFarAsTheAuraTimesTheShareOfWalking) {
     const world::Row row = watch.add(2, kPlayer, 0.0F, -10.0F);  // behind
     const auto heard = [&](float distance, float speed) {
         watch.place(2, 0.0F, -distance);
-        watch.field.entities.velocity[row] = Vec3(speed, 3.0F, 0.0F);  // a falling body makes no
-                                                                       // noise
+        watch.field.entities.velocity[row] = Vec3(speed, 3.0F, 0.0F);  // a fall is silent
         return static_cast<bool>(watch.look().prey);
     };
     EXPECT_TRUE(heard(19.9F, 5.0F));  // walking: the aura, 20 m

@@ -139,8 +139,7 @@ TEST(Collide, IsTheSameSeenFromTheOtherSide) {
         const Thing b = any_thing(rng);
         const Manifold ab = collide_things(a, b, 10.0F);
         const Manifold ba = collide_things(b, a, 10.0F);
-        ASSERT_NEAR(ab.separation, ba.separation, 3e-3F);  // ties between axes may have either
-                                                           // result
+        ASSERT_NEAR(ab.separation, ba.separation, 3e-3F);  // ties of axes: either result
         if (a.shape.kind != b.shape.kind) {
             ASSERT_EQ(ab.normal, -ba.normal);
             ASSERT_EQ(ab.count, ba.count);
