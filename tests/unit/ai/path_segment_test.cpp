@@ -66,8 +66,8 @@ TEST(PathSegment, ArrivesAtTheFirstTickThatBeginsBeyondItsLength) {
     EXPECT_LT(position_at(segment, arrival - 2, kSegmentDt).y(), segment.length);
 }
 
-/// The first tick after `now` at the end of whose predecessor the walker is on the other side of
-/// the circle, or `last`.
+/// The first tick after `now` at whose start the walker is on the other side of the circle, or
+/// `last`.
 Tick crosses_at(const PathSegment& segment,
                 const Vec2& centre,
                 float radius_m,

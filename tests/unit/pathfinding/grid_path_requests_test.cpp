@@ -78,7 +78,7 @@ TEST(RequestTurns, RequiresOfEachTickWhatKeepsEveryoneInTime) {
     EXPECT_LT(most, 300U);
 }
 
-/// A service that has served all requests, within `ticks`.
+/// Serves all requests within `ticks`; fails the test where some still wait.
 void serve_all(GridPathRequests& service, int ticks) {
     for (int i = 0; i < ticks && service.counts().waiting != 0; ++i) {
         service.serve();
