@@ -8,11 +8,11 @@
 
 namespace zoned::bench {
 
-/// The same nodes, masses, pins, springs (as links) and faces. Bullet's links are position-based:
-/// one takes back the share kLST of its error per pass. An implicit step of a spring of stiffness k
-/// between masses of inverse w takes back w / (w + 1 / (k dt^2)), which is what kLST is set to.
-/// Drag becomes kDP = 1 - exp(-drag dt). Springs have no damping there. All else is as Bullet makes
-/// it: one pass per step.
+/// The nodes, masses, pins, springs (as links) and faces are the same. Bullet's links are
+/// position-based: one takes back the share kLST of its error per pass. An implicit step of a
+/// spring of stiffness k between masses of inverse w takes back w / (w + 1 / (k dt^2)), and kLST is
+/// set to that. Drag becomes kDP = 1 - exp(-drag dt). Springs have no damping there. Everything
+/// else is at Bullet's defaults: one pass per step.
 class BulletCloth {
   public:
     /// `passes` over all links per step; Bullet's default is one.

@@ -13,7 +13,7 @@ namespace zoned::bench {
 
 inline constexpr float kStepTime = 1.0F / 60.0F;  ///< of scenes that move, s
 
-/// A trial that knows what it has to say in its row: error, metrics, hash.
+/// A trial that fills its own row with the error, the metrics and the hash.
 class JudgedTrial : public Trial {
   public:
     /// After the last frame of the observed run.
@@ -29,15 +29,16 @@ struct Method {
 /// "peer/method", or the method alone where it is ours.
 std::string full_name(const std::string& method, const std::string& peer);
 
-/// Rows of all methods on one scene, in their order: judged, timed in turns, with the metric
-/// bullet_ratio where Bullet's default is among them. `suite`, `scene` and `parameter` name them.
+/// Rows of all methods on one scene, in their order. Each is judged and timed in turns, with the
+/// metric bullet_ratio where Bullet's default is among them. `suite`, `scene` and `parameter` name
+/// them.
 std::vector<Row> compare(const std::string& suite,
                          const std::string& scene,
                          const std::string& parameter,
                          const std::vector<Method>& methods,
                          const Plan& plan);
 
-/// Those methods that the session asks for.
+/// The methods that the session asks for.
 std::vector<Method> wanted(const Session& session, std::vector<Method> methods);
 
 }  // namespace zoned::bench

@@ -1,4 +1,4 @@
-// DetourMesh: the peer for ways on grids, Detour on a navigation mesh that Recast makes of the map.
+// DetourMesh: the peer for paths on grids, Detour on a navmesh that Recast builds from the map.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
@@ -9,10 +9,11 @@
 
 namespace zoned::bench {
 
-/// A cell of the map is a cell of Recast's heightfield, agents have no width, and all else is as in
-/// Recast's demonstration: watershed regions of at least 8 cells, merged up to 20, contours
-/// simplified by up to 1.3 cells, polygons of six corners. (Closer contours make meshes of two to
-/// three times the polygons and queries as much slower.)
+/// A cell of the map is a cell of Recast's heightfield, and agents have no width. The other
+/// settings are those of Recast's demonstration. Watershed regions have at least 8 cells and are
+/// merged up to 20. Contours are simplified by up to 1.3 cells, and polygons have six corners.
+/// (Closer contours make two to three times as many polygons, and queries slower by the same
+/// factor.)
 class DetourMesh {
   public:
     /// Nothing where Recast can't build it.
@@ -21,8 +22,9 @@ class DetourMesh {
     DetourMesh(const DetourMesh&) = delete;
     DetourMesh& operator=(const DetourMesh&) = delete;
 
-    /// From centre to centre: the polygons next to them, the corridor, the corners of the string
-    /// pulled straight through it. Length of that way, below 0 where there is none.
+    /// From centre to centre: finds the nearest polygons, the corridor, and the corners of the
+    /// string pulled straight through it. Returns the length of that path, below 0 where there is
+    /// none.
     double find(ai::pathfinding::Cell start, ai::pathfinding::Cell goal);
 
     /// The very same polygons, for our own search.

@@ -1,4 +1,4 @@
-// FuzzylitePeer: a fuzzy system of ours, built with fuzzylite (J. Rada-Vilela, from Debian).
+// FuzzylitePeer: one of our fuzzy systems, built with fuzzylite (J. Rada-Vilela, from Debian).
 #pragma once
 
 #include "server/ai/decision/fuzzy/fuzzy_def.h"
@@ -8,8 +8,8 @@
 
 namespace zoned::bench {
 
-/// Minimum for and, clipping, maximum to put together; centroid over as many pieces as the output
-/// has samples, or the weighted average. Constants only under Sugeno.
+/// Mamdani: minimum for and, clipping, maximum to aggregate; the centroid takes as many pieces as
+/// the output has samples, or the weighted average. Sugeno: constants only.
 class FuzzylitePeer {
   public:
     explicit FuzzylitePeer(const ai::fuzzy::FuzzyDef& def);

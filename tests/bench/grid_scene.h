@@ -1,4 +1,4 @@
-// GridScene: a map of the Moving AI benchmark with its queries and the lengths of best ways.
+// GridScene: a map of the Moving AI benchmark with its queries and the lengths of the best paths.
 #pragma once
 
 #include "tests/scenario/grid_text.h"
@@ -15,17 +15,18 @@ struct GridScene {
     std::vector<scenario::GridInstance> instances;
 };
 
-/// movingai/`name`.map and its scenario from the directory of the public data, or else from
-/// tests/conformance; nothing where they
-/// are not there or can't be read (`why` says so). Of the instances every `step`-th.
+/// Reads movingai/`name`.map and its scenario from the public data, or else from tests/conformance.
+/// Returns nothing where the files are missing or can't be read (`why` gives the reason). Takes
+/// every `step`-th instance.
 std::optional<GridScene> read_grid_scene(const std::string& name,
                                          std::size_t step,
                                          std::string& why);
 
-/// All of a file; empty where it can't be read.
+/// The whole text of a file; empty where it can't be read.
 std::string text_of_file(const std::string& file);
 
-/// Lengths in the scenarios have two decimals on some maps: none that is off by more is a best way.
+/// Lengths in the scenarios have two decimals on some maps. A path that differs by more is not a
+/// best path.
 inline constexpr double kLengthTolerance = 0.011;
 
 }  // namespace zoned::bench

@@ -35,7 +35,7 @@ bool holds(const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// True where each name is one that `known` says yes to; else a message says which is not.
+/// True where `known` accepts each name; else a message says which one it refuses.
 bool all_known(const char* what,
                const std::vector<std::string>& names,
                const std::function<bool(const std::string&)>& known) {
@@ -48,7 +48,7 @@ bool all_known(const char* what,
     });
 }
 
-/// The suites that are asked for; none, after a message, where a name is unknown.
+/// The requested suites; none, after a message, where a name is unknown.
 std::vector<Suite> chosen_suites(const Options& options) {
     std::vector<Suite> suites = all_suites();
     const bool known_suites =

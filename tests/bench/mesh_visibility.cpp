@@ -12,7 +12,7 @@ namespace {
 
 using ai::pathfinding::Navmesh;
 
-/// What rounding may put beside an edge, m.
+/// The distance by which rounding may put a point beside an edge, m.
 constexpr float kOnCorner_m = 1e-2F;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// MeshVisibility: lengths of the shortest ways on a mesh, to hold near-best ones to.
+// MeshVisibility: lengths of the shortest paths on a mesh, the reference for near-best ones.
 #pragma once
 
 #include "server/ai/pathfinding/navmesh/navmesh.h"
@@ -9,14 +9,15 @@
 
 namespace zoned::bench {
 
-/// On level ground shortest ways turn at corners of the mesh alone (Lozano-Perez and Wesley, "An
+/// On level ground shortest paths turn only at corners of the mesh (Lozano-Perez and Wesley, "An
 /// algorithm for planning collision-free paths among polyhedral obstacles", Communications of the
-/// ACM 22, 1979): Dijkstra over who sees whom, as Navmesh::walk() says. Slow.
+/// ACM 22, 1979). So this is Dijkstra over the visibility graph, with visibility given by
+/// Navmesh::walk(). Slow.
 class MeshVisibility {
   public:
     explicit MeshVisibility(const ai::pathfinding::Navmesh& mesh);
 
-    /// Below 0 where there is no way. `reach_m` as of NavmeshSearch::plan().
+    /// Below 0 where there is no path. `reach_m` as of NavmeshSearch::plan().
     double shortest(const Vec3& from, const Vec3& to, float reach_m);
 
   private:
@@ -25,7 +26,7 @@ class MeshVisibility {
         double length;
     };
 
-    /// Whether one gets straight from a place on a polygon to another.
+    /// Whether a straight line leads from a place on a polygon to another.
     [[nodiscard]] bool sees(std::uint32_t polygon, const Vec3& from, const Vec3& to) const;
     [[nodiscard]] std::vector<Seen> seen_from(std::uint32_t polygon, const Vec3& place) const;
 

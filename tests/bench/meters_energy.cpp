@@ -1,4 +1,4 @@
-// Meters of what ought to be conserved: energy and angular momentum of a spin, energy of a chain.
+// Meters of conserved values: energy and angular momentum of a spin, energy of a chain.
 #include "tests/bench/physics_meters.h"
 #include "tests/scenario/spin_reference.h"
 

@@ -60,7 +60,7 @@ class DriftMeter : public Meter {
     bool height_;
 };
 
-/// Steps between looks at the penetration of a pile that still falls.
+/// Steps between measurements of the penetration of a pile that still falls.
 constexpr int kLook = 20;
 
 class PileMeter : public Meter {

@@ -95,7 +95,7 @@ std::vector<std::pair<std::string, soft::SoftDef>> soft_shapes() {
             {"balloon", fit_def(soft::build_balloon(balloon))}};
 }
 
-/// A frame is a step; what the table says of all steps is summed up in the observed run.
+/// A frame is a step; the table's costs of all steps are summed up in the observed run.
 class SubstepTrial : public JudgedTrial {
   public:
     explicit SubstepTrial(const soft::SoftDef& def)

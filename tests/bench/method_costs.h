@@ -1,4 +1,4 @@
-// Method costs: what the table of server/physics/method_selection/cost_table.h says, measured.
+// Method costs: measures the costs in the table of server/physics/method_selection/cost_table.h.
 #pragma once
 
 #include "tests/bench/suite.h"

@@ -1,5 +1,4 @@
-// Motion traces: recorded and analytic motions of many entities, tick by tick, for what follows
-// motion (replication).
+// MotionTraces: recorded and analytic motions of many entities, for the replication benchmarks.
 #pragma once
 
 #include "server/world/entity_type.h"
@@ -12,7 +11,7 @@
 
 namespace zoned::bench {
 
-/// One entity at one tick, as the simulation that made it knew it.
+/// One entity at one tick, with the values that its own simulation knew.
 struct TracedState {
     motion::KinematicState state;
     bool at_rest = false;
@@ -38,14 +37,14 @@ MotionTrace throw_trace(int entities, int ticks);
 MotionTrace walk_trace(int entities, int ticks);
 
 /// The cubes of cubes901_`which` ("A" or "B"), 60 Hz. The trace has no velocities: central
-/// differences over four frames stand for what its simulation knew, and its positions are on a grid
-/// of 1/512 m, so that these are off by 0.015 m/s rms. No frames where the data is not there
-/// (`why` says so).
+/// differences over four frames stand for what its simulation knew. Its positions are on a grid of
+/// 1/512 m, so these velocities are off by 0.015 m/s rms. There are no frames where the data is
+/// missing (`why` gives the reason).
 MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why);
 
-/// The world of config/valley.txtpb without players, simulated by its zones; 30 Hz. `characters`:
-/// those of its characters that walk; else its props, each thrown once, in turn, by up to 6 m/s.
-/// Entities that stay in their zone all the time, as many as `most`.
+/// The world of config/valley.txtpb without players, simulated by its zones; 30 Hz. With
+/// `characters`, the walking characters; else the props, each thrown once, in turn, by up to 6 m/s.
+/// Entities that stay in their zone all the time, at most `most`.
 MotionTrace valley_trace(bool characters, std::size_t most, int ticks);
 
 }  // namespace zoned::bench

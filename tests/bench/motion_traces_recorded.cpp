@@ -40,7 +40,7 @@ Quat cube_turn(const CubeRecord& cube) {
     return Quat(q[3], q[0], q[2], -q[1]).normalized();
 }
 
-/// Whether a cube is where and as it was, whatever else is told of it.
+/// Whether a cube is where and as it was; its other fields do not count.
 bool same_pose(const CubeRecord& a, const CubeRecord& b) {
     return std::equal(a.begin(), a.end() - 1, b.begin());
 }
@@ -98,7 +98,7 @@ TracedState state_in(const world::Entities& entities, world::Row row) {
     return {entities.kinematic(row), entities.has(row, world::kAtRest)};
 }
 
-/// Sets props off, in turn, so that some of them fly, roll and come to rest at any time.
+/// Sets props off, in turn, so that at any time some of them fly, roll and come to rest.
 void throw_prop(zone::ZoneState& state, EntityId entity, core::Rng& rng) {
     const float x = rng.range(-4.0F, 4.0F);
     const float y = rng.range(1.0F, 6.0F);
@@ -106,7 +106,7 @@ void throw_prop(zone::ZoneState& state, EntityId entity, core::Rng& rng) {
     context.add_velocity(entity, Vec3(x, y, rng.range(-4.0F, 4.0F)));
 }
 
-/// What each of the chosen entities did so far; those that left the zone are dropped.
+/// The motion of each chosen entity so far; entities that left the zone are dropped.
 using Recordings = std::map<EntityId, std::vector<TracedState>>;
 
 /// Of the first zone, whose ground is the trace's.
@@ -160,7 +160,7 @@ MotionTrace valley_trace(bool characters, std::size_t most, int ticks) {
             }
         }
     }
-    // Types differ in what they are allowed; the promise to all of them is the loosest.
+    // Each type has its own limits; the promise to all of them is the loosest.
     trace.type.kind = characters ? world::EntityKind::kCharacter : world::EntityKind::kProp;
     trace.type.shape = characters ? world::TypeShape::kCapsule : world::TypeShape::kBox;
     trace.type.half_extents = Vec3::Constant(0.3F);

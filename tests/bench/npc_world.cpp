@@ -104,7 +104,7 @@ NpcWorld::Cost NpcWorld::tick() {
     return cost;
 }
 
-/// As a zone moves its characters.
+/// Moves characters as a zone does.
 void NpcWorld::walk() {
     for (world::Row row = 0; row < entities_.size(); ++row) {
         const motion::InputCommand& c = entities_.command[row];

@@ -1,4 +1,4 @@
-// NpcWorld: people of a config's types on an open plain, and players; agents and walking alone.
+// NpcWorld: NPCs of a config's types and players on an open plain; only agents and walking run.
 #pragma once
 
 #include "server/ai/ai_update.h"
@@ -15,7 +15,7 @@
 
 namespace zoned::bench {
 
-/// How many of which.
+/// How many NPCs of each type.
 struct NpcShare {
     std::string type;
     double share;
@@ -27,7 +27,7 @@ class NpcWorld {
         std::size_t people = 0;
         std::vector<NpcShare> shares;
         std::size_t players = 0;  ///< stand at the nodes of a square lattice
-        float side_m = 0.0F;      ///< of the square in which all live
+        float side_m = 0.0F;      ///< of the square in which all of them live
         bool simulate_all = false;
         int threads = 1;
     };
@@ -35,7 +35,7 @@ class NpcWorld {
     /// `settings` must outlive this.
     NpcWorld(const config::Settings& settings, const Plan& plan);
 
-    /// One tick; thread CPU time of the caller, and time on the wall, of its two halves.
+    /// One tick; measures thread CPU time of the caller and wall-clock time of its two halves.
     struct Cost {
         std::int64_t agents_ns = 0;
         std::int64_t agents_wall_ns = 0;

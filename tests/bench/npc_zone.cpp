@@ -13,7 +13,7 @@ namespace {
 /// In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies;
 /// one each of hounds, children and deer.
 constexpr std::array kShares = {0.3, 0.3, 0.06, 0.2, 0.04, 0.1, 0.0, 0.0, 0.0};
-/// As dense as the town is with its ten thousand, people could not be placed.
+/// At the density of the town with its ten thousand, people could not be placed.
 constexpr int kPlain = 10'000;
 constexpr int kSpawns = 5;  ///< of the config
 
@@ -35,7 +35,7 @@ std::vector<std::string> sets_of(const NpcZone::Plan& plan) {
             sets.push_back(scatter + ".min_distance_m=0.1");
         }
     }
-    // Beyond where pilgrims live: some of them come as near as this.
+    // Beyond the homes of pilgrims: some of them come as near as this.
     for (int k = 0; k < kSpawns; ++k) {
         const std::string spawn = "spawn[" + std::to_string(k) + "]";
         sets.push_back(spawn + ".x_m=-570");

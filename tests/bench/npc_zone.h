@@ -1,4 +1,4 @@
-// NpcZone: the town of config/town.txtpb with as many people as asked, in one whole zone.
+// NpcZone: the town of config/town.txtpb with the requested number of people, in one whole zone.
 #pragma once
 
 #include "server/app/world/world.h"
@@ -13,11 +13,11 @@
 
 namespace zoned::bench {
 
-/// What one of the people costs in a tick, ns of thread CPU time: means over the ticks of a run.
+/// The cost of one person in a tick, ns of thread CPU time: means over the ticks of a run.
 struct NpcZoneCost {
     double ns = 0.0;
     std::array<double, zone::kPasses> pass_ns{};
-    double rest_ns = 0.0;  ///< the census, inputs and what a world does around its zones
+    double rest_ns = 0.0;  ///< the census, inputs and the world's work around its zones
     double active = 0.0;   ///< agents, of all people
     double events_per_tick = 0.0;
 };
@@ -31,8 +31,8 @@ struct NpcZoneDay {
 class NpcZone {
   public:
     struct Plan {
-        int people =
-            0;  ///< six types in the shares of the town, of three that never sleep one each
+        /// Six types in the shares of the town; one each of three types that are never suspended.
+        int people = 0;
         bool suspend_offscreen = true;
         bool viewer = false;  ///< one player stands where the people thin out
     };
@@ -45,8 +45,8 @@ class NpcZone {
 
     [[nodiscard]] NpcZoneCost run(int ticks);
 
-    /// `ticks` of which none is left out, and of these the `stretch` on end with the most events:
-    /// the same in every run, whatever else the machine does.
+    /// `ticks` of which none is left out, and of these the `stretch` on end with the most events.
+    /// The choice is the same in every run, whatever else the machine does.
     [[nodiscard]] NpcZoneDay day(int ticks, int stretch);
 
   private:

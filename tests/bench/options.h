@@ -25,7 +25,7 @@ struct Options {
     bool metrics = false;
 };
 
-/// Nothing where the program is to end with `exit_code`: help was asked for, or the line is wrong.
+/// Nothing where the program must end with `exit_code`: help was asked for, or the line is wrong.
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
 
 }  // namespace zoned::bench

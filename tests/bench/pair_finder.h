@@ -22,9 +22,9 @@ class PairFinder {
     PairFinder& operator=(const PairFinder&) = delete;
     virtual ~PairFinder() = default;
 
-    /// The boxes of the rows `moved` are now those in `boxes`, by row; finds the pairs.
+    /// The boxes of the rows `moved` now have the values in `boxes`, by row; finds the pairs.
     virtual void step(std::span<const std::uint32_t> moved, std::span<const Aabb> boxes) = 0;
-    /// What the last step found: at least the overlapping pairs with a row that moved.
+    /// The pairs that the last step found: at least the overlapping pairs with a row that moved.
     [[nodiscard]] virtual std::vector<BoxPair> pairs() const = 0;
 };
 
@@ -34,7 +34,7 @@ struct PairMethod {
     std::function<std::unique_ptr<PairFinder>(std::span<const Aabb> boxes)> build;
 };
 
-/// The structures of server/spatial, `default` being the one that it chooses itself.
+/// The structures of server/spatial; `default` is the one that it chooses itself.
 std::vector<PairMethod> spatial_methods();
 /// Bullet's dynamic tree (its default) and its sweep and prune, with their pair caches.
 std::vector<PairMethod> bullet_pair_methods();

@@ -26,7 +26,7 @@ class SpatialPairs : public PairFinder {
         }
         pairs_.clear();
         index_.query_each(moved, boxes, [this](std::uint32_t row, std::uint32_t other) {
-            // Two that moved find each other twice.
+            // Two rows that both moved find each other twice.
             if (other > row || moves_[other] == 0) {
                 pairs_.emplace_back(std::min(row, other), std::max(row, other));
             }

@@ -1,4 +1,4 @@
-// Meters: what is measured on each physics scene, from the motions that an engine reports alone.
+// Meters: measurements on each physics scene, taken only from the motions that an engine reports.
 #pragma once
 
 #include "tests/bench/results.h"
@@ -37,7 +37,7 @@ std::unique_ptr<Meter> creep_meter(const scenario::Description& description);
 std::unique_ptr<Meter> spin_meter(const scenario::Description& description);
 /// S8: error = largest gap of a joint.
 std::unique_ptr<Meter> chain_meter(const scenario::Description& description);
-/// S9: error = how many passed.
+/// S9: error = number of spheres that passed through.
 std::unique_ptr<Meter> bullets_meter(const scenario::Description& description);
 
 }  // namespace zoned::bench

@@ -7,7 +7,7 @@
 
 namespace zoned::bench {
 
-/// Lengths are metres, x to the right and z downwards; what lies outside is cut off.
+/// Lengths are metres, x to the right and z downwards; parts outside the view are cut off.
 class Picture {
   public:
     /// A view from (x0, z0), `width` x `height` m, both > 0.
@@ -22,7 +22,7 @@ class Picture {
               double thickness,
               const std::string& colour);
     void disc(double x, double z, double radius, const std::string& colour);
-    /// From a place to another, with a head a third as long.
+    /// An arrow from one place to another, with a head a third as long.
     void arrow(double ax,
                double az,
                double bx,

@@ -1,4 +1,4 @@
-// The peer of `boids_50k`: a flock as one writes it first: an array of agents, a list per cell.
+// PlainFlock: the peer of `boids_50k`, a first simple version with an agent array and cell lists.
 #pragma once
 
 #include "kernels/include/flock.h"

@@ -1,4 +1,4 @@
-// The peers of the suites `particles` and `kernels`: what somebody would write who has no engine.
+// PlainParticles: engine-free peers of the suites `particles` and `kernels`.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,7 @@
 
 namespace zoned::bench {
 
-/// Semi-implicit Euler over columns in a plain loop, with everything that it needs in its
-/// arguments.
+/// Semi-implicit Euler over columns in a plain loop; its arguments hold everything that it needs.
 void plain_particle_loop(std::size_t count,
                          float h,
                          float gx,

@@ -1,4 +1,4 @@
-// PlainSentry: the sentry's machine written as code, as a switch and as a class per state.
+// PlainSentry: the sentry's state machine written as code, as a switch and as a class per state.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"

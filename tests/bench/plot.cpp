@@ -112,7 +112,7 @@ struct Spot {
     const Point* point;
 };
 
-/// Moves labels down until none lies on another.
+/// Moves labels down until none overlaps another.
 void part_labels(std::vector<Spot>& spots) {
     constexpr double kLine = 13.0;
     constexpr double kLabel = 120.0;  // width of the longest
@@ -135,12 +135,12 @@ std::string name_of(const Row& row) {
     return row.peer.empty() ? row.method : row.peer + "/" + row.method;
 }
 
-/// What rows with a certain metric are drawn against: time and that metric.
+/// The axes for rows with a certain metric: time and that metric.
 struct CurveKind {
     const char* metric;
     const char* metric_label;
     const char* time_label;
-    bool times_metric;  ///< time_us_p50 is that of one of so many
+    bool times_metric;  ///< time_us_p50 is the time of one of these units
 };
 
 /// The kind of curve that a row is a point of, or null.
@@ -156,7 +156,7 @@ const CurveKind* curve_of(const Row& row) {
     return found == kKinds.end() ? nullptr : found;
 }
 
-/// The first word of a curve's parameter is what varies along it.
+/// The first word of a curve's parameter varies along the curve.
 std::string heading_of(const Row& row) {
     std::string parameter = row.parameter;
     if (curve_of(row) != nullptr) {
@@ -286,7 +286,7 @@ std::string report_html(const Results& results) {
             const CurveKind* curve = curve_of(row);
             if (curve == nullptr) {
                 points.push_back({name_of(row), row.time_us_p50, row.error, row.peer.empty()});
-            } else if (std::isfinite(row.error)) {  // what exploded has no place
+            } else if (std::isfinite(row.error)) {  // exploded rows have no place
                 const double at = *row.find_metric(curve->metric);
                 const double time = row.time_us_p50 * (curve->times_metric ? at : 1.0);
                 points.push_back({name_of(row), time, row.error, row.peer.empty()});

@@ -15,7 +15,7 @@ struct Point {
     bool own = false;  ///< ours: drawn filled, peers hollow
 };
 
-/// A picture with logarithmic axes. The size of a value counts; what is zero or not finite lies on
+/// A picture with logarithmic axes. The absolute value counts; zero and non-finite values lie on
 /// the lower edge. Labels are escaped.
 std::string scatter_svg(const std::string& title,
                         const std::string& x_label,
@@ -30,9 +30,9 @@ std::string curves_svg(const std::string& x_label,
 /// One page of all rows: a picture of time against error per scene, and the metrics as tables; then
 /// the pictures of scenes.
 /// Rows with the metric `passes` are points of one curve per method, whatever the first word of
-/// their parameter: error against time and against passes. So are those with `updates_per_s`. So
-/// are those with the metric `steps_per_s`, whose time is that of one step: error against the time
-/// of a simulated second and against its steps.
+/// their parameter: error against time and against passes. Rows with `updates_per_s` are drawn in
+/// the same manner. So are those with the metric `steps_per_s`, whose time is that of one step:
+/// error against the time of a simulated second and against its steps.
 std::string report_html(const Results& results);
 
 }  // namespace zoned::bench

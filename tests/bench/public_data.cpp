@@ -19,7 +19,7 @@ struct CloseUnpacked {
 
 using Unpacked = std::unique_ptr<std::FILE, CloseUnpacked>;
 
-/// What xz makes of a file of cubes901; null, and why, where there is none.
+/// The decompressed text of a file of cubes901, by xz; null, with the reason, where there is none.
 Unpacked unpack(const std::string& name, std::string& why) {
     const std::string file = data_directory() + "/cubes901/" + name + ".xz";
     if (!std::filesystem::exists(file)) {

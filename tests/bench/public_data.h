@@ -1,4 +1,4 @@
-// Public data: other people's benchmarks, read from files that a machine may not have.
+// Public data: benchmarks by other authors, read from files that a machine may not have.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@ inline constexpr std::size_t kCubes = 901;
 /// A cube as it is written: left_out, a, b, c, x, y, z, interacting.
 using CubeRecord = std::array<std::int32_t, 8>;
 
-/// The first `frames` frames of cubes901_`which` ("A" or "B"), kCubes records each; fewer where the
-/// file is shorter, none where it is not there or unreadable (`why` says so).
+/// The first `frames` frames of cubes901_`which` ("A" or "B"), kCubes records each. Fewer where the
+/// file is shorter; none where it is missing or unreadable (`why` gives the reason).
 std::vector<CubeRecord> read_cubes(const std::string& which, std::size_t frames, std::string& why);
 
-/// An orientation that was captured, and the one before it: left_out, a, b, c, nine bits each.
+/// A captured orientation, and the one before it: left_out, a, b, c, nine bits each.
 struct OrientationPair {
     std::array<std::int32_t, 4> now{};
     std::array<std::int32_t, 4> before{};

@@ -1,4 +1,4 @@
-// Rows: what a benchmark says about one method on one scene, and how rows are written out.
+// Results: rows that a benchmark reports on one method and one scene, and how rows are written out.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace zoned::bench {
 struct Row {
     std::string suite;
     std::string scene;
-    std::string method = "default";  ///< `default` is what a user gets without asking
+    std::string method = "default";  ///< `default` is the method that a user gets without asking
     std::string parameter;           ///< e.g. "dt=1/240"; empty where the scene has none
     double time_us_p50 = 0.0;        ///< CPU time of one frame, see timing.h
     double time_us_p99 = 0.0;

@@ -1,4 +1,4 @@
-// Simulator: an engine that runs a described scene; ours and its peers look the same from here.
+// Simulator: an engine that runs a described scene, with one interface for ours and its peers.
 #pragma once
 
 #include "tests/scenario/ray.h"
@@ -36,8 +36,8 @@ class Simulator {
     /// Brings the engine's trees into the best shape for the queries that follow.
     virtual void prepare_queries() {}
 
-    /// Distance of the nearest hit of each ray, infinity for none; false where the engine is not
-    /// asked such questions here.
+    /// Distance of the nearest hit of each ray, infinity for none; false where this engine does not
+    /// answer such queries here.
     virtual bool cast(std::span<const scenario::Ray> rays, std::span<double> distances) const {
         return rays.empty() && distances.empty();
     }

@@ -42,7 +42,7 @@ std::unique_ptr<btCollisionShape> shape_of(const scenario::Solid& solid) {
 }
 
 struct BulletSettings {
-    bool continuous = false;  ///< continuous collision detection of what moves
+    bool continuous = false;  ///< continuous collision detection of moving bodies
     int substeps = 1;
     bool exact_rays = false;  ///< rays by GJK, else by its subsimplex cast
 };
@@ -121,7 +121,8 @@ class BulletSimulator : public Simulator {
         }
         btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
         info.m_startWorldTransform = to_bullet(body.pose);
-        // Bullet multiplies the coefficients of a pair: roots give the pair what the scene says.
+        // Bullet multiplies the coefficients of a pair: their roots give the pair the scene's
+        // coefficient.
         info.m_friction = static_cast<btScalar>(std::sqrt(body.friction));
         info.m_restitution = static_cast<btScalar>(std::sqrt(body.restitution));
         bodies_.push_back(std::make_unique<btRigidBody>(info));

@@ -22,8 +22,8 @@ void start_library() {
     static const bool started = [] {
         dInitODE2(0);
         dAllocateODEDataForThread(dAllocateMaskAll);
-        // The exact solver reports near-singular systems on every step of some scenes; what comes
-        // of them shows in the row's error.
+        // The exact solver reports near-singular systems on every step of some scenes; their effect
+        // shows in the row's error.
         dSetMessageHandler([](int, const char*, va_list) {});
         return true;
     }();

@@ -68,7 +68,7 @@ Engine zoned_engine(std::string method,
                 return std::make_unique<ZonedSimulator>(description, settings, threads);
             },
             [settings](const std::string& /*scene*/, const scenario::Description& description) {
-                // Of the methods one stands for all where a scene is large.
+                // Where a scene is large, one method stands for all.
                 const bool costly = settings.substeps != 0 ||
                                     (settings.method != physics::SolverVariant::kSoftStep &&
                                      settings.method != physics::SolverVariant::kGaussSeidel);

@@ -1,4 +1,4 @@
-// Order statistics of measured values.
+// Statistics: order statistics of measured values.
 #pragma once
 
 #include <span>

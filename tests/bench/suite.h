@@ -1,4 +1,4 @@
-// Suites: how a benchmark introduces itself, and what it is given to run.
+// Suites: how a benchmark registers itself, and the session that it is given to run.
 #pragma once
 
 #include "tests/bench/results.h"
@@ -9,7 +9,7 @@
 
 namespace zoned::bench {
 
-/// What the command line asks for; a suite reads it and adds its rows.
+/// The session that the command line asks for; a suite reads it and adds its rows.
 class Session {
   public:
     std::vector<std::string> scenes;   ///< empty: all
@@ -22,7 +22,7 @@ class Session {
     [[nodiscard]] bool wants_scene(const std::string& scene) const;
     /// True where the method's name or its peer's is asked for.
     [[nodiscard]] bool wants_method(const std::string& method, const std::string& peer) const;
-    /// A line about what is being done, on standard error.
+    /// A line about the current work, on standard error.
     void progress(const std::string& what) const;
     /// Appends rows.
     void add(std::vector<Row> rows);

@@ -1,5 +1,5 @@
-// Suite `bodies`: what a body costs: inertia on the diagonal or all of the tensor, particles beside
-// rigid bodies; and rays in the order in which they come or sorted.
+// Suite `bodies`: the cost of a body with diagonal or full inertia tensor, of particles beside
+// rigid bodies, and of rays in given or sorted order.
 #include "server/physics/scene/scene.h"
 #include "server/spatial/morton.h"
 #include "tests/bench/comparison.h"
@@ -45,7 +45,7 @@ Vec3 any_vector(core::Rng& rng, float most) {
     return {x, y, z};
 }
 
-/// What inertia the spinning bodies have.
+/// The inertia of the spinning bodies.
 enum class Inertia : std::uint8_t {
     kRound,     ///< all moments equal
     kDiagonal,  ///< those of a box, about its own axes
@@ -53,9 +53,9 @@ enum class Inertia : std::uint8_t {
 };
 
 /// Boxes that spin, free of weight and of each other, or that lie on the ground, pushed about by
-/// their spin at first. Error: the largest change of a body's angular momentum, as a share of it,
-/// of which there is none in free flight but rounding; on the ground: how deep the lowest centre
-/// lies below where it lies in rest, m.
+/// their spin at first. In free flight the error is the largest relative change of a body's angular
+/// momentum, where only rounding is allowed. On the ground it is how deep the lowest centre lies
+/// below its rest height, m.
 class SpinTrial : public JudgedTrial {
   public:
     SpinTrial(Inertia inertia, bool on_ground, int count)
@@ -184,8 +184,8 @@ class FallTrial : public JudgedTrial {
     double landed_ = 0.0;
 };
 
-/// Boxes at random in a cube, 4 m apart in the mean, that no cache holds, and short rays from
-/// everywhere. The exact distances are those of the first rays only.
+/// Boxes at random in a cube, 4 m apart in the mean, too many for any cache, and short rays from
+/// everywhere. The exact distances are computed for the first rays only.
 struct RayWorld {
     physics::Scene scene{physics::PhysicsSettings()};
     std::vector<physics::Ray> rays;
@@ -304,7 +304,7 @@ class RayTrial : public JudgedTrial {
     std::vector<std::uint64_t> order_of_;
 };
 
-/// Times the methods that are asked for and says what one of `count` things costs.
+/// Times the requested methods and reports the cost of one of `count` items.
 void add_rows(Session& session,
               const std::string& scene,
               const std::string& parameter,

@@ -149,7 +149,7 @@ std::vector<PairMethod> all_methods() {
     return methods;
 }
 
-/// All pairs of many boxes take so long that nobody would wait for them.
+/// All pairs of many boxes would take too long.
 constexpr std::uint32_t kMostForAllPairs = 2000;
 
 void run_crowd(Session& session, const Crowd& crowd) {

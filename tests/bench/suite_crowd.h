@@ -1,4 +1,4 @@
-// Parts of the suite `crowd`, a file each.
+// Suite `crowd`: its parts, one file each.
 #pragma once
 
 #include "tests/bench/suite.h"

@@ -57,7 +57,7 @@ class AvoidanceTrial final : public JudgedTrial {
         stuck_ += report.stuck;
     }
 
-    /// Runs that are only timed go straight on: their 80 steps are 5 m, less than most paths.
+    /// Runs that are only timed do not turn: their 80 steps are 5 m, less than most paths.
     void observe() override {
         worst_overlap_ = std::max(worst_overlap_, overlap());
         for (std::size_t i = 0; i < agents_.size(); ++i) {
@@ -97,7 +97,7 @@ class AvoidanceTrial final : public JudgedTrial {
         }
     }
 
-    /// Of all pairs along x: whoever is farther along than a diameter does not matter.
+    /// Sweeps all pairs along x: a box farther along than a diameter does not matter.
     [[nodiscard]] double overlap() {
         by_x_.resize(agents_.size());
         for (std::size_t i = 0; i < by_x_.size(); ++i) {

@@ -46,7 +46,7 @@ class SteeredFlockTrial final : public JudgedTrial {
         }
     }
 
-    /// Numbers that differ from those of one thread without a device.
+    /// The number of values that differ from those of one thread without a device.
     void observe() override {
         compute::Team alone;
         plain_.step(reference_, count_, rules_, alone, field_.directions);

@@ -28,7 +28,7 @@ constexpr std::size_t kGoalAgents = 5000;
 constexpr float kGoalStep_m = 0.25F;
 constexpr float kGoalNear_m = 0.5F;
 constexpr int kGoalTicks = 25;
-/// Ticks after which nobody waits for an index any more.
+/// Ticks after which no agent waits for an index any more.
 constexpr int kPatience = 1000;
 
 GroundMap metre_cells(const ai::pathfinding::GridMap& cells) {
@@ -53,23 +53,23 @@ std::vector<GridInstance> farthest(const GridScene& scene, std::size_t count) {
     return agents;
 }
 
-/// Doors on the paths of many that shut, and open again.
+/// Doors that shut, and open again, on the paths of many agents.
 constexpr std::size_t kGoalDoors = 8;
 /// Ticks after which a door turns again, long before the index is renewed.
 constexpr int kHastyTicks = 5;
-/// Ticks of less work say little about what a unit takes.
+/// Ticks with less work give no useful cost of a unit.
 constexpr std::uint64_t kTellingWork = 100'000;
 
 struct DoorRun {
     std::vector<double> change_ms;  ///< of each change
     std::vector<double> serve_ms;   ///< of each tick after them
-    std::vector<double> tick_ms;    ///< the same with where everybody heads for
-    std::vector<double> unit_ns;    ///< of ticks with work, per unit that they say
-    int ticks_to_repair = 0;        ///< until nobody waits
+    std::vector<double> tick_ms;    ///< the same with the desired velocities of all agents
+    std::vector<double> unit_ns;    ///< of ticks with work, per reported unit
+    int ticks_to_repair = 0;        ///< until no agent waits
     int ticks_to_index = 0;         ///< until the planner is as quick as before
-    std::uint64_t broken = 0;       ///< paths that they cut
-    std::uint64_t reviewed = 0;     ///< that they might have made shorter
-    std::size_t wrong = 0;          ///< paths that lead through one that is shut
+    std::uint64_t broken = 0;       ///< paths that the changes cut
+    std::uint64_t reviewed = 0;     ///< paths that the changes might have made shorter
+    std::size_t wrong = 0;          ///< paths that lead through a shut door
 };
 
 struct GoalsRun {
@@ -77,7 +77,7 @@ struct GoalsRun {
     std::vector<double> tick_ms;
     int ticks_to_all = -1;
     std::size_t still = 0;     ///< agents that did not move in the first tick
-    std::size_t backward = 0;  ///< whose first segment ends no nearer to the goal, along best paths
+    std::size_t backward = 0;  ///< agents whose first segment gains nothing along best paths
     std::size_t wrong = 0;     ///< without a free path to the goal
     std::size_t near_best = 0;
     double excess = 0.0;  ///< of paths over the best on the grid, mean; pulled ones may be shorter
@@ -113,7 +113,7 @@ class GoalsTrial {
             }
             for (std::size_t i = 0; i < agents_.size(); ++i) {
                 const bool waits = service_.answer(tickets_[i]).waiting;
-                from_[i] = waits ? at_[i] : from_[i];  // its path begins where it was last seen
+                from_[i] = waits ? at_[i] : from_[i];  // its path begins at its last known place
             }
             if (r.ticks_to_all < 0 && service_.counts().waiting == 0) {
                 r.ticks_to_all = tick + 1;
@@ -148,7 +148,7 @@ class GoalsTrial {
         }
     }
 
-    /// The cell of a corner that an asker has still to pass, and those around it.
+    /// The cell of a corner that a requester has still to pass, and the cells around it.
     [[nodiscard]] std::vector<ai::pathfinding::CellChange> door_of(std::size_t asker) const {
         std::vector<ai::pathfinding::CellChange> door;
         const std::span<const Spot> corners = service_.answer(tickets_[asker]).corners;
@@ -200,7 +200,7 @@ class GoalsTrial {
         follow(d, ticks);
     }
 
-    /// Ticks until the paths and the index are what they ought to be, at most so many.
+    /// Ticks until the paths and the index are correct again, at most this many.
     void follow(DoorRun& d, int most) {
         for (int tick = 1; tick <= most; ++tick) {
             const std::int64_t begin = thread_cpu_ns();
@@ -225,7 +225,7 @@ class GoalsTrial {
         }
     }
 
-    /// What is left of a path, as far as it is known from where its asker stands.
+    /// The rest of a path, as far as it is known from the requester's place.
     bool free_from(PathRequestId ticket, Spot at) {
         const Spot head = service_.heading(ticket, at, kGoalNear_m);
         const std::span<const Spot> corners = service_.answer(ticket).corners;
@@ -254,8 +254,8 @@ class GoalsTrial {
         }
     }
 
-    /// Whether a path is free from where it began to a goal. Who walks beside an obstacle may stand
-    /// in a cell whose middle is blocked, and who stands on the edge of two cells is in both.
+    /// Whether a path is free from its start to a goal. An agent beside an obstacle may stand in a
+    /// cell whose middle is blocked; an agent on the edge of two cells is in both.
     [[nodiscard]] bool leads_to(const PathResult& path, Spot from, Cell goal) const {
         constexpr float kOnEdge_m = 1e-3F;
         for (const Spot off : {Spot{-kOnEdge_m, -kOnEdge_m},

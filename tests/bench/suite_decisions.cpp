@@ -1,5 +1,5 @@
-// Suite `decisions`: what a decision of an agent costs by each method: state machines in three
-// forms and of three levels, plans, fuzzy rules.
+// Suite `decisions`: the cost of an agent's decision by each method: state machines in three forms
+// and of three levels, plans, fuzzy rules.
 #include "server/ai/decision/fuzzy/fuzzy_system.h"
 #include "server/ai/decision/goap/goap_planner.h"
 #include "server/ai/decision/state_machine/flat_state_machine.h"
@@ -59,8 +59,9 @@ MachineScene machine_scene(Form form) {
             scenario::kSentryDt};
 }
 
-/// Agents in all states alike, most of which have no reason to leave it: on average one in 67
-/// senses something that its state's transitions wait for, and is put back into its state after.
+/// Agents spread evenly over all states. Most have no reason to leave theirs. On average one in 67
+/// senses a value that a transition of its state waits for, and is put back into its state
+/// afterwards.
 class AgentCrowd {
   public:
     AgentCrowd(const MachineScene& scene, std::size_t count, bool sorted)
@@ -95,7 +96,7 @@ class AgentCrowd {
         changes.reserve(count);
     }
 
-    /// What the tick did is undone, so that all ticks see the same crowd.
+    /// The effects of the tick are undone, so that all ticks see the same crowd.
     void put_back() {
         changed += changes.size();
         ++ticks;
@@ -118,8 +119,8 @@ class AgentCrowd {
     std::size_t ticks = 0;
 
   private:
-    /// Senses with which something happens, or nothing; `times` in states are drawn as well, or
-    /// stay as they are.
+    /// Senses that fire a transition, or none; `times` in states are drawn as well, or left
+    /// unchanged.
     void draw(const MachineScene& scene,
               core::Rng& rng,
               bool event,
@@ -160,8 +161,8 @@ class MachineTrial final : public JudgedTrial {
         crowd_.put_back();
     }
 
-    /// Agents whose state differs from what a walk through the definition gives, over a run in
-    /// which senses walk at random.
+    /// The number of agents whose state differs from a walk through the definition, over a run of
+    /// random senses.
     void judge(Row& row) override {
         row.error_unit = "agents";
         row.metric("changes_per_tick",
@@ -312,7 +313,7 @@ struct FuzzyInputs {
     std::vector<float> health;
 };
 
-/// How far from the rules worked out in double precision, the union of terms in 100,000 pieces.
+/// The error against the rules in double precision, with the union of terms in 100,000 pieces.
 double fuzzy_error(const ai::fuzzy::FuzzyDef& def,
                    const FuzzyInputs& inputs,
                    std::size_t agent,

@@ -1,5 +1,5 @@
-// Scenes `xor` and `cartpole`: ten seeds are trained, each judged on what it never saw; what is
-// timed is an evaluation of the first seed's network, in columns.
+// Scenes `xor` and `cartpole`: ten seeds are trained, each judged on samples that it never saw. The
+// time is that of an evaluation of the first seed's network, in columns.
 #include "tests/bench/suite_decisions_learning.h"
 
 #include "server/ai/learning/cart_pole.h"
@@ -25,11 +25,11 @@ struct Lesson {
     learning::BreedingSettings settings;
     double target = 0.0;  ///< score at which training ends
     std::uint64_t most_generations = 0;
-    double full = 0.0;  ///< best score there is: what is missing to it is the error
+    double full = 0.0;  ///< best possible score: the shortfall from it is the error
     const char* unit = "";
 };
 
-/// What ten seeds learned.
+/// The result of training ten seeds.
 struct Learned {
     learning::NeuralNetwork first;
     double mean_missing = 0.0;

@@ -1,4 +1,4 @@
-// Scenes of suite `decisions` that learning.
+// Learning scenes of the suite `decisions`.
 #pragma once
 
 #include "tests/bench/suite.h"

@@ -1,4 +1,4 @@
-// Scene `npc_100k`: a hundred thousand agents of a town's types, a tenth of which players can see.
+// Scene `npc_100k`: a hundred thousand agents of a town's types; players can see a tenth of them.
 #include "tests/bench/suite_decisions_npc.h"
 
 #include "server/config/expand/load_settings.h"
@@ -55,7 +55,7 @@ NpcRun run_world(const config::Settings& settings, NpcWorld::Plan plan, Tick set
 }
 
 constexpr int kQuickPeople = 500;
-/// Who is seen by nobody falls asleep after two seconds.
+/// An agent that no viewer covers is suspended after two seconds.
 constexpr int kSettle = 400;
 
 NpcZoneCost zone_cost(const Session& session, NpcZone::Plan plan, int ticks) {
@@ -76,7 +76,7 @@ NpcZoneDay zone_day(const Session& session, NpcZone::Plan plan) {
     return session.quick ? zone.day(200, 20) : zone.day(kDayTicks, kStretchTicks);
 }
 
-/// Where the time of a tick goes, one line.
+/// One line with the parts of a tick's time.
 std::string by_pass(const std::string& what, const NpcZoneCost& cost) {
     std::array<char, 64> text{};
     const auto ns = [&](double value) {
@@ -94,7 +94,7 @@ std::string by_pass(const std::string& what, const NpcZoneCost& cost) {
     return line + " rest " + ns(cost.rest_ns);
 }
 
-/// What one of a zone's people costs whom nobody sees, and what one that is simulated.
+/// The costs of an off-screen person of a zone and of a simulated one.
 void run_zones(Session& session, Row& row) {
     constexpr int kPeople = 100'000;
     const NpcZoneCost full = zone_cost(session, {10'000, false, false}, 400);
@@ -102,7 +102,7 @@ void run_zones(Session& session, Row& row) {
     const NpcZoneCost alone = zone_cost(session, {kPeople, true, false}, 400);
     const NpcZoneCost viewed = zone_cost(session, {kPeople, true, true}, 400);
     const NpcZoneDay day = zone_day(session, {kPeople, true, false});
-    // Those few that the viewer wakes cost what they cost anyway.
+    // The few that the viewer resumes cost the same as ever.
     const double active = viewed.active - alone.active;
     const double people = session.quick ? kQuickPeople : kPeople;
     const double viewed_ns = (viewed.ns * people - active * full.ns) / (people - active);
@@ -138,11 +138,11 @@ void run_npcs(Session& session, const std::string& scene) {
     NpcWorld::Plan plan;
     plan.people = session.quick ? 2'000 : 100'000;
     plan.shares = kTypes;
-    // A player sees a disc of some 70 m: so many that a tenth of all are seen.
+    // A player sees a disc of some 70 m: with this many players, a tenth of all agents are seen.
     plan.players = session.quick ? 4 : 144;
     plan.side_m = session.quick ? 750.0F : 4'500.0F;
     plan.threads = 2;
-    // Agents that are seen by nobody fall asleep after two seconds, and the day begins at 40 s.
+    // Agents that no viewer covers are suspended after two seconds, and the day begins at 40 s.
     const Tick settle = session.quick ? 60 : 1'200;
     const Tick ticks = session.quick ? 20 : 400;
     const NpcRun all = run_world(settings, plan, settle, ticks);

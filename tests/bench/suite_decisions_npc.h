@@ -1,4 +1,4 @@
-// Scene `npc_100k` of suite `decisions`.
+// Scene `npc_100k` of the suite `decisions`.
 #pragma once
 
 #include "tests/bench/suite.h"
@@ -7,7 +7,8 @@
 
 namespace zoned::bench {
 
-/// A tick of all agents on two threads, and what a simulated agent and one that nobody sees cost.
+/// A tick of all agents on two threads, and the costs of a simulated agent and of an off-screen
+/// one.
 void run_npcs(Session& session, const std::string& scene);
 
 }  // namespace zoned::bench

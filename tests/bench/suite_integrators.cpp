@@ -42,11 +42,11 @@ struct KnownMotion {
     double ratio = 2.0;    ///< of neighbouring time steps
     long steps = 0;        ///< of the longest, up to when the error is taken
     std::function<double(const State&)> error;
-    /// Share by which the energy is off at the time t.
+    /// The relative error of the energy at the time t.
     std::function<double(const State&, double t)> energy_error;
     long drift_steps = 0;
     std::function<void(Row&, const State&)> after_a_minute;  ///< none: not run
-    double omega = 0.0;                                      ///< of a spring; 0: there is none
+    double omega = 0.0;                                      ///< of a spring; 0: no spring
     double damping_ratio = 0.0;
 
     [[nodiscard]] double step_at(int size) const { return longest / std::pow(ratio, size); }
@@ -96,13 +96,13 @@ class MotionTrial : public JudgedTrial {
         }
     }
 
-    /// What the mean error of the energy grows by between the second and the last tenth of a long
-    /// run: what swings and comes back is no drift.
+    /// The growth of the mean energy error between the second and the last tenth of a long run. An
+    /// error that swings and comes back is no drift.
     void judge_energy(Row& row) {
         if (motion_.drift_steps == 0) {
             return;
         }
-        // Where the adaptive pair cuts each step into dozens, a tenth of the run has to do.
+        // The adaptive pair cuts each step into dozens there, so a tenth of the run must suffice.
         const bool cut = std::is_same_v<Method, physics::Adaptive<typename Force::V>> &&
                          motion_.omega * h_ > 4.0;
         const long steps = cut ? motion_.drift_steps / 10 : motion_.drift_steps;
@@ -131,8 +131,8 @@ class MotionTrial : public JudgedTrial {
     State last_;
 };
 
-/// The engine's own free rotation, in the clothes of the other methods; its state stays as the
-/// engine has it.
+/// The engine's own free rotation behind the interface of the other methods. Its state stays in the
+/// engine's form.
 struct EngineSpin {
     Vec3 moments;
     Quat orientation = Quat::Identity();
@@ -174,8 +174,8 @@ std::unique_ptr<JudgedTrial> trial_of(const KnownMotion<Force>& motion,
     });
 }
 
-/// Verlet's forms are for forces that know no velocity: on a rotation nothing is left of what they
-/// are for.
+/// Verlet's forms are for forces that do not depend on velocity: on a rotation they lose their
+/// purpose.
 template <class Force>
 bool has_meaning(IntegratorKind kind) {
     return !std::is_same_v<Force, scenario::FreeRotation> ||
@@ -192,8 +192,8 @@ void per_step(Row& row, int batch) {
     row.metric("ns_per_step", 1e3 * row.time_us_p50);
 }
 
-/// The order between a row and that with the next longer step, where neither exploded and both are
-/// above the floor of rounding.
+/// The order between a row and that with the next longer step. Neither must have exploded, and both
+/// must be above the floor of rounding.
 void add_order(Row& row, const Row& longer, double ratio) {
     constexpr double kFloor = 1e-12;
     constexpr double kExploded = 100.0;  // all motions are of size one, the ball's of 300 m
@@ -205,7 +205,7 @@ void add_order(Row& row, const Row& longer, double ratio) {
     }
 }
 
-/// Which steps the method bears on this spring.
+/// The steps at which the method is stable on this spring.
 template <class Force>
 void add_stability(Row& row, const KnownMotion<Force>& motion) {
     const auto kind = std::find_if(physics::kIntegratorKinds.begin(),
@@ -369,8 +369,8 @@ void run_projectile(Session& session, long drift_steps) {
 }
 
 /// Scene S7 of the physics suite: a box of 1 x 2 x 3 m and 6 kg, spun about its middle axis. Errors
-/// are those of the spin in body axes after 2 s, on the way to the first flip: what wobble there is
-/// has grown a hundredfold by then.
+/// are those of the spin in body axes after 2 s, before the first flip. Any wobble has grown a
+/// hundredfold by then.
 void run_free_spin(Session& session, long drift_steps) {
     const Vec3d spin(0.01, 5.0, 0.01);
     KnownMotion<scenario::FreeRotation> m;

@@ -1,4 +1,4 @@
-// Suite `interest`: who hears of what among 100,000 entities, our matching beside all pairs.
+// Suite `interest`: which viewers hear of which of 100,000 entities, our matching beside all pairs.
 #include "server/interest/matcher.h"
 #include "server/spatial/box_lanes.h"
 #include "tests/bench/comparison.h"
@@ -15,21 +15,21 @@ namespace zoned::bench {
 
 namespace {
 
-constexpr float kExtent = 4000.0F;  // m, both ways
+constexpr float kExtent = 4000.0F;  // m, in both directions
 constexpr float kRadius = 60.0F;
 /// Different ticks before they come again, backwards.
 constexpr std::size_t kMotions = 24;
 
 enum class InterestMotion {
     kNone,
-    kAll,   ///< everybody walks: 1.4 m/s at 30 Hz
+    kAll,   ///< all entities walk: 1.4 m/s at 30 Hz
     kSome,  ///< each tick another 5 %, each of them a step of 0.05 to 3 m
 };
 
 struct InterestScene {
     std::string name;
     InterestMotion motion = InterestMotion::kNone;
-    bool kept = true;  ///< sets live on, with their differences; else each tick starts from nothing
+    bool kept = true;  ///< sets are kept, with their differences; else made anew each tick
 };
 
 const std::vector<InterestScene>& interest_scenes() {
@@ -40,7 +40,7 @@ const std::vector<InterestScene>& interest_scenes() {
     return scenes;
 }
 
-/// What is heard with hysteresis and two levels of detail, as a server has them by default.
+/// The entities heard with hysteresis and two levels of detail, as a server has them by default.
 interest::InterestSettings interest_settings() {
     interest::InterestSettings settings;
     settings.lod_radius_m = {30.0F};
@@ -53,7 +53,7 @@ struct Step {
     float z = 0.0F;
 };
 
-/// Entities spread evenly, every tenth a viewer's avatar, and what moves in each tick.
+/// Entities spread evenly, every tenth a viewer's avatar, and the moved rows of each tick.
 class Field {
   public:
     Field(InterestMotion motion, bool quick) : types_(1), motion_(motion) {
@@ -77,7 +77,8 @@ class Field {
         const std::size_t turn = tick_++ % (2 * kMotions);
         const std::size_t at = turn < kMotions ? turn : 2 * kMotions - 1 - turn;
         if (motion_ == InterestMotion::kAll) {
-            // Positions of one tick against those of another: their writing is none of ours.
+            // Positions of one tick against those of another: the time to write them is not
+            // counted.
             if (turn != kMotions && turn != 0) {
                 entities_.position.swap(places_[at]);
                 std::swap(places_[at], places_[turn < kMotions ? at - 1 : at + 1]);
@@ -138,7 +139,7 @@ class Field {
     std::size_t tick_ = 0;
 };
 
-/// All pairs, eight at a time, by the rule alone; remembers what was known by row.
+/// All pairs, eight at a time, by the rule alone; remembers the known entities by row.
 class AllPairs {
   public:
     /// Without memory: rows within the radii, ascending.
@@ -171,8 +172,8 @@ class AllPairs {
         }
     }
 
-    /// With memory: what the viewer ought to know after this tick. Entities have the ids of their
-    /// rows, plus one.
+    /// With memory: the entities that the viewer should know after this tick. Entities have the ids
+    /// of their rows, plus one.
     void follow(const Field& field,
                 std::size_t viewer,
                 const interest::InterestSettings& settings) {

@@ -1,5 +1,5 @@
-// Suite `kernels`: flocking agents on lanes, threads and a device beside a plain loop; what copies,
-// work groups, the place of tables and tiles in local memory cost on a device.
+// Suite `kernels`: flocking agents on lanes, threads and a device beside a plain loop; on a device
+// also the costs of copies, work groups, table memory and tiles in local memory.
 #include "server/compute/device.h"
 #include "server/compute/stages/flock_stage.h"
 #include "server/compute/worker_pool.h"
@@ -18,7 +18,7 @@ namespace zoned::bench {
 
 namespace {
 
-/// Devices as they are by themselves, and one whose buffers are copied to and fro.
+/// Devices at their default, and one whose buffers are copied to and fro.
 struct Bench {
     compute::WorkerPool pool{2};
     std::unique_ptr<compute::Device> device;
@@ -74,7 +74,8 @@ class FlockTrial : public JudgedTrial {
         ++frames_;
     }
 
-    /// How far the first step's velocities are from the plain loop's: rounding in another order.
+    /// The distance of the first step's velocities from the plain loop's: rounding in another
+    /// order.
     void observe() override {
         if (frames_ != 1) {
             return;
@@ -167,7 +168,7 @@ class StageTrial : public JudgedTrial {
     compute::ParticleStage stage_;
 };
 
-/// Particles in gusts with walls to hit: what tables in constant memory and work groups matter for.
+/// Particles in gusts with walls to hit, where tables in constant memory and work groups matter.
 class KernelTrial : public StageTrial {
   public:
     KernelTrial(std::size_t count,
@@ -186,7 +187,7 @@ class KernelTrial : public StageTrial {
     }
 };
 
-/// What a system's particles may live in, each dearer than the one before.
+/// The surroundings of a system's particles, each dearer than the one before.
 enum class Surroundings : std::uint8_t {
     kGround,
     kDrag,
@@ -195,8 +196,8 @@ enum class Surroundings : std::uint8_t {
     kAll,  ///< sixteen balls and a heightfield
 };
 
-/// Particles that fall through 20 m over an area of 60 x 60 m: what ParticleCost
-/// (server/physics/method_selection/cost_table.h) is made of.
+/// Particles that fall through 20 m over an area of 60 x 60 m: the measurement behind ParticleCost
+/// (server/physics/method_selection/cost_table.h).
 class SurroundedTrial : public StageTrial {
   public:
     SurroundedTrial(std::size_t count, Surroundings in, compute::Device* device)
@@ -274,7 +275,7 @@ void run_boids(Session& session) {
     session.add(std::move(rows));
 }
 
-/// The same steps with buffers mapped and copied: the difference is what copies cost.
+/// The same steps with mapped and with copied buffers: the difference is the cost of copies.
 void run_copies(Session& session) {
     if (!bench().copying) {
         return;
@@ -407,7 +408,7 @@ void run_kernels(Session& session) {
     if (session.wants_scene("surroundings")) {
         run_surroundings(session);
     }
-    // Each kind of group is built by the driver anew, which takes longer than a quick run may.
+    // The driver builds a kernel for each kind of group, which takes longer than a quick run may.
     if (session.wants_scene("groups") && !session.quick) {
         run_groups(session);
     }

@@ -1,5 +1,5 @@
-// Suite `lod`: a day of a town, with all of it simulated and with what nobody sees skipped; the
-// outcome has to be the same.
+// Suite `lod`: a day of a town, fully simulated and with off-screen agents skipped. The outcome has
+// to be the same.
 #include "server/ai/agent/decision.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
@@ -20,16 +20,17 @@ namespace {
 const std::string kTownScene = "town_day";
 constexpr double kDay_s = 600.0;
 
-/// The bound of the config's farthest level of detail, m: what a viewer who comes is promised.
+/// The bound of the config's farthest level of detail, m, which is promised to an arriving viewer.
 constexpr double kFarBound_m = 0.5;
 
-/// Types whose days hang on nobody else, and who competes for what is scarce or follows chance.
+/// Types whose days depend on no other agent, and types that compete for scarce goods or follow
+/// chance.
 constexpr std::array kScheduled = {"fisher", "farmer", "guard", "mayfly"};
 constexpr std::array kContested = {"porter", "pilgrim"};
 /// Variables that only trades and meals change: whole numbers.
 constexpr std::array kGoods = {"fish", "coins", "bread", "parcel", "days"};
 
-/// What an agent turned to, and what it had then.
+/// The action that an agent turned to, and the goods it had then.
 struct Turn {
     Tick tick = 0;
     std::uint16_t current_action = 0;
@@ -42,7 +43,7 @@ struct Person {
     Vec2 at = Vec2::Zero();  ///< in the end
 };
 
-/// How a day went.
+/// The outcome of a day.
 struct Day {
     std::map<std::uint32_t, Person> people;  ///< by entity
     std::map<std::string, double> totals;    ///< of goods, by type that is contested
@@ -81,7 +82,7 @@ std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledBrain& brain, Ti
     return goods;
 }
 
-/// A day from dawn to dawn, of which everybody's turns are written down.
+/// A day from dawn to dawn, with the turns of all agents recorded.
 class DayTrial {
   public:
     DayTrial(const config::Settings& settings) : settings_(settings), world_(settings, 1) {}
@@ -148,11 +149,11 @@ class DayTrial {
     Day day_;
 };
 
-/// How a day that was skipped differs from the same day simulated.
+/// The differences between a skipped day and the same day simulated.
 struct Differences {
     std::uint32_t people = 0;     ///< that keep a schedule
     std::uint32_t turns = 0;      ///< that were compared
-    std::uint32_t scheduled = 0;  ///< people who did or had something else
+    std::uint32_t scheduled = 0;  ///< people whose action or goods differ
     double arrival_s = 0.0;       ///< the largest
     std::vector<double> places_m;
 
@@ -181,9 +182,10 @@ struct Differences {
     }
 };
 
-/// Totals of the skipped days outside of where one more simulated day would lie with a probability
-/// of 99 %: the prediction interval of normal samples, mean +- t s sqrt(1 + 1/n) (Hahn and Meeker,
-/// "Statistical Intervals", 1991, section 4.8).
+/// The totals of skipped days that lie outside the prediction interval of the simulated days. One
+/// more simulated day would lie within it with a probability of 99 %. The interval is that of
+/// normal samples, mean +- t s sqrt(1 + 1/n) (Hahn and Meeker, "Statistical Intervals", 1991,
+/// section 4.8).
 std::uint32_t outside_band(const std::vector<Day>& full, const std::vector<Day>& skipped) {
     // Quantiles 0.995 of Student's t with n - 1 degrees of freedom, n from 2 to 20; beyond, that of
     // 20.

@@ -28,19 +28,19 @@ using scenario::GridInstance;
 constexpr std::size_t kShares = 16;
 /// Slow methods take one in so many of these.
 constexpr std::size_t kSlowShare = 16;
-/// Of the times of one query the median of so many counts.
+/// Of the times of one query, the median of this many counts.
 constexpr int kTimesEach = 5;
 
 /// So many queries are held to the shortest paths on the mesh.
 constexpr std::size_t kHeldToExact = 100;
 
-/// Recast takes minutes for this one, of which every fifth cell touches an obstacle.
+/// Recast takes minutes for this map, of which every fifth cell touches an obstacle.
 constexpr const char* kNoMesh = "random512-10-0";
 
-/// What is asked: gives the length of the path found, below 0 for none.
+/// A path query: returns the length of the path found, below 0 for none.
 using Ask = std::function<double(const GridInstance&)>;
 
-/// What lengths are held to.
+/// The reference for path lengths.
 enum class PathLength {
     kBest,  ///< those of the scenario
     kNear,  ///< the excess over them is the error
@@ -196,7 +196,7 @@ Vec3 centre_on_mesh(ai::pathfinding::Cell c) {
 
 constexpr float kMeshReach = 2.0F;
 
-/// Our own search over the polygons that Detour has: places are found, the corridor, and corners.
+/// Our own search over Detour's polygons, with places, the corridor and corners found by us.
 PathTrialMethod mesh_method(const std::shared_ptr<DetourMesh>& mesh, double baked_s) {
     PathTrialMethod m{"mesh", "", false, PathLength::kAny, {}, baked_s, 0.0, {}};
     m.ask = [mesh,

@@ -1,4 +1,4 @@
-// Parts of the suite `navigation`, a file each.
+// Suite `navigation`: its parts, one file each.
 #pragma once
 
 #include "tests/bench/grid_scene.h"
@@ -12,7 +12,7 @@ namespace zoned::bench {
 void run_flow_fields(Session& session, const GridScene& scene);
 
 /// Row `door`: time until a planner with squares may be asked again after a cell of a path was
-/// blocked or opened; wrong are paths that are not as long as A* finds them then.
+/// blocked or opened. A path is wrong where its length is not the one that A* finds then.
 void run_doors(Session& session, const GridScene& scene);
 
 /// The map that is patched between queries: rows of scene `kPatchedScene`.

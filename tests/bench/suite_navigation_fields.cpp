@@ -33,7 +33,7 @@ std::vector<GridInstance> some_of(const GridScene& scene, std::size_t count) {
     return some;
 }
 
-/// Length of the path that hops lead along; below 0 where they do not end at a goal.
+/// Length of the path along the hops; below 0 where they do not end at a goal.
 template <class HopAt>
 double length_along(const GridScene& scene, Cell c, const HopAt& hop_at) {
     std::uint32_t straight = 0;

@@ -78,7 +78,7 @@ Replayed replay(const std::vector<GridPatch>& patches, const std::vector<GridEve
                            : 0U;
         } else {
             planner.change(changes);
-            planner.plan(nowhere);  // tells anew which cells reach which
+            planner.plan(nowhere);  // recomputes which cells reach which
         }
         const double us = static_cast<double>(wall_ns() - before) * 1e-3;
         (e.query ? r.query_us : r.patch_us).push_back(us);
@@ -91,7 +91,7 @@ constexpr std::size_t kDoors = 48;
 
 /// Puts shut and open doors on a planner with squares, and asks for a path past each.
 struct DoorTimes {
-    std::vector<double> us;  ///< of a change, until a query may be asked again
+    std::vector<double> us;  ///< of a change, until a query may be made again
     std::size_t wrong = 0;   ///< paths that are not as long as A* finds
     std::size_t asked = 0;
 };

@@ -183,7 +183,7 @@ double wall_of(const std::vector<Row>& rows, const std::string& method) {
     return NAN;
 }
 
-/// Ratios of times on the wall: a second thread and a device shorten nothing else.
+/// Ratios of wall-clock times: a second thread and a device shorten nothing else.
 void add_particle_ratios(std::vector<Row>& rows, int count) {
     const double plain = wall_of(rows, "plain_loop");
     const double two = wall_of(rows, "cpu_2");

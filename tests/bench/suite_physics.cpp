@@ -22,7 +22,7 @@ struct PhysicsScene {
 
 constexpr double kFrame = 1.0 / 60.0;
 
-/// `quick`: a smaller field of sleepers, which takes long to fall asleep.
+/// `quick`: a smaller field of resting bodies, which take long to fall asleep.
 std::vector<PhysicsScene> physics_scenes(bool quick) {
     using namespace scenario;
     std::vector<PhysicsScene> s;
@@ -31,7 +31,7 @@ std::vector<PhysicsScene> physics_scenes(bool quick) {
     s.push_back({"S2x100", "", column(5, 100.0), column_meter, 120});
     s.push_back({"S2x1000", "", column(5, 1000.0), column_meter, 120});
     s.push_back({"S3", "", pile(16), pile_meter, 20});
-    // Bullet lets bodies sleep after two seconds at the earliest: timing starts after three.
+    // Bullet lets bodies sleep after two seconds at the earliest, so timing starts after three.
     s.push_back({"S4", "", resting_field(quick ? 30 : 100), drift_meter, 200, 180});
     s.push_back({"S5", "dt=1/60", bounce(1.0, 60.0, kFrame), last_apex_meter, 600});
     s.push_back({"S5", "dt=1/240", bounce(1.0, 60.0, kFrame / 4), last_apex_meter, 2400});
@@ -104,8 +104,8 @@ std::vector<Method> chosen(Session& session, const PhysicsScene& scene) {
     return methods;
 }
 
-/// Y: the time of Bullet's default on S1, taken beside each scene, so that a machine that slows
-/// down slows both.
+/// Y: the time of Bullet's default on S1. It is measured beside each scene, so that a slowing
+/// machine slows both.
 class Yardstick {
   public:
     Yardstick() : scene_(physics_scenes(true).front()) {}
@@ -121,7 +121,7 @@ class Yardstick {
     PhysicsScene scene_;
 };
 
-/// How much sooner two threads are done than one, and whether with the same result.
+/// The speedup of two threads over one, and whether the results agree.
 void note_speedup(std::vector<Row>& rows) {
     const auto row_of = [&](const char* method) {
         return std::find_if(rows.begin(), rows.end(), [&](const Row& row) {

@@ -46,7 +46,7 @@ class RaySource {
     core::Rng rng_;
 };
 
-/// Mostly empty space around a scene is what rays start in.
+/// Rays start mostly in the empty space around a scene.
 bool inside_a_solid(const Vec3d& point, const scenario::Description& d) {
     return scenario::ray_distance({point, Vec3d::UnitY(), 1e-9}, d.bodies) == 0.0;
 }

@@ -1,4 +1,4 @@
-// Suite `replication`: what clients are told, at which price, and how wrong they are then.
+// Suite `replication`: the bytes that clients receive, and the errors of their views.
 #include "tests/bench/suite_replication.h"
 
 namespace zoned::bench {

@@ -28,7 +28,7 @@ constexpr std::array<Predictor, 6> kPredictors{{{"default", -1},
                                                 {"ballistic", 3},
                                                 {"turning", 4}}};
 
-/// How a client displays what it hears.
+/// How a client displays the entities that it hears of.
 struct Watcher {
     const char* name;
     view::ViewKind kind = view::ViewKind::kExtrapolate;
@@ -227,7 +227,7 @@ void run_trace(Session& session, const MotionTrace& trace) {
     session.add(std::move(curves));
 }
 
-/// News is a tenth of a second old: what each way of displaying costs in error and jerk.
+/// Updates are a tenth of a second old: the error and jerk of each display method.
 void run_display(Session& session, const MotionTrace& trace) {
     if (trace.frames.empty()) {
         return;

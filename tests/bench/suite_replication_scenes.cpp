@@ -11,7 +11,7 @@ namespace zoned::bench {
 
 namespace {
 
-/// IPv4 and UDP headers; the rest of what travels with a body is inside the datagram.
+/// IPv4 and UDP headers; the other overhead of a body is inside the datagram.
 constexpr std::size_t kIpAndUdpBytes = 28;
 
 /// Every `step`-th tick of a trace: the same motion at a lower rate.
@@ -25,7 +25,7 @@ MotionTrace thinned(const MotionTrace& trace, int step) {
     return out;
 }
 
-/// What a client predicts, against the truth of the trace.
+/// The client's prediction, against the truth of the trace.
 struct Accuracy {
     double position_m = 0.0;  ///< largest
     double component = 0.0;   ///< largest difference of a quaternion's component

@@ -108,7 +108,7 @@ class Lossy {
         }
     }
 
-    /// What has come by `now`, in the order in which it came.
+    /// The packets that have come by `now`, in the order in which they came.
     std::vector<Message> receive(double now) {
         std::vector<Message> due;
         while (!under_way_.empty() && under_way_.begin()->first <= now) {
@@ -128,8 +128,9 @@ struct Packet {
     std::vector<std::uint8_t> bytes;
 };
 
-/// Over a network that loses 5 % each way and delays by two frames more or less. Each frame the
-/// client acknowledges the newest snapshot received and which of the 32 before it.
+/// Over a network that loses 5 % in each direction and delays by two frames more or less. Each
+/// frame the client acknowledges the newest snapshot received and names which of the 32 before it
+/// arrived.
 Coded code_over_network(const std::vector<wire::snapshot::Snapshot>& all) {
     wire::snapshot::SnapshotEncoder encoder(format_of_cubes());
     wire::snapshot::SnapshotDecoder decoder(format_of_cubes());

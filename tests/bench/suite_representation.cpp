@@ -1,5 +1,5 @@
-// Suite `representation`: what far props are off by when they are simulated as less than they are,
-// and what that saves; zones step, nobody is near.
+// Suite `representation`: the error and the saving of far props simulated as less than they are;
+// zones step, no player is near.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/physics/method_selection/cost_table.h"
@@ -22,11 +22,11 @@ using physics::method_selection::kSoftHullErrorShare;
 constexpr int kTicks = 150;       ///< 5 s
 constexpr int kFlightTicks = 15;  ///< 0.5 s: nothing has landed yet
 
-/// A grid of props of one type, each thrown its own way.
+/// A grid of props of one type, each thrown in a direction of its own.
 struct Throw {
     std::string name;
     std::string shape;    ///< of the type, in the config's words
-    std::string reduced;  ///< how far off it may be what, in the config's words
+    std::string reduced;  ///< the permitted error and its kind, in the config's words
     double height_m = 0.0;
     float speed_mps = 0.0F;
     double share_in_table = 0.0;  ///< of cost_table.h, for error_max_share; 0: none there
@@ -128,7 +128,7 @@ class FarWorld {
         return static_cast<double>(awake) / static_cast<double>(std::max<std::size_t>(e.size(), 1));
     }
 
-    /// Share of the props that are less than they are.
+    /// Share of the props with a reduced representation.
     [[nodiscard]] double reduced_share() const {
         const world::Entities& e = world_.zones()[0]->state().entities;
         std::size_t reduced = 0;
@@ -146,7 +146,7 @@ class FarWorld {
     std::vector<mailbox::OutboxItem> out_;
 };
 
-/// What the full simulation does, tick by tick.
+/// The full simulation, tick by tick.
 using Truth = std::vector<std::vector<Pose>>;
 
 Truth truth_of(const Throw& scene, int ticks) {

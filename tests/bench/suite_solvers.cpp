@@ -1,5 +1,5 @@
-// Suite `solvers`: what the methods leave unsolved against passes and time, and what stabilisation,
-// the order of rows and warm starts do to them.
+// Suite `solvers`: the residual of the methods against passes and time, and the effects of
+// stabilisation, row order and warm starts.
 #include "server/physics/solver_variants/row_solvers/row_solvers.h"
 #include "server/physics/solver_variants/rows/residual.h"
 #include "tests/bench/comparison.h"
@@ -35,7 +35,7 @@ std::vector<Snapshot> snapshots(bool quick) {
 
 std::vector<NamedMethod> row_methods() {
     std::vector<NamedMethod> methods = contact_methods();
-    methods.resize(5);  // those that solve rows come first
+    methods.resize(5);  // the methods that solve rows come first
     return methods;
 }
 
@@ -251,7 +251,7 @@ void run_beta(Session& session) {
     }
 }
 
-/// What twenty passes leave, over orders of visits.
+/// The residual of twenty passes, over orders of visits.
 void run_order(Session& session) {
     session.progress("solvers order");
     RowSystem problem = take(snapshots(true).front(), false);
@@ -282,7 +282,7 @@ void run_order(Session& session) {
     }
 }
 
-/// What ten passes leave in each frame where impulses are carried over, and where they are not.
+/// The residual of ten passes in each frame, with impulses carried over and without.
 void run_frames(Session& session) {
     session.progress("solvers frames");
     const int frames = session.quick ? 10 : 120;

@@ -23,7 +23,7 @@ struct Lane {
     int group = 1;                             ///< frames per reading of the clock
     int done = 0;                              ///< frames done of this run
     std::vector<double> now;                   ///< CPU time of this run, us per frame, by group
-    std::vector<double> wall;                  ///< time on the wall, likewise
+    std::vector<double> wall;                  ///< wall-clock time, in the same form
     std::vector<std::vector<double>> repeats;  ///< `now` of all counted runs
     std::vector<std::vector<double>> wall_repeats;
 
@@ -150,7 +150,7 @@ std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
         lane.run.reset();
         lane.group = group_for(median(lane.now), plan.frames);
         if (lane.group == 1) {
-            lane.keep();  // observed frame by frame, it was timed so as well
+            lane.keep();  // lanes that are observed frame by frame were timed so as well
         }
     }
     while (true) {

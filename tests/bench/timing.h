@@ -1,5 +1,4 @@
-// Fair timing: all methods of a scene alternate in short turns, and medians over several runs
-// count.
+// Fair timing: methods of a scene run in alternating short turns; medians over several runs count.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +20,7 @@ class Trial {
     /// The work that is timed: one frame.
     virtual void frame() = 0;
 
-    /// Looks at what the frame did; not timed, and only called in the first run.
+    /// Reads the results of the frame; not timed, and only called in the first run.
     virtual void observe() {}
 };
 
@@ -38,20 +37,20 @@ struct Plan {
 
 /// CPU time of frames in microseconds, over the timed frames of a run. The time of a frame is its
 /// median over the runs, so that a disturbance in one run does not count. Frames that are short
-/// against the clock are timed in groups, and the percentiles are then of the groups' means.
+/// against the clock are timed in groups. The percentiles are then of the groups' means.
 struct Timing {
     double p50_us = 0.0;
     double p99_us = 0.0;
     double mean_us = 0.0;
-    double wall_p50_us = 0.0;  ///< time on the wall: what more threads shorten
+    double wall_p50_us = 0.0;  ///< wall-clock time, which more threads shorten
 };
 
-/// The order in which `count` contenders take a turn. Who comes after one that has both cores at
-/// work, or that slept while a device worked, finds another machine than who comes after a bare
-/// loop: over `count` turns (twice as many where it is odd) each comes directly after each other
-/// one equally often, within turns. Two alternate. (Williams, "Experimental designs balanced for
-/// the estimation of residual effects of treatments", Australian Journal of Scientific Research A
-/// 2, 1949.)
+/// The order in which `count` contenders take a turn. A contender that ran on both cores, or slept
+/// while a device worked, leaves the machine in another state than a bare loop does. Over `count`
+/// turns (twice as many where it is odd) each contender therefore comes directly after each other
+/// one equally often, within turns. Two contenders alternate. (Williams, "Experimental designs
+/// balanced for the estimation of residual effects of treatments", Australian Journal of Scientific
+/// Research A 2, 1949.)
 std::vector<std::size_t> order_of_turn(std::size_t turn, std::size_t count);
 
 /// `finish(i, run)` is called with each contender's observed run after its last frame.

@@ -1,4 +1,4 @@
-// Traced zone: a motion trace through a replicator to clients that see all of it.
+// TracedZone: plays a motion trace through a replicator to clients that see all of it.
 #pragma once
 
 #include "client-sim/view/view.h"
@@ -11,7 +11,7 @@
 
 namespace zoned::bench {
 
-/// Steps of quantisation as a world with one level of detail of that bound has them.
+/// Quantisation steps as a world with one level of detail of that bound has them.
 replication::ReplicationSettings settings_for_bound(const MotionTrace& trace,
                                                     const replication::LodBound& bound,
                                                     double heartbeat_s);
@@ -20,8 +20,8 @@ replication::ReplicationSettings settings_for_bound(const MotionTrace& trace,
 std::shared_ptr<const view::WorldInfo> world_of(const MotionTrace& trace,
                                                 const replication::ReplicationSettings& settings);
 
-/// Entity i + 1 follows the trace's entity i. Every client sees all entities; where they have
-/// avatars, client c's is entity c and is told to it as its own state.
+/// Entity i + 1 follows the trace's entity i. Every client sees all entities. Where clients have
+/// avatars, client c's avatar is entity c, and c receives it as its own state.
 class TracedZone {
   public:
     struct Plan {
@@ -34,7 +34,8 @@ class TracedZone {
                const replication::ReplicationSettings& settings,
                const Plan& plan);
 
-    /// The next tick of the trace: all clients' packets. Acknowledgements have come before.
+    /// The next tick of the trace: all clients' packets. Acknowledgements that are due have been
+    /// applied before.
     const replication::ReplicationReport& step();
 
     [[nodiscard]] const std::vector<mailbox::StatePacket>& packets() const { return packets_; }
@@ -73,7 +74,7 @@ class TracedClient {
         under_way_.emplace_back(tick + delay_, std::move(packet));
     }
 
-    /// Applies what has come by `tick` and displays it.
+    /// Applies the packets that have come by `tick` and displays the view.
     void display(Tick tick);
 
     [[nodiscard]] view::View& view() { return view_; }

@@ -1,4 +1,4 @@
-// A described scene as one of our engine's.
+// ZonedScene: a described scene as one of our engine's.
 #pragma once
 
 #include "server/physics/scene/scene.h"
@@ -15,8 +15,8 @@ struct ZonedScene {
     float dt = 0.0F;                 ///< s
 };
 
-/// Gravity and sleeping are the description's, all else is `settings`'. Throws where the engine
-/// refuses a body or joint.
+/// Gravity and sleeping come from the description, all else from `settings`. Throws where the
+/// engine refuses a body or joint.
 ZonedScene build_scene(const scenario::Description& description, physics::PhysicsSettings settings);
 
 /// The methods besides the default by the names of their rows, with their settings.

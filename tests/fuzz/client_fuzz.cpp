@@ -1,4 +1,4 @@
-// Fuzzing of what a client reads: frames, datagrams and sealed packets of a hostile server.
+// Fuzzing of the client's readers: frames, datagrams and sealed packets of a hostile server.
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/collector.h"
 #include "tests/fuzz/fuzz.h"

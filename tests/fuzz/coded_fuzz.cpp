@@ -1,9 +1,8 @@
 // Fuzzing of the entropy-coded formats: records coded for one client, snapshots, orientations.
 //
-// Whatever the bytes are: no decoder crashes or reads outside them; a decoder that refused a packet
-// is as it was before; what is told is within the ranges of the format; and what an encoder wrote
-// comes out whole, whatever came in between. The first byte chooses what is read, the rest are
-// actions.
+// For all bytes: no decoder crashes or reads outside them. A decoder that refused a packet is in
+// the same state as before. Decoded values are within the ranges of the format. An encoder's output
+// decodes whole, whatever came in between. The first byte chooses the reader, the rest are actions.
 #include "tests/fuzz/coded_streams.h"
 
 #include <algorithm>
@@ -37,8 +36,8 @@ void check_sound(const record::RecordFrame& frame, const record::RecordFormat& f
     }
 }
 
-/// One that is given all packets, and a twin that is given only those that the first one accepted:
-/// whatever a refused packet changes makes them differ, now or later.
+/// One decoder gets all packets, and its twin gets only those that the first one accepted. Any
+/// change by a refused packet makes them differ, now or later.
 class RecordTwins {
   public:
     explicit RecordTwins(const record::RecordFormat& format)
@@ -75,8 +74,8 @@ entropy::PacketNumber next_number(entropy::PacketNumber newest, std::uint8_t wha
                         : newest - std::min<entropy::PacketNumber>(newest, what / 32);
 }
 
-/// Packets as they come: two bits say how the number goes on, the rest of the action's byte which
-/// zone; nothing of it need be what any encoder wrote.
+/// Packets from raw bytes: two bits give the step of the number, the rest of the action's byte
+/// gives the zone. No encoder need have written any of it.
 std::size_t try_record_packets(Input input, bool coarse) {
     const record::RecordFormat format = record_format(coarse);
     RecordTwins twins(format);
@@ -94,7 +93,7 @@ std::size_t try_record_packets(Input input, bool coarse) {
     return accepted;
 }
 
-/// What becomes of an encoder's next packet.
+/// The fate of an encoder's next packet.
 enum Fate : std::uint8_t {
     kArrives,
     kIsLost,
@@ -130,7 +129,7 @@ std::size_t try_record_stream(Input input, bool coarse) {
     RecordTwins twins(format);
     zoned::fuzz::Actions actions(input);
     std::optional<RecordStream::Packet> delayed;
-    bool deceived = false;  // by a damaged packet that could be read: its makers agree no more
+    bool deceived = false;  // by a readable damaged packet: encoder and decoder no longer agree
     std::size_t accepted = 0;
     std::uint8_t what = 0;
     Input bytes;

@@ -1,4 +1,4 @@
-// Streams of entropy-coded packets for their fuzzer: what is told, and valid inputs.
+// Coded streams: entropy-coded packets for their fuzzer, with entities and valid inputs.
 #pragma once
 
 #include "tests/fuzz/fuzz.h"
@@ -15,7 +15,7 @@
 
 namespace zoned::wire::fuzz {
 
-/// What the first byte of an input chooses, by its two lowest bits.
+/// The targets that the first byte of an input chooses, by its two lowest bits.
 enum CodedInput : std::uint8_t {
     kRecordPackets,
     kRecordStream,
@@ -38,7 +38,7 @@ inline bool same_records(const std::vector<record::CodedRecord>& a,
     });
 }
 
-/// Walkers, balls and things that jump about, told by an encoder packet by packet.
+/// Walkers, balls and entities that jump about, sent by an encoder packet by packet.
 class RecordStream {
   public:
     struct Packet {
@@ -54,7 +54,7 @@ class RecordStream {
 
     [[nodiscard]] ZoneId zone() const { return ZoneId(1); }
 
-    /// Tells of up to `most` entities.
+    /// Sends records of up to `most` entities.
     Packet next(std::uint32_t most) {
         Packet packet;
         packet.number = ++number_;
@@ -90,7 +90,7 @@ class RecordStream {
             r.state = testing::random_quantized(rng_, r.upright, q);
             return r;
         }
-        // What goes on as it did.
+        // Moves every entity on with its motion unchanged.
         const float at_s = static_cast<float>(r.tick - kFirstTick) / 30.0F;
         motion::KinematicState s;
         s.velocity = Vec3(2.0F, 0.0F, -1.0F);

@@ -21,7 +21,7 @@ std::vector<Bytes> seeds() {
                          std::ios::binary);
         all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
     }
-    // From any folder it finds its surfaces.
+    // The config finds its surfaces from any folder.
     std::ifstream in(ZONED_SOURCE_DIR "/config/hills.txtpb", std::ios::binary);
     std::string hills{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     const std::string name = "geometry/";

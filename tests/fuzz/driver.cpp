@@ -21,9 +21,9 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 65536;
 
-Bytes current;  // what runs now, for whoever looks at a crash
+Bytes current;  // the running input, for reading after a crash
 
-/// Only what may be called in a signal handler.
+/// Calls only functions that a signal handler may call.
 void on_crash(int number) {
     const int fd = ::open("fuzz-crash", O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (fd >= 0) {

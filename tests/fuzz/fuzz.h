@@ -1,4 +1,4 @@
-// Fuzz: what each target of the fuzzers provides, for libFuzzer and for the plain driver alike.
+// Fuzz: the interface of each fuzzing target, for libFuzzer and for the plain driver alike.
 #pragma once
 
 #include <algorithm>
@@ -19,8 +19,8 @@ using Bytes = std::vector<std::uint8_t>;
 /// Valid inputs of the target to begin with.
 std::vector<Bytes> seeds();
 
-/// Cuts an input into actions: a byte that says what, two bytes of length, as many bytes (or what
-/// is left).
+/// Cuts an input into actions: a byte for the kind, two bytes of length, and as many bytes (or as
+/// many as are left).
 class Actions {
   public:
     explicit Actions(std::span<const std::uint8_t> input) : rest_(input) {}

@@ -28,7 +28,7 @@ physics::FieldOptions field_options() {
     return options;
 }
 
-/// What a file of any kind holds; false after a reason was given.
+/// Whether a file of any kind can be read; false after a reason was given.
 bool read(std::string_view bytes, Shape& out) {
     const auto take = [&](auto result, auto shape_of) {
         if (result) {
@@ -54,7 +54,7 @@ bool read(std::string_view bytes, Shape& out) {
     return false;
 }
 
-/// Rays and a body that falls: nothing that comes out of the surface may be anything but a number.
+/// Rays and a falling body: every value that comes out of the surface must be a number.
 void use(const Shape& shape) {
     physics::Scene scene{physics::PhysicsSettings{}};
     physics::BodyDef ground;
@@ -128,7 +128,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     using namespace zoned;
     std::string bytes(reinterpret_cast<const char*>(data), std::min(size, fuzz::kMaxBytes));
     fuzz::run(bytes);
-    // Behind the checksum there is more to find: make length and checksum fit.
+    // Beyond the checksum there is more to find: makes length and checksum fit.
     if (assets::is_baked(bytes) && bytes.size() >= assets::kBakedBodyAt) {
         const std::uint64_t body = bytes.size() - assets::kBakedBodyAt;
         std::memcpy(bytes.data() + 16, &body, sizeof(body));

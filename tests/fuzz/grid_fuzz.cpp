@@ -53,7 +53,7 @@ void use_map(const GridMap& map) {
     }
 }
 
-/// Between the first waypoints: what is found costs no more than its first edge or path back says.
+/// Between the first waypoints: a found path costs no more than its first edge or its path back.
 void use_waypoints(const WaypointGraph& graph) {
     WaypointSearch search;
     const std::uint32_t count = std::min(graph.size(), 20U);

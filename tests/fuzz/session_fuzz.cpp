@@ -1,5 +1,5 @@
-// Fuzzing of what a server reads: frames before and after the login, datagrams with and without a
-// good seal. Whatever comes, only checked items reach the zones, and every answer can be read.
+// Fuzzing of the server's readers: frames before and after the login, datagrams with and without a
+// good seal. Only checked items reach the zones, and every answer can be read.
 #include "tests/fuzz/fuzz.h"
 #include "tests/unit/session/fake_client.h"
 #include "shared/core/assert.h"
@@ -16,7 +16,7 @@ enum What : std::uint8_t {
     kFrame,         ///< on the stream of a client that has logged in
     kFirstFrame,    ///< on a new stream
     kDatagram,      ///< as it is
-    kSealed,        ///< the bytes are what stands inside the seal
+    kSealed,        ///< the bytes are the content of the seal
     kTime,          ///< as many thirtieths of a second as bytes
     kOutbox,        ///< an event with these bytes, to be confirmed
     kStreamClosed,  ///< the client's stream breaks off; it comes back with its token

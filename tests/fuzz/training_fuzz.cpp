@@ -1,5 +1,5 @@
-// Fuzzing of what training reads: any text is a training file, a policy, or neither, and says why;
-// a checkpoint of any content is taken or refused.
+// Fuzzing of the readers of training: any text is a training file, a policy, or neither with a
+// reason given. A checkpoint of any content is taken or refused.
 #include "server/config/text/config_error.h"
 #include "server/config/training/policy_file.h"
 #include "server/config/training/training_file.h"

@@ -1,7 +1,7 @@
 // Fuzzing of all that reads datagrams: an entry for libFuzzer, called by the unit test as well.
 //
-// Whatever the bytes are: no reader crashes or reads outside them, and what a reader accepts
-// encodes to the same bytes again. The first byte chooses the reader, the rest is its input.
+// No reader crashes or reads outside the bytes, and each accepted input encodes to the same bytes
+// again. The first byte chooses the reader, the rest is its input.
 
 #include "tests/fuzz/wire_input.h"
 #include "shared/core/assert.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::wire::fuzz {
 
-/// Reads one record and returns what it encodes to again; empty when it was refused or skipped.
+/// Reads one record and returns its new encoding; empty when it was refused or skipped.
 inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantization& q) {
     Bytes out;
     const auto head = reader.next_head();
@@ -115,7 +115,7 @@ inline std::size_t try_fixed_headers(Input input) {
     return accepted;
 }
 
-/// Number of things that were accepted; aborts when a promise is broken.
+/// Number of accepted items; aborts when a promise is broken.
 inline std::size_t try_wire(Input input) {
     if (input.empty()) {
         return 0;

@@ -1,4 +1,4 @@
-// What an input of the fuzzer of the wire format chooses by its first byte.
+// Wire input: the readers that the first byte of an input of the wire-format fuzzer chooses.
 #pragma once
 
 #include "shared/wire/packet.h"

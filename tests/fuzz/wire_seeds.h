@@ -1,4 +1,4 @@
-// Valid inputs of the fuzzer of the wire format, of all its kinds.
+// Wire seeds: valid inputs of all kinds for the fuzzer of the wire format.
 #pragma once
 
 #include "tests/fuzz/wire_input.h"

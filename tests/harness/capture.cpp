@@ -29,8 +29,8 @@ void read_records(Capture& c, const link::OpenedPacket& packet) {
             good =
                 head->type < c.upright.size() && reader.read_absolute(c.upright[head->type]).ok();
         } else {
-            // A delta may refer to a keyframe whose packet was doubled or came late; its entity's
-            // type was told before in any case.
+            // A delta may refer to a keyframe whose packet was doubled or came late. Its entity's
+            // type was sent before in any case.
             const auto type = c.type_of.find(head->entity);
             good = type != c.type_of.end() && reader.skip_delta(c.upright[type->second]).ok();
         }

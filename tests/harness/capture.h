@@ -1,5 +1,4 @@
-// Capture: what clients really receive, datagram by datagram and event by event, decoded beside
-// them.
+// Capture: the datagrams and events that clients really receive, decoded beside them.
 #pragma once
 
 #include "client-sim/link/datagram_channel.h"
@@ -37,11 +36,11 @@ struct Capture {
     std::vector<CapturedRecord> records;
     std::vector<CapturedEvent> events;
     std::uint64_t packets = 0;
-    std::uint64_t coded_packets = 0;  ///< of these, their records coded for this client alone
-    std::uint64_t overtaken = 0;  ///< of those, too late for what they build on: nobody reads them
-    std::uint64_t undecoded = 0;  ///< datagrams and frames that could not be read: none must be
+    std::uint64_t coded_packets = 0;  ///< whose records were coded for this client alone
+    std::uint64_t overtaken = 0;      ///< of those, too late for their base: no client reads them
+    std::uint64_t undecoded = 0;      ///< datagrams and frames that could not be read: must be none
 
-    // How to read on.
+    // The decoder of later packets.
     link::DatagramChannel channel;
     wire::Quantization quantization;
     float tick_s = 0.0F;
@@ -52,8 +51,8 @@ struct Capture {
     double now_s = 0.0;
 };
 
-/// A transport that lets everything through and writes into `capture` what comes down.
-/// `upright`, `quantization` and `tick_s` of the capture are set by the caller.
+/// A transport that lets everything through and writes the downlink into `capture`. The caller sets
+/// `upright`, `quantization` and `tick_s` of the capture.
 std::unique_ptr<link::Transport> capture_transport(std::unique_ptr<link::Transport> inner,
                                                    std::shared_ptr<Capture> capture);
 

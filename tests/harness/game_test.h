@@ -1,5 +1,5 @@
-// GameTest: a GoogleTest fixture with a server, bots and a bad network in one process, on virtual
-// time.
+// GameTest: a GoogleTest fixture with server, bots and a bad network in one process. Time is
+// virtual.
 //
 // A studio's netcode test in a few lines (link the test with your own rules):
 //
@@ -40,7 +40,7 @@ class GameTest : public ::testing::Test {
         server.config = ZONED_SOURCE_DIR "/config/minimal.txtpb";
         bots.bots = 8;
         bots.seconds = 5.0;
-        // Another course of everything: what holds for one seed is to hold for all.
+        // Changes the course of everything: a check that passes for one seed must pass for all.
         if (const char* seed = std::getenv("ZONED_SEED")) {
             bots.seed = std::strtoull(seed, nullptr, 10);
             server.network.seed = bots.seed;
@@ -49,8 +49,8 @@ class GameTest : public ::testing::Test {
 
     /// Runs the swarm to its verdict. `each_step` may interfere (cut streams, look into the world,
     /// ...); it gets the virtual time in seconds. Gives up, and fails the test, after ten virtual
-    /// minutes beyond the run. A relative path of the config counts from the folder of the source
-    /// that calls, wherever the test is started.
+    /// minutes beyond the run. A relative path of the config counts from the folder of the calling
+    /// source file, wherever the test is started.
     measure::RunReport run(const std::function<void(VirtualServer&, double)>& each_step = {},
                            const std::source_location& caller = std::source_location::current()) {
         find_config(caller.file_name());
@@ -104,9 +104,9 @@ class GameTest : public ::testing::Test {
     }
 
     VirtualServerSettings server;     ///< config, overrides, network
-    app::SwarmSettings bots;          ///< how many, how long, what they do
+    app::SwarmSettings bots;          ///< their number, duration and behaviour
     std::vector<Span> client_stalls;  ///< the machine under the bots is starved
-    /// What stands between a bot and its path to the server; empty: nothing.
+    /// Wraps the transport between a bot and its path to the server; empty: nothing.
     std::function<std::unique_ptr<link::Transport>(std::unique_ptr<link::Transport>)> wrap;
     std::unique_ptr<VirtualServer> world;
     std::unique_ptr<app::Swarm> swarm;

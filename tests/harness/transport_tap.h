@@ -1,4 +1,4 @@
-// Transport tap: passes everything on; who derives from it looks at, or changes, what comes down.
+// TransportTap: a transport that passes everything on; a subclass reads or changes the downlink.
 #pragma once
 
 #include "client-sim/link/link.h"

@@ -1,5 +1,5 @@
-// VirtualServer: a whole server - zones and sessions - without sockets, on virtual time, with a bad
-// network in front of it.
+// VirtualServer: a server without sockets, on virtual time, behind a bad network. It has zones and
+// sessions.
 #pragma once
 
 #include "client-sim/link/conditioner.h"
@@ -25,7 +25,7 @@ struct Span {
 };
 
 struct VirtualServerSettings {
-    std::string config;  ///< file of a config, or its text
+    std::string config;  ///< a config file, or its text
     bool config_is_text = false;
     std::vector<std::string> sets;      ///< "path.to.field=value"
     link::ConditionerSettings network;  ///< both directions alike; every client draws its own fate
@@ -48,16 +48,16 @@ class VirtualServer {
     /// A new client's path to this server.
     std::unique_ptr<link::Transport> connect();
 
-    /// One step of virtual time: what is due arrives, and the world ticks when its period is over.
+    /// One step of virtual time: due packets arrive, and the world ticks when its period is over.
     /// Call the clients' own advance(client_time_s()) after it.
     void step();
 
     [[nodiscard]] double now_s() const { return now_s_; }
 
-    /// What the server's clock shows: now_s() less its stalls.
+    /// The time that the server's clock shows: now_s() less its stalls.
     [[nodiscard]] double server_time_s() const { return now_s_ - stalled_s_; }
 
-    /// What the clients' clocks show.
+    /// The time that the clients' clocks show.
     [[nodiscard]] double client_time_s() const {
         return now_s_ * (1.0 + settings_.drift) + settings_.skew_s;
     }
@@ -69,7 +69,7 @@ class VirtualServer {
     /// The paths of datagrams to the clients, in order of connection: their bottlenecks can be
     /// changed and read.
     [[nodiscard]] std::vector<link::Conditioner*> paths_down();
-    /// Tells all clients that the server closes.
+    /// Sends all clients the notice that the server closes.
     void shutdown();
 
     [[nodiscard]] app::World& world() { return *world_; }

@@ -7,7 +7,7 @@ namespace zoned::harness {
 
 namespace {
 
-/// Keys that stand for what the TLS exporter would give: different for each stream and direction.
+/// Keys in place of the TLS exporter's: different for each stream and direction.
 wire::SealKey key_of(std::uint64_t stream, std::uint64_t direction) {
     core::Rng rng(stream, direction);
     wire::SealKey key;
@@ -67,7 +67,7 @@ void VirtualTransport::send_datagram(link::Bytes datagram) {
 
 void VirtualTransport::close() {
     if (stream_) {
-        // What was sent before the end still arrives: the server sees the end only after it.
+        // Frames sent before the end still arrive: the server sees the end only after them.
         link::Bytes frame;
         while (frames_up_.pop_due(1e300, frame)) {
             server_->host_->on_frame(stream_, frame, server_->now_s());

@@ -1,4 +1,4 @@
-// Cell: one combination of what a network does wrong, and a run of bots on it with its verdict.
+// Cell: one combination of network faults, and a run of bots on it with its verdict.
 #pragma once
 
 #include "client-sim/link/conditioner.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::network_matrix {
 
-/// Probabilities are per datagram in each direction; times are one way.
+/// Probabilities are per datagram in each direction; times are one direction's.
 struct Cell {
     double loss = 0.0;      ///< 0..1
     double jitter_s = 0.0;  ///< the delay is this and 20 ms more, so that jitter is symmetrical

@@ -1,5 +1,4 @@
-// AntColony: creatures that find the shortest path to food by the scents that they leave, for tests
-// and pictures.
+// AntColony: ants that find the shortest path to food by scents, for tests and pictures.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
@@ -15,16 +14,17 @@ namespace zoned::scenario {
 struct AntColonySettings {
     float evaporation = 0.002F;  ///< share of all scent that is lost in a tick, 0 to 1
     float fade = 0.01F;          ///< by which a walker's mark gets weaker with each tick, 0 to 1
-    float explore = 0.15F;       ///< share of those who leave home that no scent guides, 0 to 1
+    float explore = 0.15F;       ///< share of walkers that leave home without a scent, 0 to 1
     std::uint32_t patience =
         3000;  ///< ticks without success after which a walker starts anew at home
     std::uint64_t seed = 1;
 };
 
 /// Scents on a map, and walkers that follow them. A walker that comes from home marks cells with
-/// the scent of home, one that carries food with that of food (trails.h); all evaporate, so that a
-/// path that is no longer walked is forgotten, and one that has become longer is marked anew with
-/// what it is worth. Scouts go where no scent leads until they find food. Deterministic by seed.
+/// the scent of home; one that carries food marks them with that of food (trails.h). All scents
+/// evaporate, so a path that is no longer walked is forgotten. A path that has become longer is
+/// marked anew with its present worth. Scouts go where no scent leads until they find food.
+/// Deterministic by seed.
 class AntColony {
   public:
     static constexpr ai::pathfinding::Scent kHome = ai::pathfinding::kHome;
@@ -38,7 +38,7 @@ class AntColony {
     /// Walkers start at home.
     void add_walkers(std::size_t count);
 
-    /// Food that does not run out, or no more (`there` false).
+    /// Sets food that does not run out, or removes it (`there` false).
     void set_food(ai::pathfinding::Cell cell, bool there);
 
     /// Ticks that a step into this cell takes, >= 1 (mud, thicket). One at first.

@@ -143,8 +143,8 @@ std::vector<ClothSprings> cloth_springs(const Cloth& cloth) {
 }
 
 std::vector<Vec3d> cloth_reference(const Cloth& cloth, double seconds, double pace) {
-    // Twice the sum of a node's stiffness over its mass bounds w^2: 2 (4 + 2 + 0.4) k; springs do
-    // not all point one way, so that 16 k instead of 12.8 k leaves room.
+    // Twice the sum of a node's stiffness over its mass bounds w^2: 2 (4 + 2 + 0.4) k. Springs do
+    // not all point in one direction, so that 16 k instead of 12.8 k leaves room.
     const double highest = std::sqrt(16.0 * cloth.stiffness / cloth.node_mass());
     Leapfrog leapfrog(cloth);
     leapfrog.run(seconds, static_cast<std::size_t>(std::ceil(seconds * highest * pace)));

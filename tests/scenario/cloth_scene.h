@@ -1,4 +1,4 @@
-// A cloth that falls, described apart from any engine, and its reference solution.
+// ClothScene: a falling cloth, described apart from any engine, and its reference solution.
 #pragma once
 
 #include "shared/math/types.h"
@@ -18,9 +18,10 @@ struct Cloth {
     double gravity = 9.81;   ///< m/s2
     double dt = 1.0 / 60.0;  ///< s
     /// Air, as a force against the velocity: v' = -drag v, 1/s. Cloth of 0.2 kg/m2 falls flat at
-    /// below 2 m/s, which would be 5 1/s; 2 1/s is that of cloth that falls partly along itself.
+    /// below 2 m/s, which would be 5 1/s. A value of 2 1/s is that of cloth that falls partly along
+    /// itself.
     double drag = 2.0;
-    /// Of each spring as a share of the critical damping of two nodes on it: c = 2 share
+    /// Damping of each spring as a share of the critical damping of two nodes on it: c = 2 share
     /// sqrt(k m / 2), N s/m.
     double damping_share = 0.2;
 
@@ -29,7 +30,7 @@ struct Cloth {
     [[nodiscard]] int count() const { return nodes * nodes; }
 };
 
-/// What runs from a node to the node that lies (di, dj) ahead in the lattice.
+/// A spring from a node to the node that lies (di, dj) ahead in the lattice.
 struct ClothSprings {
     int di = 1;
     int dj = 0;
@@ -43,10 +44,10 @@ std::vector<ClothSprings> cloth_springs(const Cloth& cloth);
 inline constexpr double kClothSettleDrag = 5.0;  ///< 1/s: of the run that ends at rest
 inline constexpr double kClothRestTime = 6.0;    ///< s: how long that run takes
 
-/// Node positions, row by row along x, after `seconds`; by the leapfrog in doubles with steps of
-/// 1 / (pace w) s, where w bounds the highest frequency of the springs. Without damping it is stable
-/// from a pace of 0.5 on; damping asks for a little more. At a pace of 1 that is dt/151 for springs
-/// of 10^3 N/m and dt/4770 for 10^6.
+/// Node positions, row by row along x, after `seconds`. The leapfrog method runs in doubles with
+/// steps of 1 / (pace w) s, where w bounds the highest frequency of the springs. Without damping it
+/// is stable from a pace of 0.5 on; damping asks for a little more. A pace of 1 is dt/151 for
+/// springs of 10^3 N/m and dt/4770 for 10^6.
 std::vector<Vec3d> cloth_reference(const Cloth& cloth, double seconds, double pace);
 
 /// Mean distance of nodes, m.

@@ -1,4 +1,4 @@
-// A flock of agents over a square of ground, for tests and benchmarks.
+// Flock: agents over a square of ground, for tests and benchmarks.
 #pragma once
 
 #include "kernels/include/flock.h"

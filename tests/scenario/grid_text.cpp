@@ -233,7 +233,7 @@ core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text) {
         !in.setting("width", 1, GridMap::kMaxSide, width)) {
         return R::failure(in.error());
     }
-    // What else is said before the commands (costs, the file of patches) the reader knows already.
+    // The reader already knows the other header lines (costs, the file of patches).
     bool begun = false;
     while (!begun && in.next_written()) {
         begun = in.word() == "commands";

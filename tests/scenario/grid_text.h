@@ -1,4 +1,4 @@
-// Text of the Moving AI benchmark: maps, scenarios, and maps that change between queries.
+// GridText: text of the Moving AI benchmark, with maps, scenarios, and maps that change.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"

@@ -24,8 +24,8 @@ inline constexpr std::uint64_t fact(unsigned index) {
     return std::uint64_t{1} << index;
 }
 
-/// Seven actions; from gunman_world() the cheapest way to the goal is scout, load, aim, shoot: the
-/// domain that planners of this kind are tried on.
+/// Seven actions: the domain on which planners of this kind are usually tried. From gunman_world()
+/// the cheapest plan for the goal is scout, load, aim, shoot.
 inline ai::goap::Domain gunman_domain() {
     ai::goap::Domain domain;
     domain.facts = {
@@ -46,8 +46,8 @@ inline ai::goap::Domain gunman_domain() {
 inline constexpr ai::goap::FactSet kGunmanWorld =
     fact(kHasGun) | fact(kFoeAlive) | fact(kHasBomb) | fact(kAlive);
 
-/// 40 actions among 32 facts, of which 31 can be made true in many ways; nothing makes the last,
-/// which is the goal together with some that can.
+/// 40 actions among 32 facts. Many plans make 31 of the facts true; no action makes the last one.
+/// The goal is that fact together with some of the others.
 inline ai::goap::Domain unreachable_domain() {
     ai::goap::Domain domain;
     for (int f = 0; f < 32; ++f) {
@@ -59,7 +59,7 @@ inline ai::goap::Domain unreachable_domain() {
         action.name = "a" + std::to_string(a);
         const unsigned made = a % 31;
         action.makes.yes = fact(made);
-        // Needs facts that earlier actions make, so that all of them can be had, one layer after
+        // Needs facts that earlier actions make, so that all of them can come true, one layer after
         // the other.
         for (unsigned n = 0; n < 2 && made > 0; ++n) {
             action.needs.yes |= fact(rng.below(made));

@@ -1,4 +1,4 @@
-// LogText: what is logged while it lives, as text.
+// LogText: collects as text all that is logged during its life.
 #pragma once
 
 #include <spdlog/sinks/ostream_sink.h>

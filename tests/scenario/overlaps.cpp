@@ -43,7 +43,7 @@ Overlaps find_overlaps(std::span<const Body> bodies, std::span<const Pose> poses
             }
         }
     }
-    // Sort and sweep along x: whoever begins before I end may touch me.
+    // Sort and sweep along x: a body that begins before this one ends may touch it.
     std::sort(movers.begin(), movers.end(), [](const Mover& a, const Mover& b) {
         return a.lower < b.lower;
     });

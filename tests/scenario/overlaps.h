@@ -1,4 +1,4 @@
-// Overlaps: all penetrations of a scene at one moment, apart from what an engine believes.
+// Overlaps: all penetrations of a scene at one moment, computed without any engine.
 #pragma once
 
 #include "tests/scenario/physics_scenes.h"
@@ -15,7 +15,8 @@ struct Overlaps {
     std::vector<double> fixed;  ///< of such bodies into static ones, the floor among them
 };
 
-/// `poses` says where each of `bodies` is now; bodies whose pose is not finite are left out.
+/// `poses` gives the present pose of each of `bodies`; bodies whose pose is not finite are left
+/// out.
 Overlaps find_overlaps(std::span<const Body> bodies, std::span<const Pose> poses);
 
 }  // namespace zoned::scenario

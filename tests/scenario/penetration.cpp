@@ -64,7 +64,7 @@ double overlap_of_axes(const Vec3d& h, const Core& segment) {
     return least;
 }
 
-/// Distance of a segment to the box [-h, h]; negative inside: the least way out.
+/// Distance of a segment to the box [-h, h]; negative inside: the shortest translation out.
 double distance_to_box(const Vec3d& h, const Core& segment) {
     // The squared distance is convex along the segment: its derivative grows, so that bisection
     // finds where it is zero.

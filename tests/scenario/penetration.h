@@ -1,15 +1,15 @@
-// How deep two solids overlap, exactly and in double precision: judges engines, uses none of them.
+// Penetration: the exact overlap of two solids in double precision; judges engines, uses none.
 #pragma once
 
 #include "tests/scenario/physics_scenes.h"
 
 namespace zoned::scenario {
 
-/// The least translation that parts two placed solids, metres; 0 where they do not overlap.
-/// Pairs of boxes by all separating axes (Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996: for
+/// The least translation that parts two placed solids, metres; 0 where they do not overlap. Pairs
+/// of boxes use all separating axes (Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996). For
 /// convex polytopes the axes of faces and edge pairs are the normals of their Minkowski difference,
-/// so that the least overlap is the exact depth); spheres and capsules by the distance of their
-/// cores, points and segments, less the radii.
+/// so the least overlap is the exact depth. Spheres and capsules use the distance of their cores,
+/// points and segments, less the radii.
 double penetration(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b);
 
 /// How far the solid's lowest point is below y = 0, metres; 0 where it is not.

@@ -52,8 +52,8 @@ Vec3d Solid::inertia_per_mass() const {
             return {q.y() + q.z(), q.x() + q.z(), q.x() + q.y()};
         }
         case Form::kCapsule: {
-            // A cylinder and two half balls, weighted by volume; a half ball's centre is 3/8 r from
-            // its base, its moment about a diameter of the base is that of the ball, 2/5 r2.
+            // A cylinder and two half balls, weighted by volume. A half ball's centre is 3/8 r from
+            // its base. Its moment about a diameter of the base is that of the ball, 2/5 r2.
             const double r = radius;
             const double h = half_segment;
             const double balls = 4.0 / 3.0 * r / (4.0 / 3.0 * r + 2.0 * h);

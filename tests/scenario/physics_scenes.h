@@ -1,4 +1,4 @@
-// Rigid-body scenes described apart from any engine: the same description feeds ours and its peers.
+// PhysicsScenes: rigid-body scenes described apart from any engine, for ours and its peers.
 #pragma once
 
 #include "shared/math/types.h"

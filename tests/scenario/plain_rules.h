@@ -1,5 +1,4 @@
-// PlainRules: the least that rules must do - who joins gets an avatar of the first type - with a
-// count of all calls.
+// PlainRules: minimal rules that give each new player an avatar and count all calls.
 #pragma once
 
 #include "server/zone/rules.h"
@@ -12,15 +11,16 @@
 
 namespace zoned::scenario {
 
-/// What PlainRules saw; shared by all zones of a test, which may run on several threads.
+/// The calls that PlainRules received; shared by all zones of a test, which may run on several
+/// threads.
 struct PlainLog {
-    std::mutex guard;  ///< of what follows, while zones run
+    std::mutex guard;  ///< protects the members below while zones run
     std::map<ClientId, EntityId> avatars;
     zone::ContactWish wish;  ///< for all types; set before the zones are made
     std::vector<zone::EntityContact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
-    bool busy = false;  ///< each_tick is called where no player is as well
+    bool busy = false;  ///< each_tick is called also where no player is
     /// Called by each zone's on_tick; set before the world runs.
     std::function<void(zone::RulesContext&)> each_tick;
     /// Whether a viewer may know of an entity that conceals itself; all may where it is not set.

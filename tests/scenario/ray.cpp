@@ -94,7 +94,7 @@ double ray_distance(const Ray& ray, const Solid& solid, const Pose& pose) {
 double ray_distance(const Ray& ray, std::span<const Body> bodies) {
     double least = kMiss;
     for (const Body& body : bodies) {
-        // Whose bounding sphere the line passes by can't be hit.
+        // The ray can't hit a body whose bounding sphere it misses.
         const Vec3d to = body.pose.position - ray.origin;
         const double reach = bounding_radius(body.solid) + 1e-6;
         if (to.cross(ray.direction).squaredNorm() > reach * reach) {

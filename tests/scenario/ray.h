@@ -1,4 +1,4 @@
-// Where a ray meets solids, exactly and in double precision: judges engines, uses none of them.
+// Ray: where a ray meets solids, exactly and in double precision; judges engines, uses none.
 #pragma once
 
 #include "tests/scenario/physics_scenes.h"
@@ -16,7 +16,7 @@ struct Ray {
 /// Distance along the ray to the solid's surface, metres; 0 from inside; infinity for a miss.
 double ray_distance(const Ray& ray, const Solid& solid, const Pose& pose);
 
-/// The least distance over all bodies, each looked at in turn; infinity for a miss.
+/// The least distance over all bodies, each tested in turn; infinity for a miss.
 double ray_distance(const Ray& ray, std::span<const Body> bodies);
 
 }  // namespace zoned::scenario

@@ -1,5 +1,4 @@
-// Sentry: one state machine written down in three forms, as data, as a switch and as a class per
-// state; and senses for agents that run it.
+// Sentry: one state machine as data, as a switch and as a class per state, with its senses.
 #pragma once
 
 #include "server/ai/decision/state_machine/coded_state_machine.h"
@@ -31,7 +30,7 @@ enum SentryState : std::uint16_t {
     kSentryStates,
 };
 
-/// Six states with two transitions each, some of which must hold for a while.
+/// Six states with two transitions each; some conditions must hold for a while.
 inline ai::state_machine::StateMachineDef sentry_def() {
     using ai::Compare;
     using ai::state_machine::StateDef;
@@ -97,7 +96,7 @@ struct SentryColumns {
     const float* noise;
 };
 
-/// The machine as a switch.
+/// The state machine as a switch.
 inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumns& senses) {
     const std::size_t i = turn.agent();
     const float foe = senses.foe[i];
@@ -154,7 +153,7 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumn
     turn.stay();
 }
 
-/// The machine as a class per state.
+/// The state machine as a class per state.
 class PatrolState final : public ai::state_machine::CodedState {
   public:
     void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
@@ -246,7 +245,7 @@ inline const std::array<const ai::state_machine::CodedState*, kSentryStates>& se
     return objects;
 }
 
-/// What `count` agents sense, as columns of their own.
+/// The senses of `count` agents, as columns of their own.
 class Sensed {
   public:
     Sensed(std::size_t senses, std::size_t count) : count_(count), columns_(senses) {

@@ -1,5 +1,4 @@
-// SmallWorld: settings of a flat world with a few types, built in code, for tests that need zones
-// but no config file.
+// SmallWorld: settings of a small flat world, built in code, for zone tests without a config file.
 #pragma once
 
 #include "server/config/settings.h"

@@ -1,4 +1,4 @@
-// Reference of a free spin: Euler's equations in double precision at high order.
+// SpinReference: a free spin by Euler's equations in double precision at high order.
 #pragma once
 
 #include "shared/math/types.h"

@@ -1,5 +1,5 @@
-// WalkedMachine: a state machine walked level by level on its definition: slow, for comparison; it
-// shares nothing with the tables but the definition.
+// WalkedMachine: a state machine walked level by level on its definition, slow, for comparison. It
+// shares only the definition with the tables.
 #pragma once
 
 #include "server/ai/decision/state_machine/state_machine_def.h"
@@ -20,7 +20,7 @@ class WalkedMachine {
         enter(def_.states, 0, 0);
     }
 
-    /// Begins again where `other` does, with places in its own definition.
+    /// Starts again from the state of `other`, with indices into its own definition.
     WalkedMachine(const WalkedMachine& other) : WalkedMachine(other.def_, other.dt_) {}
 
     WalkedMachine& operator=(const WalkedMachine&) = delete;

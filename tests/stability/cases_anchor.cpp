@@ -64,17 +64,18 @@ struct Chain {
 };
 
 /// Highest speed of a bar of a chain at rest whose anchor is pulled at `pull` m/s and stopped
-/// again. As seen from an anchor of constant speed, joints do no work. With |v| the root of the sum
-/// of m v^2 over the bars, of mass m each and M together, starting and stopping change |v| by pull
-/// sqrt(M) each; all of it may end up in one bar, with what the chain's height gives.
+/// again. As seen from an anchor of constant speed, joints do no work. Let |v| be the root of the
+/// sum of m v^2 over the bars, of mass m each and M together. Starting and stopping change |v| by
+/// pull sqrt(M) each. All of it may end up in one bar, together with the energy of the chain's
+/// height.
 double whip(double pull) {
     const double speed = 2.0 * pull;
     return std::sqrt(Chain::kBars * (speed * speed + 2.0 * kG * 2.0 * Chain::kBars));
 }
 
-/// The anchor of a chain at rest jumps. What is torn apart comes back at 20 m/s, and by as much
-/// more as the bars' turning makes anew (a quarter), so that the gap is closed after the distance
-/// over that, and a quarter of a second for the bars to follow one another.
+/// The anchor of a chain at rest jumps. Separated joints close at 20 m/s. The bars' turning opens a
+/// quarter of the gap again. So the gap is closed after the distance over that speed, and a quarter
+/// of a second for the bars to follow one another.
 void jumping_chain(Run& run, float distance, const Vec3& way, const std::string& name) {
     World world(run,
                 "anchor-jumps",
@@ -115,10 +116,10 @@ void carried_chain(Run& run, float speed) {
 }
 
 /// The anchor shakes with up to `most` m/s2, and the bars lose c = 2 of their speed per second. As
-/// seen from the anchor (see `whip`), |v| grows by (a + g) sqrt(M) per second and by what the
-/// damping takes along, c u sqrt(M) where the anchor's speed is u, and loses c |v|: it stays below
-/// their ratio, and all of it may be in one bar. Joints hold to a hundredth of a bar and to what
-/// acceleration and the bars' turning make in a substep.
+/// seen from the anchor (see `whip`), |v| grows by (a + g) sqrt(M) per second. The damping adds c u
+/// sqrt(M), where u is the anchor's speed, and takes c |v|. So |v| stays below the ratio of gain
+/// and loss, and all of it may be in one bar. Joints hold to a hundredth of a bar, plus the gap
+/// that acceleration and the bars' turning open in a substep.
 void shaken_chain(Run& run, double most) {
     constexpr double kDamping = 2.0;
     constexpr double kSubstep = 1.0 / 240.0;
@@ -148,9 +149,9 @@ void shaken_chain(Run& run, double most) {
     world.finish();
 }
 
-/// A ball hangs a metre below an anchor that begins to accelerate: in its frame gravity leans by
-/// atan(a / g), and the ball swings to twice that angle. Anchor speeds change once a step, by 1/60
-/// of a swing or so: 2 % of the angle are granted for it.
+/// A ball hangs a metre below an anchor that begins to accelerate. In the anchor's frame gravity
+/// leans by atan(a / g), and the ball swings to twice that angle. Anchor speeds change once a step,
+/// by 1/60 of a swing or so: 2 % of the angle are granted for it.
 void pendulum(Run& run, double a) {
     World world(run, "anchor-pulls", "pendulum, " + whole(a) + " m/s2");
     const BodyId anchor = world.add(anchor_at(Shape::sphere(0.1F), Vec3::Zero()));
@@ -224,8 +225,9 @@ struct Platform {
     }
 };
 
-/// The platform starts and stops with 0.2 g: friction (0.5) carries three boxes along, which tip at
-/// a third of g. Each contact may shear by its budget, twice when it starts and stops.
+/// The platform starts and stops with 0.2 g. Friction (0.5) carries three boxes along, and they
+/// would tip only at a third of g. Each contact may shear by its budget, twice when it starts and
+/// stops.
 void followed(Run& run) {
     World world(run, "anchor-pulls", "three boxes follow at 0.2 g");
     Platform platform(world, 3, 5.0F);
@@ -246,8 +248,8 @@ void followed(Run& run) {
     world.finish();
 }
 
-/// The platform leaves with 2 g: friction of 0.5 gives the box g / 2 and no more, mu g t^2 / 2 of
-/// way; a step's worth of it and 2 % are granted.
+/// The platform leaves with 2 g: friction of 0.5 gives the box g / 2 and no more, so it moves by mu
+/// g t^2 / 2. A step's worth of that and 2 % are granted.
 void slid(Run& run) {
     World world(run, "anchor-pulls", "a box slides at 2 g");
     Platform platform(world, 1, 12.0F);
@@ -271,10 +273,9 @@ void slid(Run& run) {
     world.finish();
 }
 
-/// The platform, as wide as its room, shakes up and down with accelerations beyond g. What it
-/// throws up comes back as fast and is thrown again, faster by twice the platform's speed at each
-/// hit were it elastic; not being so, by the platform's own, and 3 m/s for overlap. Nothing comes
-/// through it.
+/// The platform, as wide as its room, shakes up and down with accelerations beyond g. A thrown box
+/// comes back as fast and is thrown again. An elastic hit would add twice the platform's speed;
+/// this one adds the platform's own, and 3 m/s for overlap. Nothing comes through the platform.
 void shaken_stack(Run& run, double speed) {
     World world(run, "anchor-shakes", "stack, " + whole(speed) + " m/s");
     world.floor_y = -3.0F;
@@ -295,8 +296,8 @@ void shaken_stack(Run& run, double speed) {
         sunk = std::max(sunk, platform.sunk());
     }
     world.limits.speed_mps = 2.0 * speed + kPush + std::sqrt(2.0 * kG * 3.0);
-    // A box that lies on an edge or a corner is not lower than one that lies flat: it sinks by what
-    // an impact at that speed closes in a substep.
+    // A box that lies on an edge or a corner is not lower than one that lies flat. It sinks by the
+    // distance that an impact at that speed closes in a substep.
     world.row.check("sunk_m", sunk, 4.0 * kGive + 2.0 * speed / 240.0);
     world.finish();
 }
@@ -333,7 +334,8 @@ void jumping_stack(Run& run) {
     }
     world.limits.speed_mps = kPush + std::sqrt(2.0 * kG * 5.0);
     world.row.check("awake_bodies", static_cast<double>(awake), 0.0);
-    // The three are one column: they fall together, and what holds them apart may give way again.
+    // The three are one column: they fall together, and the contacts between them may give way
+    // again.
     world.row.check("fall_error_m", worst, 3.0 * kGive);
     world.row.check("sunk_m", sunk, 2.0 * kGive);
     world.finish();

@@ -32,12 +32,12 @@ Crowd gather(World& world, core::Rng& rng, int count, float radius, int steps) {
     return crowd;
 }
 
-/// Were nothing capped, each two bodies would be a pair: 5 x 10^9 of them. Settings::max_pairs
-/// (2^18) bounds the pairs of dynamic bodies, and as many again and more those with what holds them
-/// up. A crowd a tenth as large is at that cap too, so that what is left to grow is what each body
-/// costs by itself, less than a half of the step: 4 times the smaller crowd's time bounds both that
-/// growth, noise included, and lies far below the 100 times of all pairs. Overlaps may push a body
-/// by the sum of its contacts, bounded by what the engine grants any body.
+/// With no cap, any two bodies would be a pair: 5 x 10^9 of them. Settings::max_pairs (2^18) bounds
+/// the pairs of dynamic bodies; as many again and more join bodies and their supports. A crowd a
+/// tenth as large is at that cap too. So only the cost of each body by itself can grow, which is
+/// less than a half of the step. A bound of 4 times the smaller crowd's time covers that growth,
+/// noise included, and lies far below the 100 times of all pairs. Overlaps may push a body by the
+/// sum of its contacts, bounded by the engine's limit for any body.
 void crowd(Run& run, int count, float radius) {
     const std::string place = radius > 0.0F ? "within 2 m" : "in one point";
     const int steps = run.pick(4, 25);

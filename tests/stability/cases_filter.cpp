@@ -10,7 +10,7 @@ namespace zoned::stability {
 
 namespace {
 
-constexpr std::uint32_t kFixed = 1;  ///< category of what does not move
+constexpr std::uint32_t kFixed = 1;  ///< category of static bodies
 constexpr std::uint32_t kRed = 2;
 constexpr std::uint32_t kBlue = 4;
 constexpr std::uint32_t kAll = 0xFFFFFFFFU;
@@ -45,9 +45,9 @@ double fall_error(World& world, const std::vector<BodyId>& ids, double height) {
     return worst;
 }
 
-/// Boxes on boxes, asleep. The upper ones stop meeting the lower ones: they wake and fall freely,
-/// free flight being exact but for rounding (1 mm), through them, and sleep within them. Then they
-/// meet again: they wake and part. What is pushed goes at 3 m/s at most and may fall a metre.
+/// Boxes on boxes, asleep. The upper ones stop meeting the lower ones: they wake, fall freely
+/// through them, and sleep within them. Free flight is exact but for rounding (1 mm). Then they
+/// meet again: they wake and part. Pushed boxes go at 3 m/s at most and may fall a metre.
 void sleepers(Run& run) {
     World world(run, "filter-sleep", "boxes through boxes");
     world.ground(100.0F);
@@ -82,9 +82,9 @@ void sleepers(Run& run) {
     world.finish();
 }
 
-/// Boxes asleep on a static platform that opens: they fall freely by the 2 m below it but for what
-/// their half heights take. Others sleep on the ground within a low platform that is open, which
-/// then closes: they are pushed up onto it.
+/// Boxes asleep on a static platform that opens: they fall freely by the 2 m below it, less their
+/// half heights. Others sleep on the ground within a low platform that is open, which then closes:
+/// they are pushed up onto it.
 void trapdoor(Run& run) {
     World world(run, "filter-sleep", "platforms open and close");
     world.ground();
@@ -126,10 +126,10 @@ void trapdoor(Run& run) {
 }
 
 /// A pile in which a tenth of the bodies turns from solid to ghost or back in each step. The room
-/// stays solid for all. What becomes solid is pushed by those whose place it takes, twelve at most
-/// as so many equal balls find room about one, and may fall by the height of the room. In the end
-/// all are solid: overlaps of a metre part at 3 m/s, one layer after the other, and what lies still
-/// gives way by ten budgets at most, as a resting pile does.
+/// stays solid for all. A body that becomes solid is pushed by those at its place, twelve at most,
+/// since so many equal balls find room about one. It may fall by the height of the room. In the end
+/// all are solid: overlaps of a metre part at 3 m/s, one layer after the other. Bodies at rest give
+/// way by ten budgets at most, as in a resting pile.
 void flicker(Run& run, std::uint64_t seed) {
     World world(run, "filter-flicker", "seed " + std::to_string(seed));
     world.room(4.0F, 14.0F);
@@ -162,8 +162,8 @@ void flicker(Run& run, std::uint64_t seed) {
     world.finish();
 }
 
-/// A column in which each step changes a filter to another one that all others meet too: what the
-/// contacts remember stays, and the bounds are those of a column that nobody touches.
+/// A column in which each step changes a filter to another one that all others also meet. The
+/// contacts keep their memory, and the bounds are those of an undisturbed column.
 void no_change(Run& run) {
     constexpr int kCount = 10;
     World world(run, "filter-column", "changes that change nothing");

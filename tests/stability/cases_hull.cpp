@@ -1,5 +1,5 @@
 // Degenerate hulls: nearly flat, slivers, many points in a plane, the same point many times. They
-// are refused with a reason, or they are what their points are and are simulated as others.
+// are refused with a reason, or they match their points and are simulated as others.
 #include "server/physics/shapes/convex/hull.h"
 #include "tests/stability/world.h"
 #include "shared/core/rng.h"
@@ -99,7 +99,7 @@ Points ball(int count, core::Rng& rng) {
     return points;
 }
 
-/// What should come of the points.
+/// The expected result for the points.
 enum class Fate : std::uint8_t {
     kEither,
     kRefused,  ///< there is no body in them
@@ -179,8 +179,8 @@ std::vector<Cloud> crowded(core::Rng& rng) {
             {"cube at 100 km", moved(corners, Vec3(1.0e5F, 1.0e5F, -1.0e5F))}};
 }
 
-/// How far points stand out of a hull, or its corners out of the box of the points, beyond what was
-/// left out and a tolerance: 1e-4 m or what floats resolve there.
+/// How far points stand out of a hull, or its corners out of the box of the points, beyond the
+/// hull's own cut-off and a tolerance: 1e-4 m or the resolution of floats there.
 double misfit(const Points& points, const physics::BuiltHull& built) {
     const physics::HullView view = built.hull->view();
     double far = 0.0;
@@ -255,7 +255,7 @@ void drop(Run& run, World& world, const std::shared_ptr<const physics::ConvexHul
         def.orientation = Quat(w, x, y, z).normalized();
         ids.push_back(world.add(def));
     }
-    // A flat one that lies down has its centre at its half thickness, and the ground gives way.
+    // A flat hull that lies down has its centre at its half thickness, and the ground gives way.
     world.limits.inside->lower.y() = -2.0F * static_cast<float>(kGive);
     world.limits.energy_share = 1.0e-3;
     // A fall from the top, and an end of a long body that another one comes down on: twice that.
@@ -269,7 +269,7 @@ void drop(Run& run, World& world, const std::shared_ptr<const physics::ConvexHul
         speed = std::max(speed, static_cast<double>(s.velocity.norm()));
     }
     world.row.check("sunk_m", sunk, 2.0 * kGive);
-    // What rolls (drums, balls, needles) may still do so, no faster than down its own height.
+    // Round bodies (drums, balls, needles) may still roll, no faster than down their own height.
     world.row.check("speed_at_end_mps", speed, 1.0);
 }
 

@@ -1,4 +1,4 @@
-// Input that nobody should give, and graphs of joints that nobody would build.
+// Invalid input, and graphs of joints that no user would build.
 #include "tests/stability/world.h"
 #include "shared/core/rng.h"
 
@@ -79,7 +79,7 @@ JointDef any_joint(core::Rng& rng, BodyId a, BodyId b) {
     return def;
 }
 
-/// One call with whatever comes.
+/// One call with random arguments.
 void poke(physics::Scene& scene,
           core::Rng& rng,
           std::vector<BodyId>& bodies,
@@ -164,7 +164,7 @@ void poke(physics::Scene& scene,
     }
 }
 
-/// Whatever is called, states stay finite and within the range that is promised for bodies.
+/// Whatever calls are made, states stay finite and within the promised range of bodies.
 void garbage(Run& run) {
     for (std::uint64_t k = 0; k < run.pick(3U, 30U); ++k) {
         World world(run, "garbage", "seed " + std::to_string(run.seed + k));
@@ -221,8 +221,8 @@ struct Graph {
     bool endless = false;    ///< sliders without an end too
 };
 
-/// Trees and loops of all kinds of joints. The energy that joints may add is what could raise the
-/// whole graph by 5 cm.
+/// Trees and loops of all kinds of joints. Joints may add the energy that would raise the whole
+/// graph by 5 cm.
 void joint_graph(Run& run, const Graph& graph, std::uint64_t seed) {
     World world(run, "joint-graph", graph.name + ", seed " + std::to_string(seed));
     world.floor_y = -10.0F;
@@ -272,7 +272,7 @@ void joint_graph(Run& run, const Graph& graph, std::uint64_t seed) {
             "a slider that slid a hundred sizes of its bodies off couples them through arms that "
             "floats do not resolve";
     }
-    // What broke off falls freely; what hangs may whip at 60 m/s.
+    // Parts that broke off fall freely; hanging ones may whip at 60 m/s.
     const float seconds = run.pick(3.0F, 10.0F);
     world.limits.speed_mps = 60.0 + 9.81 * static_cast<double>(seconds);
     world.run(seconds);

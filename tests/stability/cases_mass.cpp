@@ -12,8 +12,8 @@ std::string ratio_name(double ratio) {
     return "1:" + std::to_string(static_cast<long>(ratio));
 }
 
-/// The column stands when it gives way by no more than the budget per contact, and as much again
-/// while loads are not known yet.
+/// The column stands when it sinks by no more than the budget per contact, and as much again while
+/// loads are not known yet.
 void heavy_top(Run& run, float ratio) {
     World world(run, "heavy-top", ratio_name(static_cast<double>(ratio)));
     world.ground();
@@ -32,8 +32,8 @@ void heavy_top(Run& run, float ratio) {
     world.finish();
 }
 
-/// A ball falls 2 m onto boxes and comes to rest: it may sink into them while it brakes, and must
-/// not go through them or throw them about faster than it came, sqrt(2 g 2) = 6.3 m/s; a box that
+/// A ball falls 2 m onto boxes and comes to rest. It may sink into them while it brakes. It must
+/// not go through them or throw them about faster than it came, sqrt(2 g 2) = 6.3 m/s. A box that
 /// is pinched away from under it may get twice that, as a light body does in an elastic impact.
 void heavy_ball(Run& run, float ratio) {
     World world(run, "heavy-ball", ratio_name(static_cast<double>(ratio)));
@@ -52,8 +52,8 @@ void heavy_ball(Run& run, float ratio) {
     world.finish();
 }
 
-/// Boxes on ball joints, level at first, with a sphere at the end. The gap of a joint is bounded
-/// by a link's length over a hundred; energy by what the first swing has.
+/// Boxes on ball joints, level at first, with a sphere at the end. The gap of a joint is bounded by
+/// a link's length over a hundred; energy by that of the first swing.
 void heavy_chain(Run& run, float ratio) {
     constexpr int kLinks = 10;
     World world(run, "heavy-chain", ratio_name(static_cast<double>(ratio)));

@@ -9,8 +9,8 @@ namespace zoned::stability {
 
 namespace {
 
-/// The longest substep, s. Joints hold at the middle of substeps: what moves at a speed v is at
-/// most v h / 2 beyond a limit when the step ends.
+/// The longest substep, s. Joints hold at the middle of substeps: a body at a speed v is at most v
+/// h / 2 beyond a limit when the step ends.
 constexpr double kSubstep = 1.0 / 240.0;
 
 Vec3d point_of(const BodyState& s, const Vec3d& local) {
@@ -38,8 +38,8 @@ JointDef motor_of(JointKind kind, BodyId a, BodyId b, const Vec3& anchor, const 
     return def;
 }
 
-/// How far a straight move strays from a turn by `rate` per second about an arm, over a substep
-/// (the gap that a joint shows at the end of a step), with a millimetre for rounding.
+/// How far a straight move strays from a turn by `rate` per second about an arm, over a substep,
+/// with a millimetre for rounding. This is the gap that a joint shows at the end of a step.
 double gap_bound(double rate, double arm) {
     const double turn = std::min(rate * kSubstep, 2.0);
     return 0.5 * turn * turn * arm + 1.0e-3;
@@ -50,7 +50,7 @@ struct Bar {
     JointId hinge;
 };
 
-/// A bar of a metre that is hinged to the world at one end, between limits either way, rad.
+/// A bar of a metre, hinged to the world at one end, between limits on both sides, rad.
 Bar hinged_bar(World& world, float limit, double most) {
     world.floor_y = -1.0F;
     BodyDef def = body_of(Shape::box(Vec3(0.5F, 0.1F, 0.1F)), 1.0F, Vec3(0.5F, 0.0F, 0.0F));
@@ -64,8 +64,8 @@ Bar hinged_bar(World& world, float limit, double most) {
     return {id, world.join(joint)};
 }
 
-/// A bar on a hinge between limits of a radian either way, driven to and fro. A motor with torque
-/// to spare goes at its speed and no faster; falling, the bar has sqrt(6 g / L) at most.
+/// A bar on a hinge between limits of a radian on both sides, driven to and fro. A motor with
+/// torque to spare turns at its speed and no faster; falling, the bar has sqrt(6 g / L) at most.
 void bar(Run& run, double speed, double most, int every) {
     World world(run,
                 "motor-hinge",
@@ -97,9 +97,10 @@ void bar(Run& run, double speed, double most, int every) {
     world.finish();
 }
 
-/// A weak motor swings a bar: the bar never has more energy than it had and the motor can have
-/// done, the sum of torque times way. The way is taken from positions at the ends of steps, between
-/// which the bar may turn: allowed is 2 % of the work, and of the energy of a swing.
+/// A weak motor swings a bar. The bar never has more energy than its initial energy and the motor's
+/// work, the sum of torque times distance. The distance is taken from positions at the ends of
+/// steps, between which the bar may turn. So 2 % of the work, and of the energy of a swing, are
+/// allowed.
 void work(Run& run, double most) {
     World world(run, "motor-work", whole(most) + " N m");
     const JointId hinge = hinged_bar(world, 2.0F, most).hinge;
@@ -123,7 +124,7 @@ void work(Run& run, double most) {
 
 /// Five bars in a row, hinged to the world and to each other, whose motors all turn to and fro at
 /// random. With torque to spare no hinge is faster than its motor: bar k spins k times as fast at
-/// most, and its middle moves with the sum of what the bars before it give.
+/// most. Its middle moves with the sum of the speeds of the bars before it.
 void arm(Run& run, double speed, std::uint64_t seed) {
     constexpr int kBars = 5;
     World world(run, "motor-arm", whole(speed) + " rad/s, seed " + std::to_string(seed));
@@ -177,8 +178,8 @@ void arm(Run& run, double speed, std::uint64_t seed) {
     world.finish();
 }
 
-/// A block on a slider, half a metre either way. It keeps to its line, which gravity pulls it off,
-/// by the budget of a contact.
+/// A block on a slider, half a metre in both directions. It keeps to its line, against gravity,
+/// within the budget of a contact.
 void block(Run& run, double speed, double most, int every) {
     World world(run,
                 "motor-slider",
@@ -214,7 +215,7 @@ void block(Run& run, double speed, double most, int every) {
 }
 
 /// A plate on an upright slider throws a ball up and catches it. The plate gives its own speed, an
-/// overlap 3 m/s more; what flies up comes back as fast, and falls by the way of the plate besides.
+/// overlap 3 m/s more. The ball comes back as fast, and also falls by the travel of the plate.
 void piston(Run& run, double speed) {
     World world(run, "motor-piston", whole(speed) + " m/s");
     world.room(3.0F, 40.0F);

@@ -8,10 +8,10 @@ namespace zoned::stability {
 
 namespace {
 
-/// How fast a body may leave a press whose walls close at `closing` m/s, with friction mu: a wall
-/// gives its own speed; from between two walls that form a wedge of half angle alpha a body slips
-/// at closing / (2 tan alpha), and does not slip where tan alpha < mu (it locks itself). On top,
-/// the speed at which overlap is undone (3 m/s), and that of the fall.
+/// How fast a body may leave a press whose walls close at `closing` m/s, with friction mu. A wall
+/// gives its own speed. From between two walls that form a wedge of half angle alpha a body slips
+/// at closing / (2 tan alpha). It does not slip where tan alpha < mu (it locks itself). The speed
+/// at which overlap is undone (3 m/s) and that of the fall are added.
 double speed_from_press(double closing, double friction, double fall) {
     return closing + closing / (2.0 * friction) + 3.0 + std::sqrt(2.0 * 9.81 * fall);
 }
@@ -71,7 +71,7 @@ void press_heap(Run& run, float speed, std::uint64_t seed) {
         "bodies pinched by several movers and neighbours at once leave at up to 15 times the "
         "movers' "
         "speed";
-    world.limits.inside.reset();  // what is pressed through a wall is the press's doing
+    world.limits.inside.reset();  // the press itself may push bodies through a wall
     world.limits.speed_mps = speed_from_press(static_cast<double>(speed), 0.5, 9.0);
     for (int stroke = 0; stroke < run.pick(1, 3); ++stroke) {
         for (const auto& [way, goal] : {std::pair(-1.0F, 2.0F), std::pair(1.0F, 9.0F)}) {

@@ -40,8 +40,8 @@ std::string speed_name(float speed) {
     return std::to_string(static_cast<int>(speed)) + " m/s";
 }
 
-/// Bullets of all shapes, turned and spinning in all ways, towards a wall 0.1 m thick at x = 0,
-/// which none can get around. None comes through; the wall, which does not move, puts no energy in.
+/// Bullets of all shapes, turned and spinning in all directions, towards a wall 0.1 m thick at x =
+/// 0 that none can get around. None comes through; the static wall adds no energy.
 void walls(Run& run, float speed) {
     World world(run, "bullets-walls", speed_name(speed), weightless());
     core::Rng rng(run.seed, 1);
@@ -89,7 +89,7 @@ void clouds(Run& run, float speed) {
         world.add(def);
     }
     world.limits.energy_share = 1.0e-3;
-    // A light end of a body may be flicked: its centre is at most twice as fast as what hit it.
+    // A light end of a body may be flicked: its centre is at most twice as fast as the other body.
     world.limits.speed_mps = 2.0 * static_cast<double>(speed);
     // Rounding of floats, 6e-8, per collision; some hundred collisions of each body.
     world.limits.momentum_share = 1.0e-4;
@@ -97,7 +97,7 @@ void clouds(Run& run, float speed) {
     world.finish();
 }
 
-/// Bullets into a pile in a closed room: the pile takes the energy, nobody leaves.
+/// Bullets into a pile in a closed room: the pile takes the energy, and no body leaves.
 void into_pile(Run& run, float speed) {
     World world(run, "bullets-pile", speed_name(speed));
     world.room(5.0F, 10.0F);
@@ -170,7 +170,7 @@ void spin_in_contact(Run& run, float rate) {
         world.add(def);
     }
     world.limits.energy_share = 1.0e-3;
-    // A corner of a box is 0.9 m out: what it hits with is no faster than 0.9 m times the rate.
+    // A corner of a box is 0.9 m out: it hits no faster than 0.9 m times the rate.
     world.limits.speed_mps = 10.0 + 0.9 * static_cast<double>(rate);
     world.run(run.pick(2.0F, 10.0F));
     world.finish();

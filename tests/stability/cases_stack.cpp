@@ -19,12 +19,12 @@ void stack(Run& run, const std::string& name, int count, float dt, float seconds
         def.material.friction = 0.6F;
         world.add(def);
     }
-    // Each contact may give way by the budget, the lowest of all add up at the top; the first
-    // moments, in which loads are not known yet, are granted as much again.
+    // Each contact may give way by the budget; at the top the budgets of all contacts below add up.
+    // The first moments, in which loads are not known yet, are granted as much again.
     world.limits.depth_m = 2.0 * kGive + 0.5 * 9.81 * static_cast<double>(dt * dt);
     world.limits.drift_m = 2.0 * kGive * count;
     world.limits.energy_share = 1.0e-3;
-    // Speed of a fall by what all contacts together give.
+    // Speed of a fall by the compression of all contacts together.
     world.limits.speed_mps = std::sqrt(2.0 * 9.81 * kGive * count);
     world.run(seconds, dt);
     world.finish();
@@ -51,8 +51,8 @@ void step_lengths(Run& run) {
                                       1.0F + static_cast<float>(i / 16) * 1.3F,
                                       static_cast<float>(i / 4 % 4) * 1.3F - 2.0F)));
         }
-        // Bodies fall from 5 m at most, to 10 m/s. What falls on others sinks in by less than it
-        // moves in a substep of 1/240 s, and by no more than a quarter of its size.
+        // Bodies fall from 5 m at most, to 10 m/s. A body that falls on others sinks in by less
+        // than its travel in a substep of 1/240 s, and by no more than a quarter of its size.
         world.limits.depth_m = 0.12;
         world.limits.energy_share = 1.0e-3;
         world.limits.speed_mps = 11.0;

@@ -14,8 +14,8 @@ namespace zoned::stability {
 namespace {
 
 /// Positions are floats: at 10^6 m they lie 0.0625 m apart, at 10^5 m 0.0078 m. A body moves in
-/// such steps or not at all: a stack there may sink by two of them per contact, and shake by one
-/// per step, and must neither fall nor fly.
+/// such steps or not at all. A stack there may sink by two of them per contact, and shake by one
+/// per step. It must neither fall nor fly.
 void far_stack(Run& run, float far) {
     World world(run, "far", std::to_string(static_cast<int>(far)) + " m");
     const float spacing = std::nextafter(far, 2.0F * far) - far;
@@ -256,7 +256,7 @@ void overlaps(Run& run, int count, float spread) {
     world.finish();
 }
 
-/// Blasts in a pile: impulses give what they give, and the pile adds nothing to it.
+/// Blasts in a pile: impulses add their own energy, and the pile adds none.
 void blasts(Run& run) {
     World world(run, "blast", "impulses in a pile");
     world.room(8.0F, 30.0F);

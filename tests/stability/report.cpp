@@ -16,7 +16,7 @@ std::string number(double value) {
     return text.data();
 }
 
-/// The check that has the least to spare.
+/// The check with the least margin.
 const Check* tightest(const Row& row) {
     const Check* found = nullptr;
     const auto share = [](const Check& c) {

@@ -1,5 +1,4 @@
-// Rows of the stability suite: what one world showed, what was allowed, and how that is written
-// out.
+// Report: rows of the stability suite, with measured values and bounds, and how they are written.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +20,14 @@ struct Row {
     std::string name;       ///< of the case
     std::string parameter;  ///< which of its worlds
     double max_speed_mps = 0.0;
-    double energy_share = 0.0;  ///< most energy gained, as a share of what there was
+    double energy_share = 0.0;  ///< most energy gained, as a share of the initial energy
     double depth_m = 0.0;       ///< deepest overlap; 0 where it was not looked for
     double drift_m = 0.0;       ///< farthest that a body went, where it should stay
     std::uint64_t quarantined = 0;
     std::uint64_t steps = 0;
     double ms_per_step = 0.0;
     std::vector<Check> checks;
-    /// Why the engine is known to miss this row's bounds; such a row is shown, and does not fail
+    /// Why the engine is known to miss this row's bounds. Such a row is shown, and does not fail
     /// the run.
     std::string known;
 

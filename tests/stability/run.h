@@ -1,4 +1,4 @@
-// Run: what the command line asks of a case, and where its rows go.
+// Run: the work that the command line asks of a case, and where its rows go.
 #pragma once
 
 #include "tests/stability/report.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::stability {
 
-/// Faults on purpose, put into what the checks read: each kind must make rows fail.
+/// Deliberate faults, put into the values that the checks read: each kind must make rows fail.
 enum class Fault : std::uint8_t {
     kNone,
     kNan,       ///< a coordinate is not a number
@@ -21,7 +21,7 @@ enum class Fault : std::uint8_t {
     kMomentum,  ///< a body is a little faster
     kJoint,     ///< a joint is ten metres or radians farther, and gone
     kTime,      ///< steps take a hundred seconds longer
-    kHull,      ///< a hull is not what its points are
+    kHull,      ///< a hull does not match its points
 };
 
 /// Names as on the command line, in the order of the kinds.
@@ -42,13 +42,13 @@ class Run {
     }
 
     void add(Row row);
-    /// A line about what is being done, at most one a second or so on long work.
+    /// A line about the current work, at most about one a second on long work.
     void progress(const std::string& what) const;
 };
 
 struct Case {
     std::string name;
-    std::string purpose;  ///< what it does and where its bounds come from
+    std::string purpose;  ///< its subject and the source of its bounds
     std::function<void(Run&)> run;
 };
 

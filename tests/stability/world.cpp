@@ -36,7 +36,7 @@ bool finite(const BodyState& s) {
            s.orientation.coeffs().allFinite();
 }
 
-/// A body one of whose numbers the fault changes.
+/// A body with one number changed by the fault.
 void spoil(Fault fault, BodyState& s) {
     switch (fault) {
         case Fault::kNone:
@@ -59,7 +59,7 @@ void spoil(Fault fault, BodyState& s) {
         case Fault::kJoint:
         case Fault::kTime:
         case Fault::kHull:
-            break;  // nothing that is read of a body
+            break;  // no value that is read of a body
         case Fault::kMomentum:
             s.velocity = 1.5F * s.velocity + Vec3(1.0F, 0.0F, 0.0F);
             break;

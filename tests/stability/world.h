@@ -1,4 +1,4 @@
-// World: a scene that is looked at after each step, from outside and in double precision.
+// World: a scene that is checked after each step, from outside and in double precision.
 #pragma once
 
 #include "server/physics/scene/scene.h"
@@ -24,12 +24,12 @@ inline constexpr double kGive = 0.005;  ///< of a contact (Settings::error_budge
 inline constexpr double kPush = 3.0;    ///< speed at which a contact undoes an overlap, m/s
 inline constexpr double kUndo = 20.0;   ///< speed at which a joint undoes its gap, m/s
 
-/// What is allowed; what is not set is not looked at. That all is finite, that no body of those
-/// that should is stopped, is always looked at.
+/// The limits of a world; a limit that is not set is not checked. Two checks always run: all values
+/// are finite, and no body is stopped that should not be.
 struct Limits {
     std::optional<double> speed_mps;
-    /// Energy above what there was and what was added, as a share of it: kinetic energy and that
-    /// of height above `World::floor_y` when the bodies were added.
+    /// Energy above the initial and added energy, as a share of it. Counted are kinetic energy and
+    /// that of height above `World::floor_y` when the bodies were added.
     std::optional<double> energy_share;
     std::optional<double> depth_m;  ///< of spheres, boxes and capsules
     std::optional<double> drift_m;  ///< of dynamic bodies from where they were added
@@ -46,7 +46,7 @@ class World {
           std::string parameter,
           const physics::PhysicsSettings& settings = {});
 
-    /// Adds a body, which must be accepted, and its energy to what there is.
+    /// Adds a body, which must be accepted, and counts its energy as initial.
     BodyId add(const BodyDef& def);
     void remove(BodyId id);
     JointId join(const JointDef& def);
@@ -58,14 +58,14 @@ class World {
     /// have to stay in it.
     void room(float half, float height, float friction = 0.5F);
 
-    /// A body as the checks see it: with the fault on purpose, if it is the first dynamic one.
+    /// A body as the checks see it: with the deliberate fault, if it is the first dynamic one.
     [[nodiscard]] BodyState watch(BodyId id) const;
     /// The same of a joint's position (Scene::joint_position), if it is the first one; infinite
     /// where the joint is gone.
     [[nodiscard]] double joint_at(JointId id) const;
 
-    /// How many of the joints are gone, by themselves as nobody takes one out; the fault on
-    /// purpose takes the first one for gone.
+    /// The number of joints that are gone. No test takes one out, so they broke by themselves. The
+    /// deliberate fault counts the first one as gone.
     [[nodiscard]] double joints_gone() const;
 
     /// Kinetic energy and that of height above `floor_y`, in the last step, J.
@@ -77,10 +77,10 @@ class World {
     /// The deepest overlap as it is now, m.
     [[nodiscard]] double depth_now() const;
 
-    /// Energy that something outside put in, J.
+    /// Energy put in from outside, J.
     void supply(double energy) { energy_there_ += energy; }
 
-    /// Steps, looks. False when the world is so broken that nothing more can be learnt.
+    /// Steps and checks. False when the world is so broken that more steps would show nothing.
     bool step(float dt = kFrame);
     void run(float seconds, float dt = kFrame);
     /// The verdict.
@@ -89,11 +89,11 @@ class World {
     physics::Scene scene;
     Limits limits;
     float floor_y = 0.0F;
-    /// Overlaps are looked for in each of so many steps; 0: as the count of bodies allows.
+    /// Overlaps are measured once in this many steps; 0: as the count of bodies allows.
     int look_every = 0;
-    /// From this step on speed counts, e.g. after what was thrown in has hit.
+    /// From this step on speed counts, e.g. after thrown bodies have hit.
     std::uint64_t speed_from = 0;
-    /// Faults on purpose begin after this step.
+    /// Deliberate faults begin after this step.
     std::uint64_t fault_at = 20;
     Row row;
 
@@ -149,7 +149,7 @@ BodyDef body_of(const Shape& shape, float mass, const Vec3& position);
 
 physics::PhysicsSettings weightless();
 
-/// A number without what stands behind the point.
+/// A number without its decimals.
 std::string whole(double x);
 
 /// Sphere, box or capsule of about one metre by i mod 3, as in the piles.

@@ -1,4 +1,4 @@
-// How often a test program has called operator new: "no allocation after warm-up" needs a witness.
+// AllocationCount: counts calls of operator new, to prove "no allocation after warm-up".
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// JSON read by a parser that is not ours, for the tests of what writes it.
+// JsonReader: reads JSON with a parser that is not ours, for the tests of our writers.
 #pragma once
 
 #include <google/protobuf/struct.pb.h>
@@ -22,8 +22,9 @@ inline Struct parse(const std::string& text) {
     return out;
 }
 
-/// Calls visit(name, value) for each field. By reflection, which runs inside of the library: under
-/// the thread sanitizer its headers lay maps out in another way than it was built with.
+/// Calls visit(name, value) for each field. It uses reflection, which runs inside the library:
+/// under the thread sanitizer the library's headers lay maps out differently from the built
+/// library.
 inline void for_each_field(const Struct& object,
                            const std::function<void(const std::string&, const Value&)>& visit) {
     const auto* map = Struct::descriptor()->FindFieldByName("fields");

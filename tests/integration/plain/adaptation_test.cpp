@@ -1,5 +1,5 @@
-// Difficulty in zones: each follows the players in it, agents that come over take the new zone's,
-// and all of it is the same for any number of threads.
+// Difficulty in zones: each zone follows the players in it, and agents that come over take the new
+// zone's. All of it is the same for any number of threads.
 #include "server/app/runtime/difficulty_log.h"
 #include "tests/integration/plain/crowd_world.h"
 #include "tests/integration/plain/plain_log.h"
@@ -13,8 +13,8 @@ namespace {
 
 using test::Crowd;
 
-/// Two zones; walkers go from place to place over the border at a pace that the difficulty says,
-/// sheep stand about. Everybody is simulated, and nobody is near but walkers.
+/// Two zones. Walkers go from place to place over the border at a pace set by the difficulty; sheep
+/// stand about. All agents are simulated, and only walkers are near anyone.
 std::string two_zones(int walkers) {
     return R"(
 world { name: "pilgrims" seed: 5 tick_rate_hz: 20 min_x_m: -100 min_z_m: -50 max_x_m: 100 max_z_m: 50 }
@@ -48,7 +48,7 @@ scatter { type: "sheep" count: 6 seed: 3 min_distance_m: 5 region { min_x_m: -90
            "} }\n";
 }
 
-/// What players do is the test's to say: in the western zone they win, in the eastern they lose.
+/// The test decides the players' success: in the western zone they win, in the eastern they lose.
 struct Outcomes {
     Outcomes() {
         plain_log() = std::make_shared<scenario::PlainLog>();
@@ -71,8 +71,8 @@ zone::ZoneState& zone_of(Crowd& crowd, std::size_t index) {
     return crowd.world().zones()[index]->state();
 }
 
-/// The pace of all pilgrims of a zone is that of its difficulty; `before` has those who were there
-/// the last time, a second ago: who has just come is still slowing down.
+/// The pace of all pilgrims of a zone is that of its difficulty. `before` holds those that were
+/// there a second ago; a pilgrim that has just arrived is still slowing down.
 void expect_pace(Crowd& crowd, std::size_t index, float haste, std::set<EntityId>& before) {
     zone::ZoneState& state = zone_of(crowd, index);
     std::set<EntityId> here;
@@ -85,7 +85,7 @@ void expect_pace(Crowd& crowd, std::size_t index, float haste, std::set<EntityId
         here.insert(agent.entity);
         EXPECT_EQ(state.settings.ai.compiled[agent.brain].states[agent.current_action].speed_factor,
                   haste);
-        // Who walks does so at that share of 4 m/s; who turns at an end is slower.
+        // A walking pilgrim has that share of 4 m/s; one that turns at an end is slower.
         if (before.contains(agent.entity)) {
             EXPECT_LT(state.entities.velocity[row].norm(), 4.0F * haste * 1.02F)
                 << "entity " << agent.entity.value;

@@ -125,7 +125,7 @@ TEST(BorderCollision, IsAsWithinOneZone) {
 
 TEST(BorderCollision, WithSomethingAtRestIsAsWithinOneZone) {
     for (const double x : {0.4, -0.4}) {
-        // Falls freely beside the border; nothing pushes it but what comes from the other side.
+        // Falls freely beside the border; only bodies from the other side push it.
         const double side = x > 0.0 ? -1.0 : 1.0;
         const std::vector<Prop> props = {{scenario::kBall, {x, 20.0, 0.0}, Vec3::Zero()},
                                          {scenario::kCrate,

@@ -1,4 +1,4 @@
-// Cosmetic bursts in zones: who hears of them, how often, and that nothing else changes by them.
+// Cosmetic bursts in zones: which players hear of them, how often, and that nothing else changes.
 #include "server/app/world/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"

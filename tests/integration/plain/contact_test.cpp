@@ -1,4 +1,4 @@
-// What rules hear of contacts: beginnings always, lasting and ends where they wish it.
+// Contacts that rules hear of: beginnings always, lasting ones and ends where they ask for them.
 #include "server/app/world/world.h"
 #include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
@@ -72,7 +72,7 @@ Count count() {
 
 constexpr zone::ContactWish kBoth{true, true};
 
-// The crate weighs 10 kg and lands with 3 m/s: 31 N s, far from what is told unasked.
+// The crate weighs 10 kg and lands with 3 m/s: 31 N s, far below the level reported unasked.
 TEST(Contacts, TellBeginningsOnlyToRulesThatDoNotAsk) {
     Fall fall({}, 1);
     fall.run(60);
@@ -115,7 +115,7 @@ TEST(Contacts, EndWhenTheEntityLeavesTheGround) {
     EXPECT_EQ(last.a ? last.a : last.b, fall.crate);
 }
 
-// The rules hear of it although nobody of that name is there any more.
+// The rules hear of it although no entity of that id exists any more.
 TEST(Contacts, EndWhenTheEntityIsGone) {
     Fall fall({false, true}, 1);
     fall.run(25);

@@ -1,4 +1,4 @@
-// Crowd: a world of one zone from a config's text, with walkers put where a test wants them.
+// CrowdWorld: a world of one zone from a config's text, with walkers at the places a test wants.
 #pragma once
 
 #include "server/app/world/world.h"
@@ -18,7 +18,7 @@ namespace zoned::app::test {
 
 inline constexpr float kRadius = 0.4F;
 
-/// Replaces what of `text` is `from`, once.
+/// Replaces the part `from` of `text`, once.
 inline std::string with(std::string text, const std::string& from, const std::string& to) {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
@@ -54,7 +54,7 @@ class Crowd {
         return {p.x(), p.z()};
     }
 
-    /// The most by which two overlap now, m; below 0: how far the nearest two are apart.
+    /// The largest overlap of any two entities now, m; below 0: the gap between the nearest two.
     float overlap() {
         float most = -std::numeric_limits<float>::infinity();
         const std::size_t count = state().entities.size();
@@ -66,7 +66,7 @@ class Crowd {
         return most;
     }
 
-    /// How deep the deepest is in a static box, m.
+    /// The largest depth of an entity in a static box, m.
     float in_walls() {
         float most = -std::numeric_limits<float>::infinity();
         for (world::Row row = 0; row < state().entities.size(); ++row) {

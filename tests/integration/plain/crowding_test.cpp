@@ -9,8 +9,8 @@ namespace {
 using test::Crowd;
 using test::with;
 
-/// A wall with two gates of 4 m: one straight ahead, one 12 m to the side. Everybody is on one side
-/// and wants to be at a place on the other.
+/// A wall with two gates of 4 m: one straight ahead, one 12 m to the side. All agents are on one
+/// side and want to be at a place on the other.
 const char* const kGates = R"(
 world { name: "gates" seed: 9 tick_rate_hz: 30 min_x_m: -40 min_z_m: -30 max_x_m: 40 max_z_m: 30 }
 zones { zone_grid { columns: 1 rows: 1 } ghost_margin_m: 70 }

@@ -1,4 +1,4 @@
-// Ants in a zone: they find food, find the way home, and another way when a door shuts.
+// Ants in a zone: they find food, find a path home, and find another path when a door shuts.
 #include "server/config/expand/load_settings.h"
 #include "tests/integration/plain/crowd_world.h"
 
@@ -10,8 +10,9 @@ namespace {
 using test::Crowd;
 using test::with;
 
-/// A nest and crumbs 10 m from it, a wall half way with a gap of 1 m 2 m beside the straight line
-/// and another one 7 m beside it on the other side; `door` may shut the nearer.
+/// A nest, and crumbs 10 m from it, with a wall halfway between. The wall has a gap of 1 m, 2 m
+/// beside the straight line, and another one 7 m beside it on the other side. `door` may shut the
+/// nearer one.
 std::string ant_hill(const std::string& door, int seed = 5) {
     return R"(
 world { name: "hill" seed: )" +
@@ -38,7 +39,7 @@ session { dev_mode_loopback: true }
 )" + door;
 }
 
-/// What was brought home in so many seconds.
+/// The food brought home in so many seconds.
 std::uint64_t brought_in(Crowd& crowd, int seconds) {
     const std::uint64_t before = crowd.state().ai_update.nests().delivered();
     for (int t = 0; t < seconds * 20; ++t) {
@@ -69,7 +70,7 @@ TEST(Forage, AntsBringFoodHomeAndMoreOnceTheyKnowTheWay) {
     }
     RecordProperty("later", static_cast<int>(later));
     EXPECT_GT(later, 2 * std::max<std::uint64_t>(first, 1));
-    // There and back is 24 m: who walks straight brings five in two minutes.
+    // There and back is 24 m: an ant that walks straight brings five in two minutes.
     EXPECT_GT(later, 60U * kRuns) << "of 300 that 60 could bring at most in each";
     EXPECT_LE(later, 300U * kRuns);
 }
@@ -89,9 +90,9 @@ door { name: "gap" box { x_m: 0 y_m: 0.5 z_m: 2 size { x_m: 0.4 y_m: 1 z_m: 1 } 
         far += near_gap(crowd, -7.5F);
     }
     EXPECT_GT(near, 2 * far) << "the nearer gap is the street";
-    // By the nearer gap it is 21 m there and back, by the other one 36 m: 60 who walk straight
-    // bring 257 in 90 s, and 300 in 180 s. A twentieth of it, for who follows scents, scouts and
-    // strays.
+    // By the nearer gap it is 21 m there and back, by the other one 36 m. 60 ants that walk
+    // straight bring 257 in 90 s, and 300 in 180 s. A twentieth of that is asked of ants that
+    // follow scents, scout and stray.
     EXPECT_GT(open, 257U / 20U);
     RecordProperty("open", static_cast<int>(open));
     // It shuts; the old scents go, and a new street grows.
@@ -101,8 +102,8 @@ door { name: "gap" box { x_m: 0 y_m: 0.5 z_m: 2 size { x_m: 0.4 y_m: 1 z_m: 1 } 
     RecordProperty("shut", static_cast<int>(shut));
 }
 
-/// Ants do not hold each other up here, nor do walls hold up who goes from cell to cell: what they
-/// bring follows from their timetables alone.
+/// Here ants do not hold each other up, nor do walls hold up an ant that goes from cell to cell. So
+/// the food they bring follows from their timetables alone.
 TEST(Forage, AntsThatNobodySeesBringWhatTheyWouldHaveBrought) {
     Crowd seen(ant_hill(""));
     Crowd unseen(with(ant_hill(""), "suspend_offscreen: false", "suspend_offscreen: true"));

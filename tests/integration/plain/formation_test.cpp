@@ -50,9 +50,9 @@ Placed company() {
     return placed;
 }
 
-/// How far the soldiers are from the slots of rows of three behind their captain, who walks along
-/// x: the mean over the soldiers, each to the nearest slot, m. Every slot has its man where the
-/// returned number of slots is nine.
+/// The distance of the soldiers from the slots of rows of three behind their captain, who walks
+/// along x. It is the mean over the soldiers, each to the nearest slot, m. Every slot is occupied
+/// where the returned number of slots is nine.
 std::pair<float, std::size_t> disorder(Crowd& crowd) {
     float sum = 0.0F;
     std::set<int> held;
@@ -84,8 +84,8 @@ TEST(FormationFollowing, SoldiersMarchInRowsBehindTheirCaptain) {
     EXPECT_GT(crowd.at(0).x(), 0.0F) << "it marches";
     const auto [off, held] = disorder(crowd);
     EXPECT_EQ(held, 9U) << "each has a slot of its own";
-    // What a command's pace may be off by, 0.12 of 3 m/s, is what pulls at 1.5 per second per
-    // metre.
+    // A command's pace may be off by 0.12 of 3 m/s; at a pull of 1.5 per second per metre, that
+    // gives the distance.
     EXPECT_LT(off, 0.12F * 3.0F / 1.5F + 0.1F);
 }
 
@@ -125,7 +125,7 @@ TEST(FormationFollowing, WhoIsLostComesBackAndWhoIsGoneIsMissedByNobody) {
     run(crowd, 15.0F);
     EXPECT_EQ(state.agents.find(state.entities.id[5])->corner & 0x80, 0) << "it was taken back";
     EXPECT_EQ(disorder(crowd).second, 9U);
-    // The slots of eight are the first eight, whoever had them.
+    // The slots of eight soldiers are the first eight, whichever soldiers had them.
     zone::despawn_entity(state, 5);
     run(crowd, 1.0F);
     std::set<int> slots;
@@ -135,7 +135,7 @@ TEST(FormationFollowing, WhoIsLostComesBackAndWhoIsGoneIsMissedByNobody) {
     EXPECT_EQ(slots, (std::set<int>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-/// Rows, seen from both zones, of those who are somebody's own: place in the world and slot.
+/// Rows, seen from both zones, of the owned agents: place in the world and slot.
 struct Member {
     EntityId id;
     Vec2d at;
@@ -194,8 +194,8 @@ class Border {
     int east_ = 0;
 };
 
-/// Half of it is in each zone for some seconds: nobody has the slot of another, nobody takes
-/// another slot, and each is where its slot is as well as within one zone.
+/// Half of it is in each zone for some seconds. No two soldiers share a slot, none takes another
+/// slot, and each is as near its slot as within one zone.
 TEST(FormationFollowing, GoesOnOverABorderBetweenZones) {
     Border border;
     for (int t = 0; t < 12 * 30; ++t) {

@@ -199,7 +199,7 @@ TEST(Handoff, GivesTheSameHashForOneTwoAndFourThreads) {
     EXPECT_EQ(hashes[0], hashes[2]);
 }
 
-/// What never moves is part of the state too.
+/// Columns that never change are part of the state too.
 TEST(StateHash, KnowsWhatAWorldBeginsWithAtRest) {
     std::set<std::uint64_t> hashes;
     for (const double x : {-5.0, 5.0}) {

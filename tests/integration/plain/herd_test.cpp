@@ -1,4 +1,4 @@
-// Herds in zones: those that nobody sees go on over borders and walls as those that are simulated.
+// Herds in zones: off-screen herds cross borders and pass walls as simulated ones do.
 #include "tests/integration/plain/crowd_world.h"
 
 #include <array>
@@ -82,7 +82,7 @@ double turns_of(int seed, bool unseen) {
         before = now;
         EXPECT_LT(crowd.in_walls(), 0.25F) << "of a capsule that is taken to be 0.7 m too high";
     }
-    // Who comes over the border is simulated for two seconds.
+    // A sheep that comes over the border is simulated for two seconds.
     EXPECT_TRUE(!unseen || suspended > 300U * 24U * 8U / 10U) << suspended;
     return std::abs(turned) / (2.0 * M_PI);
 }

@@ -13,8 +13,8 @@ using test::Crowd;
 using test::kRadius;
 using test::with;
 
-/// Walkers of type "shuttle" go from the place "west" to "east" and back for ever, those of
-/// "return" the other way round; "stay" stand. `more`: statics, scatters.
+/// Walkers of type "shuttle" go from the place "west" to "east" and back for ever. Those of
+/// "return" go in the opposite direction; "stay" stand. `more`: statics, scatters.
 std::string crowd_world(const std::string& avoidance, const std::string& more) {
     return R"(
 world { name: "crowd" seed: 3 tick_rate_hz: 30 min_x_m: -60 min_z_m: -60 max_x_m: 60 max_z_m: 60 }
@@ -65,7 +65,7 @@ TEST(LocalAvoidance, TwoHeadingAtEachOtherPassAndReachTheirPlaces) {
     Crowd crowd(crowd_world(kOn, ""), {{"shuttle", {-18.0F, 0.0F}}, {"return", {18.0F, 0.0F}}});
     const float way = 36.0F;
     bool met = false;
-    // Alone they would take way / speed; they may lose 3 s to each other.
+    // Alone they would take path length / speed; they may lose 3 s to each other.
     for (int t = 0; t < static_cast<int>((way / 1.5F + 3.0F) * 30.0F); ++t) {
         crowd.tick();
         met = met || crowd.overlap() > -1.0F;
@@ -77,7 +77,7 @@ TEST(LocalAvoidance, TwoHeadingAtEachOtherPassAndReachTheirPlaces) {
 }
 
 TEST(LocalAvoidance, WithoutItTheyWalkThroughEachOther) {
-    // The measure of overlap is no toy.
+    // The measure of overlap is checked too.
     Crowd crowd(crowd_world("", ""), {{"shuttle", {-18.0F, 0.0F}}, {"return", {18.0F, 0.0F}}});
     float most = -1.0F;
     for (int t = 0; t < 600; ++t) {
@@ -88,13 +88,13 @@ TEST(LocalAvoidance, WithoutItTheyWalkThroughEachOther) {
 }
 
 TEST(LocalAvoidance, WhoStandsInAWallIsSeenThere) {
-    // The measure of walls is no toy either: before the first tick nobody was moved out.
+    // The measure of walls is checked too: before the first tick no walker was moved out.
     Crowd crowd(crowd_world(kOn, kCorridor), {{"stay", {0.0F, 2.2F}}});
     EXPECT_GT(crowd.in_walls(), 0.5F * kRadius);
 }
 
 TEST(LocalAvoidance, WhoMeetsNobodyIsSteeredBitForBitAsWithout) {
-    // 6 m apart, walking the same way: seen, but never met.
+    // 6 m apart, walking in the same direction: seen, but never met.
     const std::vector<std::pair<std::string, Vec2>> walkers = {{"shuttle", {-18.0F, -1.4F}},
                                                                {"shuttle", {-14.0F, 1.4F}}};
     Crowd with(crowd_world(kOn, ""), walkers);
@@ -225,8 +225,8 @@ TEST(LocalAvoidance, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
 }
 
 TEST(LocalAvoidance, WhoIsNotSimulatedIsPutWhereItStandsClearOfWalls) {
-    // PointsOfInterest are behind a wall without a door: straight walks lead through it while
-    // nobody looks.
+    // The places are behind a wall without a door: straight walks lead through it while the walkers
+    // are off-screen.
     const std::string wall = R"(
 statics {
   box { x_m: 0 y_m: 1 z_m: 0 size { x_m: 3 y_m: 2 z_m: 50 } }

@@ -1,4 +1,4 @@
-// Paths through several zones: who wants to go beyond its own is led past what is a dead end there.
+// Paths through several zones: an agent bound beyond its own zone is led past dead ends there.
 #include "server/ai/steering/path_following.h"
 #include "tests/integration/plain/crowd_world.h"
 
@@ -7,10 +7,10 @@
 namespace zoned::app::test {
 namespace {
 
-/// Four zones of 30 m. Between the one in the north-west, where the walker is, and the one in the
-/// north-east, where it wants to go, the border is open for 30 m, but behind it is a pocket that
-/// nothing leads out of: walls at x = 5 and, from x = -10 on, at z = 4. Past them the path leads
-/// through both zones in the south.
+/// Four zones of 30 m. The walker is in the north-west and wants to go to the north-east. The
+/// border between the two is open for 30 m. Behind it is a pocket that nothing leads out of: walls
+/// at x = 5 and, from x = -10 on, at z = 4. Past them the path leads through both zones in the
+/// south.
 std::string pocket_world(const std::string& ai) {
     return R"(
 world { name: "pocket" seed: 3 tick_rate_hz: 30 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
@@ -81,8 +81,8 @@ TEST(PathsBetweenZones, LeadPastADeadEndThroughThreeBorders) {
     EXPECT_EQ(seen.through, kRoundThePocket);
     EXPECT_EQ(seen.suspended_ticks, 0U);
     // The best path round both ends of the walls is 26.4 + 16.4 + 28.5 m long, less the last 2.5 m.
-    // Through portals up to 12 m apart it is longer by half of that at most at each of the three
-    // borders, walked at 0.98 of 3 m/s; a second is lost at each turn.
+    // Portals are up to 12 m apart, which adds half of that at most at each of the three borders.
+    // The walker moves at 0.98 of 3 m/s and loses a second at each turn.
     EXPECT_GE(*seen.arrived, static_cast<Tick>(68.8 / 3.0 * 30.0) - 30);
     EXPECT_LE(*seen.arrived, static_cast<Tick>((68.8 + 3.0 * 6.0) / 2.94 * 30.0) + 3 * 30);
 }

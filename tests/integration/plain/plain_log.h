@@ -1,4 +1,4 @@
-// The log of the PlainRules that this test program is linked with.
+// PlainLog: the log of the PlainRules that this test program is linked with.
 #pragma once
 
 #include "tests/scenario/plain_rules.h"

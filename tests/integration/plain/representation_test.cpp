@@ -1,4 +1,4 @@
-// What is far from all players is simulated as less than it is, and nobody can tell afterwards.
+// Entities far from all players have a reduced simulation, and no player can tell afterwards.
 #include "server/zone/simulation/representation.h"
 
 #include "server/app/world/world.h"
@@ -106,12 +106,12 @@ TEST(RepresentationByNeed, CarriesPositionAndVelocityOver) {
     EXPECT_EQ(reduced.as(0), Representation::kFull);
 }
 
-/// What lies as a point at its centre's height stands on its face again.
+/// A box that lies as a point at its centre's height stands on its face again.
 TEST(RepresentationByNeed, StandsWhereItFellAsABody) {
     Field field(true, {Vec3d(150, 5, 0)});
     field.run(90);
     ASSERT_EQ(field.as(0), Representation::kParticle);
-    field.bring_player(Vec3(120, 3.0F, 0));  // it falls: a world at rest looks at nobody
+    field.bring_player(Vec3(120, 3.0F, 0));  // it falls: a world at rest checks for no players
     field.run(60);
     EXPECT_EQ(field.as(0), Representation::kFull);
     const world::Entities& e = field.state().entities;
@@ -132,7 +132,7 @@ TEST(RepresentationByNeed, ComesToRestAsAPoint) {
     EXPECT_FALSE(field.state().report.plan.has(zone::Pass::kPhysics));
 }
 
-/// Nobody pulls a stone out of a wall, nor lets one fall through another.
+/// No player's arrival pulls a stone out of a wall, nor lets one fall through another.
 TEST(RepresentationByNeed, StaysABodyWhileOthersTouchItOrMay) {
     Field field(true, {Vec3d(150, 0.6, 0), Vec3d(150, 1.7, 0), Vec3d(150, 4.0, 0)});
     for (int i = 0; i < 60; ++i) {

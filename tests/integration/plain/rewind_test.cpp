@@ -1,4 +1,4 @@
-// Rays through the past: what is of a rewindable type stands where it was, within the bounds.
+// Rays through the past: a rewindable entity stands where it was, within the bounds.
 #include "server/app/world/world.h"
 #include "server/zone/viewers/lag_compensation.h"
 #include "tests/integration/plain/plain_log.h"
@@ -15,7 +15,7 @@ namespace {
 
 constexpr ClientId kViewer(1);
 
-/// A ball that flies from x = -2 over the border at x = 0, high above the ground, and who hears it.
+/// A ball that flies from x = -2 over the border at x = 0, high above the ground, and its listener.
 class Rewinding : public testing::Test {
   protected:
     void begin(int columns, bool rewindable = true) {

@@ -1,5 +1,5 @@
-// Shared clocks and shared variables in zones: rules read them, change them ahead, clients are
-// told.
+// Shared clocks and shared variables in zones: rules read them and change them ahead, and clients
+// receive them.
 #include "server/app/world/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
@@ -32,7 +32,7 @@ class Weathered {
         world.emplace(settings, 1);
     }
 
-    /// Returns the payloads that were told to somebody in this tick.
+    /// Returns the payloads sent to any client in this tick.
     std::vector<proto::SharedEnvironment> tick(const std::vector<mailbox::InboxItem>& items = {}) {
         std::vector<mailbox::OutboxItem> out;
         world->tick(items, out);
@@ -60,7 +60,7 @@ class Weathered {
 };
 
 TEST(SharedEnvironment, ShowsTheSameInAllZonesAndToTheRules) {
-    // Somebody in either zone: rules of empty ones need not run.
+    // One player in either zone: rules of empty zones need not run.
     config::Settings settings = with_weather();
     settings.spawn_points = {Vec3d(-20.0, 0.9, 0.0), Vec3d(20.0, 0.9, 0.0)};
     Weathered w(settings);
@@ -141,7 +141,7 @@ TEST(SharedEnvironment, IsChangedByRulesAheadOfTimeSoThatAClientThatWasToldCompu
     for (int i = 0; i < 200; ++i) {
         const auto news = w.tick();
         told += news.size();
-        // What is told comes so late at times, and still in time.
+        // Announcements come late at times, and still in time.
         take(news);
         EXPECT_TRUE(in_step()) << w.world->now();
         if (w.world->now() == 50) {

@@ -1,4 +1,4 @@
-// Soft bodies far from all players are rigid hulls, and nobody can tell afterwards.
+// Soft bodies far from all players are rigid hulls, and no player can tell afterwards.
 #include "server/zone/simulation/soft_hull.h"
 
 #include "server/app/world/world.h"
@@ -112,8 +112,8 @@ TEST(SoftHull, IsWhatASoftBodyIsFarFromPlayersAndNotNearThem) {
     EXPECT_FALSE(field.state().report.soft.skipped);
 }
 
-/// In the air neither place nor velocity nor turn jumps, down or up: from tick to tick the velocity
-/// changes by g dt, the centre moves by what both velocities say, and the turn by the spin.
+/// In the air neither place nor velocity nor turn jumps, down or up. From tick to tick the velocity
+/// changes by g dt, the centre moves by as much as both velocities give, and the turn by the spin.
 TEST(SoftHull, ChangesPlaceVelocityAndTurnNowhereByAJump) {
     const SoftField field(true, cube(), Vec3d(0, 60, 0));
     field.run(1);
@@ -144,14 +144,14 @@ TEST(SoftHull, ChangesPlaceVelocityAndTurnNowhereByAJump) {
         EXPECT_LT((field.velocity() - fallen).norm(), 2e-3F) << tick;
         EXPECT_LT((field.position() - x - 0.5F * kTick * (v + field.velocity())).norm(), 2e-4F)
             << tick;
-        // A spin of 1.06 rad/s, and some wobble of what is soft.
+        // A spin of 1.06 rad/s, and some wobble of the soft body.
         EXPECT_NEAR(q.angularDistance(q2), 1.06F * kTick, 0.2F * kTick) << tick;
     }
     EXPECT_EQ(changes, 2);
 }
 
-/// It lands as a box and is one when somebody comes: centre half its height, give or take what it
-/// is squeezed by.
+/// It lands as a box and is still one when a player comes: its centre is at half its height, within
+/// the amount that it is squeezed by.
 TEST(SoftHull, LiesWhereTheSoftBodyWouldLie) {
     const SoftField hull(true, cube(), Vec3d(0, 3, 0));
     const SoftField full(false, cube(), Vec3d(0, 3, 0));
@@ -160,7 +160,7 @@ TEST(SoftHull, LiesWhereTheSoftBodyWouldLie) {
     EXPECT_TRUE(hull.rigid());
     EXPECT_LT((hull.position() - full.position()).norm(), 0.05F);
     hull.bring_player(Vec3(20, 0.9F, 0));
-    hull.push(Vec3(0, 0.1F, 0));  // a world at rest looks at nobody
+    hull.push(Vec3(0, 0.1F, 0));  // a world at rest checks for no players
     EXPECT_FALSE(hull.rigid());
     hull.run(120);
     EXPECT_FALSE(hull.rigid());
@@ -200,7 +200,7 @@ TEST(SoftHull, IsSoftAgainWhenRulesMoveHideOrRemoveIt) {
     EXPECT_EQ(field.row_of(kSoft), world::kNoRow);
 }
 
-/// Over the border it goes as its nodes, and steps down on the other side by itself.
+/// It crosses the border as its nodes, and steps down on the other side by itself.
 TEST(SoftHull, GoesOverABorder) {
     const SoftField field(true, cube(), Vec3d(-3, 60, 0), 2);
     field.run(2 * zone::kRepresentationTicks);
@@ -210,7 +210,7 @@ TEST(SoftHull, GoesOverABorder) {
     ASSERT_NE(field.row_of(kSoft, 1), world::kNoRow);
     EXPECT_EQ(field.row_of(kSoft, 0), world::kNoRow);
     EXPECT_TRUE(field.rigid(1));
-    // Flown for a second and a bit: nowhere near anything that stops it.
+    // Flown for a second and a bit: nowhere near any obstacle.
     const zone::ZoneState& east = field.state(1);
     const Vec3 v = east.entities.velocity[field.row_of(kSoft, 1)];
     EXPECT_NEAR(v.x(), 8.0F, 0.01F);

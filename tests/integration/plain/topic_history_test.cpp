@@ -1,4 +1,4 @@
-// Topics with a history: who subscribes late hears what happened before, in order, each once.
+// Topics with a history: a late subscriber hears earlier events, in order, each once.
 #include "server/app/world/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
@@ -24,7 +24,7 @@ struct Received {
     bool operator==(const Received&) const = default;
 };
 
-/// Two zones side by side; a client joins where its number says.
+/// Two zones side by side; a client joins where its number puts it.
 class WithHistory {
   public:
     WithHistory(std::uint32_t events, std::uint32_t bytes) {
@@ -91,7 +91,8 @@ class WithHistory {
 
 TEST(TopicHistory, IsToldToWhoComesLateInOrderAndOnceWhereverItsZone) {
     WithHistory w(10, 1000);
-    // A rules pass runs where players are; the one who asks for the others is in the first zone.
+    // A rules pass runs where players are; the client that asks for the others is in the first
+    // zone.
     for (std::uint32_t client = 1; client <= 4; ++client) {
         w.join(client);
     }
@@ -102,7 +103,7 @@ TEST(TopicHistory, IsToldToWhoComesLateInOrderAndOnceWhereverItsZone) {
     w.publish(98, "gossip");
     for (std::uint32_t client = 1; client <= 4; ++client) {
         w.subscribe(client);
-        w.subscribe(client);  // a second time tells nothing
+        w.subscribe(client);  // a second time sends nothing
     }
     w.publish(4);
     const std::vector<Received> all = {{1, true}, {2, true}, {3, true}, {4, false}};

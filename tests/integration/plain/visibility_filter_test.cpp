@@ -1,4 +1,4 @@
-// What conceals itself is kept from viewers within its radii: behind walls, or because rules say
+// Concealed entities are kept from viewers within their radii: behind walls, or because rules say
 // so.
 #include "server/zone/viewers/visibility_filter.h"
 

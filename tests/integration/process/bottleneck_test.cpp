@@ -1,4 +1,4 @@
-// A narrow path to real clients: what they are sent follows it.
+// A narrow path to real clients: the server's sending rate follows it.
 #include "tests/integration/process/fixture.h"
 
 namespace zoned::testing_process {

@@ -1,5 +1,4 @@
-// Child: a program of this build as a child process, with its output; for tests of what users and
-// scripts see.
+// Child: a program of this build as a child process, with its exit code and output.
 #pragma once
 
 #include <sys/types.h>

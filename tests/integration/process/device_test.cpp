@@ -1,4 +1,4 @@
-// Devices: a server opens OpenCL when its world has work for it, and not otherwise.
+// Devices: a server opens OpenCL only when its world has work for it.
 #include "tests/integration/process/fixture.h"
 
 #include <csignal>
@@ -44,7 +44,7 @@ TEST_F(Process, LoadsNoOpenClForFewParticlesOrAgainstTheConfigsWill) {
         << unwilling->errors();
 }
 
-/// `zoned explain` with the dynamic loader's account of what it looks for on standard error.
+/// `zoned explain` with the dynamic loader's list of searched libraries on standard error.
 struct Explained {
     explicit Explained(const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"explain", minimal()};

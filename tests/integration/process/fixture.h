@@ -1,5 +1,4 @@
-// Process: a fixture that starts the server as users do, with the arguments of clients that play on
-// it.
+// Process: a fixture that starts the server as users do, and gives arguments for its clients.
 #pragma once
 
 #include "tests/integration/process/child.h"

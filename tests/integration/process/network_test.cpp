@@ -1,4 +1,4 @@
-// How client-sim finds and trusts a server, and what it does when the path is cut.
+// How client-sim finds and trusts a server, and its behaviour when the path is cut.
 #include "tests/integration/process/fixture.h"
 
 #include <csignal>
@@ -43,7 +43,7 @@ TEST_F(Trust, GoesToTheCertificateThatAnAuthorityVouchesFor) {
         Child good = run(play(2, 1, host), {"--ca", certificate});
         EXPECT_EQ(good.wait(kPatience), 0) << host << good.output() << good.errors();
     }
-    // Another server's certificate vouches for nobody here.
+    // Another server's certificate proves nothing here.
     const std::string elsewhere = scratch_folder() + "/elsewhere";
     const int port = tcp_port;
     start_server({"--set", "session.state_folder=\"" + elsewhere + "\""});
@@ -51,7 +51,7 @@ TEST_F(Trust, GoesToTheCertificateThatAnAuthorityVouchesFor) {
     Child bad = run(play(2, 1), {"--ca", elsewhere + "/certificate.pem"});
     EXPECT_EQ(bad.wait(kPatience), 3) << bad.output();
     EXPECT_NE(bad.errors().find("TLS handshake failed"), std::string::npos) << bad.errors();
-    // The right certificate, but the name that was asked for is not in it.
+    // The right certificate, but it does not contain the requested name.
     Child alias = run(play(2, 1, "127.0.0.2"), {"--ca", certificate});
     EXPECT_EQ(alias.wait(kPatience), 3) << alias.output();
 }
@@ -76,7 +76,7 @@ TEST_F(Process, ComesThroughOutagesOfThePathAndSaysSo) {
     arguments.insert(arguments.end(), {"--outage", "3:0.8", "--report", report});
     Child client("client-sim", arguments);
     EXPECT_EQ(client.wait(kPatience), 0) << client.output() << client.errors();
-    // The news of an outage is as old as the outage: what was compared then says less.
+    // The last updates are as old as the outage: comparisons during it say less.
     EXPECT_NE(client.output().find("WARNING: stale"), std::string::npos) << client.output();
     EXPECT_EQ(read(report).find("\"packets_lost\": 0,"), std::string::npos) << read(report);
     EXPECT_NE(read(report).find("\"events_lost\": 0,"), std::string::npos) << read(report);

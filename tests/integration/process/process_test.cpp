@@ -46,7 +46,7 @@ TEST_F(Process, TellsItsClientsWhyItCloses) {
     EXPECT_TRUE(server->wait(2.0) == -1);
     server->signal(SIGINT);
     EXPECT_EQ(server->wait(kPatience), 0);
-    // The run was cut short: that is a failed verdict, and its reason names the server's farewell.
+    // The run was cut short: the verdict is a failure, and its reason names the server's farewell.
     EXPECT_EQ(client.wait(kPatience), 1) << client.output();
     EXPECT_NE(client.output().find("server closes"), std::string::npos) << client.output();
 }
@@ -62,7 +62,7 @@ TEST_F(Process, RecordsARunThatReplaysToTheSameHashesWithAnyNumberOfThreads) {
         Child replay("zoned", {"replay", file, "--threads", threads});
         EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
     }
-    // A replay that could not fail would be worthless: one changed byte must show.
+    // A replay that could not fail would be worthless: one changed byte must show up.
     std::string bytes = read(file);
     bytes[bytes.size() * 3 / 4] = static_cast<char>(bytes[bytes.size() * 3 / 4] ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;

@@ -1,4 +1,4 @@
-// `zoned train` as users start it: what it prints, and that an interrupt loses nothing.
+// `zoned train` as users start it: its output, and that an interrupt loses nothing.
 #include "tests/integration/process/fixture.h"
 
 #include <chrono>
@@ -24,7 +24,7 @@ TEST(TrainProcess, InterruptedAndResumedGivesWhatAnUninterruptedRunGives) {
     const std::string file = training(folder, "parts", kRounds);
     {
         Child parts("zoned", {"train", file});
-        // Interrupted as soon as it has got anywhere.
+        // Interrupted as soon as it has made some progress.
         for (int i = 0; i < 6000 && !std::filesystem::exists(file + ".checkpoint"); ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
         }

@@ -1,5 +1,5 @@
-// The world `learned`: bots who are bitten to death make hounds gentler, those who shoot them
-// keener, never beyond the cap, and the log says so.
+// The world `learned`: bots that are bitten to death make hounds gentler, and bots that shoot them
+// make them keener. Neither goes beyond the cap, and the log says so.
 #include "server/app/runtime/difficulty_log.h"
 #include "tests/harness/game_test.h"
 #include "tests/scenario/log_text.h"
@@ -18,7 +18,7 @@ class AdaptationGame : public GameTest {
         bots.seconds = 20.0;
     }
 
-    /// Runs the bots; what was logged.
+    /// Runs the bots; returns the log.
     std::string play(const std::string& mix) {
         const auto shares = bot::parse_mix(mix);
         EXPECT_TRUE(shares.ok());

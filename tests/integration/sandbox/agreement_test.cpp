@@ -62,7 +62,8 @@ class Agreed : public GameTest {
         return message.SerializeAsString();
     }
 
-    /// Both pick up the ball before them, and trade twice the same way: the second is refused.
+    /// Both pick up the ball before them, and trade twice with the same offer: the second is
+    /// refused.
     void trade(double now_s) {
         if (swarm->bots().size() < 2 || !swarm->bots()[1]->joined()) {
             return;
@@ -90,7 +91,7 @@ class Agreed : public GameTest {
         }
     }
 
-    /// Compared before the goodbye, when all that was decided has had its time.
+    /// Compared before the goodbye, after all decisions have had their time.
     measure::RunReport play(bool trading) {
         bool compared = false;
         return run([&](VirtualServer& virtual_server, double now_s) {
@@ -157,7 +158,7 @@ TEST_F(Agreed, ATradeHappensOnceOrNotAtAll) {
     EXPECT_EQ(report.decisions_diverged, 0u);
 }
 
-/// The checker is checked: who is not told of a decision is found out, and put right.
+/// The checker is checked: a client that misses a decision is found out, and corrected.
 TEST_F(Agreed, DivergenceIsFoundAndResetAndTurnsTheVerdict) {
     bots.bots = 4;
     bots.seconds = 20.0;

@@ -5,8 +5,8 @@ namespace {
 
 constexpr double kBytesPerS = 32000.0;  // 256 kbit/s
 
-/// A narrow path to each client, and a world that always has more to say than it carries: many who
-/// walk about, told of by positions alone and to the centimetre.
+/// A narrow path to each client, and a world with more to send than it carries: many walkers, sent
+/// by positions alone and to the centimetre.
 class NarrowPath : public GameTest {
   protected:
     NarrowPath() {
@@ -76,7 +76,8 @@ TEST_F(NarrowPath, IsFilledWithAShortQueue) {
 TEST_F(NarrowPath, IsFilledAgainFiveSecondsAfterItChanged) {
     bots.seconds = 51.0;
     std::vector<Stretch> spans = {{15.0, 20.0, {}}, {25.0, 35.0, {}}, {40.0, 50.0, {}}};
-    // A span of measuring begins where another rate has been found for five seconds.
+    // A span of measuring begins five seconds after a change of the rate; by then the new rate is
+    // found.
     measure(spans, {{20.0, 2.0 * kBytesPerS}, {35.0, kBytesPerS}});
     for (const Stretch& span : spans) {
         expect_good(span);
@@ -89,7 +90,7 @@ TEST_F(NarrowPath, IsFloodedWithoutCongestionControl) {
     std::vector<Stretch> spans = {{5.0, 10.0, {}}};
     measure(spans);
     for (const link::BottleneckMeter& meter : spans[0].meters) {
-        // The queue is full: what the other tests would show if nothing were controlled.
+        // The queue is full: the other tests would show this if nothing were controlled.
         EXPECT_GT(meter.wait_s.percentile(0.5), 0.2);
         EXPECT_GT(meter.dropped, 100U);
     }

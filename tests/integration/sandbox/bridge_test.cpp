@@ -17,7 +17,7 @@ class BridgeWorld : public GameTest {
         bots.seconds = 100.0;
     }
 
-    /// Who stands at the place on the bridge or below it, and whether that is the one he goes to.
+    /// The agent that stands at the place on the bridge or below it, and whether that is its goal.
     void look(app::World& of) {
         const zone::ZoneState& state = of.zones().front()->state();
         const world::Entities& e = state.entities;

@@ -1,5 +1,5 @@
-// What clients really receive, against what their radii, concealment and topics allow by the raw
-// state of the world.
+// Checks what clients really receive against their radii, concealment and topics, by the raw state
+// of the world.
 #include "tests/harness/capture.h"
 
 #include "server/interest/interest_rule.h"
@@ -13,8 +13,8 @@
 namespace zoned::harness {
 namespace {
 
-/// What each client may know in each tick, from positions and radii alone: nothing that matching,
-/// concealment or topics have worked out is read.
+/// The entities that each client may know in each tick, from positions and radii alone. It reads no
+/// result of matching, concealment or topics.
 class Truth {
   public:
     void observe(VirtualServer& server) {
@@ -36,8 +36,8 @@ class Truth {
         }
     }
 
-    /// By radii with hysteresis in that tick; what conceals itself: and seen not longer ago than
-    /// answers may be old and what was known stays known.
+    /// By radii with hysteresis in that tick. A concealed entity must also have been seen recently:
+    /// within the age limit of answers and the time that known entities stay known.
     [[nodiscard]] bool may_know(ClientId client, EntityId entity, Tick tick) const {
         const auto at = ticks_.find({client, tick});
         if (at == ticks_.end() || at->second.within.count(entity) == 0) {
@@ -131,7 +131,7 @@ class Truth {
     Tick past_ = 0;
 };
 
-/// What was received against the rules, and how much was compared.
+/// Violations of the rules in the received data, and the number of comparisons.
 struct Judgement {
     std::uint64_t records = 0;
     std::uint64_t wrong_records = 0;
@@ -141,7 +141,7 @@ struct Judgement {
     std::uint64_t wrong_announced = 0;
     std::uint64_t undecoded = 0;
     std::uint64_t coded_packets = 0;
-    std::uint64_t overtaken = 0;  ///< of these, too late for anybody to read
+    std::uint64_t overtaken = 0;  ///< of these, too late to be read by any client
 
     [[nodiscard]] bool clean() const {
         return wrong_records == 0 && wrong_topics == 0 && wrong_announced == 0 && undecoded == 0;
@@ -166,7 +166,7 @@ class Captured : public GameTest, public ::testing::WithParamInterface<const cha
                        std::string("replication.codec=") + GetParam()};
     }
 
-    /// A long wall with crates on both sides of it, which may be known where they are seen.
+    /// A long wall with crates on both sides of it; viewers may know the crates that they can see.
     void put_up_a_wall() {
         for (const char* set : {"statics.box[0].x_m=-6",
                                 "statics.box[0].y_m=3",
@@ -235,7 +235,7 @@ class Captured : public GameTest, public ::testing::WithParamInterface<const cha
         }
     }
 
-    /// Everybody is in the topic `world`, in that of the own team and of the zone of the avatar.
+    /// All players are in the topic `world`, and in those of the own team and of the avatar's zone.
     [[nodiscard]] bool subscribed(ClientId client,
                                   const std::string& team,
                                   const CapturedEvent& event) const {
@@ -258,7 +258,7 @@ class Captured : public GameTest, public ::testing::WithParamInterface<const cha
 
 void expect_clean(const Judgement& j) {
     EXPECT_EQ(j.undecoded, 0U);
-    // Of those that are reordered, which are a few in a hundred.
+    // Of the reordered packets, which are a few in a hundred.
     EXPECT_LE(50 * j.overtaken, j.coded_packets);
     EXPECT_EQ(j.wrong_records, 0U) << "of " << j.records;
     EXPECT_EQ(j.wrong_topics, 0U) << "of " << j.topic_events;

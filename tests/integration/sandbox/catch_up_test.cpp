@@ -25,7 +25,7 @@ class CatchUp : public GameTest {
         bots.mix = {{bot::Script::kIdle, 1.0}};
     }
 
-    /// What came down in a stretch of the run.
+    /// The traffic received in a stretch of the run.
     struct Stretch {
         double from_s = 0.0;
         double until_s = 0.0;
@@ -83,9 +83,9 @@ TEST_F(CatchUp, InAWorldAtRestNothingIsSentAgain) {
     const Stretch& before = s[1];
     const Stretch& after = s[2];
     EXPECT_GE(join.records, 200U);
-    // Crates rest and the avatar stands: nobody has moved.
+    // Crates rest and the avatar stands: no entity has moved.
     EXPECT_EQ(after.records, 0U);
-    // What comes are signs of life, the resumed session's Welcome and its events.
+    // Only signs of life come, and the resumed session's Welcome and its events.
     EXPECT_LT(after.bytes, before.bytes + 1500.0);
     EXPECT_EQ(report.view_resets, 0U);
     EXPECT_EQ(report.unknown_keyframes, 0U);
@@ -106,8 +106,8 @@ TEST_F(CatchUp, InAMovingWorldOnlyWhatMovedIsSent) {
     EXPECT_TRUE(report.consistent) << reasons(report);
     const Stretch& before = s[1];
     const Stretch& after = s[2];
-    // The usual news of two seconds, each of the 40 once more for the time that was missed, some of
-    // it twice (sent before it was known what had arrived); crates that were pushed by wanderers.
+    // The usual updates of two seconds, each of the 40 once more for the missed time. Some come
+    // twice (sent before the server knew which had arrived). Wanderers also pushed some crates.
     EXPECT_LT(after.records, before.records + 2 * 40 + 60);
     EXPECT_LT(after.bytes, s[0].bytes);
     EXPECT_EQ(report.unknown_keyframes, 0U);

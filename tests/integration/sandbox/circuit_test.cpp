@@ -1,4 +1,4 @@
-// The world `circuit`: runners and carriages on tracks across a border, some seen and some not.
+// The world `circuit`: runners and carriages on splines across a border, on-screen and off-screen.
 #include "server/ai/steering/spline_following.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
@@ -18,7 +18,7 @@ class CircuitWorld : public GameTest {
         bots.seconds = 60.0;
     }
 
-    /// How far followers are from the lanes that they go along, and in how many zones each was.
+    /// How far followers are from their lanes, and in how many zones each was.
     void look(app::World& now) {
         for (const auto& zone : now.zones()) {
             const zone::ZoneState& state = zone->state();
@@ -70,7 +70,7 @@ TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
     EXPECT_GE(std::count_if(lanes_.begin(), lanes_.end(), in_two), 10) << "they changed lanes";
     EXPECT_GT(awake_, samples_ / 10);
     EXPECT_GT(suspended_, samples_ / 100) << "at the ends of the road nobody looks";
-    // Who makes way for others leaves its lane by as much as that takes.
+    // An agent that avoids others leaves its lane by as much as that takes.
     EXPECT_LT(beside_, awake_ / 5);
 }
 

@@ -1,5 +1,5 @@
-// The world `city` with bots: crowds make way for each other, soldiers keep their rows, a herd goes
-// along its way, and what bots see of it is right.
+// The world `city` with bots: crowds avoid each other, soldiers keep their rows, and a herd follows
+// its path. The bots' views of it are right.
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
@@ -8,7 +8,7 @@
 namespace zoned::harness {
 namespace {
 
-/// What was seen of the crowd.
+/// Observations of the crowd.
 struct CityWatch {
     std::uint64_t crowded = 0;
     std::uint64_t gave_way = 0;

@@ -1,4 +1,4 @@
-// Packets of coded records that a client can't decode: lost to both sides, and nothing more.
+// Packets of coded records that a client can't decode: both sides lose them, and nothing more.
 #include "tests/harness/game_test.h"
 #include "tests/harness/transport_tap.h"
 #include "shared/wire/packet.h"
@@ -10,7 +10,7 @@
 namespace zoned::harness {
 namespace {
 
-/// What is done to packets of coded records on their way to all clients.
+/// The damage to packets of coded records on their path to all clients.
 struct Spoiling {
     std::function<bool(std::uint64_t sequence)> chosen;
     std::uint64_t packets = 0;
@@ -109,8 +109,8 @@ TEST(ChosenCodec, IsTheSameForAnyNumberOfThreadsAndFollowsThePrice) {
     struct Run : GameTest {
         void TestBody() override {}
 
-        /// The hash of what clients were told, at the end, and the most viewers of a zone that were
-        /// coded for.
+        /// The hash of the clients' received state, at the end, and the most viewers of a zone that
+        /// had records coded for them.
         std::pair<std::uint64_t, std::uint32_t> play(unsigned threads, std::uint32_t budget_us) {
             server.sets = {"replication.codec=AUTO",
                            "replication.codec_budget_us_per_tick=" + std::to_string(budget_us),

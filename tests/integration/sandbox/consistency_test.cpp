@@ -5,7 +5,7 @@ namespace {
 
 class Consistency : public GameTest {
   protected:
-    /// A network that does all that networks do, for ten seconds.
+    /// A network with all usual faults, for ten seconds.
     void be_bad() {
         server.network.loss = 0.05;
         server.network.delay_s = 0.06;
@@ -42,7 +42,7 @@ TEST_F(Consistency, OfAnInterpolatingViewHoldsWithTheBareBound) {
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_EQ(report.converged_bots, 8u);
     EXPECT_GT(report.audit.samples, 200u);
-    // Nothing is granted for the age of news, once clock and playout have settled.
+    // Nothing is granted for the age of updates, once clock and playout have settled.
     EXPECT_EQ(report.audit.update_age_s.percentile(0.8), 0.0);
     EXPECT_GE(report.view_delay_ticks.percentile(0.5), 2.0);
     EXPECT_LE(report.view_delay_ticks.max(), 8.0);
@@ -76,7 +76,7 @@ TEST_F(Consistency, HoldsWithRecordsCodedForEachClientInFewerBytes) {
     EXPECT_GT(coded.audit.samples_after_loss, 0u);
     EXPECT_EQ(coded.malformed_records, 0u);
     EXPECT_EQ(coded.view_resets, 0u);
-    // Most packets hold a record or two among headers and own states: the gain is in crowds.
+    // Most packets hold a record or two among headers and own states; the gain appears in crowds.
     EXPECT_LT(coded.down_bytes_per_s.percentile(0.5), shared.down_bytes_per_s.percentile(0.5));
 }
 

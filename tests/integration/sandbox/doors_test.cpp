@@ -1,4 +1,4 @@
-// The world `doors`: whether a door is shut follows from the tick alone, so nobody is put right.
+// The world `doors`: a door's state follows from the tick alone, so no avatar is corrected.
 #include "client-sim/view/world_info.h"
 #include "server/config/world/world_description.h"
 #include "server/zone/zone_state.h"
@@ -21,7 +21,7 @@ class DoorsWorld : public GameTest {
         bots.seconds = 20.0;
     }
 
-    /// What the characters do, tick by tick; called after each.
+    /// The characters' motion, tick by tick; called after each.
     void look(app::World& of) {
         for (const auto& zone : of.zones()) {
             const zone::ZoneState& state = zone->state();
@@ -52,8 +52,8 @@ class DoorsWorld : public GameTest {
         }
     }
 
-    /// Where an avatar was a tick ago, and what a client makes of it that knows of doors what it is
-    /// told at login: the same, to the last bit.
+    /// Takes an avatar's place a tick ago and steps it as a client does that knows doors from the
+    /// login. The result is the same, to the last bit.
     void follow(const zone::ZoneState& state, world::Row row) {
         const world::Entities& e = state.entities;
         Seen& seen = seen_[e.id[row]];
@@ -100,7 +100,7 @@ class DoorsWorld : public GameTest {
     std::map<EntityId, Seen> seen_;
     int crossings_ = 0;  ///< of the walls' lines, through doors
     int near_turning_ =
-        0;  ///< ticks in which somebody was in reach of a door that turned or pushed
+        0;  ///< ticks in which a character was in reach of a door that turned or pushed
     int compared_ = 0;
     int differing_ = 0;
     float deepest_ = 0.0F;  ///< in a wall, m
@@ -123,7 +123,7 @@ TEST_F(DoorsWorld, IsConsistentUnderLossAndMovesAsClientsPredict) {
     EXPECT_LT(deepest_, 0.005F);
     EXPECT_GT(compared_, 5000);
     EXPECT_EQ(differing_, 0);
-    // What is put right is what inputs that came too late would have done, doors or none.
+    // Corrections come only from inputs that came too late, with doors or without.
     EXPECT_EQ(report.own_correction_m.percentile(0.98), 0.0);
 }
 

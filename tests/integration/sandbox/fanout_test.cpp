@@ -1,4 +1,4 @@
-// Many who come or go at once: what each hears of the others.
+// Many clients that come or go at once, and the events that each hears of the others.
 #include "tests/harness/game_test.h"
 
 namespace zoned::harness {
@@ -34,12 +34,12 @@ TEST_F(FanOut, TellsThoseWhoStayOfAllWhoLeft) {
             }
         }
     });
-    // The verdict counts those who went as lost sessions, but no event as lost.
+    // The verdict counts clients that left as lost sessions, but no event as lost.
     EXPECT_EQ(report.bots_lost, 20u);
     EXPECT_EQ(report.events_lost, 0u);
     EXPECT_EQ(report.events_unheard, 0u);
-    // Everybody hears of the own arrival and of all later ones (40 * 41 / 2) and enters a zone
-    // (40); those who stay hear of each who left.
+    // Every client hears of its own arrival and of all later ones (40 * 41 / 2) and enters a zone
+    // (40); those that stay hear of each that left.
     EXPECT_GE(report.events_delivered, 820u + 40u + 20u * 20u);
 }
 

@@ -3,7 +3,7 @@
 namespace zoned::harness {
 namespace {
 
-/// The checker is checked: each fault on purpose turns the verdict, for the right reason.
+/// The checker is checked: each deliberate fault turns the verdict, for the right reason.
 class Faults : public GameTest {
   public:
     measure::RunReport run_with(std::initializer_list<std::string> sets) {
@@ -12,7 +12,7 @@ class Faults : public GameTest {
     }
 };
 
-/// What a view shows of states, by the kind of view.
+/// The state that a view shows, by the kind of view.
 class FaultsInView : public Faults, public testing::WithParamInterface<view::ViewKind> {
   protected:
     FaultsInView() { bots.view = GetParam(); }

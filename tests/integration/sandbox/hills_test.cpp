@@ -1,4 +1,4 @@
-// The world `hills`: what walks and what falls meets surfaces from files, on both sides of the
+// The world `hills`: walking and falling entities meet surfaces from files, on both sides of the
 // wire.
 #include "server/config/expand/load_settings.h"
 #include "server/zone/zone_state.h"
@@ -22,7 +22,7 @@ class Hills : public GameTest {
     }
 };
 
-/// What has been seen of the characters.
+/// Observations of the characters.
 struct Walkers {
     int on_hills = 0;      ///< grounded with more than 2 m of hill underfoot
     float deepest = 0.0F;  ///< of a capsule's bottom below the surface, m
@@ -58,8 +58,8 @@ TEST_F(Hills, CarryBotsWithAConsistentVerdictAndNoCorrections) {
     EXPECT_GT(report.audit.samples, 300u);
     EXPECT_GT(walkers.on_hills, 10000);
     EXPECT_LE(walkers.deepest, 0.001F);
-    // A capsule touches a slope of t degrees r (1 / cos t - 1) above the ground under its axis: on
-    // the slopes that carry (50 degrees) and at rims by at most 0.23 m, and a step up.
+    // A capsule touches a slope of t degrees r (1 / cos t - 1) above the ground under its axis. On
+    // walkable slopes (50 degrees) and at rims that is at most 0.23 m, and a step up.
     EXPECT_LT(walkers.highest, 0.55F);
     // Clients know the surfaces: their own avatars are predicted as on flat ground.
     EXPECT_LT(report.own_correction_m.percentile(0.99), 0.001);
@@ -87,8 +87,9 @@ TEST_F(Hills, CostClientsThatAreNotToldCorrectionsButNoConsistency) {
     RecordProperty("told_mm_p99", std::to_string(1000.0 * told));
     RecordProperty("untold_mm_p99", std::to_string(1000.0 * untold));
     EXPECT_LT(told, 0.001);
-    EXPECT_GT(untold, 0.05);  // they fall through what they do not know, for as long as news takes
-    // ... which is at most 0.2 s between states + 0.06 s there and back + the lead of inputs.
+    // They fall through unknown ground until an update comes. It comes within 0.2 s between states
+    // + 0.06 s there and back + the lead of inputs.
+    EXPECT_GT(untold, 0.05);
     EXPECT_LT(untold, 3.0);
 }
 
@@ -136,8 +137,8 @@ TEST_F(Hills, HoldPropsThatFall) {
         const world::Entities& e = state.entities;
         const Vec3& p = e.position[row];
         const float floor = state.settings.statics->floor_at(p.x(), p.z());
-        // Half a crate (or a ball's radius) above the ground, less what contacts give way, and more
-        // by what a slope of 25 degrees lifts.
+        // Half a crate (or a ball's radius) above the ground, less the give of contacts, and more
+        // by the lift of a slope of 25 degrees.
         EXPECT_GT(p.y(), floor + 0.4F - 0.01F) << type;
         EXPECT_LT(p.y(), floor + 0.65F) << type;
         if (type == "ball") {

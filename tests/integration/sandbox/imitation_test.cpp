@@ -1,5 +1,5 @@
-// NPCs learning to do as recorded players do: bots play, their recording is simulated again, and a
-// network is fitted to what they sensed and did.
+// NPCs that learn to act as recorded players do: bots play, their recording is simulated again, and
+// a network is fitted to their senses and actions.
 #include "server/app/training/imitation.h"
 
 #include "server/ai/learning/descent.h"
@@ -24,7 +24,7 @@ class Imitation : public GameTest {
                 ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".zrec";
     }
 
-    /// What bots of one behaviour did, out of a recording of their run.
+    /// The actions of bots of one behaviour, from a recording of their run.
     std::vector<app::PlayedTick> played(const std::string& behaviour,
                                         proto::Training::Imitation& settings) {
         bots.mix = *bot::parse_mix(behaviour);
@@ -90,7 +90,7 @@ void add_input(proto::Training::Imitation& settings, proto::Ego ego, double scal
     input.set_offset(offset);
 }
 
-/// What players held out did, as outputs: the last to join, as many samples as lessons hold.
+/// The actions of held-out players, as outputs: the last to join, as many samples as lessons hold.
 std::vector<const app::PlayedTick*> held_out(const std::vector<app::PlayedTick>& ticks,
                                              const app::Lessons& lessons) {
     std::vector<std::uint32_t> clients;
@@ -108,7 +108,7 @@ std::vector<const app::PlayedTick*> held_out(const std::vector<app::PlayedTick>&
     return out;
 }
 
-/// Squared error of a rule that is told the situation, over the players held out.
+/// Squared error of a rule that knows the situation, over the held-out players.
 template <class Rule>
 double error_of_rule(const std::vector<const app::PlayedTick*>& ticks,
                      learning::Facing facing,
@@ -124,8 +124,8 @@ double error_of_rule(const std::vector<const app::PlayedTick*>& ticks,
     return sum / static_cast<double>(3 * ticks.size());
 }
 
-/// The least error that an answer can have that is one for each band of distances: the mean of what
-/// the players held out themselves did in it.
+/// The least error of an answer that is constant in each band of distances: the mean of the
+/// held-out players' own actions in it.
 double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& ticks) {
     const auto band = [](const learning::Situation& s) -> std::size_t {
         const float distance = (s.target - s.here).norm();
@@ -152,7 +152,7 @@ double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& tick
     });
 }
 
-/// What the policy of a network wants at a distance from its target, which is at +x.
+/// The desired velocity of a network's policy at a distance from its target, which is at +x.
 learning::Wanted desired_velocity_at(const proto::Training::Imitation& settings,
                                      const learning::NeuralNetwork& network,
                                      float distance) {
@@ -207,9 +207,9 @@ TEST_F(Imitation, OfAHuntComesNearItsOwnRule) {
         constant,
         rule,
         best);
-    // Bots keep a wish for half a second, see others late and turn anywhere within 4 m: nobody who
-    // senses the distance alone can do better than `best`, and their own rule does worse, since it
-    // does not know how often they do otherwise.
+    // Bots keep a desired velocity for half a second, see others late and turn anywhere within 4 m.
+    // An agent that senses the distance alone can do no better than `best`. The bots' own rule does
+    // worse, since it does not know how often they do otherwise.
     EXPECT_LT(learned, constant);
     EXPECT_LT(learned, rule);
     EXPECT_LT(learned, 1.1 * best);
@@ -225,7 +225,7 @@ TEST_F(Imitation, OfAWalkToASpotGoesThere) {
     proto::Training::Imitation settings;
     settings.set_every_ticks(5);
     settings.set_facing(proto::HOME);
-    settings.mutable_home()->set_x_m(5.0);  // 0.55 of the way from -50 to 50
+    settings.mutable_home()->set_x_m(5.0);  // 0.55 of the path from -50 to 50
     settings.mutable_home()->set_z_m(5.0);
     add_input(settings, proto::HOME_DISTANCE, 0.1, -1.0);
     add_input(settings, proto::HOME_DISTANCE, 1.0, -3.0);

@@ -147,8 +147,8 @@ TEST_F(Join, IsPlayableWithinTwoRoundTripsAmidFiveThousandEntities) {
     EXPECT_LT(seen.playable_s, 2.0 * kRoundTripS);
     // A window at first and then the budget: nothing beyond it.
     EXPECT_LT(seen.bytes_until, 14600.0 + 16000.0 * 2.0 * kRoundTripS);
-    // Nearest first: who was shown later was not nearer, but for those of one packet's time (the
-    // avatar stands; crates rest).
+    // Nearest first: an entity shown later was not nearer, except for those of one packet's time
+    // (the avatar stands; crates rest).
     EXPECT_EQ(seen.out_of_order, 0U);
     RecordProperty("playable_ms", static_cast<int>(1e3 * seen.playable_s));
     RecordProperty("playable_bytes", static_cast<int>(seen.bytes_until));

@@ -1,4 +1,4 @@
-// Passes that go over what changed alone leave nothing out that a look at all rows finds.
+// Passes over changed rows alone miss nothing that a pass over all rows finds.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/zone/border/ghosts.h"
@@ -13,7 +13,7 @@
 namespace zoned::app {
 namespace {
 
-/// What the hash covers of a row.
+/// The parts of a row that the hash covers.
 struct Columns {
     std::uint8_t flags = 0;
     Vec3 position = Vec3::Zero();
@@ -93,7 +93,7 @@ std::vector<EntityId> left_out(const zone::ZoneState& state, Known& known) {
     return found;
 }
 
-/// What neighbours have to hear of, by a look at all rows.
+/// The rows that neighbours have to hear of, by a pass over all rows.
 std::map<EntityId, Vec3> near_border(const zone::ZoneState& state) {
     std::map<EntityId, Vec3> near;
     const world::Entities& e = state.entities;

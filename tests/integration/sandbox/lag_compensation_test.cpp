@@ -1,4 +1,4 @@
-// Shots at moving characters: what the shooter's own view says against what the server decides.
+// Shots at moving characters: the shooter's own view against the server's decision.
 #include "client-sim/view/aim.h"
 #include "tests/harness/capture.h"
 #include "tests/harness/game_test.h"
@@ -14,7 +14,7 @@
 namespace zoned::harness {
 namespace {
 
-/// A flat world of 60 x 60 m without anything in the way, in which nobody dies.
+/// A flat world of 60 x 60 m without obstacles, in which no character dies.
 constexpr const char* kField = R"(
 world { name: "field" seed: 7 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
 spawn { x_m: -9 z_m: -9 } spawn { x_m: 9 z_m: -9 } spawn { x_m: -9 z_m: 9 } spawn { x_m: 9 z_m: 9 }
@@ -62,8 +62,8 @@ class Range : public GameTest {
         }
     }
 
-    /// Bots shoot at, over and past what is on their screens, evenly over a window that is twice as
-    /// wide as a character and half as high again.
+    /// Bots shoot at, over and past the targets on their screens, evenly over a window that is
+    /// twice as wide as a character and half as high again.
     void shoot(std::size_t shooter, bot::Bot& bot) {
         const view::View* view = bot.view();
         if (view == nullptr || bot.settled_tick() < 0 || !view->own().known() ||
@@ -93,7 +93,7 @@ class Range : public GameTest {
         ++tally_.fired;
     }
 
-    /// What both sides heard of it.
+    /// The outcomes that both sides heard of.
     void judge_all() {
         std::map<EntityId, ClientId> client_of;
         for (std::size_t i = 0; i < captures_.size(); ++i) {
@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 /// 99.9 % is the promise. In N shots the number of disagreements at exactly that rate is about
-/// Poisson with mean N / 1000; five standard deviations above it is what chance never reaches.
+/// Poisson with mean N / 1000. Chance never reaches five standard deviations above it.
 TEST_P(Agreement, BetweenServerAndShooterIn999Of1000Shots) {
     bots.view = std::get<0>(GetParam());
     network(1e-3 * std::get<1>(GetParam()), std::get<2>(GetParam()));

@@ -27,7 +27,7 @@ class LatencyTest : public GameTest {
         return report.latency_stages_ms[static_cast<std::size_t>(which)];
     }
 
-    /// What holds for any view on a path without jitter or loss.
+    /// The checks that hold for any view on a path without jitter or loss.
     void expect_budget(const measure::RunReport& r) {
         using measure::Stage;
         double sum_ms = 0.0;
@@ -48,12 +48,13 @@ class LatencyTest : public GameTest {
         EXPECT_NEAR(sum_ms,
                     whole.mean(),
                     3.0 * 40.0 / std::sqrt(static_cast<double>(r.latency_stages_ms[0].count())));
-        // The way up and down, to the resolution of time and the error of clocks (symmetric path).
+        // The delays up and down, to the resolution of time and the error of clocks (symmetric
+        // path).
         EXPECT_NEAR(stage(r, Stage::kWireUp).percentile(0.5), kPathMs, 2.0 * kStepMs);
         EXPECT_NEAR(stage(r, Stage::kWireDown).percentile(0.5), kPathMs, 2.0 * kStepMs);
-        // A command waits for its tick no longer than the margin and the resolution of time: its
-        // packet left when the command was due on the input clock. (The first seconds, when the
-        // lead is still a tick too long, are less than a tenth.)
+        // A command waits for its tick no longer than the margin and the resolution of time. Its
+        // packet left when the command was due on the input clock. (In the first seconds the lead
+        // is still a tick too long; they are less than a tenth.)
         EXPECT_LT(stage(r, Stage::kTickWait).percentile(0.9), 3.0 + 4.0 * kStepMs);
         EXPECT_EQ(r.input_ticks_missing, 0U);
         // Packets of a tick leave within it.
@@ -72,7 +73,7 @@ TEST_F(LatencyTest, BudgetOfAnInterpolatingView) {
     bots.view = view::ViewKind::kInterpolate;
     const auto r = run();
     expect_budget(r);
-    // The jitter buffer is what it costs.
+    // The cost of the jitter buffer.
     EXPECT_GT(stage(r, measure::Stage::kDisplay).percentile(0.5), kTickMs);
 }
 
@@ -134,7 +135,7 @@ TEST_F(InputClock, OnASteadyPathNothingIsMissedAndAMillisecondIsMuch) {
     measure();
     EXPECT_EQ(share, 0.0);
     EXPECT_LT(clock_error_ms.percentile(0.99), kStepMs);
-    // The way up, the margin and what a step of time adds.
+    // The delay up, the margin and one time step.
     EXPECT_LT(lead_ticks.percentile(0.99), (kPathMs + 3.0 + 2.0 * kStepMs) / kTickMs);
 }
 
@@ -142,7 +143,7 @@ TEST_F(InputClock, UnderAJitterOfATickLessThanOneInAThousandIsMissed) {
     server.network.jitter_s = 0.033;
     measure();
     EXPECT_LT(share, 0.001);
-    // The longest way up, as much as half the scatter while few are known (ln(1 / (n p)) / ln(n)
+    // The longest delay up, as much as half the scatter while few are known (ln(1 / (n p)) / ln(n)
     // for 100), the margin, and the error of the clock.
     EXPECT_LT(lead_ticks.percentile(0.99), (kPathMs + 1.5 * 33.0 + 3.0 + 4.0) / kTickMs);
     EXPECT_LT(clock_error_ms.percentile(0.99), 0.5 * 33.0);

@@ -7,7 +7,7 @@
 namespace zoned::harness {
 namespace {
 
-/// What has been seen of the hounds.
+/// Observations of the hounds.
 struct Pack {
     float farthest = 0.0F;  ///< from home, m
     int hunting = 0;        ///< hounds x ticks at some speed

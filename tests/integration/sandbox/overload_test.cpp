@@ -1,4 +1,4 @@
-// Machines that are starved: under the server, under the clients.
+// Starved machines: under the server, under the clients.
 #include "tests/harness/game_test.h"
 #include "shared/core/rng.h"
 
@@ -21,8 +21,8 @@ class Overload : public GameTest {
     }
 };
 
-/// Clocks of clients are set back and forth here, above all while they settle: the age of news must
-/// be measured by what the view showed, not by a clock that was set in between.
+/// Clocks of clients are set back and forth here, above all while they settle. The age of updates
+/// must be measured by the displayed view, not by a clock that was set in between.
 TEST_F(Overload, KeepsThePromiseWhileServerAndClientsAreStarved) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         server.network.delay_s = 0.01;
@@ -49,13 +49,13 @@ TEST_F(Overload, KeepsThePromiseWhileServerAndClientsAreStarved) {
 
 TEST_F(Overload, OfClientsIsSaidInTheVerdict) {
     bots.seconds = 8.0;
-    // Once, for a third of a second: what is compared around it is compared leniently.
+    // Once, for a third of a second: comparisons around that moment are lenient.
     client_stalls = {{4.0, 4.35}};
     const measure::RunReport once = run();
     EXPECT_TRUE(once.consistent) << reasons(once);
     ASSERT_EQ(once.warnings.size(), 1u);
     EXPECT_EQ(once.warnings[0].rfind("stale: ", 0), 0u) << once.warnings[0];
-    // All the time: the comparison shows nothing.
+    // All the time: the comparison shows no faults.
     client_stalls.clear();
     for (double at = 1.0; at < 9.0; at += 1.0) {
         client_stalls.push_back({at, at + 0.35});

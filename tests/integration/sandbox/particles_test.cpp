@@ -1,4 +1,4 @@
-// Particles in zones: what rules ask about is simulated, what only looks nice is not.
+// Particles in zones: those that rules query are simulated, purely cosmetic ones are not.
 #include "client-sim/view/world_info.h"
 #include "server/compute/device.h"
 #include "server/config/expand/load_settings.h"

@@ -41,7 +41,7 @@ TEST_F(SharedEnvironment, IsTheSameToTheLastBitForEveryTickThatIsDisplayed) {
     EXPECT_GT(report.audit.environment_samples, 200U);
     EXPECT_EQ(report.audit.environment_violations, 0U);
     EXPECT_EQ(report.environment_corrected, 0U);
-    // Told at login and no more: the next time is after a minute.
+    // Sent at login and not again: the next time is after a minute.
     EXPECT_EQ(environment_updates(), bots.bots);
 }
 

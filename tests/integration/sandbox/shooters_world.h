@@ -1,5 +1,5 @@
-// Shooters' world: what worlds for tests of shots and trades have in common; size, things and rules
-// are for each to add.
+// ShootersWorld: the common config text of worlds for tests of shots and trades. Each test adds
+// size, entities and rules.
 #pragma once
 
 namespace zoned::harness {

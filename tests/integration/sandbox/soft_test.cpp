@@ -1,4 +1,4 @@
-// Soft bodies in worlds: what clients see of them, on how many threads, over borders, and at rest.
+// Soft bodies in worlds: as clients see them, on several thread counts, over borders, and at rest.
 #include "server/config/expand/load_settings.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/zone_context.h"
@@ -109,7 +109,7 @@ TEST(SoftInZones, ABodyGoesOverTheBorderWithAllItsNodes) {
         zone::ZoneState& now = *owners.front();
         over = over || now.settings.id.value == 2;
         const Vec3d at = place_of(now, jelly);
-        // What 12 m/s cover in a tick: it does not jump.
+        // The distance that 12 m/s cover in a tick: it does not jump.
         ASSERT_LT((at - before).norm(), 12.0 / 30.0);
         before = at;
         const physics::soft::SoftId body = zone::soft_of(now, jelly);
@@ -162,7 +162,7 @@ TEST(SoftInZones, RulesPushTeleportHideShowAndRemoveThem) {
 }
 
 TEST(SoftInZones, PassRunsUntilAllSleepAndSaysWhy) {
-    // Nobody walks here, so all comes to rest.
+    // No player walks here, so all bodies come to rest.
     config::Settings settings = settings_of("cloth.txtpb");
     const auto has_agent = [&](const config::InitialEntity& entity) {
         return settings.types[entity.type].brain != 0;

@@ -1,4 +1,4 @@
-// The world `town` with bots: most of its people are seen by nobody, and what bots see is right.
+// The world `town` with bots: most of its people are off-screen, and the bots' views are right.
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
 
@@ -7,7 +7,7 @@
 namespace zoned::harness {
 namespace {
 
-/// What was seen of the agents.
+/// Observations of the agents.
 struct Watch {
     std::uint64_t ticks = 0;
     std::uint64_t active = 0;

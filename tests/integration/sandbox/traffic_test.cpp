@@ -1,4 +1,4 @@
-// The bandwidth meter from end to end: what the server says it sent is what left, and what came.
+// The bandwidth meter from end to end: the server's figures equal the bytes sent and received.
 #include "tests/harness/game_test.h"
 #include "shared/wire/packet.h"
 
@@ -50,8 +50,8 @@ TEST_P(Traffic, IsCountedAlikeByBothSides) {
     const wire::TrafficTable sent = made();
     const wire::TrafficTable& came = report.traffic;
     EXPECT_EQ(came.bits(wire::TrafficReason::kUnread), 0U);
-    // Nothing is lost; at the end a tick's packets are under way to each client, and a few go out
-    // before a client has the world's description.
+    // Nothing is lost. At the end a tick's packets are on their path to each client, and a few go
+    // out before a client has the world's description.
     const double under_way = 3.0 * static_cast<double>(bots.bots);
     EXPECT_NEAR(
         static_cast<double>(came.packets()), static_cast<double>(sent.packets()), under_way);

@@ -49,7 +49,7 @@ TEST(Chase, ReachesAPlayerThatStandsAndStopsBesideIt) {
     field.run(10.0F);
     EXPECT_EQ(field.state(1), kOnChase);
     EXPECT_EQ(field.entities.stance[0], 2);
-    // It stops inside kChaseStopM; one tick at 6.4 m/s covers 0.22 m more.
+    // It stops within kChaseStopM; one tick at 6.4 m/s covers 0.22 m more.
     EXPECT_LT(field.distance(1, 2), kChaseStopM);
     EXPECT_GT(field.distance(1, 2), kChaseStopM - 0.22F);
     EXPECT_EQ(command_changes(field, 1, 2.0F), 0);
@@ -174,8 +174,8 @@ TEST(Wander, StaysWithinItsRadiusAndTurnsSeldom) {
     }
     EXPECT_LT(farthest, 20.0F + kArriveM);
     EXPECT_GT(walked, 300.0F);
-    // The mean distance of two uniform points of a disc is 0.905 r = 18 m, 4.5 s at 4 m/s: about 27
-    // targets in 120 s, each with one turn and seldom a correction.
+    // The mean distance of two uniform points of a disc is 0.905 r = 18 m, 4.5 s at 4 m/s. That
+    // distance gives about 27 targets in 120 s, each with one turn and seldom a correction.
     EXPECT_LT(changes, 60);
     EXPECT_GT(changes, 10);
 }
@@ -191,7 +191,7 @@ TEST(Wander, FacesWhereItWalks) {
         const Vec2 move = Vec2(c.move_x, c.move_z).normalized();
         // A step of 1/127 turns the direction by up to atan(0.71 / 127) = 0.32 degrees.
         EXPECT_GT(move.dot(Vec2(std::sin(angle), std::cos(angle))), std::cos(0.006F));
-        // Two per cent are kept to make up for what commands cost.
+        // Two per cent are granted for corrections of quantised commands.
         EXPECT_NEAR(Vec2(c.move_x, c.move_z).norm(), 0.98F * 127.0F, 0.8F);
     }
 }

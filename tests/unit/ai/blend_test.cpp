@@ -14,8 +14,8 @@
 namespace zoned::ai::test {
 namespace {
 
-/// Walks home at half its speed; runs away the more, the nearer a player is: not at all from 15 m
-/// on, with all its heart from 5 m in.
+/// Walks home at half its speed. Runs away the faster, the nearer a player is: not at all from 15 m
+/// on, at full degree within 5 m.
 Brain shy(float response_s) {
     Brain brain;
     brain.name = "shy";
@@ -47,7 +47,7 @@ Brain shy(float response_s) {
     return brain;
 }
 
-/// One at the origin whose home is far along +x, a player behind it along -z.
+/// An agent at the origin whose home is far along +x, with a player behind it along -z.
 struct Shy {
     Field field;
 
@@ -65,7 +65,7 @@ struct Shy {
         const Tick due = field.agents.find(EntityId(1))->next_decision;
         field.wall = [](const Vec3&) {
             return true;
-        };  // nobody moves
+        };  // no agent moves
         do {
             field.step();
         } while (field.now <= due);
@@ -128,7 +128,7 @@ TEST(Blend, SprintsWhereItsStatesWantMoreThanAWalk) {
 
 TEST(Blend, WalksAroundWhatIsInItsWay) {
     Shy stuck(20.0F);
-    stuck.decide();  // and nobody moves
+    stuck.decide();  // and no agent moves
     for (int t = 0; t < 90 && stuck.field.command(1).move_z == 0; ++t) {
         stuck.field.step();
     }
@@ -150,7 +150,8 @@ Brain roamer() {
 
 constexpr std::uint32_t kRoamers = 24;
 
-/// Of each of some that roam for ten minutes: its way, m, and its mean distance from home, m.
+/// For each of some agents that roam for ten minutes: its path length, m, and its mean distance
+/// from home, m.
 struct Roamed {
     std::array<double, kRoamers> way{};
     std::array<double, kRoamers> off{};

@@ -81,7 +81,7 @@ TEST(Variables, GrowAndAreFedByStates) {
     EXPECT_EQ(eater.variable(0), 0.0F);  // never below low
     EXPECT_EQ(eater.decide(62, 1.0F), "out");
     EXPECT_EQ(eater.variable(1), 7.0F);
-    // Out there nothing is said of hunger: the variable's own rate.
+    // The states out there do not change hunger: the variable's own rate holds.
     EXPECT_EQ(eater.decide(72, 1.0F), "out");
     EXPECT_NEAR(eater.variable(0), 0.005F + 0.1F, 1e-6F);
     EXPECT_EQ(eater.decide(73), "at_home/rest");

@@ -78,7 +78,7 @@ TEST(Escort, StaysBesideAWardThatMoves) {
     };
     EXPECT_TRUE(near(escort_place(Vec2(6.0F, 1.0F), ward, north, {}, 3.0F), Vec2(4.0F, 0.0F)));
     EXPECT_TRUE(near(escort_place(Vec2(-4.0F, 1.0F), ward, north, {}, 3.0F), Vec2(-2.0F, 0.0F)));
-    // Of one that stands: near enough within 4.5 m, else straight to 3 m.
+    // Following one that stands: near enough within 4.5 m, else straight to 3 m.
     EXPECT_TRUE(near(escort_place(Vec2(5.4F, 0.0F), ward, {0, 0}, {}, 3.0F), Vec2(5.4F, 0.0F)));
     EXPECT_TRUE(near(escort_place(Vec2(7.0F, 0.0F), ward, {0, 0}, {}, 3.0F), Vec2(4.0F, 0.0F)));
 }

@@ -19,8 +19,8 @@ motion::StaticBox wall_between(float from_z, float to_z) {
     return box;
 }
 
-/// A wall along z at x = 0 with two gates of 4 m, at z = 0 and 12 m from there; people 1 m
-/// apart before the first, who want to be spread over a place behind it.
+/// A wall along z at x = 0 with two gates of 4 m, at z = 0 and at z = 12 m. People stand 1 m apart
+/// before the first gate and want to spread over a place behind it.
 class Gates {
   public:
     Gates(const std::optional<pathfinding::CrowdPathSettings>& crowding, std::uint32_t walkers)
@@ -80,7 +80,7 @@ class Gates {
 
     [[nodiscard]] int by_far_gate() const { return by_far_gate_; }
 
-    /// How often the path of one led through another gate than before.
+    /// How often an agent's new path led through another gate than before.
     [[nodiscard]] const std::vector<int>& changes() const { return changes_; }
 
     Field field;
@@ -118,19 +118,19 @@ class Gates {
     std::vector<int> changes_;
 };
 
-/// Discs of 0.4 m leave nobody room to move where there are 1.6 on a square metre: four fifths of
-/// it.
+/// Discs of 0.4 m leave no room to move at 1.6 on a square metre: four fifths of it.
 pathfinding::CrowdPathSettings around_crowds() {
     pathfinding::CrowdPathSettings crowding;
     crowding.jam_per_m2 = 1.6F;
     return crowding;
 }
 
-/// Two gates let twice as many through as one. Without, those whom the throng before the first one
-/// pushes far enough along the wall take the second. How long a throng stays jammed in a gate is
-/// chance, so that single crowds differ by half: of 280, 290, 300 and 310 people half were through
-/// in 54, 42, 52 and 39 s, without in 82, 72, 89 and 57 s (0.62 of it), 95 % in 119, 81, 158 and
-/// 101 s, without in 154, 165, 189 and 129 s (0.72 of it).
+/// Two gates let twice as many through as one. Without crowd-aware paths, only agents that the
+/// throng pushes far enough along the wall take the second gate. The time for which a throng stays
+/// jammed in a gate is chance, so single crowds differ by half. Crowds of 280, 290, 300 and 310
+/// people were tried. Half were through in 54, 42, 52 and 39 s, without in 82, 72, 89 and 57 s
+/// (0.62 of it). 95 % were through in 119, 81, 158 and 101 s, without in 154, 165, 189 and 129 s
+/// (0.72 of it).
 TEST(Crowding, ACrowdSpreadsOverTwoGatesAndIsThroughSooner) {
     double without_s = 0.0;
     double around_s = 0.0;
@@ -147,9 +147,9 @@ TEST(Crowding, ACrowdSpreadsOverTwoGatesAndIsThroughSooner) {
         around_s += around.seconds();
         far_without += without.by_far_gate();
         far_around += around.by_far_gate();
-        // Nobody goes to and fro, though paths are looked at each half second: one changes where
-        // the gate is full, back where the other one is by then, and where a throng has pushed it
-        // nearer to the other one, as without.
+        // No agent goes to and fro, though paths are checked each half second. An agent changes
+        // gates where its gate is full, and back where the other one is full by then. It also
+        // changes, as without, where a throng has pushed it nearer to the other gate.
         EXPECT_LE(*std::max_element(around.changes().begin(), around.changes().end()), 5);
         int changes = 0;
         for (const int count : around.changes()) {

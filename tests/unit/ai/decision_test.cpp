@@ -39,7 +39,7 @@ TEST(Decision, DoesNotOscillateWithAPlayerAtTheThresholdAndNoise) {
 }
 
 TEST(Decision, WouldOscillateWithoutHysteresis) {
-    // The same noise with one threshold and no hold: this is what the test above protects from.
+    // The same noise with one threshold and no hold: the test above protects from this.
     Brain brain = guard_brain();
     for (BrainState& state : brain.states) {
         for (Transition& transition : state.transitions) {
@@ -115,7 +115,7 @@ TEST_P(Budget, LetsNobodyWaitLongerThanAllOthersTogetherNeed) {
     constexpr int kAgents = 97;
     Field field;
     field.settings.brains = {single(ActionKind::kIdle)};
-    field.settings.brains[0].decide_every_s = kDt;  // all want to decide in every tick
+    field.settings.brains[0].decide_every_s = kDt;  // all agents want to decide in every tick
     field.settings.max_decisions_per_tick = static_cast<std::uint32_t>(GetParam());
     for (std::uint32_t id = 1; id <= kAgents; ++id) {
         field.add_npc(id, kGuard, 0, Vec3(static_cast<float>(id), 0.0F, 0.0F));

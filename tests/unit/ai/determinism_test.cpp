@@ -238,7 +238,7 @@ TEST(LevelOfDetail, LetsFarAgentsSteerEveryFourthTickInTurns) {
     const world::Row player = field.add_player(50, Vec3(1000.0F, 0.0F, 0.0F));
     field.run(1.0F);
     for (int tick = 0; tick < 20; ++tick) {
-        // And those that reach their targets in between: one in some seconds each.
+        // Also agents that reach their targets in between: one in some seconds each.
         const std::uint32_t steered = field.step().steered;
         EXPECT_GE(steered, 10u);
         EXPECT_LE(steered, 14u);

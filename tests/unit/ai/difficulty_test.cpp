@@ -1,5 +1,5 @@
-// Difficulty follows what players do: it settles where they succeed as often as wanted, never
-// leaves its cap, and agents go on from one difficulty to the next.
+// Difficulty follows the players' success: it settles at the wanted success rate and never leaves
+// its cap. Agents go on from one difficulty to the next.
 #include "server/ai/agent/difficulty.h"
 
 #include "server/ai/serialization/serialize_agents.h"
@@ -25,7 +25,7 @@ DifficultyLevels bare(std::size_t levels, float step, Tick between = 0) {
 }
 
 TEST(DifficultyState, SettlesWherePlayersSucceedAsOftenAsWanted) {
-    // On none of the levels do they succeed as often as wanted: two have to take turns.
+    // No level has exactly the wanted success rate: two levels have to take turns.
     constexpr std::array<float, 4> kChance = {0.95F, 0.7F, 0.5F, 0.1F};
     constexpr int kCount = 5000;
     constexpr float kStep = 0.05F;
@@ -45,7 +45,7 @@ TEST(DifficultyState, SettlesWherePlayersSucceedAsOftenAsWanted) {
                 << "the bound below holds where the cap is not met";
         }
         // The position is step (successes - wanted count) from the start, and nowhere above the
-        // cap; at its foot, where it starts, it is cut off by at most a few outcomes.
+        // cap. At its foot, where it starts, it is cut off by at most a few outcomes.
         const double off = std::abs(static_cast<double>(successes) / kCount - 0.6);
         EXPECT_LE(off, 3.0 / static_cast<double>(kStep) / kCount + 10.0 / kCount);
         EXPECT_GT(visits[1], kCount / 5);
@@ -190,7 +190,7 @@ TEST(DifficultyState, BytesGoOnBitForBitOnTheSameLevel) {
         other.step();
         ASSERT_EQ(hash_of_all(field), hash_of_all(other)) << "tick " << tick;
     }
-    // On the wrong level they would not have.
+    // On the wrong level the two would not agree.
     go_to(other, 0);
     other.run(20.0F);
     field.run(20.0F);

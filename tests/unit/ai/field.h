@@ -1,4 +1,4 @@
-// Field: an open plain with agents and players and the simplest movement there is, for tests of AI.
+// Field: an open plain with agents, players and the simplest movement, for tests of AI.
 #pragma once
 
 #include "server/ai/agent/decision.h"
@@ -101,7 +101,7 @@ class Field {
         return report;
     }
 
-    /// What an update of this tick reads and moves.
+    /// The context of this tick's update: all that it reads and moves.
     [[nodiscard]] AiContext context() {
         AiContext ai{agents,
                      settings,

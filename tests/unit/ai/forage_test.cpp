@@ -1,4 +1,4 @@
-// Ants that nobody sees: they find, mark and bring what they would have brought before our eyes.
+// Off-screen ants: they find, mark and bring the same as ants in view.
 #include "server/ai/serialization/serialize_agents.h"
 #include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
@@ -12,7 +12,7 @@ using namespace test;
 
 constexpr std::uint32_t kAnts = 40;
 
-/// Across the way, with its middle at z, m.
+/// Across the direct path, with its middle at z, m.
 motion::StaticBox wall(float z, float half) {
     motion::StaticBox box;
     box.centre = Vec3(0.0F, 0.5F, z);
@@ -20,11 +20,11 @@ motion::StaticBox wall(float z, float half) {
     return box;
 }
 
-/// A nest and crumbs 10 m from it, and a wall half way with two gaps; the nearer one has a door
-/// that is shut from 120 s on.
+/// A nest, crumbs 10 m from it, and a wall halfway with two gaps. The nearer gap has a door that is
+/// shut from 120 s on.
 class AntHill {
   public:
-    /// Who is farther than `viewer_range_m` from a player goes from event to event.
+    /// An agent farther than `viewer_range_m` from a player goes from event to event.
     explicit AntHill(float viewer_range_m, bool door = false) {
         PoiSettings points_of_interest;
         points_of_interest.points_of_interest = {{"nest", Vec2d(-5.0, 0.0), 1.0F, {}},
@@ -67,7 +67,7 @@ class AntHill {
         }
     }
 
-    /// Of scents and food brought.
+    /// Of scents and of brought food.
     [[nodiscard]] std::uint64_t scents() const {
         core::StateHash hash;
         field.steps.nests().hash(hash);
@@ -78,7 +78,7 @@ class AntHill {
 
     [[nodiscard]] std::size_t active() const { return field.agents.active().size(); }
 
-    /// Where an ant takes itself to be.
+    /// The place that an ant's own state gives.
     [[nodiscard]] Vec2 place(std::uint32_t id) {
         const Agent& agent = *field.agents.find(EntityId(id));
         const Vec3& body = field.position(id);
@@ -103,8 +103,8 @@ void live_alike(AntHill& seen, AntHill& other, int seconds) {
     }
 }
 
-// Walkers in this field meet nobody, so that nothing holds a body up by a metre: then where an ant
-// is, what it marks and which way it takes follow from its timetable alone, to the last bit.
+// Walkers in this field meet no one, so that no body is held up by a metre. An ant's place, its
+// marks and its path then follow from its timetable alone, to the last bit.
 
 TEST(ForageOffscreen, IsTheSameToTheLastBit) {
     AntHill seen(kAntsSeen);
@@ -175,7 +175,7 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
     bytes[nest] = 9;  // its brain
     EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
     bytes = whole;
-    bytes[nest + 2] = 1;  // what it does
+    bytes[nest + 2] = 1;  // its action
     EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
     bytes = whole;
     bytes[whole.size() - 1] = 0x41;  // food of 8 or more
@@ -187,7 +187,7 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
         bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
         EXPECT_NE(read(bytes), "") << size;
     }
-    // What no map has is forgotten when the map is there.
+    // Cells that are on no map are forgotten once the map is there.
     bytes = whole;
     bytes[whole.size() - 12 + 3] = 0x7F;
     ASSERT_EQ(load_agents(bytes,

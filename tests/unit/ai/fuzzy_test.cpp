@@ -123,8 +123,8 @@ TEST(Sugeno, SaysOtherwiseWhereNoRuleFires) {
     EXPECT_NE(evaluate(def, {0.3F}), 7.5F);
 }
 
-/// The union of terms, each cut off, in double precision: its area and first moment, exactly where
-/// no line bends within a piece (the pieces are so small that those that bend do not count).
+/// The union of terms, each cut off, in double precision. Its area and first moment are exact where
+/// no line bends within a piece. (The pieces are so small that bends do not count.)
 double exact_centroid(const std::vector<Term>& terms, const std::vector<double>& cuts) {
     constexpr int kPieces = 200000;
     double area = 0.0;
@@ -292,7 +292,7 @@ TEST(FuzzySystem, ExplainsWhichRulesFire) {
     EXPECT_EQ(degrees[2], 0.0F);                      // near and good
 }
 
-// ---------------------------------------------------------------- machines
+// ---------------------------------------------------------------- state machines
 
 /// Two states; x in [0, 1] calls for the second to the degree x and for the first to 1 - x.
 FuzzyStateMachineDef swing_def(float response_s) {

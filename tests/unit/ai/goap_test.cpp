@@ -235,7 +235,7 @@ std::vector<GoapDefectKind> kinds(const Domain& domain) {
 }
 
 TEST(DomainDefects, AreNoneForTheGunmanButHisFlight) {
-    // Nobody ever needs to be far from the foe.
+    // No action ever needs the foe to be far.
     const Domain domain = scenario::gunman_domain();
     const auto defects = defects_of(domain);
     ASSERT_EQ(defects.size(), 1U);

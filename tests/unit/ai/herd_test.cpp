@@ -1,4 +1,4 @@
-// Herds that nobody sees: they roam as herds do that somebody looks at.
+// Off-screen herds: they roam as herds in view do.
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>
@@ -16,14 +16,14 @@ using namespace test;
 constexpr std::uint32_t kHerd = 24;
 constexpr float kRadius = 12.0F;
 
-/// What can be said of a herd in one number each.
+/// Properties of a herd, in one number each.
 enum Figure : std::size_t {
     kProgress,  ///< of its centre along the round trip, m
     kBeside,    ///< mean distance of the centre from the round trip (along one), or from home, m
     kSpread,    ///< root mean square of the distances to the centre, m
     kBreath,    ///< standard deviation of that over time, m
-    kStride,    ///< mean way of the centre in a second, m
-    kMemory,    ///< correlation of the paths of the centre in two seconds that are 4 s apart
+    kStride,    ///< mean distance that the centre moves in a second, m
+    kMemory,    ///< correlation of the centre's movements in two seconds that are 4 s apart
     kFigures
 };
 
@@ -105,7 +105,7 @@ class Herd {
         field.agents.find(EntityId(id))->home = Vec3(0.0F, at.y(), 0.0F);
     }
 
-    /// Where an animal is, seen or not.
+    /// Where an animal is, on-screen or off-screen.
     [[nodiscard]] Vec2 at(std::uint32_t id) {
         const Agent& agent = *field.agents.find(EntityId(id));
         const Vec3& body = field.position(id);
@@ -199,14 +199,14 @@ struct Sample {
 
 using Samples = std::array<Sample, kFigures>;
 
-/// What stands where a herd of so many lives.
+/// The obstacles where a herd of this size lives.
 struct Pasture {
     std::uint32_t herd = kHerd;
     std::vector<motion::StaticBox> boxes{};
     float speed_factor = 0.7F;
 };
 
-/// Somebody may stand at (`watcher_m`, 0).
+/// A player may stand at (`watcher_m`, 0).
 Samples samples_of(int seconds,
                    float viewer_range_m,
                    bool along,
@@ -238,9 +238,10 @@ double apart(const Samples& a, const Samples& b, Figure f) {
            std::sqrt(std::max(1e-12, a[f].variance() + b[f].variance()));
 }
 
-/// Between the ends of a step, which takes a second, an animal is on the chord of its arc: on a
-/// circle of radius r inside of it by (v s)^2 / 12 r on average, so that the paths of a second are
-/// shorter by (v s / r)^2 / 12: 1.8 % at 1.4 m/s about 3 m, as sharply as a herd turns here.
+/// A step takes a second, and between its ends an animal is on the chord of its arc. On a circle of
+/// radius r the chord lies inside by (v s)^2 / 12 r on average. So the paths of a second are
+/// shorter by (v s / r)^2 / 12. At 1.4 m/s about 3 m, the sharpest turn of a herd here, that is 1.8
+/// %.
 constexpr double kChordShare = 0.018;
 
 /// Whether means agree to within the bound of Welch's test, or as well as they can.
@@ -261,13 +262,12 @@ TEST_P(HerdOffscreen, RoamsAsOneThatIsSeen) {
         RecordProperty("seen_" + std::to_string(f), std::to_string(seen[f].mean()));
         RecordProperty("unseen_" + std::to_string(f), std::to_string(unseen[f].mean()));
     }
-    // It does something: 200 s of the 300 along the way, or about its home.
+    // It does something: 200 s of the 300 along the path, or about its home.
     EXPECT_GT(unseen[kSpread].mean(), 1.0);
     EXPECT_TRUE(!GetParam() || unseen[kProgress].mean() > 200.0 * 1.4);
 }
 
-/// A few, many, and as many as before with a house in the way of them and another beside their
-/// home.
+/// A few, many, and as many as before with one house on their path and another beside their home.
 TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhateverItsSizeAndWhatIsInTheWay) {
     // 36 comparisons: one in 3,600 cases each, so that one in a hundred fails by chance.
     constexpr double kOfMany = 4.4;
@@ -288,7 +288,7 @@ TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhateverItsSizeAndWhatIsInTheWay) {
     }
 }
 
-/// Somebody stands where the herd passes, so that some of it is seen and some is not.
+/// A player stands where the herd passes, so that part of it is seen.
 TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhereSomeAre) {
     const float watcher_m = GetParam() ? 30.0F : 29.0F;
     const Samples seen = samples_of(150, kAll, GetParam(), watcher_m);
@@ -308,7 +308,7 @@ TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhereSomeAre) {
     EXPECT_GT(mixed, 10) << "some of it was seen";
 }
 
-/// The comparison tells a herd from one that walks by 3 % more slowly.
+/// The comparison finds the difference to a herd that walks 3 % more slowly.
 TEST_P(HerdOffscreen, IsToldFromASlowerOne) {
     const Samples seen = samples_of(150, kAll, GetParam());
     const Samples slower =
@@ -372,7 +372,7 @@ TEST(HerdOffscreenOnes, DependNotOnRows) {
     }
 }
 
-/// A pen of 16 m by 16 m, in which the herd has not got the room that it wants.
+/// A pen of 16 m by 16 m, which has less room than the herd wants.
 TEST(HerdOffscreenOnes, StayBehindTheirWalls) {
     for (const bool along : {true, false}) {
         Herd herd(kNobody, along, 1);
@@ -399,7 +399,7 @@ TEST(HerdOffscreenOnes, StayBehindTheirWalls) {
             }
         }
         EXPECT_TRUE(herd.field.agents.active().empty());
-        // The middle of one that touches the wall is its radius from it.
+        // An animal that touches the wall has its middle a radius away from it.
         EXPECT_LT(farthest, 7.8F - herd.field.types[kSheep].character.radius + 0.01F);
         EXPECT_GT(farthest, 7.0F) << "they go where they can";
     }

@@ -1,4 +1,4 @@
-// HotReloadMigration: what has a name in both brains stays, all else begins anew.
+// HotReloadMigration: states with a name in both brains stay, all others start anew.
 #include "server/ai/agent/hot_reload_migration.h"
 
 #include "server/ai/agent/decision.h"

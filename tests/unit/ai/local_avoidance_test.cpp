@@ -65,7 +65,8 @@ TEST(LocalAvoidance, AllocatesNothingOnceWarm) {
 }
 
 TEST(LocalAvoidance, LeavesPlayersAlone) {
-    // One who wants to pass through a player who stands: it goes around, the player keeps standing.
+    // An agent wants to pass through a standing player: it goes around, and the player keeps
+    // standing.
     Field field;
     field.settings.brains = {single(ActionKind::kReturn)};
     field.settings.avoidance.emplace();

@@ -1,4 +1,4 @@
-// Agents that walk by meshes and waypoints: over a bridge and under it, and where doors turn.
+// Agents that walk by navmeshes and waypoints: over a bridge and under it, and where doors turn.
 #include "server/ai/steering/path_following.h"
 #include "tests/unit/ai/field.h"
 
@@ -81,7 +81,7 @@ TEST_P(AgentsOnABridge, WalkOverItAndUnderItEachToItsHome) {
         const Vec3& at = place.field.position(id);
         const Vec2 off(at.x() - agent.home.x(), at.z() - agent.home.z());
         EXPECT_LT(off.norm(), kArriveM + 0.1F) << id;
-        // A body stands on a deck to within what it sinks in and rounds its edge by.
+        // A body stands on a deck, apart from its sinking in and its rounding of the edge.
         EXPECT_NEAR(at.y(), agent.home.y(), 0.1F) << id;
     }
 }
@@ -104,7 +104,7 @@ motion::StaticGeometry walled(Tick opens, Tick shuts) {
             {gate}};
 }
 
-/// Who leaves a zone has to come out of the whole area, or nobody takes it over.
+/// An agent that leaves a zone has to leave the whole area, or no other zone takes it over.
 TEST(PathsOnANavmesh, LeadOutOfTheWholeArea) {
     world::TypeTable types(2);
     for (std::size_t t = 0; t < types.size(); ++t) {
@@ -135,7 +135,7 @@ class AgentsAtADoor : public testing::TestWithParam<PathMapKind> {};
 TEST_P(AgentsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
     const PathfindingSettings paths{
         GetParam() == PathMapKind::kWaypointGraph ? 1.0F : 0.25F, 1'000'000, GetParam()};
-    // 10 m to the gate at 3.2 m/s: it shuts 2 s from now; and opens when they are on their path.
+    // 10 m to the gate at 3.2 m/s: it shuts 2 s from now, and opens while they are on their path.
     for (const bool shuts : {true, false}) {
         Place place(walled(shuts ? 0 : 100, shuts ? 60 : 9000), paths, true);
         for (std::uint32_t id = 1; id <= 6; ++id) {

@@ -1,5 +1,5 @@
-// Who is looked at: suspended agents by the squares that they are in, and what they do next by
-// tick.
+// The off-screen grid holds suspended agents by their squares; the event queue gives their next
+// changes by tick.
 #include "server/ai/agent/offscreen_grid.h"
 
 #include "server/ai/agent/agent_event_queue.h"
@@ -18,7 +18,7 @@ namespace {
 
 using namespace test;
 
-/// What a queue would hand out at `now` by a look at all that was planned.
+/// The entries that the queue should return at `now`, by a pass over all planned ones.
 std::set<std::uint32_t> due_of(const std::map<std::uint32_t, Tick>& planned, Tick now) {
     std::set<std::uint32_t> due;
     for (const auto& [slot, at] : planned) {
@@ -38,7 +38,7 @@ TEST(AgentEventQueue, HandsOutWhatALookAtAllThatWasPlannedFinds) {
     std::size_t taken = 0;
     Tick now = 0;
     for (int step = 0; step < 20'000; ++step) {
-        // Now and then nobody asks for longer than the queue's year.
+        // Now and then the queue is not asked for longer than its year.
         now += rng.below(500) == 0 ? 9'000 : 1;
         for (std::uint32_t k = 0; k < 3; ++k) {
             const std::uint32_t slot = rng.below(kSlots);
@@ -48,7 +48,7 @@ TEST(AgentEventQueue, HandsOutWhatALookAtAllThatWasPlannedFinds) {
                 planned.erase(slot);
                 continue;
             }
-            // What should have been done, what is of a later year, and what is soon.
+            // Overdue entries, entries of a later year, and entries due soon.
             const Tick at = kind == 1   ? std::max<Tick>(0, now - rng.below(50))
                             : kind == 2 ? now + 4'000 + rng.below(20'000)
                                         : now + rng.below(100);
@@ -127,7 +127,8 @@ bool is_near(const OffscreenGrid& cells, OffscreenGrid::Slot slot, const Vec2& a
     return found;
 }
 
-/// Until it is left; a rounding of a place some hundred metres from the origin is less than 1 mm.
+/// Each piece is followed until the walker leaves it. A place some hundred metres from the origin
+/// is rounded by less than 1 mm.
 TEST(OffscreenGrid, HoldWhoComesThroughWhereverThatIs) {
     constexpr std::uint32_t kSlots = 50;
     const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
@@ -143,10 +144,10 @@ TEST(OffscreenGrid, HoldWhoComesThroughWhereverThatIs) {
         PathSegment& segment = segments[slot];
         segment = some_segment(rng, 1'000);
         Tick now = 1'001;
-        // From piece to piece, as who leaves one is put into the next.
+        // From piece to piece: a walker that leaves one is put into the next.
         for (int piece = 0; piece < 3; ++piece) {
             placed[slot] = position_at(segment, now - 1, kDt);
-            // Half of them have no event where their segment ends.
+            // Half of them have no event at the end of their segment.
             cells.put(slot, segment, placed[slot], kDt, slot % 2 == 0);
             const bool goes_on = slot % 2 == 0;
             const Tick left =
@@ -220,8 +221,8 @@ TEST(OffscreenGrid, WithinFindsTheSquareOfEveryPlaceInReach) {
     }
 }
 
-/// The tick is the first in whose step the walker is found beyond the piece or outside, or that
-/// before: a rounding of a place some hundred metres from the origin, 3e-5 m, is less than a step.
+/// The tick is the first in whose step the walker is found beyond the piece or outside, or the tick
+/// before. A place some hundred metres from the origin is rounded by 3e-5 m, less than a step.
 TEST(OffscreenGrid, AreLeftWhenTheWalkerIsBeyond) {
     core::Rng rng(9);
     const float infinity = std::numeric_limits<float>::infinity();
@@ -304,7 +305,7 @@ TEST(OffscreenLook, WhoIsSeenIsSimulated) {
         fewest = std::min(fewest, plain.field.agents.active().size());
         most = std::max(most, plain.field.agents.active().size());
     }
-    // On its way it met the crowd of 200, and few others than these.
+    // On its path it met the crowd of 200, and few other agents.
     EXPECT_GT(most, 150U);
     EXPECT_LT(fewest, 60U);
 }

@@ -1,4 +1,4 @@
-// Agents that nobody sees: they go from event to event, and come out as if somebody had looked.
+// Off-screen agents: they go from event to event, and resume as if they had been simulated.
 #include "server/ai/agent/agent_fields.h"
 #include "tests/unit/ai/field.h"
 
@@ -24,10 +24,10 @@ std::ostream& operator<<(std::ostream& out, const Entered& entered) {
     return out << "state " << entered.state << " at tick " << entered.tick;
 }
 
-/// What one agent went through.
+/// The history of one agent.
 using Life = std::vector<Entered>;
 
-/// All agents of a field, and how they lived.
+/// All agents of a field, and their histories.
 class Lives {
   public:
     explicit Lives(Brain brain, bool simulated, std::uint32_t count = 20) : count_(count) {
@@ -81,7 +81,7 @@ Transition on_variable(std::uint16_t to, std::size_t v, Compare compare, float t
     return t;
 }
 
-/// Gets hungry, eats, sleeps; now and then a yawn that nobody can foresee but by its seed.
+/// Gets hungry, eats, sleeps. Now and then it yawns, which only its seed can predict.
 Brain drowsy() {
     Brain m;
     m.name = "drowsy";
@@ -144,7 +144,7 @@ Brain walker() {
     return m;
 }
 
-/// How far agents that nobody saw are from where they would have walked, m, at the worst.
+/// The largest distance of off-screen agents from their simulated places, m.
 float worst_place(Lives& all, Lives& some) {
     float worst = 0.0F;
     for (std::uint32_t id = 1; id <= 20; ++id) {
@@ -159,9 +159,9 @@ float worst_place(Lives& all, Lives& some) {
 
 class Errand : public testing::TestWithParam<ActionKind> {};
 
-/// A body is put right where it is 0.2 m from where its timetable says, at a tick's way more
-/// (2.8 m/s / 30) at the latest; where it wanders on from is the timetable's, so that nothing adds
-/// up.
+/// A body is corrected where it is 0.2 m from its timetable's position. A tick's distance more (2.8
+/// m/s / 30) may pass before that. It wanders on from the timetable's position, so errors do not
+/// add up.
 TEST_P(Errand, LeadsToWhereTheyWouldHaveWalked) {
     Brain brain = single(GetParam(), 25.0F);
     brain.states[0].speed_factor = 0.7F;
@@ -194,7 +194,7 @@ TEST(Offscreen, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
     EXPECT_LT(some.active, 20U * 100U);
 }
 
-/// Wanders far, and would do something else near home or very far from it.
+/// Wanders far, and would take another action near home or very far from it.
 Brain rover() {
     Brain m;
     m.name = "rover";
@@ -210,9 +210,9 @@ Brain rover() {
     return m;
 }
 
-/// A straight walk comes within 20 m of home, or never does: it is looked at where it begins, where
-/// it ends, and at the decisions by which it may have come there and be gone again. Looks at each
-/// half of what is left would be some six to a walk of 100 m and more.
+/// A straight walk either comes within 20 m of home or never does. It is checked at its start, at
+/// its end, and at the decisions by which it may have entered and left the circle. Checks at each
+/// half of the remainder would be some six for a walk of 100 m and more.
 TEST(Offscreen, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
     Lives all(rover(), true);
     Lives some(rover(), false);
@@ -229,7 +229,7 @@ TEST(Offscreen, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
     EXPECT_LT(static_cast<double>(some.events), 2.0 * walks + 4.0 * static_cast<double>(entered));
 }
 
-/// `of` with all that is said to change where a segment ends from `then`.
+/// `of` with all fields changed that concern the end of a segment, from `then`.
 Agent walked_on(Agent of, const Agent& then) {
     std::vector<std::uint64_t> numbers;
     visit_walk_fields(then, [&numbers](const auto& number) {

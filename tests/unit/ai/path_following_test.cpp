@@ -1,5 +1,4 @@
-// Agents that walk along paths: around walls, through doors, and alike whether somebody looks
-// or not.
+// Agents that walk along paths: around walls, through doors, and alike on-screen and off-screen.
 #include "server/ai/steering/path_following.h"
 
 #include "tests/unit/ai/field.h"
@@ -44,7 +43,7 @@ class Yard {
         compile(field.settings, kDt);
     }
 
-    /// Somebody at (-10, z) whose home is at `home`.
+    /// An agent at (-10, z) whose home is at `home`.
     void add(std::uint32_t id, float z, const Vec2& home) {
         field.add_npc(id, kGuard, 0, Vec3(-10.0F, 0.9F, z));
         agent(id).home = Vec3(home.x(), 0.9F, home.y());
@@ -53,13 +52,13 @@ class Yard {
 
     [[nodiscard]] Agent& agent(std::uint32_t id) { return *field.agents.find(EntityId(id)); }
 
-    /// Where it takes itself to be.
+    /// The place that its own state gives.
     [[nodiscard]] Vec2 place(std::uint32_t id) {
         const Vec3& body = field.position(id);
         return whereabouts(agent(id), Vec2(body.x(), body.z()), field.now, kDt);
     }
 
-    /// Whether it is in the wall, or in the gate while that is shut.
+    /// Whether it is in the wall, or in the gate while the gate is shut.
     [[nodiscard]] bool in_wall(std::uint32_t id) {
         const Vec2 at = place(id);
         const bool doorway = std::abs(at.y()) < 1.5F;
@@ -96,7 +95,7 @@ TEST(PathFollowing, TurnsRoundBeforeAGateThatShutsAndGoesThroughOneThatOpens) {
     // It is 10 m to the gate, 3.1 s: shut before it is there.
     Yard shuts(homing(), 0, 60, true);
     shuts.add(1, 0.0F, {10.0F, 0.0F});
-    // Opens while it is on its way round, 4 s from now.
+    // Opens while it is on its path round the wall, 4 s from now.
     Yard opens(homing(), 120, 9000, true);
     opens.add(1, 0.0F, {10.0F, 0.0F});
     float farthest = 0.0F;
@@ -177,8 +176,8 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
         }
     }
     EXPECT_GT(suspended, 12U * 8500U);
-    // Who is held up by the corner of a wall may lag by as much as makes a new segment, found when
-    // it steers: every fourth tick of 4 m/s.
+    // An agent held up by the corner of a wall may lag until a new segment is made, which happens
+    // when it steers: every fourth tick of 4 m/s.
     EXPECT_LT(worst, kDriftM + 4.0F * 4.0F * kDt);
     EXPECT_LT(far, suspended / 1000U) << "bodies keep to what is told of them";
 }

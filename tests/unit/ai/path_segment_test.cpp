@@ -1,4 +1,4 @@
-// Legs: where their walkers are, against movement's own function.
+// Path segments: the places of their walkers, against movement's own function.
 #include "server/ai/agent/path_segment.h"
 
 #include "shared/core/rng.h"
@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kSegmentDt = 1.0F / 20.0F;
 
-/// On level ground a command that is held leads along the segment: apply_input accelerates exactly,
-/// so that what is left is rounding, some ulp of 100 m per tick.
+/// On level ground a held command leads along the segment. apply_input accelerates exactly, so only
+/// rounding remains, some ulp of 100 m per tick.
 TEST(PathSegment, IsTheWayOfACharacterWhoseCommandIsHeld) {
     const motion::StaticGeometry ground({}, 0.0F);
     motion::CharacterLimits limits;
@@ -66,8 +66,8 @@ TEST(PathSegment, ArrivesAtTheFirstTickThatBeginsBeyondItsLength) {
     EXPECT_LT(position_at(segment, arrival - 2, kSegmentDt).y(), segment.length);
 }
 
-/// The first tick after `now` at the end of the one before which the walker is on the other side of
-/// the circle, or `last`.
+/// The first tick after `now` at whose start the walker is on the other side of the circle, or
+/// `last`.
 Tick crosses_at(const PathSegment& segment,
                 const Vec2& centre,
                 float radius_m,
@@ -84,9 +84,9 @@ Tick crosses_at(const PathSegment& segment,
     return tick;
 }
 
-/// Never late, against every tick of walks in all directions, near and far, that turn and brake;
-/// and not early: by two ticks where the walk is straight and meets the circle steeply, one for
-/// what is cut off and one for rounding.
+/// Never late, against every tick of walks in all directions, near and far, that turn and brake.
+/// Not early either: by two ticks where the walk is straight and meets the circle steeply. One is
+/// for the cut-off, one for rounding.
 TEST(PathSegment, StaysUntilItCrossesACircle) {
     core::Rng rng(11);
     const auto point = [&rng](float size) {

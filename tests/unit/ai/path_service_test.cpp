@@ -1,4 +1,4 @@
-// PathService: agents ask, doors turn, and everybody has an answer in time.
+// PathService: agents request paths, doors turn, and every agent has a result in time.
 #include "server/ai/pathfinding/path_service.h"
 
 #include "server/ai/pathfinding/grid/line_of_sight.h"

@@ -1,5 +1,5 @@
-// Perception: percept, hearing and memory against distances and angles worked out by hand, and the
-// budget that rays have.
+// Perception: sight, hearing and memory against distances and angles worked out by hand, and the
+// budget of rays.
 #include "server/ai/perception/perception.h"
 
 #include "server/physics/scene/scene.h"
@@ -116,13 +116,13 @@ TEST(Percept, EndsAtWallsUnlessEyesLookOverThem) {
     watch.add(2, kPlayer, 0.0F, 10.0F);
     watch.add(3, kPlayer, 8.0F, 10.0F);
     watch.add_wall(Vec3(0.0F, 0.0F, 5.0F), Vec3(2.0F, 1.0F, 0.2F));
-    // The way to the third passes the wall's plane at x = 4, beside its end at 2.
+    // The ray to the third passes the wall's plane at x = 4, beside its end at 2.
     const Percept percept = watch.look();
     EXPECT_EQ(percept.prey, EntityId(3));
     EXPECT_EQ(percept.foes, 2.0F);
     watch.brain.perception.eyes_m = 1.1F;
     EXPECT_EQ(watch.look().prey, EntityId(2));
-    // A body that is not static hides nobody.
+    // A body that is not static hides no one.
     watch.brain.perception.eyes_m = 0.6F;
     watch.place(2, 0.0F, 4.0F);
     physics::BodyDef def;
@@ -153,7 +153,7 @@ TEST(Hearing, ReachesAsFarAsTheAuraTimesTheShareOfWalking) {
     const world::Row row = watch.add(2, kPlayer, 0.0F, -10.0F);  // behind
     const auto heard = [&](float distance, float speed) {
         watch.place(2, 0.0F, -distance);
-        watch.field.entities.velocity[row] = Vec3(speed, 3.0F, 0.0F);  // what falls makes no noise
+        watch.field.entities.velocity[row] = Vec3(speed, 3.0F, 0.0F);  // a fall is silent
         return static_cast<bool>(watch.look().prey);
     };
     EXPECT_TRUE(heard(19.9F, 5.0F));  // walking: the aura, 20 m
@@ -285,7 +285,7 @@ TEST(Perception, DoesNotDependOnTheOrderOfRows) {
 TEST(RayBudget, IsSharedFairlyAndWhoWaitsGoesOnWithWhatItKnew) {
     Field field;
     Brain brain = single(ActionKind::kIdle);
-    brain.decide_every_s = kDt;  // all want to look in every tick
+    brain.decide_every_s = kDt;  // all agents want to look in every tick
     brain.perception.given = true;
     brain.perception.line_of_sight = true;
     field.settings.brains = {brain, single(ActionKind::kIdle)};

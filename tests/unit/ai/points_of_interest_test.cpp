@@ -1,5 +1,5 @@
-// PointsOfInterest: spots, stock that grows, trades that are done whole or not at all, and who gets
-// the last loaf.
+// Points of interest: spots, stock that grows, trades that are complete or not done at all, and the
+// buyer of the last loaf.
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST_P(Market, TheSmallestGetTheLastLoavesAndNobodyPaysForNone) {
         EXPECT_EQ(has(id, 0), 3.0F) << id;
         EXPECT_EQ(has(id, 1), 0.0F) << id;
     }
-    // Half a loaf a second: the next one comes after two, and goes to who waits for it.
+    // Half a loaf a second: the next one comes after two, and goes to the agent that waits for it.
     EXPECT_EQ(trades_until(400), 1U);
     EXPECT_EQ(has(7, 1), 1.0F);
     EXPECT_EQ(has(4, 1), 0.0F) << "it is not there";

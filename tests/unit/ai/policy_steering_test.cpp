@@ -103,7 +103,7 @@ TEST(PolicySteering, RepeatsACommandThatIsStillGood) {
 }
 
 TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
-    // A hundredth below full speed is less than what rounding may hide.
+    // A hundredth below full speed is less than rounding may hide.
     const learning::Guard guard{0.99F, 6.0F, 0.0F, false};
     Brain brain = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
     BrainState chase;
@@ -155,7 +155,7 @@ TEST(PolicySteering, AllocatesNothing) {
     EXPECT_EQ(allocation_count(), allocated);
 }
 
-/// Distance after a minute behind a player who walks away at `speed`.
+/// Distance after a minute behind a player that walks away at `speed`.
 float gap_behind(const Brain& brain, float speed) {
     Field field;
     field.settings.brains = {brain};
@@ -177,8 +177,8 @@ TEST(RubberBand, KeepsAChaseCloseWithinItsCap) {
     banded.states[0].rubber_band = learning::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
     // From a player at 3.6 m/s the plain one falls back by 0.4 m/s.
     EXPECT_NEAR(gap_behind(plain, 3.6F), 10.0F + 60.0F * 0.4F, 1.5F);
-    // In balance the factor is 3.6 / 3.2, at a gap of 10 (1 + 0.125 / 0.5); speeds are told to
-    // others in steps of a twentieth of 4 m/s, which is 0.0625 of the factor and 1.25 m.
+    // In balance the factor is 3.6 / 3.2, at a gap of 10 (1 + 0.125 / 0.5). Others receive speeds
+    // in steps of a twentieth of 4 m/s, which is 0.0625 of the factor and 1.25 m.
     EXPECT_NEAR(gap_behind(banded, 3.6F), 12.5F, 1.5F);
     // Slower players are not caught at once.
     EXPECT_LT(gap_behind(plain, 2.8F), 2.0F);

@@ -1,5 +1,5 @@
-// Agents that look for others and that nobody sees: they sleep until they may meet somebody,
-// and live as if they had never slept.
+// Off-screen agents that look for others: they are suspended until they may meet one, and live as
+// if they had never been suspended.
 #include "server/ai/offscreen/proximity_schedule.h"
 
 #include "server/compute/worker_pool.h"
@@ -23,8 +23,8 @@ constexpr std::uint16_t kFolk = 2;
 constexpr TypeIndex kCitizen = 3;
 constexpr TypeIndex kBall = 4;
 
-/// Goes its round until it notices a thief; then it stands and looks for as long as it does, and
-/// walks home. All of it is walked by segments, so that it is to come out the same to the tick.
+/// Goes its round until it notices a thief. Then it stands and watches as long as the thief is
+/// there, and walks home. It walks all of this by segments, so the result must agree to the tick.
 Brain watchman() {
     Brain m;
     m.name = "watchman";
@@ -47,7 +47,7 @@ Brain watchman() {
     return m;
 }
 
-/// Wanders far and wide, and looks for nobody.
+/// Wanders far and wide, and looks for no one.
 Brain thief() {
     Brain m = single(ActionKind::kWander, 80.0F);
     m.name = "thief";
@@ -74,7 +74,7 @@ struct Encountered {
 
 using LivedThrough = std::vector<Encountered>;
 
-/// Watchmen on a grid of 90 m, thieves among them, and others who concern nobody.
+/// Watchmen on a grid of 90 m, thieves among them, and others who matter to neither.
 class Town {
   public:
     static constexpr std::uint32_t kWatchmen = 16;
@@ -117,7 +117,7 @@ class Town {
         lives.resize(std::max<std::size_t>(lives.size(), id + 1));
     }
 
-    /// Puts somebody elsewhere, as a zone does it: who sleeps is woken.
+    /// Moves an agent elsewhere, as a zone does it: a suspended agent is resumed.
     void teleport(std::uint32_t id, const Vec3& to) {
         const world::Row row = field.entities.find(EntityId(id));
         Agent& agent = *field.agents.find(EntityId(id));
@@ -154,7 +154,7 @@ class Town {
         }
     }
 
-    /// Where an agent takes itself to be.
+    /// The place that an agent's own state gives.
     [[nodiscard]] Vec2 at(std::uint32_t id) {
         const Vec3& body = field.position(id);
         return whereabouts(*field.agents.find(EntityId(id)), {body.x(), body.z()}, field.now, kDt);
@@ -174,7 +174,7 @@ std::size_t entered(const Town& town, std::uint32_t first, std::uint32_t last) {
     return sum;
 }
 
-/// Runs both. Who lived otherwise first; 0: nobody.
+/// Runs both. Returns the first agent that lived differently; 0: none.
 std::uint32_t first_other(Town& all, Town& some, float seconds) {
     const Tick end = all.field.now + static_cast<Tick>(seconds / kDt);
     while (all.field.now < end) {
@@ -189,8 +189,8 @@ std::uint32_t first_other(Town& all, Town& some, float seconds) {
     return 0;
 }
 
-/// Who sleeps though somebody whom it looks for, or who looks for it, is within sight of it: found
-/// by looking at all pairs.
+/// Suspended agents within sight of an agent that they look for, or that looks for them. All pairs
+/// are checked.
 std::uint32_t asleep_in_sight(Town& town) {
     const AgentStore& agents = town.field.agents;
     std::uint32_t found = 0;
@@ -223,7 +223,7 @@ TEST(ProximitySchedule, WhoLooksForOthersIsSuspendedUntilTheyComeAndLivesTheSame
     Town some(false);
     expect_same_lives(all, some, 600.0F);
     EXPECT_GT(entered(some, 1, Town::kWatchmen), 100U) << "watchmen met thieves";
-    // Whoever is nearer than sight and what both walk in a while is active, others are not.
+    // An agent nearer than sight plus both agents' walk in a while is active, others are not.
     EXPECT_LT(some.active, all.active / 2);
 }
 
@@ -237,7 +237,7 @@ TEST(ProximitySchedule, FindNobodySuspendedWhomAnybodyCouldPerceive) {
     EXPECT_EQ(in_sight, 0U);
 }
 
-/// Walls across the town with a gate every 30 m, of which each other one shuts every 10 s.
+/// Walls across the town with a gate every 30 m; every other gate shuts every 10 s.
 motion::StaticGeometry gated() {
     std::vector<motion::StaticBox> walls;
     std::vector<motion::Door> gates;
@@ -262,7 +262,7 @@ motion::StaticGeometry gated() {
     return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-/// Somebody of whom a zone knows points of interest alone: of another zone, or without an agent.
+/// Moves an entity that this zone knows only by its place: of another zone, or without an agent.
 void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
     world::Entities& e = town.field.entities;
     world::Row row = e.find(EntityId(id));
@@ -274,7 +274,7 @@ void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const 
     e.velocity[row] = velocity;
 }
 
-/// Sleeping watchmen in whose sight a ghost is: 901 and so on.
+/// Suspended watchmen in whose sight a ghost is: 901 and so on.
 std::uint32_t asleep_beside_ghosts(Town& town, std::uint32_t ghosts) {
     std::uint32_t found = 0;
     for (std::uint32_t ghost = 901; ghost < 901 + ghosts; ++ghost) {
@@ -322,7 +322,7 @@ TEST(ProximitySchedule, FindNobodySuspendedWherePathsTurnAsDoorsDo) {
     EXPECT_GT(entered(some, 1, Town::kWatchmen), 20U);
 }
 
-/// As if who looks for whom reached less far, or somebody was faster than was thought.
+/// As if one kind of agent looked less far, or another was faster than assumed.
 void look_too_late(Town& town) {
     for (std::size_t n = 0; n < town.field.agents.size(); ++n) {
         Agent& agent = town.field.agents.at(town.field.agents.nth(n));
@@ -361,7 +361,7 @@ TEST(ProximitySchedule, AreMadeAtOnceByWhoIsBornOrPutBesideASuspendedOne) {
     Town all(true);
     Town some(false);
     const auto script = [](Town& town) {
-        // Odd ticks, so that it is nobody's turn by chance.
+        // Odd ticks, so that no agent is due by chance.
         if (town.field.now > 0 && town.field.now % 611 == 0) {
             const auto number = static_cast<std::uint32_t>(town.field.now / 611);
             const Vec2 by = town.at(1 + number % Town::kWatchmen);
@@ -397,7 +397,7 @@ TEST(ProximitySchedule, AreMadeByGhostsAndByWhatIsThrown) {
     EXPECT_LT(some.active, all.active / 2);
 }
 
-/// Runs after thieves, who run from watchmen.
+/// Runs after thieves; thieves run from watchmen.
 Brain hunter() {
     Brain m = watchman();
     m.name = "hunter";
@@ -422,9 +422,10 @@ Brain runner() {
     return m;
 }
 
-/// A chase hangs on bodies, which are where their segments say to within 0.2 m (and a tick's way)
-/// when it begins: not to the tick the same, and one that begins otherwise ends otherwise. What
-/// holds is that it begins at the very same tick, and that there are as many, in distribution.
+/// A chase depends on bodies, which are within 0.2 m (and a tick's distance) of their segments when
+/// it begins. So it is not the same to the tick, and a chase that begins differently ends
+/// differently. It does begin at the very same tick, and the number of chases is the same in
+/// distribution.
 TEST(ProximitySchedule, LetChasesBeginAtTheSameTickAndBeAsMany) {
     Town all(true);
     Town some(false);
@@ -450,7 +451,7 @@ TEST(ProximitySchedule, LetChasesBeginAtTheSameTickAndBeAsMany) {
     };
     EXPECT_EQ(first(all), first(some));
     EXPECT_GT(chases[0], 100.0);
-    // Counts of chances that hardly hang on each other: three standard deviations of a difference.
+    // Counts of nearly independent chances: three standard deviations of a difference.
     EXPECT_NEAR(chases[0], chases[1], 3.0 * std::sqrt(chases[0] + chases[1]));
     EXPECT_LT(some.active, all.active / 2);
 }
@@ -470,14 +471,14 @@ TEST(ProximitySchedule, KeepThoseActiveWhoCouldBePerceivedBeyondTheBorder) {
         const ProximitySchedule::Body body{{kGuard, kWatch}, EntityId(1), Vec2(at_m, 0.0F), 4.0F};
         return proximity_schedule.apart(body, ai, near);
     };
-    // 98 m is where others may live, 25 m how far it sees, 2.1 m what bodies may be off: it walks
+    // 98 m is where others may live, 25 m its range of sight, 2.1 m the error of bodies. It walks
     // 0.133 m a tick, and two ticks are for caution.
     EXPECT_EQ(apart(50.0F), static_cast<Tick>(20.9F / (4.0F * kDt)) - 2);
     EXPECT_LT(apart(72.0F), ProximitySchedule::kSoon);
     EXPECT_GT(apart(0.0F), 60);
 }
 
-/// Many more, who decide in every tick, in one order of rows or the other.
+/// Many more agents, which decide in every tick, in one order of rows or the other.
 void crowd(Town& town, bool backwards) {
     constexpr std::uint32_t kMore = 800;
     for (Brain& brain : town.field.settings.brains) {

@@ -1,4 +1,4 @@
-// Agents written down and read again go on bit for bit; bytes that are no agents are refused.
+// Agents that are saved and loaded go on bit for bit; bytes that are no agents are refused.
 #include "server/ai/serialization/serialize_agents.h"
 
 #include "tests/unit/ai/field.h"
@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-/// Walks and rests by whim and by hunger; half of them are seen.
+/// Walks and rests by chance and by hunger; half of them are on-screen.
 Brain restless() {
     Brain m;
     m.name = "restless";
@@ -155,7 +155,7 @@ TEST_F(BadAgents, NeverBreakAnythingWhateverBytesSay) {
             other.now = field.now;
             other.agents = std::move(agents);
             for (int tick = 0; tick < 5; ++tick) {
-                other.step();  // goes on with whatever it is
+                other.step();  // goes on from the loaded state
             }
         }
     }

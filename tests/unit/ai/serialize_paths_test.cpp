@@ -1,5 +1,4 @@
-// Paths written down and read again beside agents: all goes on bit for bit; bytes that are none are
-// refused.
+// Paths saved and loaded beside agents: all goes on bit for bit; invalid bytes are refused.
 #include "server/ai/serialization/serialize_paths.h"
 
 #include "server/ai/serialization/serialize_agents.h"
@@ -29,8 +28,8 @@ Brain goes_about() {
     return m;
 }
 
-/// Four walls along z, each with two gates: one that stays open, one that turns every 10 s from
-/// the tick on that is told.
+/// Four walls along z, each with two gates: one stays open, one turns every 10 s from the given
+/// tick on.
 motion::StaticGeometry walls(Tick first_turn) {
     std::vector<motion::StaticBox> boxes;
     std::vector<motion::Door> gates;
@@ -103,7 +102,7 @@ struct WalledTown {
     Field field;
 };
 
-/// The other town that was read from the bytes of one; `paths`: whether those were, too.
+/// The other town, loaded from the bytes of the first; `paths`: whether the paths were loaded, too.
 struct Copy {
     Copy(WalledTown& town, const PathfindingSettings& settings, Tick first_turn, bool with_paths) {
         std::vector<std::uint8_t> agents;
@@ -153,7 +152,7 @@ Tick differ_after(WalledTown& one, WalledTown& other, Tick ticks) {
 
 TEST_P(SerializePaths, GoOnBitForBitInWhateverTickTheyAreRead) {
     const PathfindingSettings settings = settings_of(GetParam().kind, GetParam().work);
-    // Doors turn after all was read.
+    // Doors turn after everything was loaded.
     const Tick turn = 700;
     WalledTown town(settings, turn);
     town.people();
@@ -209,7 +208,7 @@ class BadPaths : public testing::TestWithParam<PathMapKind> {
         serialize_paths(town.field.paths, bytes);
     }
 
-    /// Into paths of the same ground.
+    /// Loads into paths of the same ground.
     std::string read(PathService& paths) {
         AiUpdate step;
         return deserialize_paths(bytes, town.field.agents, paths, step);
@@ -227,7 +226,7 @@ class BadPaths : public testing::TestWithParam<PathMapKind> {
 
 TEST_P(BadPaths, AreRefusedWhereverTheyEnd) {
     const std::vector<std::uint8_t> whole = bytes;
-    PathService paths = fresh();  // nothing is remembered of what is cut short
+    PathService paths = fresh();  // a truncated input leaves nothing behind
     for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 97) {
         bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
         EXPECT_NE(read(paths), "") << size << " of " << whole.size();
@@ -254,7 +253,7 @@ TEST_P(BadPaths, NeverBreakAnythingWhateverBytesSay) {
             continue;
         }
         ++taken;
-        // Goes on with whatever it is.
+        // Goes on from the loaded state.
         Copy copy(town, settings, 100, false);
         copy.other->field.paths = std::move(paths);
         for (int tick = 0; tick < 60; ++tick) {

@@ -1,4 +1,4 @@
-// Agents that follow tracks: seen or not, they are where their timetables say.
+// Agents that follow splines: on-screen or off-screen, they are where their timetables say.
 #include "server/ai/steering/spline_following.h"
 
 #include "server/ai/explain.h"
@@ -19,7 +19,7 @@ using splines::SplineNetwork;
 using testing::HasSubstr;
 
 constexpr float kBody = 0.9F;
-/// As steering.cpp: a body farther than this from its segment is put right.
+/// As steering.cpp: a body farther than this from its segment is corrected.
 constexpr double kOffSegment = 0.2;
 
 NamedSpline course(splines::Curve curve, bool closed) {
@@ -64,7 +64,7 @@ class Followers {
 
     [[nodiscard]] const splines::Lane& lane(splines::LaneId id) const { return net().lane(id); }
 
-    /// On a lane, in world coordinates of the tracks.
+    /// On a lane, in world coordinates of the splines.
     void add(std::uint32_t id, const Vec2d& at) {
         const Vec2 here = (at - field.points_of_interest.origin()).cast<float>();
         field.add_npc(id, kGuard, 0, Vec3(here.x(), kBody, here.y()));
@@ -74,7 +74,7 @@ class Followers {
 
     [[nodiscard]] const Agent& agent(std::uint32_t id) { return *field.agents.find(EntityId(id)); }
 
-    /// Of its body at the end of the last tick, of the tracks.
+    /// The place of its body at the end of the last tick, in the splines' coordinates.
     [[nodiscard]] Vec2d body(std::uint32_t id) {
         const Vec3& at = field.position(id);
         return Vec2(at.x(), at.z()).cast<double>() + field.points_of_interest.origin();
@@ -105,9 +105,9 @@ FollowDef follow_lane(splines::LaneId first, std::uint16_t count = 1) {
 
 class CurveOf : public testing::TestWithParam<std::tuple<splines::Curve, bool>> {};
 
-/// At 0.8 of 4 m/s. The timetable is that of even speed along the lane from beginning to end: it is
-/// compared with one that is reckoned here. The segment is within error_m of it; the body within
-/// 0.2 m of the segment, and what it walks until it is put right.
+/// At 0.8 of 4 m/s. The timetable is that of even speed along the lane from beginning to end, and
+/// is compared with one computed here. The segment is within error_m of it. The body is within 0.2
+/// m of the segment, plus its walk until it is corrected.
 TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
     const auto [curve, closed] = GetParam();
     const double error = 0.25;
@@ -190,8 +190,8 @@ TEST(FollowTrack, ResumesWhereItIsDueWithoutAJump) {
     }
 }
 
-/// Three lanes of 2 m, drawn anew each 20 m: over 8 m it goes over, and is never farther from where
-/// it was than it walks.
+/// Three lanes of 2 m, drawn anew each 20 m. Over 8 m it changes lanes, and in a tick it never
+/// moves farther than it walks.
 TEST(FollowTrack, ChangesLanesSmoothly) {
     FollowDef follow = follow_lane(0, 3);
     follow.blend_m = 8.0F;
@@ -231,8 +231,8 @@ TEST(FollowTrack, ChangesLanesSmoothly) {
     EXPECT_GT(sharpest, std::cos(0.22));
 }
 
-/// A crossroads: who comes in goes out by one of the other two, as their weights say, and where a
-/// road ends stands there.
+/// A crossroads: an agent that comes in leaves by one of the other two roads, as their weights say.
+/// Where a road ends it stands.
 TEST(FollowTrack, GoesOnWhereTheNextTrackBegins) {
     FollowDef follow = follow_lane(0);
     const std::vector<NamedSpline> roads{straight_road("in", {0, 0}, {30, 0}),
@@ -368,8 +368,8 @@ TEST(FollowTrack, IsExplained) {
     EXPECT_THAT(text, HasSubstr("on track course, lane 1 of 3: at "));
 }
 
-/// A follower on a round course costs events as a patrol does round a square whose sides are as
-/// long as its segments; the step allocates nothing for it (allocation_test counts).
+/// A follower on a round course costs as many events as a patrol round a square whose sides are as
+/// long as its segments. The step allocates nothing for it (allocation_test counts).
 TEST(FollowTrack, LegsAreAsLongAsTheErrorAllows) {
     std::array<std::uint64_t, 2> events{};
     for (const int k : {0, 1}) {

@@ -22,9 +22,9 @@ std::size_t count(const std::string& text, const std::string& what) {
 TEST(Diagram, ShowsEveryStateAndTransition) {
     const std::string dot = dot_of(scenario::villager_def(), kSenseNames);
     EXPECT_EQ(count(dot, "subgraph"), 4U);  // day, labour, danger, fight
-    // Innermost states, two transitions of each state, tabs of machines as states.
+    // Innermost states, two transitions of each state, tabs of state machines as states.
     EXPECT_EQ(count(dot, "[label="), 8U + 24U + 4U);
-    EXPECT_EQ(count(dot, "[style=dashed]"), 5U);  // where the five machines begin
+    EXPECT_EQ(count(dot, "[style=dashed]"), 5U);  // where the five state machines begin
     EXPECT_THAT(dot,
                 HasSubstr("\"day/labour/fetch\" -> \"day/labour/carry\" [label=\"load > 0.8\"]"));
     EXPECT_THAT(dot, HasSubstr("\"danger\" -> \"day\" [label=\"alarm < 0.5 and foe > 6\"]"));

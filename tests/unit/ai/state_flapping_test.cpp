@@ -1,5 +1,5 @@
-// StateFlapping in a running zone: who goes to and fro is found with both transitions, whatever its
-// index.
+// StateFlapping in a running zone: an agent that goes to and fro is found with both transitions, at
+// any index.
 #include "server/ai/explain.h"
 #include "tests/unit/ai/field.h"
 
@@ -51,7 +51,7 @@ TEST(StateFlapping, FollowsAnAgentWhenOthersComeAndGo) {
     field.run(0.9F);
     ASSERT_EQ(field.agents.state_flapping(0).size(), 1U);
     EXPECT_EQ(field.agents.state_flapping(0)[0].agent, 7U);
-    // Gone and back, it is another as far as reports go.
+    // An agent that went and came back counts as another one in reports.
     field.agents.add(field.agents.take(EntityId(7)));
     EXPECT_EQ(field.agents.state_flapping(0)[0].count, 1U);
     field.agents.forget_flapping();

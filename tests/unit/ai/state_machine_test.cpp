@@ -15,7 +15,7 @@ using scenario::Sensed;
 using scenario::SentryState;
 using testing::ElementsAre;
 
-/// Runs a machine of one agent by hand.
+/// Runs a state machine of one agent by hand.
 class Lone {
   public:
     explicit Lone(const StateMachineDef& def, std::size_t senses, float dt = 1.0F)
@@ -116,7 +116,7 @@ TEST(FsmStep, NeverHoldsForWhatIsNoNumber) {
 }
 
 TEST(FsmStep, NeverTakesAPlaceThatIsNotUsedWhateverItSenses) {
-    // One transition in a table of two: what fills it up reads sense 0 and must not hold.
+    // One transition in a table of two: the filler entry reads sense 0 and must not hold.
     Lone agent({"m", {leaf("a", {go(1, {below(1, -5)})}), leaf("b")}}, 2);
     for (const float value : {-std::numeric_limits<float>::infinity(),
                               std::numeric_limits<float>::infinity(),
@@ -233,7 +233,7 @@ TEST(FsmStep, AllocatesNothingOnceItsChangesHaveRoom) {
     EXPECT_EQ(allocation_count(), before);
 }
 
-// ---------------------------------------------------------------- oscillation
+// ---------------------------------------------------------------- state flapping
 
 TEST(FlappingDetector, NameThePairOfTransitions) {
     Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);

@@ -1,5 +1,5 @@
-// Agents that nobody sees wait for stock instead of looking at it: what they do, have and leave
-// in stock is the same to the last bit as if they had looked at each of their decisions.
+// Off-screen agents wait for stock instead of checking it. Their actions, goods and the remaining
+// stock are the same to the last bit as if they had checked it at each decision.
 #include "server/ai/serialization/serialize_agents.h"
 #include "server/compute/worker_pool.h"
 #include "tests/unit/ai/field.h"
@@ -16,7 +16,7 @@ constexpr std::size_t kVariables = 2;
 
 constexpr std::uint64_t kSeeds = 16;
 
-/// One grows, one is what agents bring and take, one shrinks.
+/// One stock grows, one is filled and emptied by agents, one shrinks.
 PoiSettings stores() {
     PoiSettings settings;
     settings.points_of_interest = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 3.0F, 10.0F, 0.7F}}},
@@ -26,8 +26,8 @@ PoiSettings stores() {
     return settings;
 }
 
-/// Machines of four states that do what they do by stock, by what they have, by time and by chance,
-/// without sense; some by a tree, some by a plan.
+/// State machines of four states that act by stock, by own goods, by time and by chance, without
+/// sense. Some follow a tree, some a plan.
 class MachineMaker {
   public:
     explicit MachineMaker(std::uint64_t seed) : rng_(seed) {}
@@ -58,7 +58,7 @@ class MachineMaker {
         for (std::uint16_t s = 0; s < 4; ++s) {
             BrainState& state = m.states[s];
             state.name = "state" + std::to_string(s);
-            // Some walk to and fro meanwhile, out of the points of interest and back.
+            // Some walk to and fro meanwhile, out of the places and back.
             state.action = rng_.below(3) == 0 ? ActionKind::kWander : ActionKind::kIdle;
             state.radius_m = 6.0F;
             state.speed_factor = 0.5F;
@@ -111,7 +111,7 @@ class MachineMaker {
         return t;
     }
 
-    /// What is done: trades and changes.
+    /// The events: trades and changes.
     void fill(BrainState& state) {
         for (std::uint32_t t = rng_.below(3); t > 0; --t) {
             const auto place = static_cast<std::uint16_t>(rng_.below(kStocks));
@@ -160,17 +160,17 @@ class MachineMaker {
     core::Rng rng_;
 };
 
-/// What is done to a world from outside.
+/// The interferences with a world from outside.
 struct Outside {
     const char* name = "Nothing";
-    bool stock = false;    ///< it is set anew now and then
-    bool viewer = false;   ///< somebody looks now and then
+    bool stock = false;    ///< the stock is set anew now and then
+    bool viewer = false;   ///< a player comes into view now and then
     bool moves = false;    ///< agents are taken out and put back
-    bool reads = false;    ///< all of it is written down and read again
-    bool forgets = false;  ///< the fault to be found: nobody is told of stock
+    bool reads = false;    ///< everything is saved and loaded again
+    bool forgets = false;  ///< the fault to be found: agents are not notified of stock
 };
 
-/// A hundred agents of made brains, all of them where they trade.
+/// A hundred agents with random brains, all of them at the places where they trade.
 class Stores {
   public:
     Stores(std::uint64_t seed, bool simulated, std::uint32_t count = 100) : count_(count) {
@@ -232,7 +232,7 @@ class Stores {
         }
     }
 
-    /// All that somebody who looks can tell.
+    /// Everything that an observer can see.
     [[nodiscard]] std::uint64_t told() const {
         core::StateHash hash;
         field.points_of_interest.hash(hash);
@@ -259,7 +259,7 @@ class Stores {
     std::uint32_t count_;
 };
 
-/// The tick at which somebody who looks can tell the worlds apart; -1: none.
+/// The tick at which an observer can tell the worlds apart; -1: none.
 Tick first_difference(Stores& all, Stores& some, const Outside& outside, float seconds) {
     Outside plain = outside;
     plain.forgets = plain.moves = plain.reads = false;

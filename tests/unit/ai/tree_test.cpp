@@ -92,7 +92,7 @@ TEST(DecisionTree, AgreesWithAWalkThroughTheDefinition) {
         TreeDef def;
         grow(def, rng, 6);
         if (!defects_of(def, 4).empty()) {
-            continue;  // asks what it knows
+            continue;  // asks for a known answer
         }
         ++compared;
         Sensed sensed(4, kCount);

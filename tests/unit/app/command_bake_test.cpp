@@ -1,4 +1,4 @@
-// zoned bake: what users and scripts see of it.
+// zoned bake: its output for users and scripts.
 #include "server/app/commands/commands.h"
 #include "server/assets/baked_geometry.h"
 #include "tests/unit/assets/geometry_samples.h"
@@ -66,7 +66,7 @@ class Bake : public ::testing::Test {
 
     [[nodiscard]] std::string at(const std::string& name) const { return folder_ + "/" + name; }
 
-    // Names that say nothing of the content.
+    // Names that do not show the content.
     [[nodiscard]] std::string obj() const { return at("first.dat"); }
 
     [[nodiscard]] std::string png() const { return at("second.dat"); }
@@ -150,7 +150,8 @@ TEST_F(Bake, NamesAllMistakesOfAnObjWithTheirLines) {
 }
 
 TEST_F(Bake, TellsOddPlacesOfAMeshThatIsUsedAllTheSame) {
-    // Two triangles that face opposite ways, one without area, a vertex twice and one for nobody.
+    // Two triangles that face opposite directions, one without area, a vertex twice and one that no
+    // triangle uses.
     std::ofstream(obj()) << "# odd\nv 0 0 0\nv 0 0 1\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 7 7 7\n"
                             "f 1 2 3\nf 1 5 4\nf 1 1 2\nf 2 3 1\n";
     const Outcome out = run({"bake", obj()});
@@ -195,8 +196,8 @@ TEST_F(Bake, ChecksBakedFilesToTheBottom) {
     EXPECT_EQ(check(damaged).code, kUsage);
     EXPECT_THAT(check(damaged).errors, HasSubstr("checksum does not fit"));
     EXPECT_THAT(check(good.substr(0, 100)).errors, HasSubstr("cut short"));
-    // Whole and sealed, but an edge that is open is said to be flat: bends lie behind 81 vertices
-    // and 128 triangles.
+    // The file is whole and sealed, but an open edge is marked as flat. The bends lie behind 81
+    // vertices and 128 triangles.
     std::string forged = good;
     const std::size_t bend = assets::kBakedBodyAt + 16 + 81 * 12 + 128 * 12;
     const float flat[2] = {0.6F, 0.8F};

@@ -79,7 +79,7 @@ TEST_F(Train, KeepsACheckpointThatNobodyAskedToReplace) {
     EXPECT_EQ(run("t", arena(2)), kGood);
     EXPECT_EQ(run("t", arena(2)), kUsage);
     EXPECT_EQ(run("t", arena(2), false, true), kGood);
-    // Another training does not go on from it, nor from what is damaged or missing.
+    // Another training refuses to go on from it. A damaged or missing checkpoint is refused too.
     EXPECT_EQ(run("t", arena(2, "hidden { nodes: 5 }"), true), kUsage);
     std::string bytes = text_of("t.checkpoint");
     bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);

@@ -18,7 +18,7 @@ TEST(TlsSettings, NameFilesOnceFromTheFolderOfTheConfig) {
     std::filesystem::current_path(ZONED_SOURCE_DIR);
     config::Settings settings;
     std::vector<config::ConfigError> errors;
-    // Any file that is there will do: nothing is read from it here.
+    // Any existing file will do: nothing is read from it here.
     const bool good = config::load_settings("config/minimal.txtpb",
                                             {"session.tls_certificate_file=\"minimal.txtpb\"",
                                              "session.tls_key_file=\"valley.txtpb\"",

@@ -1,5 +1,5 @@
-// The device for large particle systems: not looked for without need; what is wrong with one is
-// told in one line that names the setting, and the CPU does it.
+// The device for large particle systems: it is not opened without need. A problem with one is
+// logged in one line that names the setting, and the CPU does the work.
 #include "server/app/calibration/particle_device.h"
 
 #include "server/app/runtime/tick_loop.h"
@@ -133,7 +133,7 @@ TEST(ParticleDevice, SaysWhereBuiltKernelsCannotBeKept) {
     const std::filesystem::path folder =
         std::filesystem::temp_directory_path() / ("zoned-cache-" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
-    // A file where a folder should be: nobody can write into it, root neither.
+    // A file where a folder should be: no user can write into it, not even root.
     std::ofstream(folder / "file") << "x";
     const std::string bad = (folder / "file" / "cache").string();
     const ParticleDevice refused =

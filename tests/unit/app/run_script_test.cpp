@@ -1,4 +1,4 @@
-// server/run.sh with stand-ins for its programs: exit codes, clean-up, what it passes on.
+// server/run.sh with stand-ins for its programs: exit codes, clean-up, and passed arguments.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A repository with the real run.sh and programs that behave as the environment tells them.
+/// A repository with the real run.sh and programs whose behaviour the environment sets.
 class RunScript : public testing::Test {
   protected:
     void SetUp() override {

@@ -45,7 +45,7 @@ TEST(TickSchedule, DropsWhatALongStallLeavesAndNeverSpirals) {
     }
     EXPECT_EQ(ran, 4);
     EXPECT_EQ(schedule.dropped(), 316u);
-    // Server time stood still for what was dropped: tick t still lies at t * dt.
+    // Server time stood still for the dropped ticks: tick t still lies at t * dt.
     EXPECT_DOUBLE_EQ(schedule.server_time(now), 4.0 * kDt);
     EXPECT_DOUBLE_EQ(schedule.next_due(), now + kDt);
 }
@@ -57,7 +57,7 @@ TEST(TickSchedule, StaysBoundedWhenEveryTickTakesTooLong) {
         now += 2.0 * kDt;  // each tick takes two periods
         ASSERT_TRUE(schedule.due(now));
         schedule.ran();
-        // Never farther behind than what may be caught up plus the tick at hand.
+        // Never farther behind than the ticks that may be caught up, plus the present tick.
         ASSERT_LE(schedule.server_time(now) - static_cast<double>(schedule.done()) * kDt,
                   4.0 * kDt);
     }

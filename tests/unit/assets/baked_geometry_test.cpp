@@ -1,4 +1,4 @@
-// Baked files: what is read back is what was baked, bit for bit, and no damage gets through.
+// Baked files: loading gives the baked geometry back, bit for bit, and finds any damage.
 #include "server/assets/baked_geometry.h"
 
 #include "server/assets/geometry_files.h"
@@ -54,7 +54,8 @@ physics::Scene scene_on(const Shape& ground) {
     return scene;
 }
 
-/// What 2,000 rays hit, and the state after bodies of all simple shapes have fallen for a second.
+/// The hits of 2,000 rays, and the state after bodies of all simple shapes have fallen for a
+/// second.
 std::uint64_t answers_of(const Shape& ground) {
     physics::Scene scene = scene_on(ground);
     core::Rng rng(3);

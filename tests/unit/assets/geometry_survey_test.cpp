@@ -1,4 +1,4 @@
-// The figures of surfaces, against figures known beforehand, and what warnings the physics.
+// The figures of surfaces, against known figures, and the warnings of the physics.
 #include "server/assets/geometry_survey.h"
 
 #include <gmock/gmock.h>

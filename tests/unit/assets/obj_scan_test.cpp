@@ -1,4 +1,4 @@
-// What an OBJ may say, and how its mistakes are named.
+// The OBJ reader: the statements it takes, and how it names mistakes.
 #include "server/assets/obj_scan.h"
 
 #include <gtest/gtest.h>

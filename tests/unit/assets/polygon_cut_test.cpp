@@ -24,8 +24,8 @@ Vec3d area(const std::vector<Vec3>& p) {
     return sum;
 }
 
-/// The triangles' areas add up to the polygon's, and none faces the other way. Corners are floats
-/// of size 1: an area is off by 1e-7 at most for each triangle.
+/// The triangles' areas add up to the polygon's, and none faces the opposite direction. Corners are
+/// floats of size 1: an area is off by 1e-7 at most for each triangle.
 void expect_cut(const std::vector<Vec3>& polygon) {
     std::vector<std::array<std::uint32_t, 3>> cut;
     ASSERT_TRUE(cut_polygon(polygon, cut));

@@ -22,7 +22,7 @@ TEST(Picture, KeepsMetresAndTheView) {
     EXPECT_THAT(
         svg,
         HasSubstr("<circle cx=\"3.000\" cy=\"4.000\" r=\"0.250\" fill=\"hsl(120,80%,40.0%)\"/>"));
-    // The head: a third of the way back, 0.6 of that to the sides.
+    // The head: a third of the length back, 0.6 of that to the sides.
     EXPECT_THAT(svg, HasSubstr("x1=\"3.000\" y1=\"3.000\" x2=\"2.000\" y2=\"3.600\""));
     EXPECT_THAT(svg, HasSubstr("x1=\"3.000\" y1=\"3.000\" x2=\"2.000\" y2=\"2.400\""));
 }

@@ -146,7 +146,7 @@ TEST(Suites, FindTheOrdersOfTheIntegrators) {
                                           {"free_flight", 8}}));
 }
 
-// Free flight of bodies and points is exact but for rounding at 11 m; who lands sinks in by less
+// Free flight of bodies and points is exact but for rounding at 11 m; landed ones sink in by less
 // than a millimetre. Angular momentum is kept to rounding. No order changes the answer to a ray.
 TEST(Suites, JudgeWhatBodiesAndRaysCost) {
     Session session;
@@ -173,7 +173,7 @@ TEST(Suites, JudgeWhatBodiesAndRaysCost) {
     EXPECT_EQ(rows, (std::map<std::string, int>{{"spin", 6}, {"fall", 2}, {"rays", 4}}));
 }
 
-// A pass of Gauss-Seidel lowers what is left; the exact solver leaves rounding.
+// A pass of Gauss-Seidel lowers the residual; the exact solver leaves only rounding.
 TEST(Suites, ShowTheResidualFallWithThePasses) {
     Session session;
     session.quick = true;
@@ -206,7 +206,7 @@ TEST(Session, ChoosesPeersByNameAndMethod) {
     EXPECT_FALSE(session.wants_method("default", "ode"));
 }
 
-/// The same end state twice: what a row says does not depend on when it was measured.
+/// The same end state twice: a row's values do not depend on when it was measured.
 TEST(Engines, RepeatARunBitForBit) {
     const scenario::Description scene = scenario::column(5, 1.0);
     for (const auto& engines : {zoned_engines(), bullet_engines(), ode_engines()}) {

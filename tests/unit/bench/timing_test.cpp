@@ -16,7 +16,7 @@ void burn_us(double us) {
     }
 }
 
-/// What a run did, told to the test.
+/// The log of a run, for the test.
 struct Log {
     int built = 0;
     int frames = 0;
@@ -56,8 +56,8 @@ TEST(TimeInterleaved, TellsTheTimeOfAFrame) {
     const std::vector<Contender> both{contender(fast, 50.0), contender(slow, 200.0)};
     const std::vector<Timing> times =
         time_interleaved(both, {0, 50, 3}, [](std::size_t, Trial&) {});
-    // A frame takes at least what it burns; reading the clock in its loop adds to that, well below
-    // half of it even where the clock is slow.
+    // A frame takes at least the time it burns. Reading the clock in its loop adds to that, well
+    // below half of it even where the clock is slow.
     EXPECT_GE(times[0].p50_us, 49.0);
     EXPECT_LT(times[0].p50_us, 75.0);
     EXPECT_GE(times[1].p50_us, 199.0);

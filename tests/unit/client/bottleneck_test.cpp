@@ -71,7 +71,7 @@ TEST(Bottleneck, DeliversExactlyItsRateWhenOffered150Percent) {
             ++carried;
         }
     }
-    // Up to one message may still be on its way, and one wait is missing in the beginning.
+    // Up to one message may still be on its path, and one wait is missing in the beginning.
     EXPECT_NEAR(static_cast<double>(carried), 20.0 * kRate / 1000.0, 3.0);
     const BottleneckMeter meter = c.bottleneck(now);
     EXPECT_NEAR(meter.utilisation(), 1.0, 0.005);
@@ -102,7 +102,7 @@ TEST(Bottleneck, ComesBeforeDelayAndLossOnThePath) {
     for (int i = 0; i < count; ++i) {
         c.push(0.04 * i, Bytes(972));
         for (const double at : drain(c, 0.04 * i)) {
-            // Nobody waits at 1,000 bytes per 40 ms: transmission, then the delay.
+            // No message waits at 1,000 bytes per 40 ms: transmission, then the delay.
             EXPECT_NEAR(std::fmod(at, 0.04), std::fmod(0.53125, 0.04), 1e-6);
             ++arrived;
         }
@@ -111,7 +111,7 @@ TEST(Bottleneck, ComesBeforeDelayAndLossOnThePath) {
     EXPECT_EQ(arrived + c.lost(), static_cast<std::size_t>(count));
     // Three standard deviations of a binomial: 3 sqrt(1000 / 4) = 47.
     EXPECT_NEAR(static_cast<double>(arrived), 500.0, 47.0);
-    // What was lost behind the bottleneck has used it.
+    // Messages lost behind the bottleneck have used it.
     EXPECT_EQ(c.bottleneck(100.0).carried, static_cast<std::uint64_t>(count));
 }
 

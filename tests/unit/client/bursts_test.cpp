@@ -1,5 +1,5 @@
-// Cosmetic bursts: computed from an event alone, as whoever let them out would; malformed ones and
-// too many are refused and counted.
+// Cosmetic bursts: computed from an event alone, the same as at the emitter. Malformed and surplus
+// bursts are refused and counted.
 #include "client-sim/view/bursts.h"
 
 #include "client-sim/view/view.h"

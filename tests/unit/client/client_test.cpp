@@ -244,7 +244,7 @@ TEST_F(ClientTest, TunnelsThroughTheStreamWhereNoDatagramComes) {
     EXPECT_TRUE(client->stats().tunnelled);
     EXPECT_GT(server->tunnelled_packets, 10);
     EXPECT_GT(recorder.packets.size(), 10U);
-    // Where datagrams come through again, the way back is found.
+    // Where datagrams come through again, the client returns to them.
     server->udp_blocked = false;
     run_for(3.0);
     const int tunnelled = server->tunnelled_packets;

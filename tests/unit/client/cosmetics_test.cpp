@@ -1,4 +1,4 @@
-// Cosmetic particles: read from the description at login, and replayed as whoever wrote it would.
+// Cosmetic particles: read from the description at login, and replayed as the sender would.
 #include "client-sim/view/cosmetics.h"
 
 #include "tests/unit/client/fake_server.h"

@@ -1,4 +1,4 @@
-// Doors as a client is told of them.
+// Doors: the descriptions that a client receives.
 #include "client-sim/view/world_info.h"
 #include "tests/unit/client/fake_server.h"
 

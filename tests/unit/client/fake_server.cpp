@@ -245,7 +245,7 @@ void FakeServer::publish(std::vector<std::uint8_t>& body) {
                 false,
                 q);
         }
-        // Absolute every tick: loss is no concern of this fake.
+        // Absolute every tick: this fake need not care about loss.
         motion::KinematicState told = e.published;
         told.position += e.lie;
         wire::RecordHead head;

@@ -17,7 +17,7 @@
 
 namespace zoned::test {
 
-/// An entity that moves with constant velocity until told otherwise.
+/// An entity that moves with constant velocity until a test changes it.
 struct FakeEntity {
     motion::KinematicState truth;
     Tick published_tick = -1;
@@ -26,7 +26,7 @@ struct FakeEntity {
     Tick discontinuity_tick = 1;
     bool hidden_from_client = false;  ///< not sent, though audits list it
     bool leaked = false;              ///< sent, though audits do not list it
-    Vec3 lie = Vec3::Zero();          ///< added to what is published
+    Vec3 lie = Vec3::Zero();          ///< added to the published position
     std::uint64_t removed_sequence = 0;
     bool postponed = false;  ///< audits say that the budget made it wait
     bool sent = false;
@@ -47,7 +47,7 @@ class FakeServer final : public link::Transport {
     void send_datagram(link::Bytes datagram) override;
     void close() override;
 
-    /// Runs ticks and delivers what is due.
+    /// Runs ticks and delivers due messages.
     void advance(double now_s);
     /// Cuts the stream; the client learns of it at once.
     void cut();
@@ -79,7 +79,7 @@ class FakeServer final : public link::Transport {
     bool stalled = false;
     bool frozen = false;
     bool states = true;
-    wire::Widened widened;  ///< told in every packet
+    wire::Widened widened;  ///< sent in every packet
     bool sparks = false;    ///< the world has cosmetic particles that events let out
     std::uint32_t rights = 7;
     bool audit_on_request = true;

@@ -46,7 +46,7 @@ TEST(PastAge, IsNothingOnceAllUpdatesOfTheDisplayedTickHaveCome) {
     const link::UpdateAge age{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
     EXPECT_EQ(past_age_s(age, age, 0.040), 0.0);
     EXPECT_EQ(past_age_s(age, age, 0.2), 0.0);
-    // A tick that was displayed too early lacks what is younger than that.
+    // A tick that was displayed too early lacks younger updates.
     EXPECT_DOUBLE_EQ(past_age_s(age, age, 0.030), 0.010 + kTick);
     EXPECT_DOUBLE_EQ(past_age_s(age, age, 0.0), age.age_s);
 }
@@ -88,7 +88,7 @@ TEST(ArrivalLog, AddsAResendOnlyNearALostPacket) {
     EXPECT_TRUE(log.at(151, rtt).loss);
     EXPECT_NEAR(log.at(152, rtt).age_s, 0.040 + kTick + rtt + kTick, 1e-12);
     // The server gives packet 150 up when it is more than 1 + 80 ms = 4 ticks old, and sends its
-    // news with tick 155, which is here after 40 ms = 1.2 ticks; a tick later all is known.
+    // updates with tick 155. They arrive after 40 ms = 1.2 ticks; a tick later all is known.
     EXPECT_TRUE(log.at(157, rtt).loss);
     EXPECT_FALSE(log.at(158, rtt).loss);
 }
@@ -121,7 +121,7 @@ TEST(ArrivalLog, TakesUpdatesAsOldAsAnOutage) {
     EXPECT_NEAR(log.at(150, 0.08).age_s, 51 * kTick, 1e-9);
 }
 
-/// A narrow budget makes packets rare; what the last one told holds until the next.
+/// A narrow budget makes packets rare; the state of the last one holds until the next.
 TEST(ArrivalLog, TakesWhatWasToldForTrueUntilSomethingElseIsTold) {
     link::ArrivalLog log;
     log.set_tick_s(kTick);
@@ -148,7 +148,7 @@ TEST(Corrections, AreErrorsButForTheFirstOneAfterAJump) {
     for (Tick tick = 100; tick < 200; tick += 10) {
         corrections.add(tick, tick == 150 ? 300.0 : 0.01);
     }
-    // The avatar joined at tick 40, long before; at 145 it was put elsewhere.
+    // The avatar joined at tick 40, long before; at 145 it was moved elsewhere.
     corrections.decide(139, 40, errors, jumps);
     EXPECT_EQ(errors.count() + jumps.count(), 4U);
     corrections.decide(169, 145, errors, jumps);
@@ -171,13 +171,13 @@ TEST(Corrections, AreErrorsAllWhereNoAuditComes) {
 }
 
 TEST(Staleness, BeginsBeyondWhatJitterAndReorderingExplain) {
-    // 60 +- 20 ms one way, reordering by up to two ticks: the largest delay and a tick.
+    // 60 +- 20 ms in one direction, reordering by up to two ticks: the largest delay and a tick.
     const double least_rtt = 0.080;
     EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick, least_rtt, kTick, false, 0.0));
     EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick + 0.160 + kTick, least_rtt, kTick, true, 0.0));
     // A client on the same machine that was not scheduled for a quarter of a second.
     EXPECT_TRUE(is_stale(0.250, 0.001, kTick, false, 0.0));
-    // Jitter that we make ourselves is no starvation; that it comes on top is all it explains.
+    // Jitter that we make ourselves is not starvation; it excuses only the delay that it adds.
     EXPECT_FALSE(is_stale(0.250, 0.001, kTick, false, 0.100));
     EXPECT_TRUE(is_stale(0.600, 0.001, kTick, false, 0.100));
     EXPECT_FALSE(is_stale(0.001 + 2 * kTick, 0.001, kTick, false, 0.0));

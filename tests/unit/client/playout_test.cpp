@@ -13,7 +13,7 @@ namespace {
 constexpr double kTickS = 1.0 / 30.0;
 const Tick kLead = Playout::lead_ticks(kTickS);
 
-/// `ticks` of a network whose news comes `base` ticks late and up to `jitter` more; returns the
+/// `ticks` of a network whose updates come `base` ticks late and up to `jitter` more. Returns the
 /// share of packets that came after their tick had been displayed, of the second half.
 double late_share(Playout& playout, Tick& now, int ticks, Tick base, Tick jitter, core::Rng& rng) {
     std::vector<std::pair<Tick, Tick>> under_way;  // arrival, tick
@@ -48,8 +48,8 @@ TEST(Playout, StaysBehindByTheQuantileOfTheLateness) {
     EXPECT_LE(late_share(playout, now, 1200, 2, 0, rng), 0.0);
     EXPECT_EQ(playout.delay(), 2 + kLead);
     EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + kLead, 0.05);
-    // Jitter of six ticks: all but a hundredth of the news is in time; a little slack for 600
-    // samples: three standard deviations of sqrt(0.01 / 600).
+    // Jitter of six ticks: all but a hundredth of the updates are in time. The slack for 600
+    // samples is three standard deviations of sqrt(0.01 / 600).
     EXPECT_LE(late_share(playout, now, 1200, 2, 6, rng), 0.01 + 0.0122);
     EXPECT_GE(playout.delay(), 7 + kLead);
     EXPECT_LE(playout.delay(), 8 + kLead);

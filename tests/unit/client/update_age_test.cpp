@@ -1,4 +1,4 @@
-// How old news of one entity can be, by packets that were lost; and what a budget excuses.
+// The greatest age of one entity's updates, by lost packets; and the excuse of a budget.
 #include "client-sim/measure/update_age.h"
 
 #include "client-sim/bot/bot.h"
@@ -73,12 +73,12 @@ TEST(AgeOf, IsWhatHasGoneBySinceTheFirstOfSeveralLostInARow) {
     const link::ArrivalLog log = log_without({148, 149, 150, 151, 152, 153});
     const link::UpdateAge age = age_at(154, log, carried_by({147, 148, 150, 152}));
     EXPECT_TRUE(age.loss);
-    // What came with tick 147 was within its bound until 148.
+    // The state of tick 147 was within its bound until 148.
     EXPECT_NEAR(age.age_s, 7 * kTick_s, 1e-9);
     EXPECT_GT(age.age_s, log.at(154, kRtt_s).age_s);
 }
 
-/// How long the server may take to send again is not for it to say.
+/// The server does not decide how long it may take to send again.
 TEST(AgeOf, GrantsNoMoreThanAResendForEachLoss) {
     const link::ArrivalLog log = log_without({140});
     for (const Tick tick : {150, 160, 180}) {

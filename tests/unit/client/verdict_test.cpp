@@ -1,5 +1,5 @@
-// A truthful fake server under a bot and the collector: consistent, and with each fault the right
-// reason.
+// A truthful fake server under a bot and the collector: the verdict is consistent, and each fault
+// gives the right reason.
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/collector.h"
 #include "tests/unit/client/fake_server.h"
@@ -128,7 +128,7 @@ TEST_F(VerdictTest, IsConsistentOverABadPath) {
     EXPECT_GT(r.packets_lost, 0U);
 }
 
-/// What holds whether the world is displayed now or as it was.
+/// The checks that hold whether the world is displayed now or as it was.
 struct EitherView : VerdictTest, testing::WithParamInterface<view::ViewKind> {
     EitherView() { kind = GetParam(); }
 };
@@ -199,7 +199,7 @@ TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfUpdates)
     path.delay_s = 0.080;
     make(2, path);
     run_for(3.0);
-    // Sudden changes: an extrapolating view is off by 3 m/s times the age of its news.
+    // Sudden changes: an extrapolating view is off by 3 m/s times the age of its updates.
     for (int i = 0; i < 30; ++i) {
         for (auto& s : servers) {
             for (auto& [id, e] : s->entities) {
@@ -213,7 +213,7 @@ TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfUpdates)
     const RunReport r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples, 100U);
-    // But for the first second, in which clock and playout settle.
+    // Except for the first second, in which clock and playout settle.
     EXPECT_EQ(r.audit.update_age_s.percentile(0.8), 0.0);
     // The bound of 0.05 m and the quantum of sqrt(3) / 2 cm; the fake server publishes when the
     // position has left the bound, as the real one does.
@@ -244,7 +244,7 @@ TEST_F(InterpolatingVerdictTest, FindsAPositionBeyondItsBound) {
     path.delay_s = 0.060;
     make(1, path);
     run_for(3.0);
-    // Less than what an extrapolating view of the same path is allowed (0.05 m + 20 m/s2 D^2 / 2).
+    // Less than the allowance of an extrapolating view of the same path (0.05 m + 20 m/s2 D^2 / 2).
     server().entities[4].lie = Vec3(0.0F, 0.07F, 0.0F);
     run_for(3.0);
     const RunReport r = finish();

@@ -125,7 +125,7 @@ TEST_F(ViewTest, IgnoresPublicationsOlderThanTheNewest) {
     absolute(5, 100, moving(10.0F, 0.0F), 0);
     deliver(1, 100);
     EXPECT_NEAR(predicted_x(5, 120), 20.0, 0.006);
-    // But the late keyframe is known: the server may have been told that it arrived.
+    // But the late keyframe is known: the server may know that it arrived.
     delta(5, 112, moving(12.0F, 0.0F), moving(10.0F, 0.0F), 0);
     deliver(3, 112);
     EXPECT_NEAR(predicted_x(5, 120), 12.0, 0.006);
@@ -134,7 +134,7 @@ TEST_F(ViewTest, IgnoresPublicationsOlderThanTheNewest) {
 TEST_F(ViewTest, ChangesTheLevelOfDetailByThePacketNotByThePublication) {
     absolute(5, 110, moving(20.4F, 0.0F), 0, 1);
     deliver(1, 110);
-    // Nearer now: the finer stream's newest publication is older, yet it is what holds.
+    // Nearer now: the finer stream's newest publication is older, but it is the valid one.
     absolute(5, 104, moving(20.0F, 0.0F), 0, 0);
     deliver(2, 112);
     EXPECT_NEAR(predicted_x(5, 120), 20.0, 0.006);
@@ -156,7 +156,7 @@ TEST_F(ViewTest, ARemoveWinsOnlyOverOlderPackets) {
     deliver(4, 103);
     EXPECT_FALSE(present(5, 110));
     EXPECT_EQ(view.store().present_count(), 0U);
-    // A record that the remove overtook stays out, a newer one comes in.
+    // A record that came after a later remove stays out; a newer one comes in.
     absolute(5, 102, moving(2.0F, 0.0F), 1);
     deliver(3, 102);
     EXPECT_FALSE(present(5, 110));
@@ -217,11 +217,11 @@ TEST_F(ViewTest, AsksForAResetWhenADeltaNamesAnUnknownKeyframe) {
     EXPECT_NEAR(predicted_x(6, 110), 3.0, 0.006) << "the rest of the packet is still good";
     EXPECT_FALSE(view.take_reset_wish(4.0).empty());
     EXPECT_EQ(view.stats().resets, 1U);
-    // While the reset is under way nothing more is asked for.
+    // During the reset no further one is requested.
     delta(5, 105, moving(1.5F, 0.0F), moving(1.0F, 0.0F), 9);
     deliver(3, 105);
     EXPECT_TRUE(view.take_reset_wish(4.5).empty());
-    // What is heard again stays, the rest goes.
+    // Entities heard again stay, the rest goes.
     absolute(6, 106, moving(4.0F, 0.0F), 2);
     deliver(4, 106);
     view.take_reset_wish(4.0 + View::kResetS + 0.1);
@@ -303,7 +303,7 @@ proto::WorldDescription with_surfaces() {
     for (const std::uint32_t corner : {0U, 1U, 2U}) {
         triangle.mutable_triangles()->add_corner(corner);
     }
-    w.add_surfaces()->mutable_position()->Resize(3, 0.0);  // one that the server keeps to itself
+    w.add_surfaces()->mutable_position()->Resize(3, 0.0);  // the server keeps this one to itself
     return w;
 }
 
@@ -349,7 +349,7 @@ TEST(ReadWorld, RefusesMalformedSurfaces) {
 }
 
 struct OwnAvatarTest : testing::Test {
-    /// What the server computes from the same inputs.
+    /// The server's result for the same inputs.
     motion::CharacterState server_step(const motion::InputCommand& c) {
         state = motion::apply_input(state,
                                     c,
@@ -408,7 +408,7 @@ TEST_F(OwnAvatarTest, ReplaysTheNewerInputsOverACorrection) {
     for (Tick t = 101; t <= 104; ++t) {
         server_step(command(t));
     }
-    state.position.x() += 0.5F;  // somebody pushed the avatar
+    state.position.x() += 0.5F;  // another body pushed the avatar
     const Correction c = avatar.reconcile(own(104, state), ZoneId(1));
     EXPECT_NEAR(c.distance_m, 0.5, 1e-4);
     for (Tick t = 105; t <= 110; ++t) {
@@ -481,7 +481,7 @@ TEST_F(InterpolatingViewTest, HoldsThePredictionUntilTheNextPublicationAndLeadsT
     // The prediction of the first, 3 m/s, holds until shortly before the second.
     EXPECT_NEAR(shown_x(5, 106.0), 10.6, 0.006);
     EXPECT_EQ(remaining, 0.0);
-    // Then it leads to it, within what it owes, and is there when it holds.
+    // The path leads to the second within the remaining error, and is exact once it holds.
     double before = shown_x(5, 108.0);
     for (double tick = 108.0; tick < 110.0; tick += 0.1) {
         const double x = shown_x(5, tick);
@@ -511,7 +511,7 @@ TEST_F(InterpolatingViewTest, ShowsAPublicationThatWasOvertakenFromItsTickOn) {
     EXPECT_EQ(EntityStore::implied(*e, 103, 115)->publication_tick, 100);
     EXPECT_EQ(EntityStore::implied(*e, 106, 115)->publication_tick, 104);
     EXPECT_EQ(EntityStore::implied(*e, 109, 115)->publication_tick, 108);
-    // What was not known yet cannot have been displayed.
+    // A view cannot have displayed an update that was not known yet.
     EXPECT_EQ(EntityStore::implied(*e, 100, 101), nullptr);
 }
 

@@ -1,4 +1,4 @@
-// The command line of client-sim: what it takes, what it refuses and how it says so.
+// The command line of client-sim: accepted options, refused ones and their messages.
 #include "client-sim/app/options.h"
 
 #include <gtest/gtest.h>

@@ -19,7 +19,7 @@ Bytes bytes_of(const std::string& text) {
     return {text.begin(), text.end()};
 }
 
-/// What is shorter can't be a datagram of ours.
+/// A shorter datagram can't be one of ours.
 constexpr std::size_t kText = 40;
 
 std::string padded(std::string text) {
@@ -66,7 +66,7 @@ class Echo {
             io, udp, [this](std::span<const net::Datagram> datagrams) {
                 for (const net::Datagram& d : datagrams) {
                     endpoint->queue_send(d.from, d.bytes);
-                    // Of a connection that nobody here has: must reach nobody.
+                    // Of a connection that does not exist here: must reach no client.
                     endpoint->queue_send(d.from, datagram_of(999, "stray"));
                 }
                 endpoint->flush();
@@ -93,7 +93,7 @@ class Echo {
     std::string folder_;
 };
 
-/// What one client heard.
+/// The frames and datagrams that one client received.
 struct Heard {
     bool opened = false;
     wire::SealKey down;
@@ -208,7 +208,7 @@ TEST_F(SocketTransportTest, HandsDatagramsToTheClientThatTheyAreFor) {
     for (std::uint32_t i = 0; i < 3; ++i) {
         EXPECT_EQ(heard[i].datagrams, std::vector<std::string>{padded("to " + std::to_string(i))});
     }
-    // Whoever is gone gets nothing, and nobody else gets it instead.
+    // A client that is gone receives nothing, and no other client receives its datagrams.
     transports[1]->send_datagram(datagram_of(71, "late"));
     transports[1].reset();
     transports[2]->send_datagram(datagram_of(72, "on time"));
@@ -290,7 +290,7 @@ TEST_F(SocketTransportTest, HoldsBackAndLosesWhatTheConditionerSays) {
     transport->send_frame(bytes_of("slow"));
     transport->send_datagram(datagram_of(5, "lost"));
     ASSERT_TRUE(drive(network, [&] { return !heard.frames.empty(); }));
-    // Half a second each way on the clock that was passed in.
+    // Half a second in each direction on the clock that was passed in.
     EXPECT_GE(now_s - begun, 1.0);
     EXPECT_TRUE(heard.datagrams.empty());
 }

@@ -25,7 +25,7 @@ class DeviceTest : public ::testing::Test {
     }
 
     /// Lets the first call of a device fail, then the second of another, and so on until a device
-    /// comes through. `work(device)` tells whether it did the work. Gives the number of faults.
+    /// comes through. `work(device)` returns whether it did the work. Returns the number of faults.
     template <class Work>
     int fail_at_every_call(BufferMode mode, const Work& work) {
         for (int calls = 0;; ++calls) {

@@ -54,7 +54,7 @@ bool all_fell_once(const ParticleColumns& columns, std::size_t count) {
     return true;
 }
 
-/// What a scene without a device may do: exit code 0 where OpenCL stayed out of the process.
+/// The check of a scene without a device: exit code 0 where OpenCL stayed out of the process.
 int work_without_a_device() {
     Team alone;
     ParticleStage stage;
@@ -77,7 +77,7 @@ TEST_F(OpenCl, IsNotLoadedBeforeADeviceIsNeeded) {
 }
 
 TEST_F(OpenCl, IsLoadedByTheFirstDevice) {
-    // The check above would see it.
+    // The check above would find it.
     EXPECT_EXIT(
         {
             const bool before = is_mapped("libOpenCL");
@@ -239,9 +239,9 @@ TEST_F(DeviceLifeTest, WhicheverCallFailsTheStepIsDoneOnce) {
     }
 }
 
-/// In copied mode the tables that fit are on their way when the one that does not is refused. This
-/// one is so large that it is still on its way when the stage lets go of it; what is so large goes
-/// back to the system at once, so that reading it ends the process.
+/// In copied mode the fitting tables are being copied when the one that does not fit is refused.
+/// This one is so large that its copy still runs when the stage releases it. A block of that size
+/// goes back to the system at once, so that reading it ends the process.
 TEST_F(DeviceLifeTest, AStageThatBrokeOffLeavesNoCopyOfItsMemoryBehind) {
     const std::size_t pages = 16'384;
     std::vector<float> gusts(pages * HostBlock::kPage / sizeof(float), 1.0F);
@@ -265,7 +265,7 @@ TEST_F(DeviceLifeTest, AStageThatBrokeOffLeavesNoCopyOfItsMemoryBehind) {
     }
     EXPECT_FALSE(device->lost());
     EXPECT_TRUE(device->finish().ok());
-    // What it held is free again.
+    // Its memory is free again.
     ParticleStage other(device.get());
     ParticleColumns columns = standing(100);
     EXPECT_TRUE(other.step(columns, 100, falling(), alone).on_device);

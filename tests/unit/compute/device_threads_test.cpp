@@ -1,4 +1,4 @@
-// Where PoCL's threads run: on a CPU each where all are ours, else where the system puts them.
+// Where PoCL's threads run: one on each CPU where all are ours, else where the system puts them.
 #include "tests/unit/compute/device_fixture.h"
 
 #include <sched.h>
@@ -17,7 +17,7 @@ cpu_set_t ours() {
     return set;
 }
 
-/// CPUs to which threads are bound that may not go where this one may.
+/// The CPUs of all threads of this process whose CPU set differs from this thread's.
 std::set<int> bound_to() {
     const cpu_set_t own = ours();
     std::set<int> cpus;
@@ -37,7 +37,8 @@ std::set<int> bound_to() {
     return cpus;
 }
 
-/// In a process that has not loaded OpenCL yet: how many CPUs threads are bound to afterwards.
+/// For a process that has not loaded OpenCL yet: prints how many CPUs threads are bound to
+/// afterwards.
 [[noreturn]] void open_and_count() {
     const auto device = Device::open({});
     if (!device.ok()) {
@@ -71,7 +72,7 @@ TEST_F(PoclThreads, StayOnACpuEachWhereAllAreOurs) {
         bound(apart ? all : 0));
 }
 
-/// Bound to a CPU that is another's they would not start.
+/// Threads bound to a foreign CPU would not start.
 TEST_F(PoclThreads, AreNotBoundWhereSomeCpusAreNotOurs) {
     EXPECT_EXIT(
         {

@@ -177,7 +177,7 @@ void expect_same_bits_for_all_tiles(Device& device, const Reference& reference) 
                 << "groups of " << group << ", tiles of " << tile;
         }
     }
-    // Cut to what the kernel and local memory can have.
+    // Cut to the limits of the kernel and of local memory.
     EXPECT_TRUE(reference.is_met_by(device, {SIZE_MAX, Tiles::kOn, SIZE_MAX}));
     EXPECT_TRUE(reference.is_met_by(device, {SIZE_MAX, Tiles::kOff, 0}));
 }
@@ -342,9 +342,9 @@ TEST(ChooseTile, IsOfTheDevicesOwnLocalMemoryUnlessAskedForOtherwise) {
     EXPECT_EQ(choose_tile({}, {0, Tiles::kOn, 64}), 0U) << "there is no local memory at all";
 }
 
-/// The plain loop adds in another order: about 30 terms of a few units each round by at most 30
-/// times half an ulp of their sum, some 1e-5, and a step makes an h-th of it a velocity; divisions
-/// for the pushes enlarge it by less than ten.
+/// The plain loop adds in another order. About 30 terms of a few units each round by at most 30
+/// times half an ulp of their sum, some 1e-5. A step makes an h-th of it a velocity; divisions for
+/// the pushes enlarge it by less than ten.
 TEST(Flock, MovesAsThePlainLoopDoes) {
     const std::size_t count = 4000;
     bench::PlainFlock plain;

@@ -14,7 +14,7 @@ namespace {
 
 using kernels::ParticleWorld;
 
-/// Scenes of every kind: with and without air, gusts, and all that is to be hit.
+/// Scenes of every kind: with and without air, gusts, and all obstacles.
 struct World {
     ParticleScene scene;
     std::vector<float> gusts;

@@ -47,7 +47,7 @@ TEST(WorkerPool, CountsTheTimeOfItsOwnThreadsOnly) {
     EXPECT_EQ(alone.cpu_ns(), 0U);
 }
 
-/// Sums in blocks, on whoever comes.
+/// Sums in blocks, on any available threads.
 std::uint64_t sum_of(Team& team, const std::vector<std::uint32_t>& values) {
     std::atomic<std::uint64_t> sum{0};
     team.run(values.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -74,7 +74,7 @@ TEST(Team, CoversEachRangeOnceWithAndWithoutHelpers) {
     }
 }
 
-/// Each stage reads what the one before wrote anywhere: a thread that sees old values is found.
+/// Each stage reads all results of the stage before: a thread that sees old values is found.
 TEST(Team, SeesInEachStageWhatTheStagesBeforeWrote) {
     WorkerPool pool(4);
     Team team;

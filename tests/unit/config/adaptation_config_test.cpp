@@ -8,7 +8,8 @@
 namespace zoned::config::test {
 namespace {
 
-/// Bandits notice players from as far as the difficulty says; guards are the same at all.
+/// Bandits notice players from a distance set by the difficulty; guards are the same at all of
+/// them.
 const std::string kAdapting = with("type {\n  name: \"guard\"",
                                    R"(brain {
   name: "ambush"
@@ -90,7 +91,7 @@ TEST(Adaptation, MakesBrainsOfAllDifficulties) {
     EXPECT_NE(parameters_text(out.settings).find("difficulty: usual, to begin with"),
               std::string::npos);
     EXPECT_TRUE(parse(kValid).settings.ai.difficulty.levels.empty());
-    // The capped one still lists all, and what is not set is the first that may be.
+    // The capped one still lists all; an unset value is the first permitted one.
     const Outcome capped = parse(
         adapting_with("    start: \"usual\"\n    least: \"easy\"\n", "    least: \"usual\"\n"));
     ASSERT_TRUE(capped.ok) << format_errors("test", capped.errors);

@@ -1,5 +1,5 @@
-// Types as sets of behaviours: parameters, precedence, inheritance and difficulties mean what they
-// say, and each mistake is found at its line and column.
+// Types as sets of behaviours: parameters, precedence, inheritance and difficulties take effect as
+// written. Each mistake is found at its line and column.
 #include "server/config/npc/behaviours.h"
 
 #include "server/ai/agent/decision.h"
@@ -11,7 +11,7 @@
 namespace zoned::config::test {
 namespace {
 
-/// Townsmen who work, eat when they are hungry and run from players; a glutton is one of them.
+/// Townsmen who work, eat when hungry and run from players; a glutton is a kind of townsman.
 const std::string kTown = with("type {\n  name: \"guard\"",
                                R"(brain {
   name: "eating"
@@ -97,7 +97,7 @@ const ai::CompiledBrain& brain_of(const Outcome& out, const std::string& type) {
     throw std::runtime_error("no type " + type);
 }
 
-/// One agent, what it senses, and its decisions.
+/// One agent, its senses, and its decisions.
 struct Walk {
     const ai::CompiledBrain& brain;
     ai::Agent agent;
@@ -109,7 +109,7 @@ struct Walk {
         ai::begin(agent, brain, 0);
     }
 
-    /// What it does `ticks` ticks later.
+    /// Its action `ticks` ticks later.
     std::string after(Tick ticks, float player_m, float home_m = 10.0F) {
         now += ticks;
         ai::Percept sight;
@@ -239,7 +239,7 @@ struct TownCase {
     std::string words;   ///< that its text must hold
 };
 
-/// Whatever follows from a mistake may be reported as well.
+/// Mistakes that follow from another one may be reported as well.
 void expect_reported(const TownCase& c) {
     SCOPED_TRACE(c.to);
     const std::string text = town_with(c.from, c.to);
@@ -322,7 +322,7 @@ TEST(MistakesInBehaviours, AreFoundWhereTheyAre) {
                      "",
                      "behaviour { name: \"fear\" }",
                      "never ends"});
-    // What is wrong with a brain of a behaviour is said once, of the brain as it is written.
+    // A mistake in a behaviour's brain is reported once, at the brain as it is written.
     expect_reported({"{ sense: \"hunger\" compare: BELOW threshold: 0.1 }",
                      "{ sense: \"thirst\" compare: BELOW threshold: 0.1 }",
                      "sense: \"thirst\"",

@@ -1,5 +1,5 @@
-// Blends and perceptions in a config: they mean what they say, and mistakes are found where they
-// are.
+// Blends and perceptions in a config: they take effect as written, and mistakes are found at their
+// places.
 #include "server/config/npc/blends.h"
 
 #include "tests/unit/config/config_helpers.h"

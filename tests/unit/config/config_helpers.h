@@ -1,5 +1,4 @@
-// config_helpers: a small valid config as text, and ways to break it and to look at what is
-// reported.
+// Config helpers: a small valid config as text, and functions to break it and check mistakes.
 #pragma once
 
 #include "server/config/expand/load_settings.h"

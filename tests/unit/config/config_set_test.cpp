@@ -1,4 +1,4 @@
-// --set: every setting can be given on the command line, and what is wrong with one is said.
+// --set: every setting can be given on the command line, and mistakes in one are reported.
 #include "server/config/text/config_set.h"
 
 #include "tests/unit/config/config_helpers.h"

@@ -1,4 +1,4 @@
-// Doors and paths: what a config may say of them, and what is wrong with it.
+// Doors and paths: the permitted settings, and the reported mistakes.
 #include "tests/unit/config/config_helpers.h"
 
 #include <gtest/gtest.h>

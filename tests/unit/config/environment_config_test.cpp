@@ -1,4 +1,4 @@
-// Clocks and shared variables, cones and concealed bursts: what a config may say of them.
+// Clocks and shared variables, cones and concealed bursts: the settings that a config may have.
 #include "tests/unit/config/config_helpers.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The section physics: what moves free bodies and particles, as the config says.
+// The section physics: the methods that move free bodies and particles, as the config says.
 #include "tests/unit/config/config_helpers.h"
 
 namespace zoned::config::test {

@@ -1,4 +1,4 @@
-// Error budgets in configs: what is chosen, what is refused with which words, what explain shows.
+// Error budgets in configs: chosen methods, refusals and their words, and the output of explain.
 #include "server/config/expand/method_plan.h"
 
 #include "server/config/types/soft_types.h"
@@ -207,7 +207,7 @@ TEST(ErrorBudget, MakesOneHullOfACompoundFromWhereItsErrorIsSmallEnough) {
               "budget { representation_rad: 0.01 }\n");
     ASSERT_TRUE(named.ok) << format_errors("test", named.errors);
     EXPECT_EQ(named.settings.types[1].single_beyond_m, 70.0F);
-    // What hangs on pins stays what it is.
+    // Bodies that hang on pins keep their method.
     const Outcome sheet = parse(kValid + kSheet + "budget { representation_rad: 0.01 }\n");
     ASSERT_TRUE(sheet.ok) << format_errors("test", sheet.errors);
     EXPECT_EQ(sheet.settings.types.back().single_beyond_m, 0.0F);
@@ -256,14 +256,14 @@ type { name: "balloon" soft { balloon { splits: 4 } } mass_kg: 2 }
         }
         EXPECT_NEAR(mass, type.mass_kg(), 1.0e-5 * type.mass_kg()) << type.name();
         EXPECT_LT(coarse->def.nodes.size(), fine->def.nodes.size());
-        // Stiffness times length to the power of 3 - d, for what has d dimensions, is the same, and
-        // so is damping: a row of n has 1/n, n rows have n.
+        // Stiffness times length to the power of 3 - d stays the same for a body of d dimensions,
+        // and so does damping. A row of n springs has 1/n of the stiffness, n rows have n times it.
         const auto& a = fine->def.springs[0];
         const auto& b = coarse->def.springs[0];
         const double power = type.name() == "rope" ? -1.0 : (type.name() == "jelly" ? 1.0 : 0.0);
         const double scale = std::pow(static_cast<double>(b.rest / a.rest), power);
-        // The mass is dealt out evenly: nodes of the rim, of which the coarse lattice has a larger
-        // share, get too much, and the critical damping is by the root of a node's mass.
+        // The mass is dealt out evenly. The coarse lattice has a larger share of rim nodes, so
+        // these get too much. The critical damping follows the root of a node's mass.
         const double dimensions = power + 2.0;
         const double rim =
             std::sqrt(static_cast<double>(fine->def.nodes.size()) /
@@ -287,7 +287,7 @@ TEST(ErrorBudget, TriesALargeClothOnACoarserLattice) {
     const MethodPlan& plan = plan_of(out, "soft type sheet");
     EXPECT_NE(plan.choice->basis.find("of 484 nodes"), std::string::npos) << plan.choice->basis;
     EXPECT_NE(plan.choice->basis.find("a coarser lattice stands for the whole"), std::string::npos);
-    // What holds on 22 x 22 nodes in n substeps takes three times as many passes on 64 x 64.
+    // A body that holds on 22 x 22 nodes in n substeps takes three times as many passes on 64 x 64.
     for (const auto& c : plan.choice->candidates) {
         EXPECT_TRUE(c.method != "xpbd" || c.pieces % 3 == 0) << c.pieces;
     }

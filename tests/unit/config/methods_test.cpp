@@ -1,4 +1,4 @@
-// The section physics: which method answers contacts, and its parameters, as the config says.
+// The section physics: the method that solves contacts, and its parameters, as the config says.
 #include "tests/unit/config/config_helpers.h"
 
 namespace zoned::config::test {

@@ -477,7 +477,7 @@ TEST(Settings, LetSomebodyInByLoopbackOrByTicket) {
             parse(kValid, {"network.bind_address=\"" + std::string(address) + "\""});
         EXPECT_TRUE(out.ok) << address << ": " << format_errors("test", out.errors);
     }
-    // Whatever is listed as a key counts; whether it is one is another question.
+    // Any file listed as a key counts; whether it holds one is checked elsewhere.
     const Outcome out = parse(kValid,
                               {"session.dev_mode_loopback=false",
                                "network.bind_address=\"192.0.2.1\"",

@@ -1,4 +1,4 @@
-// Particle systems of a config: mistakes at their places, and what becomes of good ones.
+// Particle systems of a config: mistakes at their places, and the result of valid ones.
 #include "server/config/world/particle_config.h"
 
 #include "server/config/world/world_description.h"

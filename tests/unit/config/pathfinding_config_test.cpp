@@ -1,4 +1,4 @@
-// What paths lead over: what a config may say of it, and what is wrong with it.
+// Pathfinding in a config: the ground that paths lead over, permitted settings and mistakes.
 #include "server/config/world/pathfinding_config.h"
 
 #include "server/config/expand/load_settings.h"
@@ -97,7 +97,7 @@ TEST(PathfindingInConfigs, ReadWaypointsFromAFileBesideTheConfig) {
         << format_errors("town", errors);
     ASSERT_NE(settings.ai.pathfinding.waypoints, nullptr);
     EXPECT_EQ(settings.ai.pathfinding.waypoints->size(), 2U);
-    // A recording holds them: the config needs no file any more.
+    // A recording holds the waypoints: the config needs no file any more.
     EXPECT_FALSE(settings.config->ai().pathfinding().has_waypoints_file());
     EXPECT_NE(settings.config->ai().pathfinding().waypoints().find("node 2 5 0 0"),
               std::string::npos);

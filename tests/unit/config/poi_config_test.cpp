@@ -1,5 +1,5 @@
-// PointsOfInterest and trades in a config: they become what agents have, and each mistake is found
-// at its line and column.
+// Points of interest and trades in a config: they reach the agents, and each mistake is found at
+// its line and column.
 #include "server/config/npc/poi_config.h"
 
 #include "tests/unit/config/config_helpers.h"

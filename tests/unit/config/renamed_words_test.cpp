@@ -1,4 +1,4 @@
-// Words that earlier configs used: each leads to a word of the schema, and is told to who still
+// Words that earlier configs used: each leads to a word of the schema, which the error names.
 // uses it.
 #include "server/config/text/renamed_words.h"
 

@@ -15,7 +15,7 @@ std::string read(const std::string& file) {
     return out.str();
 }
 
-/// Bytes flipped, cut, doubled or replaced by what breaks parsers.
+/// Bytes flipped, cut, doubled or replaced by text that breaks parsers.
 std::string damage(std::string text, core::Rng& rng) {
     static const char* const kPieces[] = {"{",
                                           "}",

@@ -1,4 +1,4 @@
-// Soft types in configs: what the physics is given of each form, and where entities are put.
+// Soft types in configs: the form that the physics gets for each, and where entities are put.
 #include "server/config/types/soft_types.h"
 
 #include "server/config/expand/stability_report.h"

@@ -1,4 +1,4 @@
-// Tracks in a config: they become what agents follow, and each mistake is found at its line.
+// Splines in a config: agents can follow them, and each mistake is found at its line.
 #include "server/config/world/spline_config.h"
 
 #include "tests/unit/config/config_helpers.h"

@@ -1,4 +1,4 @@
-// What warnings the physics is named for each config, and nothing is said of those that do not.
+// The stability report: the warnings of the physics for each config, and none for a stable one.
 #include "server/config/expand/stability_report.h"
 
 #include "server/config/expand/load_settings.h"
@@ -53,7 +53,7 @@ TEST(StabilityWarnings, NamesTheHeaviestPropOnTheLightest) {
 }
 
 TEST(StabilityWarnings, NamesAStepThatIsTooLong) {
-    // One kilogram on another gives way by 2 g / (2 pi 30 / 8 per second)^2 = 35 mm.
+    // One kilogram on another gives by 2 g / (2 pi 30 / 8 per second)^2 = 35 mm.
     const auto out = parse(test::kValid, {"physics.substeps=1"});
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     EXPECT_THAT(stability_warnings_of(out.settings),

@@ -1,5 +1,5 @@
-// Surfaces from files in a config: what is loaded and shared, each mistake at its place, what
-// enters the digest, and what stands on them.
+// Surfaces from files in a config: loading and sharing, each mistake at its place, the digest's
+// content, and entities that stand on surfaces.
 #include "server/config/world/surfaces.h"
 
 #include "server/assets/baked_geometry.h"
@@ -124,7 +124,7 @@ surface { file: "waves.obj" x_m: 20 scale: 0.5 })");
     EXPECT_EQ(s[0].surface, s[1].surface);
     EXPECT_NE(s[0].shape.geometry, s[2].shape.geometry);
     EXPECT_FLOAT_EQ(s[2].surface->box().upper.x(), 0.5F * s[0].surface->box().upper.x());
-    // Movement looks at the very vertices that bodies collide with.
+    // Movement reads the very vertices that bodies collide with.
     EXPECT_EQ(s[0].surface->mesh().vertices.data(),
               physics::mesh_of(s[0].shape).tables().vertices.data());
 }
@@ -240,7 +240,7 @@ spawn { x_m: 10 z_m: 5 })");
     ASSERT_EQ(out.settings.initial.size(), 21u);
     for (const InitialEntity& e : out.settings.initial) {
         // On the highest place of the disc that it covers: at most 0.71 m uphill, 0.25 m a metre,
-        // and what triangles cut off the cone.
+        // and the height that triangles cut off the cone.
         const double above = e.position.y() - 0.5 - cone(e.position.x(), e.position.z());
         EXPECT_GT(above, -0.02);
         EXPECT_LT(above, 0.25);
@@ -254,7 +254,7 @@ spawn { x_m: 10 z_m: 5 })");
                             "max_x_m: 35 max_z_m: 15 } }");
     ASSERT_EQ(level.errors.size(), 1u);
     EXPECT_THAT(level.errors[0].text, HasSubstr("find a free and level place"));
-    // Nothing is put into the hill.
+    // No entity is put into the hill.
     const auto inside = load(kHill, "entity { type: \"crate\" x_m: 20 y_m: 4 z_m: 0 }");
     ASSERT_EQ(inside.errors.size(), 1u);
     EXPECT_THAT(inside.errors[0].text, HasSubstr("stands inside"));

@@ -14,8 +14,8 @@ namespace {
 
 constexpr float kRounding = 1.0e-5F;  // of floats about a metre, a few operations on
 
-/// A wedge, 2 m wide, 1 m high, 3 m long, far from its points' origin, and a table with two kinds
-/// of matter: a top 0.1 m thick at 1 m of density 1, and a foot of density 3.
+/// A wedge, 2 m wide, 1 m high, 3 m long, far from its points' origin. A table of two kinds of
+/// matter: a top 0.1 m thick at 1 m of density 1, and a foot of density 3.
 const std::string kShapes = R"(
 type {
   name: "wedge"
@@ -62,7 +62,7 @@ const InitialEntity& first_of(const std::string& name) {
 }
 
 TEST(TypeShapes, GiveAHullItsCentreOfMass) {
-    // A wedge's section is a triangle: its centre lies a third of the way from the right angle.
+    // A wedge's section is a triangle: its centre lies a third of the length from the right angle.
     const world::EntityType& wedge = type_of("wedge");
     EXPECT_EQ(wedge.shape, world::TypeShape::kSolid);
     EXPECT_TRUE(wedge.standing.lower.isApprox(Vec3(-1.0F, -1.0F / 3.0F, -1.0F), kRounding));
@@ -98,7 +98,7 @@ TEST(TypeShapes, AreTurnedAsWrittenAndStandOnWhatIsBelow) {
     EXPECT_LT(table.orientation.angularDistance(quarter * type_of("table").stands), 1.0e-3F);
 }
 
-/// What stands as it was written stays so: the foot carries the top, the wedge lies on its base.
+/// An entity that stood as written stays so: the foot carries the top, the wedge lies on its base.
 TEST(TypeShapes, StayAsTheyStand) {
     physics::PhysicsSettings settings = world().settings.physics;
     physics::Scene scene(settings);

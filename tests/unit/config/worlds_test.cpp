@@ -1,5 +1,4 @@
-// The worlds that come with the server: they load, hold what they promise, and expand alike each
-// time.
+// The worlds that come with the server: they load, keep their promises, and expand alike each time.
 #include "server/config/expand/load_settings.h"
 #include "server/config/text/sha256.h"
 #include "server/config/world/terrain.h"

@@ -89,7 +89,7 @@ TEST(BlockHash, SeesEachNumberThatIsPacked) {
     see({.real = 0.0F});
     see({.real = -0.0F});
     EXPECT_EQ(seen.size(), changes);
-    // What is negative fills no word but its own bits.
+    // Negative values fill no word but their own bits.
     BlockHash minus;
     minus.pack(std::int8_t{-1});
     minus.pack(std::uint8_t{0});
@@ -106,7 +106,7 @@ TEST(BlockHash, IsTheSameOnEveryMachine) {
         hash.add(static_cast<std::uint64_t>(i) << 40U);
         hash.add(static_cast<std::int16_t>(-1));
     }
-    // By a program of its own, from the definition.
+    // Computed by a separate program, from the definition.
     EXPECT_EQ(hash.value(), 0x80C34409C279BAFAull);
 }
 

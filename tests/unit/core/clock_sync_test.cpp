@@ -102,8 +102,8 @@ TEST(ClockSync, StaysWithinHalfTheSmallestRoundTripUnderJitter) {
             local = std::max(local + 0.1, net.exchange(sync, local));
             ASSERT_LE(std::abs(net.error(sync, local)), sync.error_bound_s() + 2e-5) << i;
             if (i >= 100) {
-                // Settled: what is left is half the smallest round trip of the window. Slewing lags
-                // behind only while a better sample replaces the believed one.
+                // Settled: the error is half the smallest round trip of the window. Slewing lags
+                // behind only while a better sample replaces the trusted one.
                 ASSERT_LE(std::abs(net.error(sync, local)), 0.5 * sync.min_rtt_s() + 0.004) << i;
             }
         }
@@ -170,10 +170,10 @@ TEST(ClockSync, TimeNeverRunsBackwardsNorJumpsOnceItHasSettled) {
 }
 
 TEST(ClockSync, UnderJitterTheBestOfAMinuteBeatsTheBestOfASecond) {
-    // Round trips are sums of two uniform delays of width w: the least of N is above the base by x
-    // with E(x^2) = 2 w^2 / N, and the offset is then wrong by up to x / 2, evenly: rms x /
-    // sqrt(12). The newest 32 alone could do no better than that; a minute's 1280 would be 6 times
-    // better if clocks did not drift. Two thirds is asked for.
+    // Round trips are sums of two uniform delays of width w. The least of N is above the base by x
+    // with E(x^2) = 2 w^2 / N. The offset is then wrong by up to x / 2, evenly: rms x / sqrt(12).
+    // The newest 32 alone could do no better than that. A minute's 1280 would be 6 times better if
+    // clocks did not drift. Two thirds is asked for.
     for (const double jitter : {0.010, 0.033}) {
         for (const double drift : {0.0, 20e-6, -100e-6}) {
             const double width = 2.0 * jitter;
@@ -237,7 +237,7 @@ TEST(ClockSync, AStepInDelayMovesItByNoMoreThanHalfTheStep) {
         const double back = net.exchange(sync, 0.05 * i);
         worst = std::max(worst, std::abs(net.error(sync, back)));
     }
-    // Half the asymmetry, and what a wrongly taken drift adds over the minute that is remembered.
+    // Half the asymmetry, and the error that a wrong drift adds over the remembered minute.
     EXPECT_LE(worst, 0.04 + 64.0 * 2.0 * ClockSync::kMaxDrift);
     EXPECT_EQ(sync.restarts(), 0U);
 }

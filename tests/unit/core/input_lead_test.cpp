@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kTickS = 1.0 / 30.0;
 
-/// A client that sends one packet per tick, each with the newest four commands, and a server that
-/// consumes a command per tick and says what it saw a while later.
+/// A client that sends one packet per tick, each with the newest four commands. The server consumes
+/// a command per tick and reports its observations a while later.
 struct Client {
     core::Rng rng{1};
     InputLead lead{kTickS};
@@ -25,7 +25,7 @@ struct Client {
         return 0.05;
     };
     double loss = 0.0;
-    bool told = true;         ///< the server's word about missing commands arrives
+    bool told = true;         ///< the server's report of missing commands arrives
     bool paths_known = true;  ///< stamps of arrivals come back
     std::uint64_t consumed = 0;
     std::uint64_t missing = 0;
@@ -90,13 +90,13 @@ struct Client {
             at = std::min(at, now + took);
         }
         if (paths_known) {
-            // How many directly before it had not come by then, and whether it was the newest, is
-            // known to the server when it comes: see deliver().
+            // How many directly before it had not come by then, and whether it was the newest: the
+            // server knows both when it comes (see deliver()).
             under_way_.emplace_back(next_, took);
         }
     }
 
-    /// The server's news of packets that arrived by now.
+    /// The server's reports of packets that arrived by now.
     void deliver(double now) {
         std::erase_if(under_way_, [&](const std::pair<long, double>& p) {
             const double at = packets_[static_cast<std::size_t>(p.first)];
@@ -158,9 +158,9 @@ TEST(InputLead, MissesLessThanOneInAThousandUnderJitter) {
         EXPECT_LT(static_cast<double>(missing) / static_cast<double>(consumed),
                   InputLead::kMissingTarget)
             << jitter;
-        // No earlier than needed: a mean command is early by the jitter, by what commands wait for
-        // their tick to end (none to one tick), by the share of the scatter that is added, and by
-        // what the server's word keeps up.
+        // No earlier than needed: a mean command is early by the sum of four terms. These are the
+        // jitter, the wait for its tick to end (none to one tick), the added share of the scatter,
+        // and the server's correction.
         EXPECT_LT(early_s / static_cast<double>(consumed), 1.15 * jitter + 0.003 + kTickS)
             << jitter;
     }
@@ -198,7 +198,7 @@ TEST(InputLead, RunsFasterOrSlowerAndNeverJumps) {
     EXPECT_NEAR(high - low, 0.1, 0.15 * 0.1 + kTickS);
     delay = 0.02;
     client.run(30.0, 60.0);
-    // What was long ago (kSamples packets) is forgotten.
+    // Samples older than kSamples packets are forgotten.
     EXPECT_NEAR(client.lead.lead_s(), low, kTickS);
     EXPECT_LE(client.most_uneven, InputLead::kSlew + 1e-9);
 }
@@ -211,7 +211,7 @@ TEST(InputLead, AStepInDelayIsMadeUpForAsFastAsTheSlewAllows) {
     };
     client.run(10.0, 20.0);
     delay = 0.08;
-    // 60 ms at kSlew take 1.2 s, the news of it a round trip; then nothing is late.
+    // 60 ms at kSlew take 1.2 s, the report of it a round trip; then nothing is late.
     client.run(20.0, 20.0 + 0.06 / InputLead::kSlew + 0.3);
     EXPECT_GT(client.missing, 0U);
     client.run(20.0 + 0.06 / InputLead::kSlew + 0.3, 60.0);
@@ -230,7 +230,7 @@ TEST(InputLead, LossCostsATickForEveryPacketThatMayBeLostInARow) {
 }
 
 TEST(InputLead, TheServersWordAloneSuffices) {
-    // No arrival is known, and half the round trip is not the way up.
+    // No arrival is known, and half the round trip is not the delay up.
     Client client;
     client.paths_known = false;
     client.way = [] {
@@ -239,7 +239,7 @@ TEST(InputLead, TheServersWordAloneSuffices) {
     client.run(10.0, 40.0);
     client.run(40.0, 340.0);
     EXPECT_LT(client.missing_share(), 3.0 * InputLead::kMissingTarget);
-    // The counter-check: without its word all commands are late.
+    // The counter-check: without the server's report all commands are late.
     Client deaf;
     deaf.paths_known = false;
     deaf.told = false;

@@ -1,4 +1,4 @@
-// UTF-8: what is well-formed and what is not.
+// UTF-8: well-formed and malformed texts.
 #include "shared/core/utf8.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(Utf8, DecodesEveryCharacterAndNoSurrogate) {
         ASSERT_EQ(decode_utf8(text, decoded), valid ? text.size() : 0) << code;
         if (valid) {
             ASSERT_EQ(decoded, code);
-            // What is cut off is nothing.
+            // A sequence that is cut off is not a character.
             ASSERT_EQ(decode_utf8(text.substr(0, text.size() - 1), decoded), 0u);
         }
     }

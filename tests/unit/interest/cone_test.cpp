@@ -70,14 +70,14 @@ TEST(ViewCone, ReachesNoFartherThanTheAuraAndLeavesTheNimbusRound) {
     EXPECT_FALSE(hears(0, -30, 20, cone, 70, false, 0.1F));
     EXPECT_FALSE(hears(20, 60, 20, cone, 70, false, 0.1F)) << "beside it";
     EXPECT_FALSE(hears(0, 60, 20, ViewCone{}, 70, false, 0.1F)) << "not zoomed";
-    // What is known stays known within a tenth more of the angle.
+    // A known entity stays known within a tenth more of the angle.
     EXPECT_FALSE(hears(6.3F, 60, 20, cone, 70, false, 0.1F));
     EXPECT_TRUE(hears(6.3F, 60, 20, cone, 70, true, 0.1F));
 }
 
 using Memory = std::map<EntityId, std::uint8_t>;
 
-/// The rule applied to all pairs, with what was known a tick ago.
+/// The rule applied to all pairs, with the entities known a tick ago.
 Memory all_pairs(const world::Entities& e,
                  const world::TypeTable& types,
                  const world::Viewer& viewer,

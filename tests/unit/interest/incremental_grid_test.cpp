@@ -31,7 +31,7 @@ struct Followed {
         for (std::uint32_t key = 0; key < x.size(); ++key) {
             const float dx = x[key] - at_x;
             const float dz = z[key] - at_z;
-            // 0.1 is what turns into 1.1 here.
+            // The hysteresis of 0.1 gives the factor 1.1 here.
             if (key != own && hears(dx * dx + dz * dz, r, radius[key], true, 0.1F)) {
                 found.push_back(key);
             }

@@ -31,7 +31,8 @@ InterestSettings two_lods() {
     return settings;
 }
 
-/// What one viewer ought to know, kept by the definition alone: all pairs, a map as the memory.
+/// The entities that one viewer should know, kept by the definition alone: all pairs, a map as
+/// memory.
 class Model {
   public:
     using Known = std::map<EntityId, std::uint8_t>;
@@ -101,7 +102,7 @@ struct RandomWorld {
         entities.set(row, world::kHidden, rng.below(3) == 0);
     }
 
-    /// Most stay where they are; steps, jumps, ways in and out, at random.
+    /// Most stay where they are; steps, jumps, entries and exits, at random.
     void change_a_little() {
         const auto pick = [&] {
             return rng.below(static_cast<std::uint32_t>(entities.size()));
@@ -360,7 +361,7 @@ TEST(Matcher, EqualsBruteForceWithMemoryWhereAllWalkOrRun) {
 }
 
 TEST(Matcher, GoesOnFromASetThatAnotherWroteWhenItIsToldSo) {
-    // A client comes back from another zone: what it knows then counts as known.
+    // A client comes back from another zone: the entities that it knows then count as known.
     const auto rewrite = [](int tick, world::Visibility& sets, auto& models) {
         if (tick % 7 == 0 && !sets.empty()) {
             world::VisibleSet& set = sets[static_cast<std::size_t>(tick) % sets.size()];
@@ -443,7 +444,7 @@ TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
     EXPECT_LT(broadcasts, 300);
 }
 
-/// InterestSettings that nobody has set are settings too.
+/// Default InterestSettings are settings too.
 TEST(Matcher, ForgetsWhatGoesBeyondTheWidenedRadiusAlsoWithDefaultSettings) {
     const world::TypeTable types = three_types();
     const InterestSettings settings;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr float kWiden = 1.1F;
 
-/// How many of the pairs that crossed a step a test of present places alone missed, named, and how
-/// many there were.
+/// The number of pairs that crossed a threshold and that a test of present places alone missed,
+/// named, and the number of all such pairs.
 struct Count {
     int crossed = 0;
     int missed = 0;
@@ -22,8 +22,8 @@ struct Count {
     int all = 0;
 };
 
-/// Eight points at a time step by up to `step_m` about a point that steps as far; NearThresholds is
-/// told `told` of what both may step together.
+/// Eight points at a time step by up to `step_m` about a point that steps as far. NearThresholds is
+/// given `told` as the bound of both steps together.
 Count count_near(float step_m, float told, bool flat) {
     InterestSettings settings;
     settings.lod_radius_m = {20.0F, 30.0F};

@@ -10,7 +10,7 @@
 namespace zoned::ai::learning {
 namespace {
 
-/// Gap after 120 s of a chase by one whose own speed is `ratio` of that of what it chases.
+/// Gap after 120 s of a chase, where the chaser's own speed is `ratio` of the target's.
 float gap_after(const RubberBand* band, float ratio) {
     constexpr float kDt = 1.0F / 30.0F;
     float gap = 8.0F;
@@ -30,7 +30,7 @@ TEST(RubberBand, KeepsAChaseCloseThatWouldDriftApart) {
         EXPECT_NEAR(gap_after(&band, ratio), balance, 0.1F) << ratio;
     }
     EXPECT_GT(gap_after(nullptr, 0.9F), 50.0F);
-    // Beyond the cap even the band gives up: who is much slower is left behind.
+    // Beyond the cap even the band gives up: a much slower chaser is left behind.
     EXPECT_GT(gap_after(&band, 0.5F), 100.0F);
 }
 
@@ -68,8 +68,7 @@ TEST(Staircase, SettlesWherePlayersSucceedAsOftenAsWanted) {
         mean += i >= kSettle ? static_cast<double>(level) / kCount : 0.0;
     }
     // A step pulls back by step * distance: the level wanders with variance step * p (1 - p) / 2
-    // over 1 / step proximity_schedule, so its mean over n has a deviation of sqrt(p (1 - p) / n) =
-    // 0.0035.
+    // over 1 / step outcomes. So its mean over n has a deviation of sqrt(p (1 - p) / n) = 0.0035.
     EXPECT_NEAR(mean, 0.4, 5.0 * 0.0035);
 }
 

@@ -105,8 +105,8 @@ TEST(Genome, SplittingALinkAgainGivesAnotherNode) {
 }
 
 TEST(Genome, MeasuresDistanceByTheFormula) {
-    // Innovations: a has 0 1 2 4, b has 0 1 2 3 5 6; both have three, of which two differ in weight
-    // by 0.5 and 1; 4 and 3 are disjoint (below 4), 5 and 6 are excess.
+    // Innovations: a has 0 1 2 4, b has 0 1 2 3 5 6. Both have three, of which two differ in weight
+    // by 0.5 and 1. 4 and 3 are disjoint (below 4), 5 and 6 are excess.
     const auto make = [](std::vector<std::pair<std::uint32_t, float>> genes) {
         Genome genome;
         for (const auto& [innovation, weight] : genes) {
@@ -191,8 +191,8 @@ TEST(Neat, SolvesExclusiveOrForTenOfTenSeeds) {
 }
 
 TEST(CartPole, FollowsTheEquationsOfMotion) {
-    // At rest and upright a push of 10 N moves 1.1 kg: by hand, angular acceleration
-    // -(10 / 1.1) / (0.5 (4 / 3 - 0.1 / 1.1)), and 10 / 1.1 less what the pole takes.
+    // At rest and upright a push of 10 N moves 1.1 kg: by hand, angular acceleration -(10 / 1.1) /
+    // (0.5 (4 / 3 - 0.1 / 1.1)), and 10 / 1.1 less the pole's share.
     CartPole pole;
     pole.step(true);
     const double turn = -(10.0 / 1.1) / (0.5 * (4.0 / 3.0 - 0.1 / 1.1));

@@ -32,7 +32,7 @@ TEST(Squash, IsWithinItsPromiseOfTanhRisesAndIsOdd) {
         const float y = squash(x);
         worst =
             std::max(worst, std::abs(static_cast<double>(y) - std::tanh(static_cast<double>(x))));
-        // A step of the argument of 1e-4 may round either way where the slope is 0.
+        // Where the slope is 0, a step of 1e-4 in the argument may round to either side.
         EXPECT_GE(y, before - 2e-7F);
         EXPECT_EQ(y, -squash(-x));
         before = y;

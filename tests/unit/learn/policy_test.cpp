@@ -200,7 +200,7 @@ TEST(Guard, BringsHomeWhoWasPushedOut) {
     EXPECT_LT(state.position.norm(), 10.0F);
 }
 
-/// What an envelope is made of, drawn anew now and then.
+/// The parameters of an envelope, drawn anew now and then.
 struct Envelope {
     Guard guard;
     motion::CharacterLimits limits;
@@ -253,7 +253,7 @@ class Watch {
     }
 
     int left = 0;
-    float farthest = 0.0F;  ///< share of the way that it may go
+    float farthest = 0.0F;  ///< share of the permitted distance
 };
 
 void walk(const Envelope& e, int ticks, bool obey, core::Rng& rng, Watch& watch) {
@@ -278,7 +278,7 @@ void walk(const Envelope& e, int ticks, bool obey, core::Rng& rng, Watch& watch)
             const Wanted wanted = decide(e.policy, s, {}, values);
             const Guarded body{s.here, s.velocity, yaw, kDt, static_cast<float>(e.repeat) * kDt};
             command = guarded(e.guard, wanted, body, e.limits);
-            if (!obey) {  // a guard that does nothing, to see that the watch sees
+            if (!obey) {  // an inactive guard, to check that the test notices
                 command.move_x = 127;
                 command.move_z = 127;
                 command.yaw = static_cast<std::uint16_t>(yaw + 20000);
@@ -303,7 +303,7 @@ TEST(Guard, IsNeverLeftWhateverTheWeights) {
         walk(random_envelope(rng), kWalk, true, rng, watch);
         ASSERT_EQ(watch.left, 0) << "after " << steps << " steps";
     }
-    // The envelope is not won by standing still: some walk to its edge.
+    // Standing still is no solution for the envelope: some walk to its edge.
     EXPECT_GT(watch.farthest, 0.8F);
     std::printf("%d steps, farthest at %.4f of the way allowed\n",
                 steps_asked(),

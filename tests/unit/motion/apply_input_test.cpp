@@ -119,7 +119,7 @@ bool same_bits(const Vec3& a, const Vec3& b) {
 TEST(ApplyInput, FullInputReachesFullSpeedExactlyAndAtTheGivenAcceleration) {
     CharacterState state = standing_at(0, 0, 0);
     const InputCommand command = go(127, 0);
-    // 20 m/s2 for 0.25 s makes 5 m/s; the way until then is a t^2 / 2, afterwards v t.
+    // 20 m/s2 for 0.25 s makes 5 m/s; the distance until then is a t^2 / 2, afterwards v t.
     for (int i = 1; i <= 30; ++i) {
         state = apply_input(state, command, kLimits, flat_world(), kDt);
         const double t = i * static_cast<double>(kDt);
@@ -229,7 +229,8 @@ TEST(ApplyInput, WalksUpAndDownASlopeAtItsHorizontalSpeedWithoutLeavingTheGround
             ASSERT_GE(penetration(state.position, world), -0.0015);
             if (i > 10) {
                 EXPECT_FLOAT_EQ(std::abs(state.velocity.x()), kLimits.speed);
-                // The vertical velocity is the true rate, within what the skin lets it vary.
+                // The vertical velocity is the true rate, within the variation that the skin
+                // permits.
                 EXPECT_NEAR((state.position.y() - before) / kDt, state.velocity.y(), 0.001F / kDt);
             }
         }
@@ -314,7 +315,7 @@ TEST(ApplyInput, WalksOverTheSeamsOfAFloorOfSlabsWithoutAStumble) {
     for (int i = 0; i < 150; ++i) {
         const float before = state.position.x();
         state = apply_input(state, go(127, 0), kLimits, world, kDt);
-        // Rounding only: the way of each tick is the full one.
+        // Rounding only: each tick covers the full distance.
         ASSERT_NEAR(state.position.x() - before, kLimits.speed * kDt, 2e-4F) << i;
         ASSERT_NEAR(state.position.y(), 1.0F + kStand, 0.0015F) << i;
     }
@@ -440,7 +441,7 @@ TEST(ApplyInput, NeverPenetratesByAMillimetreInHundredThousandStepsAmongRandomBo
 }
 
 TEST(ApplyInput, NeverPassesThroughAWallHoweverItIsPushed) {
-    // A closed ring of thin walls that lean in and out: whoever is inside stays inside.
+    // A closed ring of thin walls that lean in and out: a character inside stays inside.
     std::vector<StaticBox> ring;
     for (int i = 0; i < 8; ++i) {
         const float angle = radians(45.0F * static_cast<float>(i));

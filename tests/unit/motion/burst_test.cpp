@@ -1,4 +1,4 @@
-// Bursts: what an emitter becomes of a kind and an event, and kinds that are refused.
+// Bursts: the emitter that follows from a kind and an event, and kinds that are refused.
 #include "shared/motion/burst.h"
 
 #include <gtest/gtest.h>

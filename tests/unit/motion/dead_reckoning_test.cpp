@@ -96,7 +96,7 @@ TEST(DeadReckoning, ThePredictedStateDescribesItsOwnFurtherMotion) {
         for (int kind = 0; kind < kPredictorOrders; ++kind) {
             const auto order = static_cast<PredictorOrder>(kind);
             const KinematicState half = predict(from, order, 0.5F);
-            // Whoever does not move (any more) is predicted to stay by all orders below falling.
+            // An entity at rest is predicted to stay by all orders below falling.
             const bool moves = !half.velocity.isZero();
             const KinematicState twice =
                 predict(half, moves ? order : PredictorOrder::kQuadratic, 0.5F);
@@ -165,7 +165,7 @@ TEST(DeadReckoning, WhatFallsRestsWhereItsFloorIs) {
         EXPECT_EQ(later.position, there.position);
         EXPECT_EQ(later.velocity, Vec3(Vec3::Zero()));
         EXPECT_EQ(later.angular_velocity, Vec3(Vec3::Zero()));
-        // Up to then it is order 2, and never under the floor.
+        // Until then it is order 2, and never under the floor.
         const float before = landing * rng.range(0.0F, 0.999F);
         EXPECT_EQ(predict_position(from, PredictorOrder::kBallistic, before),
                   predict_position(from, PredictorOrder::kQuadratic, before));

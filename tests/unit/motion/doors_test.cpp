@@ -1,4 +1,4 @@
-// Doors: timetables, and how characters meet what is there at some ticks only.
+// Doors: timetables, and how characters meet doors that are there at some ticks only.
 #include "shared/motion/doors.h"
 
 #include "shared/core/rng.h"
@@ -188,8 +188,8 @@ TEST(Doors, DropWhoStandsOnThemWhenTheyOpen) {
 }
 
 TEST(Doors, NeverLeaveAnyoneInAWall) {
-    // Doors that shut and open about walkers in a narrow yard: whatever happens, nobody ends up in
-    // a wall or in a door that has been shut for a while.
+    // Doors that shut and open about walkers in a narrow yard: no walker ever ends up in a wall, or
+    // in a door that has been shut for a while.
     core::Rng rng(11, 1);
     std::vector<StaticBox> walls;
     std::vector<Door> doors;

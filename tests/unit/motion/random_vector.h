@@ -1,4 +1,4 @@
-// Random vectors for the tests of motion.
+// RandomVector: random vectors for the tests of motion.
 #pragma once
 
 #include "shared/core/rng.h"

@@ -1,4 +1,4 @@
-// Surfaces: what is near, how high they are, and how characters walk on them and are stopped.
+// Surfaces: nearby triangles, heights, and how characters walk on surfaces and are stopped.
 #include "shared/core/rng.h"
 #include "shared/math/segment_triangle.h"
 #include "shared/motion/apply_input.h"
@@ -14,7 +14,7 @@ namespace zoned::motion {
 namespace {
 
 constexpr float kTickS = 1.0F / 30.0F;
-constexpr float kFloor = 0.9F;  // of a default character's centre above what it stands on
+constexpr float kFloor = 0.9F;  // of a default character's centre above its ground
 
 Vec3 random_point(core::Rng& rng, float extent) {
     return {rng.range(-extent, extent), rng.range(-extent, extent), rng.range(-extent, extent)};
@@ -108,7 +108,7 @@ TEST(BoxTriangleOverlap, AgreesWithPointsOfTheTriangle) {
     EXPECT_LT(overlaps, 1800);
 }
 
-/// A surface with the tables that it looks at.
+/// A surface with the tables that it reads.
 struct Tables {
     std::vector<float> heights;
     std::vector<Vec3> vertices;
@@ -316,7 +316,7 @@ TEST(WalkOnSurface, NeverSinksIntoHillsWhateverTheWay) {
             command.buttons = tick % 90 == 7 ? kButtonJump : kButtonSprint;
             state = apply_input(state, command, {}, world, kTickS);
             grounded += state.grounded ? 1 : 0;
-            // No triangle comes nearer to the capsule than its radius, but for what a graze leaves.
+            // No triangle comes nearer to the capsule than its radius, less the loss by a graze.
             float nearest = INFINITY;
             const Vec3 local = placed.to_local(state.position);
             surface->for_each_near(Aabb{local, local}.grown(1.0F), [&](const FacedTriangle& t) {

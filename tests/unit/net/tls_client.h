@@ -1,5 +1,5 @@
-// A TLS 1.3 client for tests: blocking, with its own thread's time, so that the listener can run in
-// another.
+// TlsClient: a blocking TLS 1.3 client for tests. It has a thread of its own, so that the listener
+// can run in another.
 #pragma once
 
 #include "shared/wire/seal.h"

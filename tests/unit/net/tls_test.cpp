@@ -45,7 +45,7 @@ TlsSettings settings_in(const StateDir& dir, const std::string& address = "127.0
     return settings;
 }
 
-/// A listener in a thread of its own, and what it reported.
+/// A listener in a thread of its own, and its reports.
 class Server {
   public:
     explicit Server(const TlsSettings& settings) {
@@ -98,7 +98,7 @@ class Server {
         }
     }
 
-    /// Statistics as they are once the listener's thread has stopped touching them.
+    /// Statistics once the listener's thread has stopped writing them.
     TlsStats stats() {
         TlsStats out;
         on_thread([&] { out = listener->stats(); });

@@ -21,7 +21,7 @@ UdpSettings local(const std::string& address, std::uint16_t port = 0) {
     return settings;
 }
 
-/// One end with what it received.
+/// One end with its received datagrams.
 struct End {
     End(asio::io_context& io, const UdpSettings& settings)
         : endpoint(io, settings, [this](std::span<const Datagram> batch) {
@@ -65,7 +65,7 @@ void expect_round_trip(const std::string& bind, const std::string& target) {
     client.endpoint.flush();
     EXPECT_EQ(client.endpoint.stats().sent, 1000U);
     EXPECT_LE(client.endpoint.stats().send_calls,
-              17U);  // 1,000 / 64, and what a full buffer splits
+              17U);  // 1,000 / 64, and the split at a full buffer
     run_until(io, [&] { return server.payloads.size() == 1000; });
     EXPECT_GT(server.largest_batch, 1U);
     EXPECT_EQ(server.payloads[7], "datagram 7");
@@ -110,7 +110,7 @@ TEST(UdpEndpoint, SaysWhatIsWrongWithAnAddress) {
     asio::io_context io;
     EXPECT_THROW(End(io, local("not-an-address")), std::system_error);
     try {
-        End end(io, local("192.0.2.1"));  // TEST-NET-1 (RFC 5737): nobody has it
+        End end(io, local("192.0.2.1"));  // TEST-NET-1 (RFC 5737): no host has it
         FAIL();
     } catch (const std::system_error& e) {
         EXPECT_THAT(e.what(), testing::HasSubstr("this machine has no such address"));

@@ -1,4 +1,4 @@
-// The page test itself: a page that lies is found out.
+// The page test itself: it finds false statements on a page.
 #include "tests/pages/play.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ class Pages : public ::testing::Test {
         fs::create_directories(scratch_ / "zoned/config");
         fs::create_directories(scratch_ / "zoned/build");
         std::ofstream(scratch_ / "zoned/config/base.txtpb") << "good\n";
-        // Stands in for the server: says what it can do, and takes configs without the word "bad".
+        // Stands in for the server: prints its usage, and takes configs without the word "bad".
         const fs::path program = scratch_ / "zoned/build/zoned";
         std::ofstream(program)
             << "#!/bin/bash\n"

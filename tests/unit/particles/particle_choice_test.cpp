@@ -1,4 +1,4 @@
-// Particles in pieces: what they are off by, and how many a budget asks for.
+// Particles in pieces: their error, and the number of pieces that a budget asks for.
 #include "server/physics/method_selection/particle_choice.h"
 
 #include <gtest/gtest.h>
@@ -26,8 +26,8 @@ TEST(ParticleChoice, CutsTheErrorOfAFallByThePieces) {
     }
 }
 
-/// Of first order with drag, wind and quadratic drag too: half the step, half the error, but for
-/// terms of second order, which are as small against it as drag x h / 2.
+/// Of first order with drag, wind and quadratic drag too: half the step, half the error. Terms of
+/// second order are as small against it as drag x h / 2.
 TEST(ParticleChoice, IsOfFirstOrderInTheAir) {
     ParticleSystemDef def;
     def.linear_drag = 0.5F;
@@ -50,7 +50,7 @@ TEST(ParticleChoice, TakesTheFewestPiecesThatKeepTheBudget) {
     EXPECT_FALSE(choose_particle_pieces(def, 5.0, within(1e-4)).chosen);
 }
 
-/// What there is to hit, and gusts, are not what the error is about.
+/// Obstacles and gusts do not count in the error.
 TEST(ParticleChoice, LeavesOutWhatIsInTheWay) {
     ParticleSystemDef def;
     const double free = particle_error(def, 2, 5.0, within(1.0));

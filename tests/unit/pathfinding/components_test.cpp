@@ -11,7 +11,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Empty where both say the same of which places reach which.
+/// Empty where both agree on which places reach which.
 std::string differs(const GridMap& map, const Components& a, const Components& b) {
     std::map<std::uint32_t, std::uint32_t> to;
     std::map<std::uint32_t, std::uint32_t> back;

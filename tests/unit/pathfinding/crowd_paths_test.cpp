@@ -36,7 +36,7 @@ const GroundGrid& half_metres() {
     return grid;
 }
 
-/// Until all fields are those of now.
+/// Until all fields are up to date.
 void settle(CrowdPaths& paths) {
     for (int tick = 0; tick < 1000; ++tick) {
         paths.advance();
@@ -107,7 +107,7 @@ TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
     crowd(14);
     EXPECT_GE(gap_of(path()), 30);
     EXPECT_GT(paths.cost(start, goal), free);
-    // It pays by what it says: straight on costs more.
+    // It pays the stated cost: straight on costs more.
     EXPECT_LT(paths.cost(start, goal), paths.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}));
     std::uint32_t looked = 0;
     EXPECT_FALSE(sees(paths.calm(), start, goal, looked));
@@ -132,7 +132,7 @@ TEST_F(TwoGaps, AWayEndsAtAClosedDoorAtOnceAndIsThereAgainSoon) {
     EXPECT_GE(gap_of(path()), 30);
 }
 
-/// What is worked in a tick is what was given, but for the copy of a field that is done.
+/// A tick's work is as much as it was given, but for the copy of a finished field.
 TEST_F(TwoGaps, WorksInSlices) {
     std::vector<Cell> cells{start};
     EXPECT_FALSE(paths.append_path(start, goal, cells));

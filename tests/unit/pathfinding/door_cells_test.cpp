@@ -84,8 +84,8 @@ TEST(DoorCells, MakeTheMapThatABakeOfTheWorldSoShutMakes) {
 }
 
 TEST(DoorCells, OfABridgeAreThereWhileItIsShut) {
-    // Two banks two metres up with a gap between them, and ramps to neither: the bank is the
-    // largest part of the ground, the gap's floor is cut off by walls along its ends.
+    // Two banks two metres up with a gap between them, and ramps to neither. The bank is the
+    // largest part of the ground; walls along its ends cut off the gap's floor.
     std::vector<motion::StaticBox> banks(2);
     banks[0].centre = Vec3(-9.5F, 1.0F, 0.0F);
     banks[0].half_extents = Vec3(6.5F, 1.0F, 16.0F);

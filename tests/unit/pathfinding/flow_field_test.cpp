@@ -13,7 +13,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Length of what the hops lead along from `c`; kNoPath where they end elsewhere than at `goal`.
+/// Length of the path along the hops from `c`; kNoPath where they end elsewhere than at `goal`.
 template <class HopAt>
 double followed(const GridMap& map, Cell c, Cell goal, const HopAt& hop_at) {
     std::vector<Cell> corners{c};

@@ -11,7 +11,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Clusters in a row of blocks, with links to others near by, some of them one way.
+/// Clusters in a row of blocks, with links to others near by, some of them in one direction.
 struct Linked {
     std::vector<std::vector<std::uint32_t>> out;
     std::vector<std::vector<std::uint32_t>> in;

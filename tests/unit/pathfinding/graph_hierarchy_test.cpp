@@ -10,7 +10,7 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Nodes on a square, with links to some near ones, some of them one way.
+/// Nodes on a square, with links to some near ones, some of them in one direction.
 struct RandomHierarchyGraph {
     std::vector<Vec3> places;
     std::vector<std::uint32_t> first;
@@ -44,7 +44,7 @@ struct RandomHierarchyGraph {
         }
     }
 
-    /// Nodes in rows and columns, those beside each other linked both ways.
+    /// Nodes in rows and columns, with neighbours linked in both directions.
     explicit RandomHierarchyGraph(std::uint32_t side) {
         std::vector<std::vector<std::uint32_t>> out(std::size_t{side} * side);
         for (std::uint32_t n = 0; n < side * side; ++n) {
@@ -165,8 +165,8 @@ std::vector<std::uint32_t> turn_some(RandomHierarchyGraph& g, core::Rng& rng) {
     return touched;
 }
 
-/// Empty, or where clusters that were changed say something else than the graph, or other than
-/// clusters that are built anew.
+/// Empty, or the reason: changed clusters disagree with the graph, or with clusters that are built
+/// anew.
 std::string differs(const RandomHierarchyGraph& g, GraphHierarchy& clusters, core::Rng& rng) {
     GraphHierarchy anew;
     anew.build(g.view());
@@ -229,7 +229,7 @@ TEST(GraphHierarchy, AreAfterEachChangeAsGoodAsBuiltAnew) {
             ASSERT_EQ(differs(g, clusters, rng), "") << world << " " << change;
         }
     }
-    // A change that nobody tells of is found out.
+    // An unreported change is found out.
     RandomHierarchyGraph g(rng, 350);
     GraphHierarchy clusters;
     clusters.build(g.view());

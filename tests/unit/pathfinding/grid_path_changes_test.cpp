@@ -64,7 +64,7 @@ class Askers {
         }
     }
 
-    /// Whether every segment of what was remembered is free on the map as it is.
+    /// Whether every segment of the remembered path is free on the present map.
     bool free(const Walker& w) const {
         Cell at = w.start;
         std::uint32_t looked = 0;
@@ -138,7 +138,7 @@ TEST(GridPathChanges, RenewExactlyTheWaysThatAreCut) {
                     }
                 }
             }
-            // Whoever stood or wanted to go where it is blocked now asks from elsewhere.
+            // Requesters whose place or goal is blocked now ask from elsewhere.
             std::erase_if(a.walkers, [&](const Walker& w) {
                 const bool gone = !anew.map().passable(w.start) || !anew.map().passable(w.goal);
                 if (gone) {
@@ -292,10 +292,10 @@ TEST(GridPathChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
     EXPECT_LT(ticks, 1000);
     EXPECT_THAT(choices, testing::Contains(GridMethod::kSubgoals));
     EXPECT_EQ(service.planner().choice(), GridMethod::kHubLabels);
-    // The index is what it would be anew.
+    // The index equals one that is built anew.
     anew.prepare();
     EXPECT_EQ(service.planner().index_bytes(), anew.index_bytes());
-    // What changes nothing costs nothing.
+    // Changes without effect cost nothing.
     service.change(std::span(&door, 1));
     EXPECT_TRUE(service.indexed());
 }
@@ -329,7 +329,7 @@ TEST(GridPathChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
                 const float share = std::min(1.0F, 0.25F / off);
                 at[i] = {at[i].x + share * (head.x - at[i].x),
                          at[i].z + share * (head.z - at[i].z)};
-                service.heading(tickets[i], at[i], 0.3F);  // tells where it is now
+                service.heading(tickets[i], at[i], 0.3F);  // reports its present place
                 continue;
             }
             answered[i] = true;
@@ -377,9 +377,9 @@ TEST(GridPathChanges, TakeNoMoreWorkInATickThanItWasGiven) {
         serve();
     }
     EXPECT_GT(service.counts().broken, 100U);
-    // Beyond it what the last request that is begun takes: at most two units for each cell around a
-    // goal that can't be reached, and some ten thousand for a table and a path. Thirty are due in a
-    // tick: what these need is less than all.
+    // Beyond it, the work of the last request begun counts: at most two units for each cell around
+    // an unreachable goal, and some ten thousand for a table and a path. Thirty are due in a tick:
+    // their need is less than all.
     EXPECT_LE(most, settings.work_per_tick + 2U * 300U * 280U + 50'000U);
     EXPECT_GT(most, settings.work_per_tick / 2);
     // Besides, one part of the index may be begun beyond its share.
@@ -411,7 +411,7 @@ TEST(GridPathChanges, GiveBackTheCornersOfWaysThatTheyRenew) {
         return a.service.bytes();
     };
     // Each turn most of 300 paths get another some 30 corners long: 70 KB, which would be 4 MB.
-    // What is left is that paths differ in length: the pool has not seen as many of each at first.
+    // The remainder is that paths differ in length: the pool has not seen as many of each at first.
     const std::size_t before = turn(5);
     EXPECT_LE(turn(30), before + before / 2);
 }

@@ -78,7 +78,7 @@ TEST(RequestTurns, RequiresOfEachTickWhatKeepsEveryoneInTime) {
     EXPECT_LT(most, 300U);
 }
 
-/// A service that has served all that was asked, within `ticks`.
+/// Serves all requests within `ticks`; fails the test where some still wait.
 void serve_all(GridPathRequests& service, int ticks) {
     for (int i = 0; i < ticks && service.counts().waiting != 0; ++i) {
         service.serve();
@@ -159,7 +159,7 @@ TEST(GridPathRequests, NamesWhatCantBeAnswered) {
     EXPECT_EQ(strict.answer(t).outcome, PathOutcome::kGoalBlocked);
 }
 
-/// Who asks, and how all have been answered: a fingerprint, and the longest wait.
+/// The requesters, and how all have been answered: a fingerprint, and the longest wait.
 struct Load {
     std::uint64_t fingerprint = 1469598103934665603U;
     std::uint32_t longest = 0;
@@ -247,7 +247,7 @@ TEST(GridPathRequests, SpreadsWorkOverTicksUpToOneRequest) {
     const Load load = ask_many(service, 3000, 3000, 2);
     EXPECT_EQ(load.wrong, 0U);
     EXPECT_GT(load.longest, 2U);
-    // One more request than the work of a tick allows: far below 200,000 cells looked at.
+    // One more request than the work of a tick allows: far below 200,000 visited cells.
     EXPECT_LT(load.most_work, settings.work_per_tick + 200'000U);
 }
 

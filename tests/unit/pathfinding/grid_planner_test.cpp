@@ -249,7 +249,7 @@ TEST(GridPlanner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
             for (std::uint32_t n = 1 + rng.below(5); n > 0; --n) {
                 const Cell c{static_cast<std::uint16_t>(rng.below(90)),
                              static_cast<std::uint16_t>(rng.below(70))};
-                // Mostly shut: what landmarks say of the map before is still true then.
+                // Mostly shut: the landmarks' bounds on the map before are still true then.
                 const bool passable = round % 4 == 3 && !planner.map().passable(c);
                 changes.push_back({c, passable});
             }

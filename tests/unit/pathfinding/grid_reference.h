@@ -1,4 +1,4 @@
-// What paths on grids are held against: a plain Dijkstra in doubles, and a look at each step.
+// Grid reference: checks paths on grids against a plain Dijkstra in doubles and checks each step.
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
@@ -28,7 +28,7 @@ GridMap rooms_map(int width, int height, int room, std::uint64_t seed);
 std::vector<double> all_lengths(const GridMap& map, Cell start);
 
 /// Empty where the corners are a path from `start` to `goal` of that length, step by step legal;
-/// else what is wrong.
+/// else the reason.
 std::string wrong_with(const GridMap& map,
                        Cell start,
                        Cell goal,

@@ -171,7 +171,8 @@ TEST(BakeGround, LeadsUnderARoofAndStopsAtALowOne) {
 }
 
 TEST(BakeGround, LeadsOverABridgeAndUpToARoofOnlyWhereStairsLead) {
-    // A platform at 3 m, open below; with a ramp to it, its top is the ground, else what is below.
+    // A platform at 3 m, open below. With a ramp to it, its top is the ground, else the floor below
+    // is.
     const motion::StaticBox roof = static_box(Vec3(4.0F, 2.9F, 0.0F), Vec3(4.0F, 0.1F, 3.0F));
     const float slope = std::asin(0.5F);
     const motion::StaticBox ramp = static_box(
@@ -186,7 +187,7 @@ TEST(BakeGround, LeadsOverABridgeAndUpToARoofOnlyWhereStairsLead) {
     const GroundMap both = baked({roof, ramp});
     EXPECT_NEAR(floor_at(both, {4.0F, 0.0F}), 3.0F, 0.005F);
     EXPECT_TRUE(leads(both, {-9.0F, 0.0F}, {4.0F, 0.0F}));
-    // Nobody is led over its edge.
+    // No path leads over its edge.
     EXPECT_FALSE(both.cells.passable(both.grid.cell({4.0F, 2.9F})));
     EXPECT_TRUE(both.cells.passable(both.grid.cell({4.0F, 4.0F})));
 }
@@ -214,7 +215,7 @@ TEST(BakeGround, FollowsHeightsAndStopsWhereTheyAreTooSteep) {
     EXPECT_NEAR(whole.floor_m[flat], 1.0F, 0.005F);
 }
 
-/// Paths that were asked for and walked in random worlds, planned for one size, walked by another.
+/// Paths requested and walked in random worlds, planned for one size, walked by another.
 struct Walked {
     int paths = 0;
     int stuck = 0;
@@ -275,7 +276,7 @@ TEST(BakeGround, AgreesWithMovementSoThatEveryPulledWayCanBeWalked) {
     const Walked w = walk_random_worlds(kWalker, make, 12);
     EXPECT_GT(w.paths, 300);
     EXPECT_EQ(w.stuck, 0);
-    // The check itself: paths for a thinner one who climbs higher lead where this one can't go.
+    // The check itself: paths for a thinner agent that climbs higher lead where this one can't go.
     motion::CharacterLimits other;
     other.radius = 0.1F;
     other.half_segment = 0.8F;
@@ -285,7 +286,7 @@ TEST(BakeGround, AgreesWithMovementSoThatEveryPulledWayCanBeWalked) {
 }
 
 TEST(BakeGround, AgreesWithMovementOnHills) {
-    // Hills of 2 m with cliffs between them, some of which carry and some do not.
+    // Hills of 2 m with cliffs between them; some can be walked on and some cannot.
     const auto make = [](core::Rng& rng) {
         const auto heights = std::make_shared<std::vector<float>>();
         const float along = rng.range(0.2F, 0.6F);
@@ -304,8 +305,7 @@ TEST(BakeGround, AgreesWithMovementOnHills) {
     };
     const Walked w = walk_random_worlds(kWalker, make, 5);
     EXPECT_GT(w.paths, 150);
-    // Who passes beside a face that does not carry may slide off its line, down to where no cell
-    // is.
+    // A character that passes beside a steep face may slide off its line, down to where no cell is.
     EXPECT_LE(w.stuck, w.paths / 100);
     motion::CharacterLimits climber;
     climber.max_slope_cos = 0.3F;

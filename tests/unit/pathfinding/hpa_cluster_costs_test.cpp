@@ -53,7 +53,7 @@ std::vector<Cell> some_cells(const GridMap& map,
     return cells;
 }
 
-/// Pairs whose costs are others than those of fields within the square.
+/// Pairs whose costs differ from those of fields within the square.
 std::size_t differing(const GridMap& map,
                       const FlowField::Window& w,
                       const std::vector<Cell>& cells,

@@ -12,9 +12,9 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// Every cell that the closed line touches, tested one by one with whole numbers: the line between
-/// the middles (in half cells) touches a closed square where its corners do not all lie strictly on
-/// one side of it and the boxes overlap (separating axes).
+/// Every cell that the closed line touches, tested one by one with whole numbers. The line joins
+/// the middles (in half cells). It touches a closed square where two conditions hold (separating
+/// axes): the square's corners do not all lie strictly on one side of it, and the boxes overlap.
 bool sees_by_all_cells(const GridMap& map, Cell a, Cell b) {
     const int ax = 2 * a.x + 1;
     const int ay = 2 * a.y + 1;

@@ -1,4 +1,4 @@
-// Mesh doors: a mesh whose doors turn is the mesh of the world as it is.
+// Navmesh doors: a navmesh whose doors turn equals the navmesh of the world as it is.
 #include "server/ai/pathfinding/navmesh/navmesh_paths.h"
 #include "tests/unit/pathfinding/walkers.h"
 
@@ -116,7 +116,7 @@ TEST(NavmeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
 }
 
 TEST(NavmeshDoors, MayBeBridgesThatAreThereWhileShut) {
-    // Two platforms 1 m high and a ditch of 4 m between them; nobody climbs out of it.
+    // Two platforms 1 m high and a ditch of 4 m between them; no agent can climb out of it.
     const motion::StaticGeometry world(
         {static_box(Vec3(-8.5F, 0.5F, 0.0F), Vec3(6.5F, 0.5F, 15.0F)),
          static_box(Vec3(8.5F, 0.5F, 0.0F), Vec3(6.5F, 0.5F, 15.0F))},
@@ -194,7 +194,7 @@ TEST(NavmeshDoors, TellFloorsApart) {
     for (const PathRequestId t : {below, above, ground, up}) {
         EXPECT_EQ(paths.answer(t).outcome, PathOutcome::kFound);
     }
-    // Up the ramp straight ahead; on the ground round it, for it is in the way.
+    // Up the ramp straight ahead; on the ground round it, since the ramp blocks the straight line.
     EXPECT_NEAR(paths.answer(above).length_m, 18.0F, 0.5F);
     EXPECT_GT(paths.answer(below).length_m, 18.3F);
     EXPECT_FLOAT_EQ(paths.answer(ground).length_m, paths.answer(below).length_m);

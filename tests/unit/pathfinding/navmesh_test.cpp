@@ -95,7 +95,7 @@ TEST(Navmesh, HasFloorsOneOverTheOther) {
 }
 
 TEST(Navmesh, PutsWhoStandsAtTheRimOfADeckOntoTheDeck) {
-    // 4 m wide, of which a person uses the middle: its polygon ends 0.4 to 0.65 m from the edge.
+    // 4 m wide. An agent uses the middle: its polygon ends 0.4 to 0.65 m from the edge.
     const Navmesh mesh = mesh_of({static_box(Vec3(0.0F, 2.9F, 0.0F), Vec3(4.0F, 0.1F, 2.0F))});
     for (const float z : {0.0F, 1.2F, 1.7F, 1.95F, -1.95F}) {
         Vec3 on;
@@ -135,8 +135,8 @@ TEST(Navmesh, KnowsTheHeightsOfHillsWithinItsPolygons) {
             Vec3 on;
             ASSERT_NE(mesh->nearest(Vec3(x, height, z), 0.5F, 100.0F, on), Navmesh::kNone);
             EXPECT_EQ(Vec2(on.x(), on.z()), Vec2(x, z));
-            // What is allowed every metre; columns of 0.25 m stand as high as their highest place
-            // (slopes of up to 0.44); two steps; and what a chord of 1 m along an arc is off.
+            // The error allowed every metre; columns of 0.25 m stand as high as their highest place
+            // (slopes of up to 0.44); two steps; and the error of a chord of 1 m along an arc.
             EXPECT_NEAR(on.y(), height, 0.2F + 0.11F + 0.1F + 0.05F);
         }
     }
@@ -165,7 +165,7 @@ TEST(Navmesh, FollowsHeights) {
     EXPECT_LT(a.length_m, 30.0F);
     EXPECT_LT(off_mesh(*mesh, search.corners()), 0.05F);
     for (const Vec3& v : mesh->vertices()) {
-        EXPECT_GT(v.y(), 3.5F);  // nobody walks on the plane far below
+        EXPECT_GT(v.y(), 3.5F);  // no agent walks on the plane far below
     }
 }
 

@@ -1,4 +1,4 @@
-// Paths maps: what holds for paths over cells, polygons and waypoints alike.
+// Path providers: rules that hold for paths over cells, polygons and waypoints alike.
 #include "server/ai/pathfinding/navmesh/navmesh_paths.h"
 #include "server/ai/pathfinding/requests/grid_paths.h"
 #include "server/ai/pathfinding/waypoints/waypoint_lattice.h"
@@ -163,7 +163,7 @@ TEST_P(PathProviders, AnswerEverybodyInTimeWhateverTheLoad) {
         sum += a.length_m;
         straight += std::hypot(to[i].x - from[i].x, to[i].z - from[i].z);
     }
-    // Paths are longer than straight lines by the walls on them and by what cheap ones lose.
+    // Paths are longer than straight lines by the walls on them and by the excess of cheap ones.
     EXPECT_LT(sum, 1.5 * straight);
 }
 
@@ -172,7 +172,7 @@ TEST_P(PathProviders, SendWhoWaitsSomewhereSensibleFromTheFirstTick) {
     Spot at{-10.0F, -6.0F};
     const Spot to{10.0F, 6.0F};
     const PathRequestId ticket = map->ask({0, at, to});
-    // Nobody serves: it walks by first segments alone, 0.1 m at a time.
+    // No request is served: it walks by first segments alone, 0.1 m at a time.
     int steps = 0;
     while (std::hypot(at.x - to.x, at.z - to.z) > 0.5F && steps < 600) {
         const Spot head = map->heading(ticket, at, 0.3F);

@@ -98,7 +98,7 @@ TEST_P(AntColonyOnABridge, AWayThatBecomesWorseIsAbandoned) {
     }
     walk(colony, map, 6000);
     const Passages seen = walk(colony, map, 4000);
-    // Who is in mud is seen there eight times as often.
+    // An ant in mud is seen there eight times as often.
     const double crossings = seen.over_short / 8.0;
     EXPECT_LT(crossings / (crossings + seen.over_long), 0.3);
 }
@@ -109,7 +109,7 @@ TEST_P(AntColonyOnABridge, AWayThatIsClosedIsReplaced) {
     walk(colony, map, 5000);
     const std::uint64_t before = colony.delivered();
     walk(colony, map, 4000);
-    // 32 steps each way at best.
+    // 32 steps in each direction at best.
     EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.3 * 60.0 * 4000.0 / 64.0);
 }
 
@@ -117,7 +117,8 @@ TEST_P(AntColonyOnABridge, ScentIsForgottenWhereNobodyWalks) {
     walk(colony, map, 3000);
     ASSERT_GT(colony.scent(AntColony::kFood, map.place(kShortMiddle)), 0.0F);
     colony.set_food(kMeal, false);
-    // Those who carry deliver; then 0.998^t falls below what is smelt, 1e-4, within 4,600 ticks.
+    // Ants with food deliver it; then 0.998^t falls below the smell threshold, 1e-4, within 4,600
+    // ticks.
     walk(colony, map, 8000);
     EXPECT_EQ(colony.scent(AntColony::kFood, map.place(kShortMiddle)), 0.0F);
     const std::uint64_t before = colony.delivered();
@@ -150,8 +151,8 @@ std::uint64_t hash_of(const PheromoneTrails& trails) {
     return hash.value();
 }
 
-/// It follows every change of a scent, is the same in any order of marks and after the scents were
-/// written down and read, and tells two cells from each other whose scents are exchanged.
+/// The hash follows every change of a scent. It is the same in any order of marks and after the
+/// scents were saved and loaded, and it differs when two cells exchange their scents.
 TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
     const GridMap map = bridge();
     PheromoneTrails one(map, TrailSettings{});
@@ -182,7 +183,7 @@ TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
         backwards.mark(kHome, places[2 - k], 2 - k);
     }
     EXPECT_EQ(hash_of(forwards), hash_of(backwards));
-    backwards.mark(kHome, places[1], 2);  // weaker than what is there
+    backwards.mark(kHome, places[1], 2);  // weaker than the present mark
     EXPECT_EQ(hash_of(forwards), hash_of(backwards));
 }
 

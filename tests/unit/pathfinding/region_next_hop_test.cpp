@@ -22,8 +22,8 @@ Cell any_cell(const GridMap& map, core::Rng& rng) {
     }
 }
 
-/// Length that hops lead along until they reach the goal's area; kNoPath where they end before it,
-/// or go on for ever, or through what is blocked.
+/// Length of the path along the hops until they reach the goal's area. kNoPath where they end
+/// before it, go on for ever, or lead through a blocked cell.
 double length_to_region(const GridMap& map, const RegionNextHop& regions, Cell c, Cell goal) {
     double length = 0.0;
     for (std::uint32_t steps = 0; steps <= map.passable_cells(); ++steps) {

@@ -1,4 +1,4 @@
-// Walkers: characters that follow paths by movement's own function, and worlds to do it in.
+// Walkers: characters that follow paths by movement's own function, and worlds for them.
 #pragma once
 
 #include "server/ai/pathfinding/grid/ground_map.h"
@@ -19,7 +19,7 @@ motion::StaticBox static_box(const Vec3& centre,
 motion::StaticGeometry random_world(core::Rng& rng, float side_m, int pieces);
 
 /// Ticks of 1/30 s that a character takes from the middle of a cell along the corners, at most
-/// `most`; it has come as near to a corner as `near_m` before it heads for the next.
+/// `most`. It heads for the next corner once it is within `near_m` of this one.
 int ticks_to_walk(const motion::StaticGeometry& world,
                   const motion::CharacterLimits& limits,
                   const GroundMap& map,

@@ -1,4 +1,4 @@
-// Graph paths: along placed waypoints, whatever their weights, and through doors.
+// Waypoint paths: along placed waypoints, whatever their weights, and through doors.
 #include "server/ai/pathfinding/waypoints/waypoint_paths.h"
 
 #include "tests/unit/pathfinding/walkers.h"
@@ -93,7 +93,7 @@ TEST(WaypointPaths, KeepOffEdgesThatPassThroughADoorThatIsShut) {
 
 TEST(WaypointPaths, PassUnderADoorThatIsHighAndOverABridgeWhileItIsThere) {
     const WaypointGraph graph = square();
-    // 2.5 m up: nobody's head touches it; at 1.5 m it does.
+    // 2.5 m up: it touches no head; at 1.5 m it does.
     EXPECT_TRUE(waypoint_doors(graph,
                                with_door(static_box(Vec3(10, 3.0F, 0), Vec3(0.5F, 0.5F, 2.0F))),
                                kGraphWalker)[0]

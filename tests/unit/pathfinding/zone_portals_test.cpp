@@ -15,7 +15,7 @@ namespace {
 constexpr float kZoneCell_m = 0.5F;
 
 /// A map cut into zones, each with its origin in its middle, as zones have it. Their maps go beyond
-/// them by so many cells, over their neighbours or what is outside the world.
+/// them by so many cells, over their neighbours or outside the world.
 struct CutMap {
     CutMap(const GridMap& map,
            std::initializer_list<int> lefts,
@@ -87,7 +87,7 @@ struct CutMap {
     GridMap whole;
     int margin;
     std::vector<GroundMap> grounds;
-    std::vector<std::array<int, 2>> corners;  // of the zones, without what is beyond
+    std::vector<std::array<int, 2>> corners;  // of the zones, without the parts beyond
     std::vector<std::array<int, 2>> sizes;
     std::vector<ZoneGround> zones;
     std::vector<std::unique_ptr<GridPlanner>> planners;
@@ -166,8 +166,9 @@ TEST_P(ZonePortalsBeyond, LeadThroughSeveralZonesToWhateverCanBeReached) {
             sum_best += best.length;
         }
     }
-    // Portals are up to 24 cells apart: whoever crosses beside one goes up to 12 aside and back, on
-    // paths of about a hundred; most borders are crossed at doors, where there is no choice.
+    // Portals are up to 24 cells apart: a walker that crosses beside one goes up to 12 aside and
+    // back, on paths of about a hundred. Most borders are crossed at doors, where there is no
+    // choice.
     EXPECT_LT(sum / sum_best, 1.1);
 }
 

@@ -1,4 +1,4 @@
-// Contact events: who hears of the beginning, the lasting and the end of a contact.
+// Contact events: which zone hears of the beginning, the lasting and the end of a contact.
 #include "server/physics/scene/scene.h"
 #include "tests/unit/allocation_count.h"
 
@@ -63,7 +63,7 @@ TEST(ContactEvents, TellEachStepWithTheImpulseUntilTheBodySleeps) {
     const auto events = d.scene.contact_events();
     ASSERT_EQ(events.size(), 1U);
     EXPECT_FALSE(events[0].began || events[0].ended);
-    // A kilogram at rest: m g dt, up to what the soft contact swings by.
+    // A kilogram at rest: m g dt, within the swing of the soft contact.
     EXPECT_NEAR(events[0].impulse, 9.81F / 60.0F, 0.02F);
     EXPECT_NEAR(events[0].point.y(), 0.0F, 0.01F);
     EXPECT_NEAR(std::abs(events[0].normal.y()), 1.0F, 1e-4F);

@@ -1,4 +1,4 @@
-// Boxes on the crests of surfaces: they come to rest, and touch the triangles that are under them.
+// Boxes on the crests of surfaces: they come to rest, and touch the triangles under them.
 #include "server/physics/narrowphase/contact_set.h"
 #include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
@@ -63,10 +63,10 @@ TEST(Crest, LetsBoxesComeToRest) {
     }
 }
 
-/// No point is deeper than the box can be. It stands on the top, tipped by 3 degrees, its lowest
-/// corner on the smooth hill, and so on or above the triangles, which are chords of it. Under a
+/// No point is deeper than the box can be. It stands on the top, tipped by 3 degrees. Its lowest
+/// corner is on the smooth hill, and so on or above the triangles, which are chords of it. Under a
 /// face, 1.13 m from corner to corner, the hill rises over the chord by 0.02 (1.13 / 2)^2 = 6.4 mm
-/// at most. The edges of triangles that the box does not touch are nobody's contact.
+/// at most. Edges of triangles that the box does not touch give no contact.
 TEST(Crest, IsTouchedOnlyWhereItIs) {
     const Shape surface = Shape::heightfield(hill_field());
     const Shape box = Shape::box(Vec3::Constant(0.4F));

@@ -1,4 +1,4 @@
-// EnvelopeSolver against dense factorisations, and what it makes of rows that depend on others.
+// EnvelopeSolver against dense factorisations, and its results on dependent rows.
 #include "server/physics/joints/envelope_solver.h"
 
 #include "shared/core/rng.h"
@@ -98,8 +98,8 @@ TEST(EnvelopeSolver, SolvesAgainAfterItIsCleared) {
 }
 
 TEST(EnvelopeSolver, MeetsAllRowsWhereSomeDependOnOthers) {
-    // Rows that say the same thing again, as those of a closed loop do: J of rank r < n, A = J J^T,
-    // b = J y is consistent, and any solution will do.
+    // Redundant rows, as a closed loop has: J of rank r < n, A = J J^T, b = J y is consistent, and
+    // any solution will do.
     core::Rng rng(5);
     for (int i = 0; i < 100; ++i) {
         const Eigen::Index n = 6 + rng.below(20);
@@ -118,14 +118,14 @@ TEST(EnvelopeSolver, MeetsAllRowsWhereSomeDependOnOthers) {
         const std::vector<double> x = solve(a, start, b);
         const Eigen::Map<const Eigen::VectorXd> ours(x.data(), n);
         ASSERT_TRUE(ours.allFinite()) << i;
-        // A pivot is dropped below 1e-10 of its diagonal entry: what it leaves unmet is of that
-        // order times the unknowns, which themselves may be as large as 1 / (smallest pivot).
+        // A pivot is dropped below 1e-10 of its diagonal entry. Its residual is of that order times
+        // the unknowns, which themselves may be as large as 1 / (smallest pivot).
         ASSERT_LT((a * ours - b).norm(), 1e-6 * (1.0 + ours.norm())) << i;
     }
 }
 
 TEST(EnvelopeSolver, StaysFiniteWhereRowsContradictEachOther) {
-    // Two identical rows that want different things, a row of nothing, and a negative diagonal.
+    // Two identical rows with different right-hand sides, a row of zeros, and a negative diagonal.
     const std::vector<std::uint32_t> start{0, 0, 2, 3};
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(4, 4);
     a.topLeftCorner(2, 2).setOnes();

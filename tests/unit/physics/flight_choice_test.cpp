@@ -14,7 +14,7 @@ namespace {
 constexpr double kTickS = 1.0 / 30;
 constexpr double kG = 9.81;
 
-/// An option that costs and errs as it is told, and counts how often it is tried.
+/// An option with a given cost and error, which counts how often it is tried.
 MethodOption fake(const std::string& name, double least, MethodTrial trial, int* tried = nullptr) {
     MethodOption option;
     option.method = name;
@@ -64,7 +64,7 @@ TEST(Choose, TakesTheCheapestThatKeepsTheBudgetAndTriesNothingDearer) {
     EXPECT_EQ(candidate(choice, "same").refused, "dearer than 20 ns");
 }
 
-/// What a trial costs is known for some only afterwards.
+/// The cost of a trial is known for some only afterwards.
 TEST(Choose, GoesByWhatATrialShowsItToCost) {
     int tried = 0;
     const MethodChoice choice = chosen_from(1.0,
@@ -161,7 +161,7 @@ TEST(FlightError, HasTheOrderOfTheMethodInAnyAir) {
     }
 }
 
-/// The closed solution and the adaptive pair are two ways to the same path.
+/// The closed solution and the adaptive pair are two methods for the same path.
 TEST(FlightError, IsTheSameByBothReferences) {
     const FlightBudget wish{0.0, 2.0, kTickS};
     const double closed = flight_error(IntegratorKind::kRk2, 1, falling(2.0), wish);

@@ -45,8 +45,8 @@ TEST(FlightPieces, CutTheErrorByTheOrderOfTheMethod) {
                                           std::pair(IntegratorKind::kSemiImplicitEuler, 1.0),
                                           std::pair(IntegratorKind::kRk2, 2.0)}) {
             const double ratio = error_of(kind, 2, particle) / error_of(kind, 8, particle);
-            // The next term of the error is smaller by c h = 0.07 and its quarter; floats add
-            // 30 roundings of 2.4e-7 m to what is at least 3e-5 m.
+            // The next term of the error is smaller by c h = 0.07 and its quarter; floats add 30
+            // roundings of 2.4e-7 m to an error of at least 3e-5 m.
             EXPECT_NEAR(std::log2(ratio) / 2.0, order, 0.2) << name_of(kind) << particle;
         }
     }

@@ -29,8 +29,8 @@ TEST(Force, AtTheCentreAcceleratesAsNewtonSaysAndIsGoneAfterTheStep) {
         scene.apply_force(id, Vec3(1.0F, 0, 0));
         scene.step(kFrame);
     }
-    // a = F / m = 2 m/s2 for one second; constant acceleration is integrated exactly, so that what
-    // is left is 60 roundings of values up to 2.
+    // a = F / m = 2 m/s2 for one second. Constant acceleration is integrated exactly, so only 60
+    // roundings of values up to 2 remain.
     EXPECT_NEAR(scene.state(id).velocity.x(), 2.0F, 60 * 2.0e-7F);
     EXPECT_NEAR(scene.state(id).position.x(), 1.0F, 60 * 2.0e-7F);
     scene.step(kFrame);
@@ -87,7 +87,7 @@ TEST(Damping, BringsAFallingBodyToItsFinalSpeed) {
     for (int i = 0; i < 1200; ++i) {
         scene.step(kFrame);
     }
-    // g / c; what is left after 20 time constants is e^-20 of it.
+    // g / c; after 20 time constants e^-20 of it remains.
     EXPECT_NEAR(scene.state(id).velocity.y(), -9.81F, 1.0e-4F);
 }
 

@@ -1,4 +1,4 @@
-// What is a thousand times as heavy as what it lies on, or more.
+// Bodies a thousand times or more as heavy as the bodies that they lie on.
 #include "server/physics/scene/scene.h"
 #include "tests/unit/physics/physics_test.h"
 
@@ -59,10 +59,10 @@ struct Bed {
     }
 };
 
-/// It stands as on boxes of a thousandth of its mass. A spring of the stiffest substep, w = 2 pi x
-/// 0.25 / h with h = 1/3840 s on the mass M / 1000, gives way by M g / (M / 1000 w^2) = 0.27 mm;
-/// two contacts in line by twice that, and the budget of 5 mm covers what one pass a substep
-/// leaves.
+/// It stands as on boxes of a thousandth of its mass. The spring of the stiffest substep has w = 2
+/// pi x 0.25 / h with h = 1/3840 s on the mass M / 1000. It gives by M g / (M / 1000 w^2) = 0.27
+/// mm, and two contacts in line by twice that. The budget of 5 mm covers the residual of one pass a
+/// substep.
 TEST(HeavyLoad, IsCarriedByWhatWeighsAThousandthOfAThousandth) {
     for (const float mass : {1.0e4F, 1.0e5F, 1.0e6F}) {
         Bed bed(mass);
@@ -72,8 +72,8 @@ TEST(HeavyLoad, IsCarriedByWhatWeighsAThousandthOfAThousandth) {
     }
 }
 
-/// The impulses that boxes remember are those of what weighs more: once the load is gone they must
-/// not throw them. What the contacts gave way by comes back at 3 m/s at most, within one step.
+/// The impulses that boxes remember come from a heavier body: once the load is gone they must not
+/// throw the boxes. The contacts' compression is undone at 3 m/s at most, within one step.
 TEST(HeavyLoad, LeavesNothingBehindThatThrowsWhatCarriedIt) {
     Bed bed(1.0e5F);
     run_steps(bed.scene, 120);
@@ -90,8 +90,8 @@ TEST(HeavyLoad, LeavesNothingBehindThatThrowsWhatCarriedIt) {
     EXPECT_LT(bed.fastest(), 0.05F);
 }
 
-/// Where nothing is substep_limited masses are what they are: a light ball that bounces off a heavy
-/// box gives it twice its momentum, less what the box moves.
+/// Where nothing is substep_limited masses are not changed: a light ball that bounces off a heavy
+/// box gives it twice its momentum, less the box's own motion.
 TEST(HeavyLoad, MovesByTheMomentumOfWhatIsLightWhereNothingIsStrained) {
     Scene scene(weightless());
     BodyDef heavy = box_at(Vec3::Zero());

@@ -74,7 +74,7 @@ double gap_along(const Solid& a, const Solid& b, const Vec3d& n) {
     return -b.farthest(-n) - a.farthest(n);
 }
 
-/// The largest gap over the normals of both and all cross products of edges, either way.
+/// The largest gap over the normals of both and all cross products of edges, in either direction.
 double best_gap(const Solid& a, const Solid& b, bool edges) {
     double best = -1e9;
     for (const Vec3d& n : a.normals) {
@@ -100,13 +100,13 @@ void check_polyhedra(const Thing& a, const Thing& b, int round) {
     const Manifold m = collide_things(a, b, kMargin);
     const Solid sa(a);
     const Solid sb(b);
-    // The gap along the reported normal is what the corners say; floats are good to 1e-6 m here.
+    // The gap along the reported normal agrees with the corners; floats are good to 1e-6 m here.
     const Vec3d n = m.normal.cast<double>();
     ASSERT_NEAR(n.norm(), 1.0, 1e-5);
     ASSERT_NEAR(m.separation, gap_along(sa, sb, n), 5e-6) << round;
-    // No axis does better by more than the bias that keeps the kind of contact. That the faces and
-    // the crossing arcs are all there is to look at holds for hulls that overlap; of others it
-    // holds that one of these axes parts them.
+    // No axis does better by more than the bias that keeps the kind of contact. For overlapping
+    // hulls the faces and the crossing arcs are the only axes to check. For separate hulls, one of
+    // these axes parts them.
     const double best = best_gap(sa, sb, true);
     ASSERT_LE(m.separation, best + 5e-6) << round;
     ASSERT_GE(m.separation, std::min(best, 0.0) - kEdgeBias - kFaceBias - 5e-6) << round;
@@ -115,14 +115,14 @@ void check_polyhedra(const Thing& a, const Thing& b, int round) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(m.count); ++i) {
         const ManifoldPoint& p = m.points[i];
         least = std::min(least, p.separation);
-        // Half a gap away from both surfaces, at most: never farther out than that; the nearest
-        // points of edges may lie askew by what they are apart.
+        // Half a gap away from both surfaces, at most: never farther out than that. The nearest
+        // points of edges may lie askew by their distance.
         const double reach = 0.5 * std::abs(p.separation) + 5e-6;
         ASSERT_LE(sa.height(p.point.cast<double>()), reach) << round;
         ASSERT_LE(sb.height(p.point.cast<double>()), reach) << round;
     }
     if (best < 0.0) {
-        // Overlapping: there are points, and the deepest tells the depth.
+        // Overlapping: there are points, and the deepest gives the depth.
         ASSERT_GE(m.count, 1) << round;
         ASSERT_NEAR(least, m.separation, 1e-5F + kEdgeBias) << round;
     }
@@ -286,7 +286,7 @@ TEST(CollideCapsuleHull, FindsTheDistanceThatSamplingFinds) {
             ASSERT_LE(m.separation, least - 0.2 + 5e-6) << round;
             ASSERT_GE(m.separation, least - 0.2 - 2e-3) << round;
         } else if (least < -0.01) {
-            // The core cuts the hull: what is reported is an overlap along a true axis.
+            // The core cuts the hull: an overlap along a true axis is reported.
             const double reach = 0.4 * std::abs(capsule.rotation.col(1).dot(m.normal));
             const double gap = m.normal.cast<double>().dot(-capsule.position.cast<double>()) -
                                reach - 0.2 - solid.farthest(-m.normal.cast<double>());

@@ -30,7 +30,7 @@ void expect_sound(const ConvexHull& hull) {
             const int to = view.loops[face.first + (i + 1) % face.corners];
             EXPECT_TRUE(sides.emplace(from, to).second);
             ++corners;
-            // 1e-5 of the extent (at most twice the radius): what makes faces one.
+            // 1e-5 of the extent (at most twice the radius): the tolerance that merges faces.
             EXPECT_GE(face.normal.dot(view.points[from]), face.offset - 5e-5F * hull.radius());
         }
     }

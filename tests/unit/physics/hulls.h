@@ -1,4 +1,4 @@
-// Hulls and point clouds for the tests of the physics.
+// Hulls: hulls and point clouds for the tests of the physics.
 #pragma once
 
 #include "server/physics/shapes/convex/hull.h"

@@ -35,9 +35,9 @@ Swing swing(IntegratorKind kind, MotionState<V> s, double h, const A& a) {
     return out;
 }
 
-/// Symplectic Euler keeps v^2 + w^2 x^2 - h w^2 x v exactly (Hairer, Lubich, Wanner, IX.3), which
-/// lies within (1 -+ h w / 2) of twice the energy; velocity Verlet keeps
-/// v^2 + w^2 (1 - (h w / 2)^2) x^2. Rounding adds 1e5 x 1e-16.
+/// Symplectic Euler keeps v^2 + w^2 x^2 - h w^2 x v exactly (Hairer, Lubich, Wanner, IX.3). That
+/// value lies within (1 -+ h w / 2) of twice the energy. Velocity Verlet keeps v^2 + w^2 (1 - (h w
+/// / 2)^2) x^2. Rounding adds 1e5 x 1e-16.
 TEST(SymplecticIntegrators, KeepTheEnergyOfAnOscillatorWithinTheoryAndDoNotDrift) {
     const SwayingSpring spring{1.0, 0.0, 0.0, 0.0};
     const MotionState<Line> start{Line(1.0), Line(0.0)};
@@ -75,8 +75,8 @@ TEST(SymplecticIntegrators, DoNotDriftOnAnOrbitAndAPendulum) {
     EXPECT_GT(drifting.last, 2.0 * drifting.first);
 }
 
-/// |1 + i w|^2 = 1 + w^2 and so on: what one step does to the energy of an oscillator, to the power
-/// of the number of steps; relative rounding of 1e-16 a step.
+/// |1 + i w|^2 = 1 + w^2 and so on: the factor of one step on the energy of an oscillator, to the
+/// power of the number of steps; relative rounding of 1e-16 a step.
 TEST(Integrators, GainAndLoseEnergyAsTheoryHasIt) {
     const SwayingSpring spring{2.0, 0.0, 0.0, 0.0};
     const MotionState<Line> start{Line(1.0), Line(0.5)};
@@ -98,9 +98,9 @@ TEST(Integrators, GainAndLoseEnergyAsTheoryHasIt) {
 }
 
 /// Runs forth and back. Each of 2 n steps rounds velocities of up to 6 rad/s by at most 1e-15 (the
-/// position form rounds the way of a step, h v, by the same share). A velocity that is off changes
-/// the swing's period, and so the place by up to 3 x the time that is left x as much: where all
-/// roundings agree 2 n x n h x 3 x 1e-15 / 2.
+/// position form rounds the change h v of a step by the same share). A velocity error changes the
+/// swing's period, and so the place by up to 3 x the remaining time x as much. Where all roundings
+/// agree this gives 2 n x n h x 3 x 1e-15 / 2.
 constexpr long kReturnSteps = 10'000;
 constexpr double kReturn = 0.01 * kReturnSteps * kReturnSteps * 3 * 1e-15;
 

@@ -13,8 +13,8 @@ using scenario::Pendulum;
 using scenario::SwayingSpring;
 using scenario::ThrownBall;
 
-/// Halving h divides an error C h^p (1 + c h) by 2^p (1 + c h / 2), which shows p up to c h / 1.4:
-/// with the steps below c h stays under 0.1 for these motions, and the tolerance is that.
+/// Halving h divides an error C h^p (1 + c h) by 2^p (1 + c h / 2), which shows p up to c h / 1.4.
+/// With the steps below c h stays under 0.1 for these motions, which gives the tolerance.
 constexpr double kOrderTolerance = 0.1;
 
 /// Time and velocity are in the force, so that a stage at a wrong time or velocity costs an order.
@@ -45,8 +45,9 @@ TEST(Integrators, ConvergeOnAnOrbitWithTheOrderOfTheory) {
     }
 }
 
-/// The closed forms that everything here is measured by, held to the equation of motion: the
-/// central difference of v is the acceleration up to d^2 / 6 of its second derivative and rounding.
+/// The closed forms, which are the reference for everything here, against the equation of motion.
+/// The central difference of v is the acceleration up to d^2 / 6 of its second derivative and
+/// rounding.
 TEST(Motions, SolveTheirEquations) {
     constexpr double kD = 1e-4;
     const auto check = [](const auto& force, const auto& exact, double t) {
@@ -119,8 +120,9 @@ TEST(Integrators, WorkInFloats) {
     }
 }
 
-/// Each piece adds at most the tolerance; on this orbit an error in speed at the centre changes the
-/// period by 3 x 1.7 of it and so the place after a turn by 3 x 1.7 x 2 pi x 1.7 = 55 of it.
+/// Each piece adds at most the tolerance. On this orbit an error in speed at the centre changes the
+/// period by 3 x 1.7 of it. So it changes the place after a turn by 3 x 1.7 x 2 pi x 1.7 = 55 of
+/// it.
 TEST(Adaptive, KeepsItsToleranceOnAnOrbit) {
     const MotionState<scenario::Plane> start = Orbit::exact(0.5, 0.0);
     const MotionState<scenario::Plane> exact = Orbit::exact(0.5, 6.0);
@@ -155,7 +157,7 @@ TEST(Adaptive, SaysWhenItGivesUp) {
     EXPECT_GT(method.report.reached, 0.0);
     EXPECT_LT(method.report.reached, 1.0);
     const auto exact = stiff.exact({Line(1.0), Line(0.0)}, method.report.reached);
-    EXPECT_NEAR(end.x[0], exact.x[0], 1e-3);  // what it has is good up to there
+    EXPECT_NEAR(end.x[0], exact.x[0], 1e-3);  // its result is good up to there
 
     Adaptive<Line> lost;
     const auto nowhere = [](const Line&, const Line&, double t) {
@@ -188,8 +190,8 @@ TEST(ImplicitEuler, NeedsOneIterationForALinearForceAndOneToSeeIt) {
     EXPECT_NEAR(once.v[0], v, 1e-10);
 }
 
-/// Without its derivatives told, a force is differenced: the same answer, to the tolerance of
-/// Newton's method.
+/// Without given derivatives, a force is differenced: the same answer, to the tolerance of Newton's
+/// method.
 TEST(ImplicitEuler, FindsDerivativesThatItIsNotTold) {
     const MotionState<Vec3d> start{Vec3d::Zero(), Vec3d(60, 40, -3)};
     const ThrownBall ball{9.81, 0.5};

@@ -26,7 +26,8 @@ bool in_scenes(IntegratorKind kind) {
     return why_unfit_integrator(kind).empty();
 }
 
-/// One step of v' = -c v by the method's own formula, c h = s: what is left of the velocity.
+/// The share of the velocity that remains after one step of v' = -c v by the method's own formula,
+/// c h = s.
 double left_of_speed(IntegratorKind kind, double s) {
     switch (kind) {
         case IntegratorKind::kExplicitEuler:
@@ -118,8 +119,8 @@ TEST(SceneIntegrator, RefusesVerletWithTheReason) {
     EXPECT_DEATH(Scene{flown_by(IntegratorKind::kVerlet)}, "integrator");
 }
 
-/// Particles that fall on the ground bounce, slide and come to rest whatever moves them; bodies in
-/// contact are the solver's.
+/// Particles that fall on the ground bounce, slide and come to rest with any method; bodies in
+/// contact belong to the solver.
 TEST(SceneIntegrator, LetsWhatFallsComeToRest) {
     for (const IntegratorKind kind : kIntegratorKinds) {
         if (!in_scenes(kind)) {
@@ -152,8 +153,8 @@ TEST(SceneIntegrator, LetsWhatFallsComeToRest) {
     }
 }
 
-/// A bounce turns the speed at the surface round; half a step of gravity, 0.08 m/s, is what methods
-/// of order one are unsure of there.
+/// A bounce turns the speed at the surface round. Half a step of gravity, 0.08 m/s, is the
+/// uncertainty of methods of order one there.
 TEST(SceneIntegrator, BouncesParticlesToTheSameHeight) {
     for (const IntegratorKind kind : kIntegratorKinds) {
         if (!in_scenes(kind)) {

@@ -1,4 +1,4 @@
-// Integrators: what steps they bear, and what is refused.
+// Integrators: the steps at which they are stable, and refused settings.
 #include "server/physics/integrator/stability.h"
 #include "tests/unit/physics/integrator_test.h"
 
@@ -34,8 +34,9 @@ double farthest(IntegratorKind kind, double omega, double damping_ratio, double 
     });
 }
 
-/// Just below the limit nothing grows in 200,000 steps (what one step can add before it decays is
-/// bounded: an eigenvector's share, below a hundred here); just beyond everything explodes.
+/// Just below the limit nothing grows in 200,000 steps. The growth of one step before it decays is
+/// bounded: an eigenvector's share, below a hundred here. Just beyond the limit everything
+/// explodes.
 TEST(StabilityLimit, IsWhereMethodsBlowUp) {
     constexpr double kOmega = 30.0;
     for (const IntegratorKind kind : kExplicit) {

@@ -1,4 +1,4 @@
-// What tests of integrators share: runs over a time, and what theory says of each method.
+// Integrator test: fixtures for tests of integrators, with runs over a time and theory's values.
 #pragma once
 
 #include "server/physics/integrator/integrator.h"

@@ -64,12 +64,12 @@ TEST(Pendulum, DoubleOneKeepsItsEnergyWhileItTumbles) {
     s.join(joint_of(JointKind::kBall, BodyId(), upper, Vec3::Zero()));
     const JointId elbow = s.join(joint_of(JointKind::kBall, upper, lower, Vec3(1, 0, 0)));
     const double before = s.sums().energy;
-    // What the swing turns over: both middles fall by their distance from the hinge.
+    // The drop over the swing: both middles fall by their distance from the hinge.
     const double scale = 9.81 * (0.5 + 1.5);
     for (int i = 0; i < 1200; ++i) {
         s.scene.step(kFrame);
-        // The step is of second order where forces are smooth; a whip of the lower rod turns at
-        // up to 15 rad/s, (w h)^2 = 0.004 at the 240 Hz that it has at least.
+        // The step is of second order where forces are smooth. A whip of the lower rod turns at up
+        // to 15 rad/s: (w h)^2 = 0.004 at its 240 Hz or more.
         ASSERT_NEAR(s.sums().energy, before, 0.05 * scale) << i;
         ASSERT_LT(s.scene.joint_position(elbow), 1e-3F) << i;
     }
@@ -143,9 +143,9 @@ TEST(Spring, StaysStableWhereItIsFarStifferThanTheStep) {
         const double before = s.sums().kinetic;
         for (int i = 0; i < 300; ++i) {
             s.scene.step(kFrame);
-            // Energy is kept but for rounding: a length of 1 m is known to 6e-8 m, the swing's
-            // amplitude is v / w = 3e-4 m at 1000 Hz, so that each of 2e4 substeps rounds the
-            // energy by some 2e-4 at random sign: 3 %.
+            // Energy is kept but for rounding. A length of 1 m is known to 6e-8 m, and the swing's
+            // amplitude is v / w = 3e-4 m at 1000 Hz. So each of 2e4 substeps rounds the energy by
+            // some 2e-4 at random sign: 3 %.
             ASSERT_LT(s.sums().kinetic, before * 1.1) << i;
             ASSERT_NEAR(s.scene.joint_position(spring), 1.0F, 0.02F) << i;
         }

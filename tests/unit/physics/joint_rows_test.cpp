@@ -45,7 +45,7 @@ Moving any_motion(core::Rng& rng) {
     return m;
 }
 
-/// C of a row at some time. Motors have no C of their own: what they drive is the joint's position.
+/// C of a row at some time. Motors have no C of their own: they drive the joint's position.
 double error_at(const Joint& joint, const Moving& a, const Moving& b, std::size_t row, double t) {
     JointRows rows;
     const JointPose at_a = a.at(t);
@@ -57,9 +57,9 @@ double error_at(const Joint& joint, const Moving& a, const Moving& b, std::size_
     return static_cast<double>(rows.rows[row].error);
 }
 
-/// The five-point stencil: its truncation is t^4 / 30 of the fifth derivative. With spins of at
-/// most 1.7 rad/s in each body, arms of a few metres and anchors half a metre apart that derivative
-/// is below 1e4, the truncation below 1e-4 for t = 0.02 s. Rounding of C (a few metres, some ten
+/// The five-point stencil: its truncation is t^4 / 30 of the fifth derivative. Spins are at most
+/// 1.7 rad/s in each body, arms a few metres, and anchors half a metre apart. So that derivative is
+/// below 1e4, the truncation below 1e-4 for t = 0.02 s. Rounding of C (a few metres, some ten
 /// operations) adds 10 x 3 m x 6e-8 x 1.5 / 0.02 s = 1.4e-4.
 double numerical_rate(const Joint& joint, const Moving& a, const Moving& b, std::size_t row) {
     constexpr double t = 0.02;
@@ -85,7 +85,7 @@ JointDef any_joint(core::Rng& rng, JointKind kind, const Moving& a) {
     return def;
 }
 
-/// Moves and turns b away from where the joint wants it.
+/// Moves and turns b away from the joint's target.
 void violate(core::Rng& rng, double metres, double radians, Moving& b) {
     b.position += any_vector(rng, metres);
     const Vec3d turn = any_vector(rng, radians);
@@ -174,7 +174,7 @@ TEST(JointRows, LimitsTellHowFarTheJointIsFromEachEnd) {
     }
 }
 
-/// Bodies and one joint, solved once: what impulse stops a given motion?
+/// Bodies and one joint, solved once: which impulse stops a given motion?
 class OneJoint {
   public:
     std::uint32_t add(const Shape& shape, float mass, const Vec3& x, const Vec3& v, const Vec3& w) {
@@ -269,7 +269,7 @@ TEST(EffectiveMass, OfAMotorOnARodIsItsMomentAboutTheHinge) {
     def.motor_max = 1.0e6F;
     const auto impulse = one.impulses(def, kNoIndex, b);
     EXPECT_NEAR(impulse[5], 2.0F * 3.0F / 3.0F, 2e-5F);
-    // The hinge carries what turns the rod's middle: m r w.
+    // The hinge carries the force that turns the rod's middle: m r w.
     EXPECT_NEAR(impulse[1], 3.0F * 0.5F * 2.0F, 5e-5F);
 }
 

@@ -1,4 +1,4 @@
-// What tests of joints share: bodies, joints and sums over them, in few words.
+// JointScene: short helpers for tests of joints, with bodies, joints and sums over them.
 #pragma once
 
 #include "server/physics/shapes/compound/inertia.h"
@@ -10,7 +10,7 @@
 
 namespace zoned::physics {
 
-/// A scene whose bodies never sleep, and what was put into it.
+/// A scene whose bodies never sleep, and the bodies in it.
 class JointScene {
   public:
     explicit JointScene(const Vec3& gravity = Vec3::Zero(), bool sleeping = false)

@@ -1,4 +1,4 @@
-// What a Scene promises about joints: refusals, removal, breaking, sleep, filters, determinism.
+// The promises of a Scene about joints: refusals, removal, breaking, sleep, filters, determinism.
 #include "tests/unit/physics/joint_scene.h"
 
 #include "tests/unit/allocation_count.h"
@@ -281,7 +281,7 @@ TEST(KinematicAnchor, DragsItsChainWhetherItSleepsOrNot) {
             const Vec3 hangs = s.scene.state(link).position - s.scene.state(anchor).position;
             EXPECT_LT(hangs.norm(), 8.0F);
         }
-        // And where the anchor is put elsewhere at once, the chain follows without being lost.
+        // And where the anchor is moved elsewhere at once, the chain follows without being lost.
         s.scene.set_velocity(anchor, Vec3::Zero(), Vec3::Zero());
         s.run(60.0F);
         BodyState state = s.scene.state(anchor);
@@ -362,10 +362,10 @@ TEST(Step, WithJointsDoesNotAllocateAfterWarmUp) {
     run_joints(400, true);
 }
 
-/// A link of 1 kg, 0.5 m from its centre to a joint that carries F, swings about its centre with w
-/// = sqrt(F r / I) = sqrt(3 F / (m r)) for a thin rod: at F = m g of 10 kg 24 rad/s, of 10 t 767
-/// rad/s. With w h <= 0.75 the first needs fewer substeps than there are anyway, the other 17,
-/// so 32.
+/// A link of 1 kg, 0.5 m from its centre to a joint that carries F, swings about its centre. Its
+/// frequency is w = sqrt(F r / I) = sqrt(3 F / (m r)) for a thin rod: at F = m g of 10 kg 24 rad/s,
+/// of 10 t 767 rad/s. With w h <= 0.75 the first needs fewer substeps than the minimum, the other
+/// 17, so 32.
 TEST(SubstepPolicy, ResolvesTheSwingOfLinksThatHoldWhatIsHeavy) {
     for (const float end : {10.0F, 1.0e4F}) {
         JointScene s(kDown);

@@ -197,7 +197,7 @@ TEST(Sensor, AsAPartOfABodyFeelsWhatTheBodyComesNear) {
     BodyDef post;
     post.kind = BodyKind::kStatic;
     post.shape = Shape::sphere(0.5F);
-    post.position = Vec3(6, 1.8F, 0);  // in the feeler's way, not in the core's
+    post.position = Vec3(6, 1.8F, 0);  // meets the feeler, not the core
     ASSERT_TRUE(scene.add(post).ok());
     int entered = 0;
     int left = 0;

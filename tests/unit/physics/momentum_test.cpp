@@ -1,4 +1,4 @@
-// Conservation laws: what free bodies must keep whatever happens between them.
+// Conservation laws: the sums that free bodies must keep whatever happens between them.
 #include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound/inertia.h"
 #include "tests/unit/physics/physics_test.h"
@@ -74,9 +74,9 @@ Shape any_shape(core::Rng& rng) {
 }
 
 /// Random pairs meet; friction and restitution are drawn too. Each impulse and each substep rounds
-/// a handful of times with relative error eps/2 of terms bounded by `size`; over n roundings of
-/// random sign the sum grows as sqrt(n), for n = 60 steps x 4 substeps x about 10 operations that
-/// is 50 eps; 200 eps leaves room for what does not average out.
+/// a handful of times, with relative error eps/2 of terms bounded by `size`. Over n roundings of
+/// random sign the sum grows as sqrt(n). For n = 60 steps x 4 substeps x about 10 operations that
+/// is 50 eps; 200 eps leaves room for errors that do not average out.
 void collide_pairs(float friction, float restitution) {
     core::Rng rng(17, static_cast<std::uint64_t>(friction * 10 + restitution * 100));
     int met = 0;
@@ -185,7 +185,7 @@ TEST(FreeBody, FallsAlongTheExactParabola) {
     const double t = kSteps / 30.0;
     const Vec3d exact(3 * t, 50 + 5 * t - 0.5 * 9.81 * t * t, -2 * t);
     // The scheme has no error of the step's own here (semi-implicit Euler would be g t dt / 8 =
-    // 0.08 m off); 240 substeps round positions of 50 m (eps/2 each, at random sign) to about 5e-5.
+    // 0.08 m off). 240 substeps round positions of 50 m (eps/2 each, at random sign) to about 5e-5.
     EXPECT_LT((scene.state(id).position.cast<double>() - exact).norm(), 3e-4);
 }
 

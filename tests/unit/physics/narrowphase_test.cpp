@@ -74,8 +74,8 @@ float core_distance(const Thing& box, const Thing& capsule) {
 }
 
 TEST(Collide, ReportsTheGapThatTheSupportsHaveAlongItsNormal) {
-    // For any pair and any unit normal the gap along it is a fact about the two support functions;
-    // a round pair may report its exact distance, a box pair the best of 15 axes.
+    // For any pair and any unit normal the gap along it follows from the two support functions. A
+    // round pair may report its exact distance, a box pair the best of 15 axes.
     core::Rng rng(21);
     int overlapping = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -139,7 +139,7 @@ TEST(Collide, IsTheSameSeenFromTheOtherSide) {
         const Thing b = any_thing(rng);
         const Manifold ab = collide_things(a, b, 10.0F);
         const Manifold ba = collide_things(b, a, 10.0F);
-        ASSERT_NEAR(ab.separation, ba.separation, 3e-3F);  // ties between axes may go either way
+        ASSERT_NEAR(ab.separation, ba.separation, 3e-3F);  // ties of axes: either result
         if (a.shape.kind != b.shape.kind) {
             ASSERT_EQ(ab.normal, -ba.normal);
             ASSERT_EQ(ab.count, ba.count);

@@ -55,7 +55,7 @@ TEST(Outer, HasTheBoundsAndTheMassPropertiesOfTheCompound) {
     EXPECT_LT(outer->cut_off, 1.0e-5F);
 }
 
-/// Two balls and a bar: corners stand for what is round, and what they cut off is told.
+/// Two balls and a bar: corners stand for round parts, and the cut-off is reported.
 TEST(Outer, TellsWhatItCutsOffOfRoundParts) {
     const std::vector<CompoundPart> parts{part_at(Shape::sphere(0.25F), Vec3(-0.5F, 0, 0)),
                                           part_at(Shape::sphere(0.25F), Vec3(0.5F, 0, 0))};

@@ -37,8 +37,8 @@ TEST(Particle, FliesAlongTheParabola) {
     run_steps(scene, 120);
     const double t = 2.0;
     const Vec3d exact(1 + 3 * t, 2 + 20 * t - 0.5 * 9.81 * t * t, 3 - 2 * t);
-    // The scheme is exact; dt rounds (6e-8 of it), velocities up to 20 m/s and positions up to 22 m
-    // round in 120 steps by half an ulp each at random sign: below 120 x 1e-6.
+    // The scheme is exact, and dt rounds (6e-8 of it). Velocities up to 20 m/s and positions up to
+    // 22 m round in 120 steps by half an ulp each at random sign: below 120 x 1e-6.
     EXPECT_LT((scene.state(id).position.cast<double>() - exact).norm(), 1.5e-4);
 }
 

@@ -1,4 +1,4 @@
-// What tests of scenes share: lengths of steps, settings and constants.
+// Physics test: step lengths, settings and constants that tests of scenes share.
 #pragma once
 
 #include "server/physics/scene/scene.h"

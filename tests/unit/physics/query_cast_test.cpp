@@ -17,7 +17,7 @@
 namespace zoned::physics {
 namespace {
 
-/// Distances are exact to 1e-6 (1 + size of the shapes); some digits are lost on the way there.
+/// Distances are exact to 1e-6 (1 + size of the shapes); some digits are lost in the computation.
 constexpr float kExact = 1.0e-5F;
 
 BodyId add_shape(Scene& scene,
@@ -126,7 +126,7 @@ TEST(Cast, OfABallMeetsBallsAndCapsulesAsARayMeetsThickerOnes) {
         EXPECT_EQ(met, distance >= 0.0F);
         if (met) {
             ++hits;
-            // Where the way only grazes, a hair of distance to the side is much along the way.
+            // Where the cast only grazes, a hair of distance to the side is much along the cast.
             const float graze = std::abs(ray.normal.dot(direction.normalized()));
             // The ray is cast in floats, from 12 m away.
             EXPECT_NEAR(distance, ray.distance, 4 * kExact / std::max(graze, 0.01F));
@@ -177,7 +177,7 @@ TEST(Cast, OfABoxMeetsWithFaceEdgeOrCorner) {
                 kExact);
 }
 
-/// All pairs of convex kinds on random ways, judged by the tests of the narrowphase, which find
+/// All pairs of convex kinds on random casts, judged by the tests of the narrowphase. These find
 /// their answers by separating axes (true to 2 mm: they prefer faces to edges by so much).
 TEST(Cast, StopsWhereTheNarrowphaseSaysThatShapesTouch) {
     constexpr float kBias = 2.5e-3F;
@@ -266,7 +266,7 @@ TEST(Cast, IsHeldByWhatItTouchesOnlyWhereItMovesTowardsIt) {
                 EXPECT_NEAR(ground.cast(shape, at, Vec3(1, -0.1F, 0), q), 0.0F, kExact);
                 expect_near(ground.hit.normal, Vec3::UnitY(), 1e-3F);
             }
-            // Deep inside there is no way out that counts.
+            // Deep inside, no exit is counted.
             EXPECT_EQ(ground.cast(shape, Vec3(3, top + 0.3F, 4), Vec3::UnitX(), q), 0.0F);
             expect_near(ground.hit.normal, -Vec3::UnitX(), 1e-6F);
         }

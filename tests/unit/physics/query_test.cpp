@@ -1,4 +1,4 @@
-// Rays and sets of answers: what a Query promises beyond single shapes.
+// Rays and sets of answers: the promises of a Query beyond single shapes.
 #include "server/physics/query/query.h"
 
 #include "server/physics/scene/scene.h"
@@ -214,7 +214,7 @@ TEST(Query, HitsNothingWhenAskedNonsense) {
         EXPECT_FALSE(query.closest({bad, in_a_ball}, 10, kAll, hit));
     }
     EXPECT_FALSE(query.overlap_any({kBall, in_a_ball, Quat(0, 0, 0, 0)}, kAll));
-    // Without end is no nonsense.
+    // An infinite length is valid.
     EXPECT_TRUE(query.ray({Vec3::Zero(), Vec3::UnitX(), INFINITY}, kAll, hit));
     EXPECT_TRUE(query.cast({{kBall}, Vec3::UnitX(), INFINITY}, kAll, hit));
     EXPECT_TRUE(query.closest_to_point(Vec3::Zero(), INFINITY, kAll, hit));

@@ -77,8 +77,8 @@ float slide(float friction, float seconds) {
 
 TEST(Incline, LetsABoxSlideAsCoulombSays) {
     // (g sin a - mu g cos a) t^2 / 2 for mu = 0.5, a = 30 degrees, t = 3 s. The integrator is exact
-    // for it; what is left is the first step's settling onto the spring of the contact, of the
-    // order of one substep's travel v h = 1.3 m/s / 120.
+    // for it. The remaining error is the first step's settling onto the spring of the contact, of
+    // the order of one substep's travel v h = 1.3 m/s / 120.
     const float exact = (9.81F * 0.5F - 0.5F * 9.81F * 0.8660254F) * 9.0F / 2.0F;
     EXPECT_NEAR(slide(0.5F, 3.0F), exact, 0.01F);
 }
@@ -185,8 +185,8 @@ float apex_after(float restitution, float dt, int bounces, float height) {
 }
 
 TEST(Bounce, LosesEnergyAsRestitutionSaysWhateverTheTimeStep) {
-    // Height goes with e^2 per bounce. What the step adds: the speed of impact is taken from the
-    // energy at the start of the substep, and the ball leaves from where it was stopped, which is
+    // Height goes with e^2 per bounce. The step adds an error: the speed of impact is taken from
+    // the energy at the start of the substep. The ball leaves from where it was stopped, which is
     // within the contact spring's sag.
     for (const float dt : {1.0F / 30.0F, 1.0F / 60.0F, 1.0F / 240.0F}) {
         EXPECT_NEAR(apex_after(1.0F, dt, 1, 10.0F), 10.0F, 0.01F) << dt;

@@ -1,4 +1,4 @@
-// What a Scene promises its callers: ids, refusals, sleep, events, queries, determinism.
+// The promises of a Scene to its callers: ids, refusals, sleep, events, queries, determinism.
 #include "server/physics/scene/scene.h"
 
 #include "tests/unit/allocation_count.h"
@@ -214,7 +214,7 @@ TEST(Kinematic, PushesAndWakesWhatItRunsInto) {
         scene.set_velocity(walker, Vec3(3, 0, 0), Vec3::Zero());
         scene.step(kTick);
     }
-    // The walker does what it is told, and the box is where its front is or beyond.
+    // The walker follows its input, and the box is at its front or beyond.
     EXPECT_NEAR(scene.state(walker).position.x(), 3.0F, 1e-4F);
     EXPECT_GT(scene.state(box).position.x(), 3.0F + 0.4F + 0.5F - 0.02F);
 }

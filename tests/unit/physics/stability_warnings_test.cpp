@@ -1,5 +1,5 @@
-// StabilityWarnings: what does not fit the time step is found when it is added, and counted when it
-// happens.
+// StabilityWarnings: bodies that do not fit the time step are found when they are added, and
+// counted when the fault occurs.
 #include "server/physics/scene/stability_warnings.h"
 
 #include "tests/unit/physics/physics_test.h"

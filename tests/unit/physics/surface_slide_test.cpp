@@ -70,8 +70,8 @@ void slides_on(const Shape& floor, float tolerance) {
 }
 
 TEST(Slide, OverAFloorOfTrianglesIsNotDisturbed) {
-    // What is left is the settling onto the contact's spring and rounding: a thousandth of the
-    // speed. A bump at an inner edge stops a box or throws it up.
+    // The remaining change is the settling onto the contact's spring and rounding: a thousandth of
+    // the speed. A bump at an inner edge stops a box or throws it up.
     slides_on(mesh_shape(grid_mesh(40, 0.5F, flat)), 2e-3F);
 }
 
@@ -108,9 +108,9 @@ TEST(Roll, OverAMeshGoesAsOnAPlane) {
 }
 
 TEST(Slide, OverASmoothHillFollowsItWithoutLosingEnergy) {
-    // A cosine hill of facets. Without friction and bounce, what a body loses is what the facets'
-    // bends take: at each convex bend nothing, at each concave one of angle b the share b^2 of the
-    // energy. With 0.5 m cells and a curvature of at most 0.25 / m the bends are up to 0.125 rad.
+    // A cosine hill of facets. Without friction and bounce, a body loses energy only at the facets'
+    // bends: at each convex bend nothing, at each concave one of angle b the share b^2. With 0.5 m
+    // cells and a curvature of at most 0.25 / m the bends are up to 0.125 rad.
     const auto hill = [](float x, float) {
         return 1.0F * std::cos(0.5F * x);
     };
@@ -159,7 +159,7 @@ TEST(Stack, OfFiveStandsOnAMesh) {
         }
         for (int i = 0; i < 600; ++i) {
             const StepStats stats = scene.step(kFrame);
-            // Each box touches what is below with four points, however many triangles there are.
+            // Each box touches the ground with four points, however many triangles there are.
             ASSERT_LE(stats.contacts, 20U);
         }
         for (int i = 0; i < 5; ++i) {

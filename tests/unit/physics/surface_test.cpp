@@ -1,4 +1,4 @@
-// Meshes and heightfields: how they are built, and what touches them where.
+// Meshes and heightfields: how they are built, and the contacts that bodies have with them.
 #include "server/physics/narrowphase/collide_triangle.h"
 #include "server/physics/narrowphase/contact_set.h"
 #include "server/physics/query/shape_ray.h"
@@ -45,7 +45,7 @@ TEST(Mesh, CountsWhatIsOddAndRefusesWhatIsBroken) {
     in.add({0, 0, 0}, {0, 0, 1}, {1, 0, 0});
     in.add({0, 0, 0}, {1, 0, 0}, {2, 0, 0});   // no area
     in.add({0, 0, 0}, {1, 0, 0}, {1, 0, 0});   // two equal corners
-    in.add({0, 0, 0}, {0, 0, 1}, {-1, 0, 0});  // faces the other way at a shared edge
+    in.add({0, 0, 0}, {0, 0, 1}, {-1, 0, 0});  // faces the other side at a shared edge
     in.add({1, 0, 0}, {0, 0, 1}, {1, 1, 1});
     in.add({1, 0, 0}, {0, 0, 1}, {1, -1, 1});  // the third triangle at an edge
     const BuiltMesh built = *build_mesh(in.vertices, in.indices);

@@ -1,4 +1,4 @@
-// Meshes and heightfields for the tests of the physics.
+// Surfaces: meshes and heightfields for the tests of the physics.
 #pragma once
 
 #include "server/physics/scene/scene.h"
@@ -27,8 +27,8 @@ struct MeshInput {
     }
 };
 
-/// cells x cells squares around the origin, each split in two triangles in a chequered way; every
-/// triangle brings vertices of its own.
+/// cells x cells squares around the origin, each split into two triangles in a chequered pattern.
+/// Every triangle has vertices of its own.
 inline MeshInput grid_mesh(int cells,
                            float cell,
                            const std::function<float(float x, float z)>& height) {

@@ -1,4 +1,4 @@
-// Inertia tensors given by the caller: what is refused, and how bodies turn that are not aligned.
+// Inertia tensors given by the caller: refused ones, and how unaligned bodies turn.
 #include "server/physics/scene/scene.h"
 #include "server/physics/shapes/compound/body_checks.h"
 #include "server/physics/shapes/compound/inertia.h"
@@ -47,8 +47,8 @@ TEST(InertiaTensor, IsRefusedWithItsValuesWhenNoBodyCanHaveIt) {
     EXPECT_EQ(why_unfit(with(turned_tensor(tilt, Vec3(1, 2, 3)))), "");
 }
 
-/// Three-point Gauss quadrature per axis over a box is exact for polynomials of degree five, and
-/// the integrands of second moments have degree two: what is left is the rounding of floats.
+/// Three-point Gauss quadrature per axis over a box is exact for polynomials of degree five. The
+/// integrands of second moments have degree two, so only the rounding of floats remains.
 TEST(InertiaTensor, OfABoxIsWhatGaussQuadratureGives) {
     constexpr std::array kNodes{-0.7745966692414834, 0.0, 0.7745966692414834};
     constexpr std::array kWeights{5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -124,8 +124,8 @@ TEST(InertiaTensor, ThatIsTiltedTurnsLikeTheSameBodyInPrincipalAxes) {
     const BodyState a = t.scene.state(t.tilted);
     const BodyState b = t.scene.state(t.principal);
     // Both round orientation and spin to floats in each of 600 steps, and the tilt twice more: at
-    // random sign sqrt(600) eps, while phase errors grow with the time that they act: some 600
-    // times that of one spin, 600 x 1/60 s x 4 rad/s x eps sqrt(600) = 1e-4.
+    // random sign sqrt(600) eps. Phase errors grow with their time of action, to some 600 times
+    // that of one spin: 600 x 1/60 s x 4 rad/s x eps sqrt(600) = 1e-4.
     EXPECT_GT(std::abs(a.orientation.dot(b.orientation * t.tilt.conjugate())), 1.0F - 1e-6F);
     EXPECT_LT((a.angular_velocity - b.angular_velocity).norm(), 2e-3F);
     const Vec3d after = t.momentum(t.tilted, t.tilt);

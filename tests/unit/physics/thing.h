@@ -1,4 +1,4 @@
-// A shape at a place, for tests that let two of them meet.
+// Thing: a shape at a place, for tests that let two of them meet.
 #pragma once
 
 #include "server/physics/narrowphase/narrowphase.h"

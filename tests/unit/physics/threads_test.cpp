@@ -77,7 +77,7 @@ class Crowd {
 
     Scene& scene() { return scene_; }
 
-    /// The state, and what was told of the step.
+    /// The state, and the events of the step.
     std::uint64_t step() {
         scene_.step(kFrame);
         core::StateHash hash;

@@ -20,8 +20,8 @@ Quat any_turn(core::Rng& rng) {
     return Quat(w, x, y, z).normalized();
 }
 
-/// Rods on their way to a wall, 0.1 m thick, whose front is at x = 0. A rod that meets it
-/// with an end gets 2.4 v / length of spin: at 500 m/s some 60 rad in a step.
+/// Rods that fly to a wall, 0.1 m thick, whose front is at x = 0. A rod that meets it with an end
+/// gets 2.4 v / length of spin: at 500 m/s some 60 rad in a step.
 struct Range {
     Scene scene;
     std::vector<BodyId> rods;
@@ -77,8 +77,8 @@ TEST(Passage, IsNotLookedForWhereBodiesAreSlow) {
     EXPECT_EQ(range.held_back, 0U);
 }
 
-/// Three turns in a step, so that each step sees the capsule in the same pose: its low end comes up
-/// at 430 m/s and more, and needs no contact to get out of the floor.
+/// The capsule makes three turns in a step, so that each step sees it in the same pose. Its low end
+/// comes up at 430 m/s and more, and needs no contact to get out of the floor.
 TEST(Passage, IsClosedToWhatSpinsInTimeWithTheSteps) {
     Scene scene{PhysicsSettings()};
     BodyDef ground;
@@ -101,10 +101,10 @@ TEST(Passage, IsClosedToWhatSpinsInTimeWithTheSteps) {
     EXPECT_GE(held_back, 1U);
 }
 
-/// An elastic hit, r = 0.05 m off the centre of a rod of 1 kg: with k^2 = (0.12^2 + 0.04^2) / 12
-/// the rod feels like 1 / (1 + r^2 / k^2) = 0.348 kg there, gets J = 2 m v / (1 + m / 0.348) = 651
-/// Ns and r J / I = 24,000 rad/s, more than bodies may have. It goes on with the most there is, is
-/// counted and not stopped.
+/// An elastic hit, r = 0.05 m off the centre of a rod of 1 kg, with k^2 = (0.12^2 + 0.04^2) / 12.
+/// There the rod acts as 1 / (1 + r^2 / k^2) = 0.348 kg. It gets J = 2 m v / (1 + m / 0.348) = 651
+/// Ns and r J / I = 24,000 rad/s, more than bodies may have. It goes on at the highest permitted
+/// spin, is counted and not stopped.
 TEST(Passage, LeavesWhatSpinsTooFastWithTheMostSpin) {
     Scene scene(weightless());
     BodyDef rod;

@@ -1,4 +1,4 @@
-// Recorder: every message survives the way through a file, and damage is told from a good end.
+// Recorder: every message survives a file, and a damaged file differs from a complete one.
 #include "server/recording/recorder.h"
 
 #include "server/recording/record_items.h"
@@ -279,7 +279,7 @@ TEST(Recorder, EndsWithoutEndMarkWhenItsWriterDied) {
 TEST(Recorder, SaysWhyItCannotWrite) {
     RecordingWriter writer;
     EXPECT_FALSE(writer.open("/nonexistent/folder/file", header()).ok());
-    // A device that is always full: the buffer delays the failure, close() must tell it.
+    // A device that is always full: the buffer delays the failure, so close() must report it.
     if (std::FILE* full = std::fopen("/dev/full", "wb")) {
         std::fclose(full);
         ASSERT_TRUE(writer.open("/dev/full", header()).ok());

@@ -1,4 +1,4 @@
-// Figures rather than claims alone: bytes per client and time per tick.
+// Measured figures: bytes per client and time per tick.
 #include "tests/unit/replication/test_world.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Who is coded for: the dense and the short of downlink, within what may be spent.
+// CodecPlan: clients with dense views and short downlink get coded records, within the work budget.
 #include "server/replication/codec_plan.h"
 
 #include "tests/unit/replication/session.h"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr mailbox::CodecPrice kPrice{1000, 2000};
 
-/// Told so many records in a packet each tick, of a downlink of `allowed` bytes a tick.
+/// Sent so many records in a packet each tick, of a downlink of `allowed` bytes a tick.
 CodecWish wish(std::uint32_t records, double allowed) {
     CodecWish w;
     for (int tick = 0; tick < 2000; ++tick) {
@@ -87,7 +87,7 @@ TEST(Replicator, ChangesCodecsAtAnyTimeAndConverges) {
         std::uint32_t most = 0, changes = 0, before = 0;
         for (int tick = 0; tick < 1200; ++tick) {
             if (tick % 97 == 0) {
-                // By turns for next to nothing and beyond all means.
+                // By turns, coding costs next to nothing and far more than the budget.
                 s.replicator.set_codec_price(tick % 2 == 0 ? mailbox::CodecPrice{1, 1}
                                                            : mailbox::CodecPrice{1000000, 1});
             }

@@ -1,4 +1,4 @@
-// LimitCheck: what breaks the promise is found, what keeps it is not reported.
+// LimitCheck: motion that breaks the promise is found, motion that keeps it is not reported.
 #include "server/replication/limit_check.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(LimitCheck, LetsAnAccelerationAtTheLimitPassForEver) {
         EXPECT_FALSE(mover.step(Vec3(sign * 20.0F * kDt, 0.0F, 0.0F))) << tick;
         if (tick % 30 == 29) {
             mover.velocity.setZero();
-            mover.now += 5;  // a gap: what happened meanwhile is nobody's
+            mover.now += 5;  // a gap: motion meanwhile belongs to no one
         }
     }
 }

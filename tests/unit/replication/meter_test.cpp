@@ -94,8 +94,8 @@ TEST(BandwidthMeter, CallsWhatCameOfNoBreachAHeartbeat) {
         }
         return s.replicator.traffic()->bits(wire::TrafficReason::kHeartbeat);
     };
-    // Bounds so wide that only the velocity can leave them: what else is published is a heartbeat,
-    // of which there is none before it is due.
+    // Bounds so wide that only the velocity can leave them. All other publications are heartbeats,
+    // and none comes before it is due.
     EXPECT_GT(bits(10, 230), 3 * bits(60, 230));
     EXPECT_GT(bits(60, 230), 0U);
     EXPECT_EQ(bits(240, 230), 0U);

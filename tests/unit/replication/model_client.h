@@ -1,5 +1,4 @@
-// ModelClient: the least that a client must do to follow state packets; the tests' measure of the
-// replicator.
+// ModelClient: the simplest correct client of state packets, the reference for the replicator.
 #pragma once
 
 #include "server/world/entity_type.h"
@@ -33,8 +32,8 @@ class ModelClient {
           tick_s_(tick_s),
           coded_(wire::record::RecordFormat(quantization, tick_s)) {}
 
-    /// One datagram as it arrives; duplicates, what is older than the window and what can't be
-    /// decoded are dropped and not acknowledged.
+    /// One datagram as it arrives. Duplicates, packets older than the window and packets that can't
+    /// be decoded are dropped and not acknowledged.
     void receive(std::uint64_t sequence, std::span<const std::uint8_t> body);
 
     [[nodiscard]] motion::KinematicState predict(const Known& known, Tick now) const;

@@ -41,8 +41,9 @@ TEST(MotionEstimate, FindsTheTurnOfACircleAboutACentreThatDrifts) {
         const MotionEstimate e = observed([&](float t) { return on_circle(w, t); }, 20);
         ASSERT_TRUE(e.turns()) << w;
         const motion::KinematicState now = on_circle(w, 20.0F * kTick);
-        // Velocities of some 10 to 35 m/s round to 2e-6 m/s; over a window of 0.13 s that is 2e-5
-        // m/s2 of w^2 4 m, and the same share of an angle; positions of the turn a little more.
+        // Velocities of some 10 to 35 m/s round to 2e-6 m/s. Over a window of 0.13 s that is 2e-5
+        // m/s2 of w^2 4 m, and the same share of an angle. Positions of the turn round a little
+        // more.
         const float share = 1e-4F + 1e-3F / (w * w);
         EXPECT_LT((e.turn() - Vec3(0.0F, w, 0.0F)).norm(), share * std::abs(w)) << w;
         EXPECT_LT((e.acceleration() - now.acceleration).norm(), share * now.acceleration.norm());
@@ -124,7 +125,7 @@ TEST(MotionEstimate, APushIsNotTakenForAWayOfIntegrating) {
     MotionEstimate e;
     motion::KinematicState s;
     e.observe(1, 0, s, {});
-    s.position = Vec3(0.1F, 0.0F, 0.0F);  // 3 m/s that no velocity tells of
+    s.position = Vec3(0.1F, 0.0F, 0.0F);  // 3 m/s that no velocity shows
     s.velocity = Vec3(0.0F, 0.1F, 0.0F);
     e.observe(2, 0, s, {});
     EXPECT_EQ(e.centring(), Vec3(Vec3::Zero()));

@@ -1,5 +1,5 @@
-// What waits under pressure is notified: the bounds that a client was notified of last, or is
-// notified of by its next packet, hold in every tick for all that it knows.
+// Clients are notified of entities that wait under pressure. The bounds that a client last
+// received, or receives with its next packet, hold in every tick for all that it knows.
 #include "tests/unit/replication/session.h"
 #include "shared/motion/dead_reckoning.h"
 
@@ -8,7 +8,7 @@
 namespace zoned::replication {
 namespace {
 
-/// On a path without delay and loss, so that nothing but the budget makes news late.
+/// On a path without delay and loss, so that only the budget makes updates late.
 class Judge {
   public:
     struct Verdict {
@@ -16,7 +16,7 @@ class Judge {
         std::uint64_t widened = 0;    ///< of these: under bounds notified to be wider
         std::uint64_t unbounded = 0;  ///< notified that there is no bound
         std::uint64_t broken = 0;
-        double worst = 0.0;  ///< error over what was allowed
+        double worst = 0.0;  ///< error as a share of the allowed error
         std::uint64_t waited_after_switch = 0;
     };
 
@@ -73,7 +73,7 @@ class Judge {
         const wire::Quantization q = wire::at_lod(s.settings.quantization, known.lod);
         const LodBound& bound = s.settings.lods[v.lod];
         const bool upright = s.types[known.type].upright();
-        // What single precision makes of places 40 m off, and of angles, comes to the quanta.
+        // Single-precision errors of places 40 m off, and of angles, are added to the quanta.
         const float off_m =
             (shown.position - truth.position).norm() - q.position_quantum_m() - 1e-4F;
         const float off_rad = motion::angle_between(shown.orientation, truth.orientation) -
@@ -129,13 +129,13 @@ TEST(NotifiedBounds, WhatWaitsUnderPressureHoldsTheWiderBoundsThatAreNotified) {
         EXPECT_GT(judge.verdict.compared, 100'000U);
         EXPECT_GT(judge.verdict.widened, judge.verdict.compared / 10);
         EXPECT_LT(judge.verdict.unbounded, judge.verdict.compared / 2);
-        EXPECT_GT(judge.verdict.waited_after_switch, 100U);  // else the test says nothing of it
+        EXPECT_GT(judge.verdict.waited_after_switch, 100U);  // else the test does not cover it
         EXPECT_EQ(judge.verdict.broken, 0U);
     }
 }
 
-/// Who comes from another zone knows things from there; the new zone does not know how. Much of the
-/// time there is room for all, and only what is notified anew has to wait.
+/// A client that comes from another zone knows entities from there, and the new zone does not know
+/// how. Much of the time there is room for all, and only new notifications have to wait.
 TEST(NotifiedBounds, AlsoToWhoComesFromAnotherZone) {
     for (const std::uint32_t bytes_per_s : {2500U, 6000U}) {
         Session s(4, narrow_settings(bytes_per_s), {}, 80, 20, kClients, 40.0F);

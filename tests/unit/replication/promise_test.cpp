@@ -8,8 +8,8 @@
 namespace zoned::replication {
 namespace {
 
-/// The largest error of a prediction relative to what is promised, over all clients at this tick.
-/// `old_ticks` is how old news can be (D), 0 for none.
+/// The largest error of a prediction relative to the promise, over all clients at this tick.
+/// `old_ticks` is the greatest age of updates (D), 0 for none.
 struct Excess {
     float position_m = -1e9F;
     float angle_rad = -1e9F;
@@ -31,7 +31,8 @@ Excess excess_over_promise(const Session& s, int old_ticks) {
             const world::EntityType& type = s.types[s.world.entities.type[row]];
             const motion::KinematicState predicted = model.predict(it->second, s.world.now);
             const motion::KinematicState truth = s.world.entities.kinematic(row);
-            // What a client still follows at the coarser level is promised no more than that.
+            // An entity that a client still follows at the coarser level is promised no more than
+            // that.
             const std::uint8_t lod = std::max(v.lod, it->second.lod);
             const wire::Quantization q = wire::at_lod(s.settings.quantization, it->second.lod);
             float allowed = s.settings.lods[lod].position_m + q.position_quantum_m() +
@@ -82,7 +83,7 @@ TEST(Replicator, KeepsThePromisedBoundUnderDelay) {
     s.radius = 90.0F;
     for (int tick = 0; tick < 900; ++tick) {
         s.step();
-        // The first news takes the delay; nobody enters or leaves a radius of 90 m here.
+        // The first update takes the delay; no entity enters or leaves a radius of 90 m here.
         if (tick > net.delay_ticks + 1) {
             const Excess excess = excess_over_promise(s, net.delay_ticks + 1);
             ASSERT_LE(excess.position_m, 0.0F) << "tick " << tick;
@@ -100,12 +101,12 @@ void keep_the_bound_under_loss(Codec codec) {
     settings.codec = codec;
     Session s(9, settings, net, 20, 20, 4, 25.0F);
     s.radius = 90.0F;
-    // One-way delay + a tick, and one resend: a round trip (2 + 2 ticks and one until the ack
-    // leaves) + a tick.
+    // One direction's delay + a tick, and one resend: a round trip (2 + 2 ticks and one until the
+    // ack leaves) + a tick.
     const int old_ticks = 3 + 6;
     for (int tick = 0; tick < 1500; ++tick) {
         s.step();
-        // The estimate of the loss has to warm up before news is repeated enough.
+        // The estimate of the loss has to warm up before updates are repeated enough.
         if (tick > 200) {
             const Excess excess = excess_over_promise(s, old_ticks);
             ASSERT_LE(excess.position_m, 0.0F) << "tick " << tick;

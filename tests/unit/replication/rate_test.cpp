@@ -3,7 +3,7 @@
 namespace zoned::replication {
 namespace {
 
-/// Bytes of a tick with everything that travels along.
+/// Bytes of a tick with all overhead.
 double wire_bytes(const std::vector<mailbox::StatePacket>& packets) {
     double bytes = 0.0;
     for (const mailbox::StatePacket& p : packets) {
@@ -32,7 +32,7 @@ TEST(PathRate, IsKeptToByThePackerTickByTick) {
     }
     const double second = sent * 30.0 / 500.0;
     EXPECT_LT(second, 1.01 * rate);
-    // There is always something to say here: what is left is at most a record per tick.
+    // There is always something to send here: at most a record per tick remains.
     EXPECT_GT(second, 0.9 * rate);
     // A tick and a half's worth at once, but at least a packet of which headers are a fifth or
     // less: more would wait in the path's queue.

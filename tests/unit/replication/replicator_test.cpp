@@ -64,7 +64,7 @@ TEST_P(ReplicatorInWeather, ConvergesExactlyOnceTheWorldRests) {
         for (const Remote& remote : s.remotes) {
             EXPECT_EQ(remote.model.coded_packets > 50, settings.codec == Codec::kPerClient);
         }
-        // Nothing is owed any more: only signs of life go out.
+        // Nothing is pending any more: only signs of life go out.
         std::uint32_t records = 0, packets = 0;
         for (int tick = 0; tick < 60; ++tick) {
             s.step();
@@ -244,7 +244,7 @@ TEST(Replicator, AfterAnOutageOnlyWhatChangedIsSent) {
         s.step();
     }
     s.expect_converged();
-    // Cut for five seconds, in both directions; three bodies are elsewhere meanwhile.
+    // Cut for five seconds, in both directions; three bodies move meanwhile.
     NetSettings cut;
     cut.loss = 1.0F;
     const NetSettings good = s.remotes[0].down.settings_;
@@ -264,7 +264,7 @@ TEST(Replicator, AfterAnOutageOnlyWhatChangedIsSent) {
             lost_packets += s.report.packets;
         }
     }
-    // When it is known that nobody hears, nothing but signs of life is sent.
+    // When the server knows that no client hears, it sends nothing but signs of life.
     EXPECT_EQ(lost_records, 0U);
     EXPECT_GT(lost_packets, 0U);
     EXPECT_LT(lost_packets, 10U);
@@ -292,7 +292,7 @@ TEST(Replicator, EncodesOncePerPublicationWhateverTheNumberOfSubscribers) {
         }
         return sum;
     };
-    // With one client the avatar of that client is published to nobody: 29 streams instead of 30.
+    // With one client the avatar of that client is published to no one: 29 streams instead of 30.
     const std::uint32_t two = publications(2);
     EXPECT_EQ(two, publications(20));
     EXPECT_GT(two, publications(1));
@@ -391,7 +391,7 @@ TEST(Replicator, RepeatsUpdatesOnlyWhereTheNetworkLoses) {
         Session s(18, test_settings(), net, 20, 0, 2, 20.0F);
         std::uint32_t resent = 0, sent = 0;
         // A new client's network counts as lossy (2 %) until about 192 packets, each of weight
-        // 1/64, have brought the estimate below what is negligible: e^(-192/64) = 1/20.
+        // 1/64, have brought the estimate below the negligible: e^(-192/64) = 1/20.
         for (int tick = 0; tick < 600; ++tick) {
             s.step();
         }

@@ -68,7 +68,8 @@ class Session {
         }
     }
 
-    /// Every client holds exactly what it sees, exactly as quantised, and could decode everything.
+    /// Every client holds exactly the entities that it sees, exactly as quantised, and could decode
+    /// everything.
     void expect_converged() {
         for (std::size_t i = 0; i < remotes.size(); ++i) {
             const ModelClient& model = remotes[i].model;

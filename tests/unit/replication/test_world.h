@@ -1,5 +1,6 @@
-// TestWorld: walkers and tumbling bodies with exactly bounded accelerations, viewers with a radius,
-// and a network that loses, delays, doubles and reorders; all in virtual ticks.
+// TestWorld: moving entities, viewers with a radius and a bad network, in virtual ticks. Walkers
+// and tumbling bodies have exactly bounded accelerations. The network loses, delays, doubles and
+// reorders.
 #pragma once
 
 #include "server/replication/replicator.h"

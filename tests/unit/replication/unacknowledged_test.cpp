@@ -1,4 +1,4 @@
-// What is sent again, and when; and what the server says it did to tell of an entity.
+// Resent records, and their times; and the server's report of its attempts to send an entity.
 #include "tests/unit/replication/session.h"
 
 #include <gtest/gtest.h>
@@ -76,8 +76,8 @@ TEST_F(Unacknowledged, ACopyThatIsKnownToBeLostIsMadeUpForAtOnce) {
     for (const bool visible : {true, false}) {
         const auto sent = copies(visible);
         ASSERT_GE(sent.size(), 2U) << "the network may be a poor one";
-        // Three packets after the first copy one has come: that copy is lost, of the last nobody
-        // can say.
+        // Three packets after the first copy one has come: that copy is lost, the state of the last
+        // is unknown.
         acknowledge(std::max(sent.front().sequence + 3, sent.back().sequence + 1), 0);
         step(visible);
         EXPECT_GT(updates().carried.size(), sent.size());

@@ -89,7 +89,7 @@ TEST_F(Chatting, AllowsFiveLinesAtOnceAndThenTwoASecond) {
         say("world", "again");
         zone.tick();
     }
-    // DueAgent after 15, 30, ..., 2985 ticks.
+    // Due after 15, 30, ..., 2985 ticks.
     EXPECT_EQ(lines(), 6u + 199u);
 }
 

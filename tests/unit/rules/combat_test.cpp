@@ -35,7 +35,7 @@ struct Duel : ::testing::Test {
         return newest;
     }
 
-    /// The client's word on the newest ledger: that it holds so many deaths, and all else alike.
+    /// The client's claim on the newest ledger: so many deaths, and all else alike.
     void agree(std::uint32_t client, EntityId avatar, std::uint32_t more_deaths = 0) {
         const sandbox::Ledger held = ledger(client);
         core::StateHash digest;
@@ -346,7 +346,7 @@ TEST(Outcomes, AreToldOfFightsBetweenPlayersAndNpcsAlone) {
     };
     shoot();
     EXPECT_EQ(zone.outcomes, (std::vector<bool>{true})) << "a player has beaten a guard";
-    // Players among themselves tell nothing of difficulty.
+    // Players among themselves report nothing to difficulty.
     const EntityId other = zone.join(2, Vec3(5.0F, 0.0F, 0.0F));
     shoot();
     zone.tick_seconds(1.0F);

@@ -38,7 +38,7 @@ inline world::TypeTable test_types() {
     return types;
 }
 
-/// Whom an event went to.
+/// The recipients of an event.
 enum class Channel {
     kClient,
     kTopic,
@@ -77,7 +77,7 @@ class FakeZone final : public zone::RulesContext {
           origin_(zone_origin),
           next_id_(zone_number) {}
 
-    // ---- what tests do ----
+    // ---- for tests ----
 
     /// One tick of the rules; messages are delivered by deliver().
     void tick(int count = 1) {
@@ -348,7 +348,7 @@ class FakeZone final : public zone::RulesContext {
     void kick(ClientId /*client*/, std::string_view /*reason*/) override {}
 
   private:
-    /// Rules may change only what this zone owns.
+    /// Rules may change only entities that this zone owns.
     [[nodiscard]] world::Row owned(EntityId entity) const {
         const world::Row row = entities_.find(entity);
         EXPECT_NE(row, world::kNoRow);
@@ -370,10 +370,10 @@ class FakeZone final : public zone::RulesContext {
     std::vector<Sent> sent;
     std::vector<Mail> outbox;
     std::vector<Emitted> emitted;
-    std::uint32_t hail_near = 0;  ///< particles of "hail" wherever one asks
+    std::uint32_t hail_near = 0;  ///< particles of "hail" near any point that is queried
     std::vector<std::string> topics;
     std::vector<ClientId> resets;
-    std::vector<bool> outcomes;  ///< told to difficulty: whether a player succeeded
+    std::vector<bool> outcomes;  ///< reported to difficulty: whether a player succeeded
     float wall_x = 1e6F;
 
   private:

@@ -119,7 +119,7 @@ TEST(Hostile, MessagesOfOtherZonesThatAreBrokenAreCounted) {
         }
     }
     EXPECT_GT(zone.game.stats().bad_messages, 1000u);
-    // Damage to a prop, a grant to somebody unknown: understood, but not meant.
+    // Damage to a prop, a grant to an unknown player: readable, but not valid.
     const std::uint64_t missed = zone.game.stats().missed_messages;
     zone.game.on_message(zone, EntityId(9999), encode(Hurt{player, 5}));
     zone.game.on_message(zone, EntityId(9999), encode(PickDone{1}));

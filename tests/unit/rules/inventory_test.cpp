@@ -238,7 +238,7 @@ struct AcrossTheBorder : ::testing::Test {
 
     void reach() { a.command(1, picker, sandbox::COMMAND_PICK_UP, pick(ball)); }
 
-    /// Carries the messages that are under way to `zone`, one step.
+    /// Carries the messages on their path to `zone`, one step.
     static void carry(FakeZone& from, FakeZone& to) {
         for (const Mail& m : std::exchange(from.outbox, {})) {
             to.game.on_message(to, m.target, m.payload);
@@ -263,7 +263,7 @@ TEST_F(AcrossTheBorder, TheFirstOfTwoPickersGetsIt) {
     deliver(a, b);
     EXPECT_EQ(b.inventory(), std::vector<std::uint32_t>{ball.value});
     EXPECT_TRUE(a.inventory().empty());
-    // The item is gone and nobody owns it: the request is lost, as the interface says.
+    // The item is gone and has no owner: the request is lost, as the interface says.
     EXPECT_EQ(a.game.stats().pick_ups + b.game.stats().pick_ups, 1u);
 }
 
@@ -283,7 +283,7 @@ TEST_F(AcrossTheBorder, TheItemComesBackWhenThePickerIsGone) {
     EXPECT_TRUE(b.hidden(ball));
     EXPECT_TRUE(b.game.busy());
     a.game.on_leave(a, ClientId(1), picker);
-    b.outbox.clear();  // nobody owns the picker: lost
+    b.outbox.clear();  // the picker has no owner: lost
     b.tick_seconds(1.1F);
     EXPECT_FALSE(b.hidden(ball));
     EXPECT_EQ(b.game.stats().pick_ups_returned, 1u);

@@ -47,7 +47,7 @@ TEST(Debris, FliesWherePropsMeetHardAndInTheOwnersZoneAlone) {
     east.game.on_contact(east, contact);
     ASSERT_EQ(east.emitted.size(), 1u);
     EXPECT_GT(east.emitted[0].velocity.y(), 0.0F);
-    // The same the other way round: the normal leads from a to b, into the ground.
+    // The same in the other order: the normal leads from a to b, into the ground.
     std::swap(contact.a, contact.b);
     contact.normal = -Vec3::UnitY();
     east.game.on_contact(east, contact);

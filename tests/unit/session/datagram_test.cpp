@@ -48,7 +48,7 @@ TEST_F(Datagrams, AreRefusedWhenReplayed) {
     deliver(first);
     deliver(first, 2);
     EXPECT_EQ(host.rejected("replayed"), 2U);
-    // The window is 1,024 wide: what is older is refused although it was never seen.
+    // The window is 1,024 wide: an older datagram is refused although it was never seen.
     deliver(client.make_datagram(2000, {}));
     deliver(client.make_datagram(2000 - 1023, {}));
     EXPECT_EQ(host.rejected("replayed"), 2U);
@@ -68,7 +68,7 @@ TEST_F(Datagrams, AreRefusedWhenAnyBitWasChanged) {
     EXPECT_EQ(host.rejected("connection_unknown"), 32U);
     // One of the 16 bits of the sequence makes it 0, which is never valid.
     EXPECT_EQ(host.rejected("replayed") + host.rejected("not_authentic"), good.size() * 8 - 32);
-    // Nobody was answered, and the good one still counts as fresh.
+    // No sender was answered, and the good one still counts as fresh.
     EXPECT_TRUE(host.datagrams.empty());
     deliver(good);
     EXPECT_EQ(input_ticks().size(), 2U);
@@ -209,7 +209,7 @@ TEST_F(Datagrams, BringAcksWithARoundTripThatLeavesOutTheClientsDelay) {
     EXPECT_NEAR(host.host.rtt_percentiles().p50_ms, 60.0, 0.001);
     EXPECT_EQ(host.host.rtt_percentiles().sessions, 1U);
     EXPECT_EQ(host.rejected("ack_ahead"), 0U);
-    // Said again, it is no news; said of a packet that was never sent, it is refused.
+    // A repeated acknowledgement has no effect; one of a packet that was never sent is refused.
     client.send_datagram({}, 1, transport);
     EXPECT_TRUE(host.take<mailbox::Acks>().empty());
     transport.ack_low = 3;

@@ -1,4 +1,4 @@
-// A host on virtual time with everything it says collected, and a small client that speaks to it.
+// FakeClient: a small client, with a host on virtual time whose whole output is collected.
 #pragma once
 
 #include "server/session/host/session_host.h"
@@ -167,7 +167,7 @@ inline std::vector<motion::InputCommand> commands_at(Tick first, int count) {
     return out;
 }
 
-/// One client. Does only what it is told; keeps the sequence and keys of its datagrams.
+/// One client. It acts only when a test asks; it keeps the sequence and keys of its datagrams.
 class FakeClient {
   public:
     explicit FakeClient(TestHost& host) : host_(&host) {}

@@ -10,8 +10,8 @@
 namespace zoned::session {
 namespace {
 
-/// A client that keeps its side of the contract, over a network that loses what is under way when a
-/// connection breaks.
+/// A client that keeps its side of the contract, over a network that loses all packets in flight
+/// when a connection breaks.
 struct ModelClient {
     explicit ModelClient(TestHost& host) : link(host) {}
 

@@ -23,7 +23,7 @@ class Path {
   public:
     explicit Path(const RateSettings& settings) : control(settings) {}
 
-    /// Runs until `until_s`; waits and carried bytes are of what was sent from `measure_from_s` on.
+    /// Runs until `until_s`; waits and carried bytes count packets sent from `measure_from_s` on.
     void run(double until_s, double measure_from_s) {
         waits.clear();
         carried = 0.0;
@@ -101,7 +101,7 @@ class Path {
         under_way_.push_back({sequence, at, free_s_ + std::max(0.0, delay_s + shift)});
     }
 
-    /// What the client received by now, told at its ticks and under way for the delay.
+    /// The client's reports of received packets, sent at its ticks and delayed on their path.
     void answer() {
         std::sort(under_way_.begin(), under_way_.end(), [](const auto& a, const auto& b) {
             return a.arrival_s < b.arrival_s;
@@ -187,10 +187,10 @@ TEST(RateControl, KeepsTheCeilingWhereNothingIsInTheWay) {
 }
 
 /// A path that carries everything. Each feedback is a false alarm by jitter with a chance of 1e-4
-/// (rate_control.cpp), which makes 0.4 of them in the 3900 feedbacks of a run, and hardly more than
-/// two. One cut takes at most half of the rate at once; where that leaves less than half of what is
-/// asked for, growth by 10 % a second makes up for it in ln 2 / ln 1.1 = 7.3 s. So after one such
-/// cut fewer than 15 half seconds are starved.
+/// (rate_control.cpp). The 3900 feedbacks of a run hold 0.4 of them, and hardly more than two. One
+/// cut takes at most half of the rate at once. Where that leaves less than half of the requested
+/// rate, growth by 10 % a second makes up for it in ln 2 / ln 1.1 = 7.3 s. So after one such cut
+/// fewer than 15 half seconds are starved.
 TEST(RateControl, IsNotStarvedByJitterOrByLossThatItDoesNotCause) {
     constexpr int kOneRecovery = 15;
     for (const double loss : {0.0, 0.05, 0.3}) {
@@ -262,7 +262,7 @@ TEST(RateControl, StaysAtTheCeilingWhenItIsOff) {
     Path path(off);
     path.run(10.0, 5.0);
     EXPECT_EQ(path.control.bytes_per_s(), 50000.0);
-    EXPECT_GT(path.wait_p95(), 0.3);  // the queue is full: what the other tests are about
+    EXPECT_GT(path.wait_p95(), 0.3);  // the queue is full: the other tests prevent this
 }
 
 TEST(Pacer, SpreadsABurstOverLessThanATick) {

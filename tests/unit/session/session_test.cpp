@@ -67,7 +67,7 @@ TEST_F(Sessions, SendEventsAtOnceAndAgainAfterAReconnectFromWhereTheClientStoppe
     EXPECT_EQ(event_numbers(*host, client->stream), (std::vector<std::uint64_t>{3, 4}));
     EXPECT_EQ(host->host.stats().resumed, 1U);
     EXPECT_TRUE(host->take<mailbox::Join>().empty());
-    // What was acknowledged is gone: a client that wants it again has to log in anew.
+    // Acknowledged messages are gone: a client that wants them again has to log in anew.
     client->drop();
     EXPECT_FALSE(client->resume(1));
 }

@@ -78,8 +78,8 @@ TEST(SoftContact, AJellyHitByABallKeepsTheSumOfMomentum) {
     const Momenta after = sum();
     EXPECT_LT(scene.state(ball).velocity.x(), 4.0F);  // it did hit
     EXPECT_LT((after.linear - before.linear).norm(), 1e-5 * before.size * 10.0);
-    // The ball moves after the cloth did, so that its arm is that of a step before: of the
-    // impulse of some 8 N s acting over a few steps of up to 8 cm.
+    // The ball moves after the cloth did, so that its arm is that of a step before. The impulse of
+    // some 8 N s acts over a few steps of up to 8 cm.
     EXPECT_LT((after.angular - before.angular).norm(), 0.05 * before.size);
 }
 

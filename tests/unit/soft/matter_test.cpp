@@ -1,4 +1,4 @@
-// What a soft body is made of: bad input, tearing, permanent set, gas, volume, rest.
+// The matter of a soft body: bad input, tearing, permanent set, gas, volume, rest.
 #include "tests/unit/soft/soft_test.h"
 
 #include <cmath>
@@ -130,7 +130,7 @@ TEST(Tearing, AMeshIsCutInTwoWhereItIsPulledApart) {
 
 TEST(PermanentSet, StaysAfterTheLoadAndIsBounded) {
     SoftDef def;
-    // Critically damped, so that it does not swing back below what it yields at.
+    // Critically damped, so that it does not swing back below its yield point.
     def.nodes.resize(2);
     def.nodes[0].pinned = true;
     def.nodes[1].position = Vec3(1, 0, 0);
@@ -229,8 +229,8 @@ TEST(Jelly, KeepsItsVolumeByItsBulkModulusAlone) {
             run(bodies, 240, &scene);
             lost.push_back(std::abs(1.0 - jelly_volume(bodies, id, def)));
         }
-        // Weight over area is 490 Pa: of a modulus of 1e6 Pa that is 0.05 %; the springs alone
-        // (500 N/m, 4 x 4 of them and their diagonals in each of 3 layers) give way by some 5 %.
+        // Weight over area is 490 Pa: 0.05 % of a modulus of 1e6 Pa. The springs alone (500 N/m, 4
+        // x 4 of them and their diagonals in each of 3 layers) give by some 5 %.
         EXPECT_LT(lost[1], 0.002);
         EXPECT_GT(lost[0], 0.01);
     }

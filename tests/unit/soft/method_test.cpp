@@ -1,4 +1,4 @@
-// The methods: accuracy, stability, what they conserve.
+// The methods: accuracy, stability, conserved sums.
 #include "server/compute/worker_pool.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/soft/soft_test.h"
@@ -87,8 +87,8 @@ TEST_P(EachMethod, EnergyNeverExceedsWhatWasPutIn) {
         bodies.step(kFrame, nullptr);
         const double now = bodies.energy(id);
         // Floats: the sum of kinetic energy is good to 1e-5. One pass of Gauss-Seidel leaves an
-        // error of which XPBD makes potential energy for a while, never more than there was; only
-        // the minimum that implicit Euler finds has less energy than the state before.
+        // error. XPBD makes potential energy of it for a while, never more than there was before.
+        // Only the minimum that implicit Euler finds has less energy than the state before.
         ASSERT_LE(now, first * (1.0 + 1.0e-5));
         if (GetParam() == SoftMethod::kImplicitEuler) {
             ASSERT_LE(now, before + 1.0e-5 * first) << "step " << i;
@@ -111,9 +111,9 @@ TEST_P(EachMethod, MomentumStaysInFreeFlight) {
     const Momenta before = momenta(bodies, id);
     run(bodies, 60);
     const Momenta after = momenta(bodies, id);
-    // Each time a position of 2 m is written it is rounded by up to 1.2e-7 m along each axis, which
-    // is a velocity of that over h. 64 nodes in 60 x 8 substeps, each moved by some 30 springs and
-    // tetrahedra, add like a random walk; three times its mean.
+    // Each written position of 2 m is rounded by up to 1.2e-7 m along each axis, which is a
+    // velocity of that over h. There are 64 nodes in 60 x 8 substeps, each moved by some 30 springs
+    // and tetrahedra. The errors add like a random walk; three times its mean is allowed.
     const double each = 1.2e-7 * 480.0 / 64.0;
     const double rounding = 3.0 * each * std::sqrt(3.0 * 64.0 * 480.0 * 30.0);
     EXPECT_LT((after.linear - before.linear).norm(), rounding);

@@ -34,8 +34,8 @@ TEST(RigidHull, StepsDownAndUpWithoutAJump) {
     EXPECT_LT((after.angular - before.angular).norm(), 1e-5 * before.size);
 }
 
-/// A box of nodes rests on the ground as its hull where it rested as itself: within what the
-/// contact of the one and the springs of the other give way, under a millimetre each.
+/// A box of nodes rests on the ground as its hull where it rested as itself. They differ by the
+/// give of the one's contact and of the other's springs, under a millimetre each.
 TEST(RigidHull, RestsWhereTheNodesRested) {
     SoftDef def = jelly();
     SoftBodies bodies(awake_soft());
@@ -95,7 +95,7 @@ TEST(RigidHull, IsMadeOfARopeAndOfACloth) {
         for (int i = 0; i < 120; ++i) {
             scene.step(kFrame);
         }
-        // Exactly: nothing is in the way, and constant acceleration is integrated exactly.
+        // Exactly: there are no obstacles, and constant acceleration is integrated exactly.
         EXPECT_NEAR(
             scene.state(*body).position.y() - rigid->position.y(), -0.5F * kGravity * 4.0F, 1e-3F);
     }

@@ -76,7 +76,8 @@ TEST(SoftProbe, FindsWhatAnIndependentSolutionFinds) {
     for (std::size_t i = 9 * other.size(); i < reference.run.places.size(); ++i) {
         last.push_back(reference.run.places[i].cast<double>());
     }
-    // Twice what a halving changed, the benchmark's own error, and a tenth of a percent for floats.
+    // Twice the change by a halving, the benchmark's own error, and a tenth of a percent for
+    // floats.
     const double own = scenario::mean_distance(other, scenario::cloth_reference(cloth, 1.0, 0.8));
     EXPECT_LT(scenario::mean_distance(last, other) / 2.0,
               2.0 * reference.change + own / 2.0 + 1.0e-3);

@@ -1,4 +1,4 @@
-// What tests of soft bodies share: frames, weightless settings, momentum.
+// Soft test: frames, weightless settings and momentum sums that tests of soft bodies share.
 #pragma once
 
 #include "server/physics/scene/scene.h"

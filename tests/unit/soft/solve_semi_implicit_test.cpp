@@ -1,4 +1,4 @@
-// Semi-implicit Euler for soft bodies: against closed forms, its limit, and what it is refused for.
+// Semi-implicit Euler for soft bodies: closed forms, its stability limit, and refused inputs.
 #include "server/physics/soft/spring_limit.h"
 #include "server/physics/soft/volume.h"
 #include "tests/unit/allocation_count.h"
@@ -130,8 +130,9 @@ TEST(SemiImplicitSprings, StayBoundedUpToTheLimitAndNoFarther) {
     }
 }
 
-/// Nodes drift after the push, braked on the way. Pushed after the drift, the step's matrix had the
-/// determinant 1 - c h (1 - (w h)^2 / 2): more than one from w h = sqrt 2 on, by any drag.
+/// Nodes drift after the push and are braked on the move. With the push after the drift, the step's
+/// matrix had the determinant 1 - c h (1 - (w h)^2 / 2): more than one from w h = sqrt 2 on, by any
+/// drag.
 TEST(SemiImplicitSprings, LoseNoStabilityByADrag) {
     for (const float drag : {0.1F, 5.0F, 100.0F}) {
         SoftDef def = swing();
@@ -199,8 +200,8 @@ TEST(SpringLimit, BoundsTheLargestEigenvalue) {
         const SpringLimit limit = spring_limit(body);
         const double exact = largest_eigenvalue(matrix_of(body, false));
         EXPECT_GE(limit.omega2, exact * (1.0 - 1.0e-6));
-        // Nor is it of no use. A node's own block has a third of its trace at the least as its
-        // largest eigenvalue (flat cloth: half), the bound has twice the trace; a tetrahedron's
+        // The bound is not useless either. The largest eigenvalue of a node's own block is at least
+        // a third of its trace (flat cloth: half); the bound has twice the trace. A tetrahedron's
         // four corners instead of two double that, and lengths grow by a quarter.
         const double spread = def.tetrahedra.empty() ? 4.0 : 6.0;
         const bool volumes = def.material.bulk_modulus > 0.0F && !def.tetrahedra.empty();
@@ -302,8 +303,9 @@ TEST(SemiImplicitSprings, HoldClothJellyAndBalloonAndKeepTheirMomentum) {
         EXPECT_EQ(bodies.stats().quarantined, 0U);
         // The energy swings; with damping it only falls in the mean.
         EXPECT_LT(bodies.energy(id), first);
-        // A push is written to two velocities, each rounded by 6e-8 of its size: a few m/s, 20
-        // substeps a frame and some ten springs a node, like a random walk; three times its mean.
+        // A push is written to two velocities, each rounded by 6e-8 of its size, a few m/s. With 20
+        // substeps a frame and some ten springs a node, the errors add like a random walk; three
+        // times its mean is allowed.
         const Momenta after = momenta(bodies, id);
         const auto nodes = static_cast<double>(def.nodes.size());
         const double mass = static_cast<double>(bodies.rigid_hull(id).mass);

@@ -1,4 +1,4 @@
-// The solvers of a RowSystem against the exact one, and against what theory says of them.
+// The solvers of a RowSystem against the exact one, and against their theory.
 #include "tests/unit/solver_variants/problems.h"
 
 namespace zoned::physics {

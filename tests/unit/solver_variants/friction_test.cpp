@@ -1,4 +1,4 @@
-// Models of friction and of manifolds: what they share and in what they differ.
+// Models of friction and of manifolds: common and different results.
 #include "tests/unit/solver_variants/problems.h"
 
 #include <numbers>

@@ -1,4 +1,4 @@
-// Joints with all methods: motors, limits and springs do what they say.
+// Joints with all methods: motors, limits and springs have their stated effect.
 #include "tests/unit/solver_variants/variant_scene.h"
 
 #include <cmath>
@@ -43,8 +43,8 @@ TEST(SolverVariants, TurnAHingeAtTheSpeedOfItsMotor) {
     }
 }
 
-// The limit carries the body's weight. Penalties give way by m g / k: w = 0.5 x 1.41 x 960 / s and
-// nine rows on the body leave less than 9 g / w^2 = 0.2 mm.
+// The limit carries the body's weight. Penalties give by m g / k: w = 0.5 x 1.41 x 960 / s and nine
+// rows on the body leave less than 9 g / w^2 = 0.2 mm.
 TEST(SolverVariants, HoldASliderAtItsLimit) {
     for (const SolverVariant method : all_methods()) {
         SCOPED_TRACE(name_of(method));

@@ -1,4 +1,4 @@
-// Impacts by closed forms, and what no method may change: momentum.
+// Impacts by closed forms, and momentum, which no method may change.
 #include "tests/unit/solver_variants/variant_scene.h"
 
 namespace zoned::physics {

@@ -34,9 +34,9 @@ float swing(float share, float damping, PenaltyIntegrator integrator) {
     return largest;
 }
 
-// Semi-implicit Euler: below the limit the swing of an undamped spring keeps its size (up to
-// 1 / sqrt(1 - share^2) = 5 at 0.98, the ellipse of the map), a damped one dies out; above, it
-// grows by a factor per step, 1.2 at 1.02 without damping: 1e47 in 600.
+// Semi-implicit Euler, below the limit: the swing of an undamped spring keeps its size (up to 1 /
+// sqrt(1 - share^2) = 5 at 0.98, the ellipse of the map), and a damped one dies out. Above the
+// limit it grows by a factor per step, 1.2 at 1.02 without damping: 1e47 in 600.
 TEST(PenaltyMethod, IsStableUpToTheLimitAndNotBeyond) {
     const auto euler = PenaltyIntegrator::kSemiImplicitEuler;
     EXPECT_LT(swing(0.98F, 0.0F, euler), 0.06F);
@@ -66,10 +66,10 @@ TEST(PenaltyMethod, KnowsItsLimit) {
     }
 }
 
-// Masses are shared by a body's rows so that no mode of all springs is faster than that of one: a
-// stack with contacts all over stays calm at a share just below 1. A box on four points of twelve
-// rows sinks by m g / sum k = g x 12 x (1 + 3.75) / (4 w^2), 3.75 = r^2 m / I at a corner, less
-// than 14.3 g / w^2: 0.5 mm at 16 substeps.
+// A body's rows share its mass, so that no mode of all springs is faster than that of one. A stack
+// with contacts all over therefore stays calm at a share just below 1. A box on four points of
+// twelve rows sinks by m g / sum k = g x 12 x (1 + 3.75) / (4 w^2), with 3.75 = r^2 m / I at a
+// corner. That is less than 14.3 g / w^2: 0.5 mm at 16 substeps.
 TEST(PenaltyMethod, KeepsAStackStableJustBelowTheLimit) {
     for (const auto integrator :
          {PenaltyIntegrator::kSemiImplicitEuler, PenaltyIntegrator::kVelocityVerlet}) {

@@ -1,4 +1,4 @@
-// Small systems of rows, as scenes give them.
+// Problems: small systems of rows, as scenes produce them.
 #pragma once
 
 #include "server/physics/solver_variants/row_solvers/row_solvers.h"
@@ -24,8 +24,8 @@ inline RowSystem problem_of(VariantScene& s) {
     return *s.scene.problem();
 }
 
-/// Three boxes that rest, slide and slide askew. None turns: which of the four points of a box
-/// carry its weight is open, and with it the moment of the friction of one that turns.
+/// Three boxes that rest, slide and slide askew. None turns: the four points of a box share its
+/// weight in no unique manner. So the friction moment of a turning box would be ambiguous too.
 inline RowSystem boxes_on_ground(FrictionModel friction, ManifoldMode manifold) {
     VariantScene s(problem_settings(friction, manifold));
     s.ground();

@@ -1,4 +1,4 @@
-// Baumgarte's region of stability, the other ways to undo errors, and the meter of energy.
+// Baumgarte's region of stability, the other methods to undo errors, and the energy meter.
 #include "tests/unit/solver_variants/variant_scene.h"
 
 #include <cmath>
@@ -62,8 +62,8 @@ TEST(Baumgarte, IsStableForBetaBelowTwoAndGainsEnergyWithoutEndBeyond) {
     EXPECT_GT(beyond.kinetic, 10.0);
 }
 
-// The only row is one that undoes errors: what it put in less what it took out is what the body
-// has. Mass 2: the kinetic energy is v^2.
+// The only row undoes errors: its energy in less its energy out is the body's energy. Mass 2: the
+// kinetic energy is v^2.
 TEST(EnergyMeter, AccountsForAllOfTheKineticEnergy) {
     for (const auto mode :
          {Stabilisation::kBaumgarte, Stabilisation::kSoft, Stabilisation::kSplit}) {
@@ -77,7 +77,7 @@ TEST(EnergyMeter, AccountsForAllOfTheKineticEnergy) {
     }
 }
 
-// Positions go by the same factor, and velocities hear nothing of it.
+// Positions go by the same factor, and velocities do not change.
 TEST(SplitImpulses, UndoAnErrorWithoutAnyVelocity) {
     PhysicsSettings settings = with_beta(0.3F);
     settings.methods.stabilisation = Stabilisation::kSplit;
@@ -105,8 +105,8 @@ TEST(SoftRows, MoveAsASpringAndDamperDoByImplicitEuler) {
     }
 }
 
-// Two boxes that start 5 cm within each other and the ground: all ways part them, those with a bias
-// on velocities throw the upper one up, split impulses do not.
+// Two boxes that start 5 cm within each other and the ground: all methods part them. Those with a
+// bias on velocities throw the upper one up, split impulses do not.
 TEST(Stabilisation, PartsOverlapsAndOnlySplitImpulsesDoSoWithoutThrowing) {
     const auto highest = [](Stabilisation mode, float beta) {
         PhysicsSettings settings = settings_of(SolverVariant::kGaussSeidel, 60);

@@ -1,4 +1,4 @@
-// All methods through Scene::step: what stands stays, and what cannot be solved is stopped.
+// All methods through Scene::step: stacks at rest stay, and unsolvable systems are stopped.
 #include "tests/unit/solver_variants/variant_scene.h"
 
 #include <cmath>
@@ -33,7 +33,7 @@ INSTANTIATE_TEST_SUITE_P(SolverVariants,
                          });
 
 // A method that lets the stack fall is off by half a box at least; one that holds it may rock by
-// what it leaves unsolved. A tenth of a box parts the two.
+// its residual. A tenth of a box parts the two.
 TEST_P(EachMethod, HoldsAStackOfFiveBoxesForFiveSeconds) {
     VariantScene s = stack(settings_of(GetParam(), 30), 5, 1.0F);
     s.run(5.0F);
@@ -94,16 +94,16 @@ TEST_P(EachMethod, HoldsAChainOnBallJoints) {
     }
     s.scene.set_velocity(above, Vec3(1.0F, 0.0F, 0.0F), Vec3::Zero());
     s.run(3.0F);
-    // The links are a metre long each: the end stays within three of the anchor and what the rows
-    // leave of the load of three.
+    // The links are a metre long each: the end stays within three metres of the anchor, plus the
+    // rows' residual for the load of three.
     const Vec3 end = s.scene.state(s.bodies[2]).position;
     EXPECT_LT(end.norm(), 2.5F * 1.05F);
     EXPECT_GT(end.norm(), 2.0F);
 }
 
-// The limit of a solver that carries the load of a column from row to row is the ratio of the
-// masses times their number; the exact one has none but rounding: with 1e5 its residual of 1e-10 d
-// |lambda| is some 1e-5 m/s, which one overlap of that in a step balances.
+// A solver that carries the load of a column from row to row is limited by the ratio of the masses
+// times their number. The exact solver is limited only by rounding. At 1e5 its residual of 1e-10 d
+// |lambda| is some 1e-5 m/s, which an overlap of that size per step balances.
 TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
     VariantScene s = stack(settings_of(SolverVariant::kDirect), 5, 1.0e5F);
     std::uint32_t unsolved = 0;
@@ -116,8 +116,8 @@ TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
     EXPECT_LT(drift(s), 0.001F);
 }
 
-// With one normal row per contact five boxes are 20 rows instead of 60. What holds a box upright is
-// that its centre of pressure moves to where it leans.
+// With one normal row per contact five boxes are 20 rows instead of 60. A box stays upright because
+// its centre of pressure moves to the side to which it leans.
 TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
     PhysicsSettings settings = settings_of(SolverVariant::kDirect);
     settings.methods.manifold = ManifoldMode::kDivided;

@@ -1,4 +1,4 @@
-// What tests of the methods share: names, and scenes of a few boxes on a level ground.
+// VariantScene: names of the methods, and scenes of a few boxes on level ground, for their tests.
 #pragma once
 
 #include "server/physics/scene/scene.h"
@@ -25,7 +25,7 @@ inline const std::vector<SolverVariant>& all_methods() {
     return methods;
 }
 
-/// Those that solve a RowSystem.
+/// The methods that solve a RowSystem.
 inline const std::vector<SolverVariant>& row_methods() {
     static const std::vector<SolverVariant> methods{SolverVariant::kJacobi,
                                                     SolverVariant::kGaussSeidel,
@@ -67,7 +67,7 @@ inline PhysicsSettings settings_of(SolverVariant method, int iterations = 20) {
     return settings;
 }
 
-/// A scene and the bodies that were put into it.
+/// A scene and the bodies in it.
 class VariantScene {
   public:
     explicit VariantScene(const PhysicsSettings& settings) : scene(settings) {}

@@ -1,4 +1,4 @@
-// What the tree of boxes promises beyond what all kinds promise.
+// The promises of the tree of boxes beyond those of all kinds.
 #include "server/spatial/aabb_tree.h"
 
 #include "shared/core/rng.h"

@@ -255,8 +255,8 @@ TEST_P(EachKind, CastsMeetWhatBruteForceMeets) {
         for (std::uint32_t row = 0; row < boxes.size(); ++row) {
             const double entry = present[row] ? entry_of(sweep, boxes[row]) : INFINITY;
             nearest = std::min(nearest, entry);
-            // What is clearly met must be visited, what is clearly missed must not: a box that
-            // is grown by far more than the rounding of coordinates up to 100 m.
+            // A clear hit must be visited, a clear miss must not: the box is grown by far more than
+            // the rounding of coordinates up to 100 m.
             if (entry < INFINITY && entry <= limit - 1e-3) {
                 EXPECT_TRUE(visited.contains(row));
             } else if (!present[row] || entry_of(sweep, boxes[row].grown(1e-3F)) > limit + 1e-3) {
@@ -300,7 +300,7 @@ TEST_P(EachKind, FindsTheNearestBoxOfAPoint) {
         const float found = index.nearest(point, limit, [&](std::uint32_t row, float current) {
             return std::min(current, std::sqrt(squared_distance(boxes[row], point)));
         });
-        // A root and a square may differ by a rounding from what they came from.
+        // A root and its square may differ by a rounding from the original.
         EXPECT_NEAR(found, expected, i % 3 == 0 ? 1e-5F * (1 + expected) : 1e-5F * (1 + limit));
     }
 }

@@ -1,4 +1,4 @@
-// Morton codes: bits of three coordinates in turn, and what lies outside.
+// Morton codes: bits of three coordinates in turn, and points outside the range.
 #include "server/spatial/morton.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the octree promises beyond what all kinds promise.
+// The promises of the octree beyond those of all kinds.
 #include "server/spatial/octree.h"
 
 #include "shared/core/rng.h"

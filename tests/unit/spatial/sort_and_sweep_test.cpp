@@ -1,4 +1,4 @@
-// What sort and sweep promises beyond what all kinds promise.
+// The promises of sort and sweep beyond those of all kinds.
 #include "server/spatial/sort_and_sweep.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The cases' own checks are checked: each fault on purpose fails the check that is there for it.
+// The cases' own checks are checked: each deliberate fault fails its own check.
 #include "tests/stability/run.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The checks are checked: each fault on purpose makes the check fail that is there for it.
+// The checks are checked: each deliberate fault makes its own check fail.
 #include "tests/stability/world.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace zoned::stability {
 namespace {
 
-/// A box on the ground of a closed room and one that flies free of gravity's pull, all looked at.
+/// A box on the ground of a closed room and one that flies without gravity, all checked.
 Row watch(Fault fault) {
     stability::Run run;
     run.fault = fault;

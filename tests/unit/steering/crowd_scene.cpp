@@ -161,7 +161,7 @@ CorridorScene::CorridorScene(std::size_t count, float length, float width, std::
     fill(scene, rng, count / 2, {-15.0F, 0.0F, length / 4, width}, 0.25F, 0.25F);
     fill(scene, rng, count / 2, {length * 3 / 4, 0.0F, length + 15.0F, width}, 0.25F, 0.25F);
     for (std::size_t i = 0; i < scene.agents.size(); ++i) {
-        // The goal's side is kept in the sign of the wish.
+        // The goal's side is kept in the sign of the desired velocity.
         scene.agents.want_x[i] = scene.agents.x[i] < length / 2 ? kWalk : -kWalk;
     }
 }

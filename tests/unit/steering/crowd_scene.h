@@ -1,4 +1,4 @@
-// Scenes of crowds, and looks at them from outside: overlaps, walls that were crossed.
+// CrowdScene: scenes of crowds, and outside checks of them: overlaps and crossed walls.
 #pragma once
 
 #include "server/ai/crowd/orca_avoidance.h"
@@ -29,12 +29,12 @@ std::size_t crossings(const CrowdAgents& before,
                       const CrowdAgents& after,
                       const std::vector<Wall>& walls);
 
-/// Agents that walk until they are where they want to be and then leave.
+/// Agents that walk to their goals and then leave.
 class WalkingScene {
   public:
     virtual ~WalkingScene() = default;
 
-    /// Steps until all are through or `most` are done; how many.
+    /// Steps until all agents are through, or `most` steps; returns the number.
     int run(int most);
 
     [[nodiscard]] std::size_t left() const { return scene.agents.size(); }
@@ -44,7 +44,7 @@ class WalkingScene {
     std::size_t crossed_walls = 0;
 
   protected:
-    /// Writes what row i wants; false: it is through.
+    /// Writes the desired velocity of row i; false: it is through.
     virtual bool aim(std::size_t i) = 0;
 };
 

@@ -42,7 +42,7 @@ TEST(CrowdFlowField, IsAGoalFieldWhereNobodyIs) {
     }
 }
 
-/// Hops lead to the goal and cost what is said; both after changes as built anew.
+/// Hops lead to the goal at the stated cost; after changes both equal those built anew.
 TEST(CrowdFlowField, IsAfterEachChangeAsIfItWereBuiltAnew) {
     core::Rng rng(4);
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {

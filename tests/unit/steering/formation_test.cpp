@@ -25,7 +25,7 @@ double cost_of(std::span<const double> cost,
     return sum;
 }
 
-/// The least cost by all ways to give slots to rows (rows <= slots).
+/// The least cost over all assignments of slots to rows (rows <= slots).
 double least_by_all(std::span<const double> cost, std::size_t rows, std::size_t slots) {
     std::vector<std::size_t> order(slots);
     std::iota(order.begin(), order.end(), 0U);
@@ -266,7 +266,7 @@ TEST_F(FormationInAMaze, StragglersAreReroutedAndTakenBack) {
     EXPECT_LT(worst, 0.3F) << "all are in their places, less what others push";
 }
 
-/// What the test above tests: without paths those in the dead end stay there.
+/// The subject of the test above: without paths those in the dead end stay there.
 TEST_F(FormationInAMaze, WithoutWaysTheyStayInTheDeadEnd) {
     run(kStraightOn);
     EXPECT_GT(stragglers, 0);

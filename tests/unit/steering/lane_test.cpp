@@ -36,14 +36,14 @@ SplineDef bends(Curve curve, bool closed) {
     return def;
 }
 
-/// The ring of 48 points is within 0.024 h^4 / r^3 of a circle where its points are h apart, and so
-/// is a lane of it; its length by 2 pi as much.
+/// Where its points are h apart, the ring of 48 points is within 0.024 h^4 / r^3 of a circle. The
+/// same holds for a lane of it; its length differs by 2 pi as much.
 TEST(Lane, OfARingIsACircleOfItsOwnLength) {
     const Spline ring = Spline::make(lane_ring(30.0F, 8.0F, 4)).value();
     for (std::uint32_t k = 0; k < 4; ++k) {
         const double offset = ring.offset_of(k);
         const Lane lane = Lane::make(ring, offset, 0.25).value();
-        // The ring turns to the right: what is on the right is inside.
+        // The ring turns to the right: points on the right are inside.
         const double radius = 30.0 - offset;
         EXPECT_NEAR(lane.length(), 2.0 * std::numbers::pi * radius, 0.02) << k;
         for (double s = 0.0; s < lane.length(); s += 0.37) {
@@ -52,8 +52,8 @@ TEST(Lane, OfARingIsACircleOfItsOwnLength) {
     }
 }
 
-/// By brute force: no place of the lane is farther from a segment than was allowed, and segments
-/// are not shorter than half of what a circle of that curvature would bear.
+/// By brute force: no place of the lane is farther from a segment than was allowed. Segments are at
+/// least half as long as a circle of that curvature would allow.
 TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
     for (const Curve curve : {Curve::kCatmullRom, Curve::kBSpline}) {
         for (const bool closed : {false, true}) {
@@ -72,7 +72,7 @@ TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
                         const Vec2d p = lane.at(s + segment * k / 64.0).at - a;
                         worst = std::max(worst, std::abs(along.x() * p.y() - along.y() * p.x()));
                     }
-                    // 0.5 m are always allowed, and the curvature between two looks at it may be a
+                    // 0.5 m are always allowed, and the curvature between two samples may be a
                     // little more than at these.
                     EXPECT_LE(worst, std::max(1.02 * off, 0.125 * lane.most_curved() * 0.25))
                         << s << " + " << segment;
@@ -95,7 +95,7 @@ TEST(Lane, FindsTheNearestOfItsPlaces) {
         const Vec2d beside = p.at + 1.5 * Vec2d(-p.ahead.y(), p.ahead.x());
         const Lane::NearestOnLane all = lane.nearest(beside);
         const Lane::NearestOnLane about = lane.nearest(beside, s - 9.0, 20.0);
-        // Nothing is nearer than what is straight across; others may be as near.
+        // Nothing is nearer than the point straight across; others may be as near.
         EXPECT_LE(all.distance_m, 1.5 + 2e-3);
         EXPECT_LE(about.distance_m, 1.5 + 2e-3);
         EXPECT_NEAR((lane.at(all.s).at - beside).norm(), all.distance_m, 1e-9);
@@ -112,7 +112,7 @@ TEST(SplineNetwork, HasLanesBothWaysWhereEveryoneKeepsToTheSameSide) {
     const LaneId right_back = net.id_of({0, 2, false, true});
     const Lane& there = net.lane(right);
     const Lane& back = net.lane(right_back);
-    // The right one of three, each way: on opposite sides of the middle, two lanes apart.
+    // The right one of three, in each direction: on opposite sides of the middle, two lanes apart.
     const Vec2d a = there.at(there.length() / 2.0).at;
     EXPECT_NEAR(back.nearest(a).distance_m, 4.0, 0.1);
     EXPECT_EQ(net.name(right_back), "road, lane 2 of 3, backwards");

@@ -44,7 +44,7 @@ TEST(OrcaAvoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     OrcaAvoidance avoidance(settings);
     compute::Team alone;
     avoidance.step(agents, Walls(), 0, alone);
-    // By symmetry about the middle between them, whatever the two choose is turned by half a turn.
+    // By symmetry about the middle between them, the velocities of the two differ by half a turn.
     EXPECT_NEAR(agents.vx[0], -agents.vx[1], 1e-6F);
     EXPECT_NEAR(agents.vz[0], -agents.vz[1], 1e-6F);
     // Together out of the obstacle: the relative velocity misses the disc of radii within 2 s.
@@ -81,8 +81,8 @@ TEST(OrcaAvoidance, LetsOthersMakeAllTheWayForWhoIsMovedByOthers) {
     EXPECT_GT(agents.x[0], 3.0F);
 }
 
-/// The claim of the method: nobody overlaps anybody, nobody crosses a wall, from any state without
-/// overlaps, for any density, wishes and sizes.
+/// The claim of the method: no two agents overlap and none crosses a wall. It holds from any state
+/// without overlaps, for any density, desired velocities and sizes.
 TEST(OrcaAvoidance, NeverOverlapsNorCrossesWallsWhateverAllWant) {
     core::Rng rng(5);
     for (int round = 0; round < 12; ++round) {
@@ -108,7 +108,7 @@ TEST(OrcaAvoidance, NeverOverlapsNorCrossesWallsWhateverAllWant) {
     }
 }
 
-/// The two checks above, checked: they find what they are to find.
+/// The two checks above, checked: they find deliberate errors.
 TEST(CrowdScene, SeesOverlapsAndCrossings) {
     CrowdScene scene;
     scene.agents.add(1, 0.0F, 0.0F, 0.5F, 1.0F);
@@ -131,7 +131,7 @@ TEST(OrcaAvoidance, PartsThoseWhoWerePutIntoEachOther) {
     agents.z[1] = agents.z[0];
     OrcaAvoidance avoidance({});
     compute::Team alone;
-    // From the rim inwards: whoever is in the middle waits for the others.
+    // From the rim inwards: agents in the middle wait for the others.
     for (std::uint64_t tick = 0; tick < 800; ++tick) {
         avoidance.step(agents, Walls(), tick, alone);
     }
@@ -160,7 +160,7 @@ TEST(OrcaAvoidance, ClearsADoorwayWithoutDeadlock) {
     }
 }
 
-/// A round pillar of far more pieces than are looked at.
+/// A round pillar of far more pieces than are examined.
 TEST(OrcaAvoidance, WalksAroundAFinelyCutPillar) {
     CrowdScene scene;
     for (int i = 0; i < 96; ++i) {

@@ -21,8 +21,8 @@ struct Velocity {
     double x, z;
 };
 
-/// The best velocity by trying all corners, feet on borders and the wish itself: exact, with
-/// nothing in common with the incremental programme.
+/// The best velocity by trying all corners, feet on borders and the desired velocity itself. It is
+/// exact, and has nothing in common with the incremental programme.
 std::optional<Velocity> best_of_all(const std::vector<Plane>& planes, Velocity want, double speed) {
     std::vector<Velocity> tried{want};
     const auto on_border = [&](const Plane& p, double t) {

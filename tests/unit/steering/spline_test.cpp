@@ -64,7 +64,7 @@ TEST(Spline, GoesThroughItsPointsOrAsItsKindDoes) {
     EXPECT_NEAR((near.at(0.0).at - Vec2d(1, 1)).norm(), 0.0, 1e-9);
 }
 
-/// Romberg's way: polygons of n and 2n sides give an error of fourth order in h; a length that
+/// Romberg's method: polygons of n and 2n sides give an error of fourth order in h. This length
 /// shares nothing with Gauss' rule.
 TEST(Spline, IsFollowedByDistanceWithTheErrorItStates) {
     for (const Curve curve : {Curve::kCatmullRom, Curve::kBSpline}) {
@@ -253,8 +253,8 @@ TEST(LaneChange, JumpsNeitherInPlaceNorInVelocity) {
             (b.beside(change.distance_on_target(walked), 0.25).at - a.at(5.0 + walked).at).norm());
         most_off = std::max(most_off, std::abs(here.velocity.norm() - 1.0));
     }
-    // 15/8 of the gap over the length, and what directions differ: unit vectors that are mixed are
-    // shorter by at most 1 - cos(angle / 2), here below 0.05.
+    // 15/8 of the gap over the length, plus the difference of directions: unit vectors that are
+    // mixed are shorter by at most 1 - cos(angle / 2), here below 0.05.
     EXPECT_LT(most_off, 15.0 / 8.0 * most_gap / 12.0 + 0.05);
 }
 

@@ -1,4 +1,4 @@
-// The packets of coded records in proto/WIRE.md are what the code writes and reads.
+// The packets of coded records in proto/WIRE.md agree with the code's reader and writer.
 #include "tests/unit/wire/wire_document.h"
 #include "shared/wire/record/record_codec.h"
 
@@ -12,7 +12,7 @@ using testing::Example;
 using testing::examples;
 using testing::state_in;
 
-/// A line of a coded packet: words, each with its numbers; what is not mentioned is 0.
+/// A line of a coded packet: words, each with its numbers; words not mentioned are 0.
 record::CodedRecord coded_record(const std::string& line) {
     std::istringstream in(line);
     Example row;
@@ -52,7 +52,7 @@ void expect_same(const record::CodedRecord& a, const record::CodedRecord& b) {
     }
 }
 
-/// What is listed as written, if it is, gives the bytes.
+/// The listed values, if any, encode to the listed bytes.
 bool check_listing(const Example& e) {
     if (!e.has("code")) {
         return false;

@@ -41,7 +41,7 @@ std::vector<Step> random_steps(core::Rng& rng, std::size_t count) {
 }
 
 std::vector<std::uint8_t> encoded(const std::vector<Step>& steps, double& bits) {
-    std::vector<std::uint8_t> out = {7};  // what was there before stays
+    std::vector<std::uint8_t> out = {7};  // earlier contents stay
     RangeEncoder coder(out);
     bits = 0.0;
     for (const Step& step : steps) {
@@ -64,8 +64,8 @@ TEST(RangeCoder, ReturnsWhatWasEncodedInHardlyMoreThanTheEntropy) {
         double bits = 0.0;
         const std::vector<std::uint8_t> bytes = encoded(steps, bits);
         ASSERT_EQ(bytes[0], 7);
-        // An interval of at least 2^24 is cut into 2^15 parts: what is left over is less than 2^-9
-        // of it. The ends of both streams take four bytes and seven bits at most.
+        // An interval of at least 2^24 is cut into 2^15 parts: the remainder is less than 2^-9 of
+        // it. The ends of both streams take four bytes and seven bits at most.
         const double most = bits + static_cast<double>(steps.size()) / 350.0 + 32.0 + 7.0;
         EXPECT_LE(8.0 * static_cast<double>(bytes.size() - 1), most);
         const std::span<const std::uint8_t> all(bytes);

@@ -71,7 +71,7 @@ TEST(Transport, GivesBackItsFields) {
 TEST(Transport, CountsOneWayDelaysAcrossTheWrapOfBothClocks) {
     // 1 ms is 7.8 units; sent just before the clock of the server wraps.
     EXPECT_EQ(one_way_128us(500, 0xFFFFFFFF - 499), 7);
-    // Whatever the zero of the clocks: 12.8 ms more are 100 units more.
+    // For any zero of the clocks, 12.8 ms more are 100 units more.
     for (const std::uint32_t offset : {0U, 77U, 0x12345678U, 0xFFFFFF00U}) {
         const std::uint16_t before = one_way_128us(offset + 1280, 0);
         const std::uint16_t after = one_way_128us(offset + 1280 + 12800, 0);

@@ -23,7 +23,7 @@ bool same(const CodedRecord& a, const CodedRecord& b) {
                          a.tick == b.tick && a.state == b.state));
 }
 
-/// Publications of entities that nobody can predict: every field anew each time.
+/// Publications of unpredictable entities: every field anew each time.
 class Chaos {
   public:
     Chaos(const RecordFormat& format, std::uint64_t seed) : format_(format), rng_(seed) {}
@@ -133,9 +133,9 @@ TEST(RecordCodec, TellsWhatGoesOnAsBeforeInAFewBits) {
         encoder.acknowledge(static_cast<entropy::PacketNumber>(tick));
         last = bytes.size();
     }
-    // 9 decisions a record (kind, entity, age, level, motion, 2 x position, 2 velocities, yaw and
-    // its rate, appearance), nearly sure but for the rounding of one position: below 3 bits; an
-    // absolute record takes 17 bytes.
+    // A record has 9 decisions: kind, entity, age, level, motion, 2 x position, 2 velocities, yaw
+    // and its rate, appearance. They are nearly sure but for the rounding of one position: below 3
+    // bits. An absolute record takes 17 bytes.
     EXPECT_LT(last, 40u * 3u / 8u + 4u);
 }
 
@@ -161,7 +161,7 @@ TEST(RecordCodec, StaysWholeWhateverBytesCome) {
                     ASSERT_LE(r.tick, tick);
                     ASSERT_GE(r.tick, tick - kOldestTicks);
                     if (!r.remove) {
-                        // What quantize() can give survives being dequantised.
+                        // Any output of quantize() survives being dequantised.
                         const Quantization& q = format.levels[r.lod].quantization;
                         ASSERT_EQ(quantize(dequantize(r.state, r.upright, q),
                                            r.state.order,
@@ -180,7 +180,7 @@ TEST(RecordCodec, StaysWholeWhateverBytesCome) {
     EXPECT_GT(refused, 800);
 }
 
-/// A few entities, told anew in each packet, so that every state of knowledge has other bases.
+/// A few entities, sent anew in each packet, so that every state of knowledge has other bases.
 std::vector<CodedRecord> walkers(const RecordFormat& format, core::Rng& rng, Tick tick) {
     std::vector<CodedRecord> records;
     for (std::uint32_t e = 1; e <= 6; ++e) {
@@ -237,7 +237,7 @@ TEST(RecordCodec, FindsTheBasesOfPacketsThatAreLateByManyAcknowledgements) {
 }
 
 TEST(RecordCodec, ForgetsWhatNoPacketCanReferTo) {
-    // A hundred at a time come, are told of each tick, and go.
+    // A hundred at a time come, are sent in each tick, and go.
     constexpr std::uint32_t kAtATime = 100;
     const RecordFormat format(Quantization{}, 1.0F / 30.0F);
     RecordEncoder encoder(format);
@@ -285,7 +285,7 @@ TEST(RecordCodec, AllocatesNothingOnceItIsWarm) {
         if (n > 8) {
             encoder.acknowledge(n - 8);
         }
-        // Ten times as many packets as are ever under way.
+        // Ten times as many packets as are ever in flight.
         warm += n > 80 ? allocation_count() - before : 0;
     }
     EXPECT_EQ(warm, 0u);
@@ -337,10 +337,10 @@ TEST(RecordCodec, GivesBitsToTheFieldsThatCannotBeExpected) {
             sum[part] += frame->bits[0][part];
         }
     }
-    // A yaw of 8 random bits takes no less in each of the last hundred packets (but for what chance
-    // gives), and less than two more while its model still learns. What stays
-    // as it is are five decisions (motion, three coordinates, appearance), each with a probability
-    // of 1 - 15/16 (127/128)^n at least after n packets, 0.71 on average: half a bit.
+    // A yaw of 8 random bits takes no less in each of the last hundred packets (apart from chance),
+    // and less than two more while its model still learns. The unchanged fields are five decisions
+    // (motion, three coordinates, appearance). Each has a probability of 1 - 15/16 (127/128)^n at
+    // least after n packets, 0.71 on average: half a bit.
     int others = 0;
     for (std::size_t f = 0; f < kFields.size(); ++f) {
         if (kFields[f].range == Range::kYaw) {

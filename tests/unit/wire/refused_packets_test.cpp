@@ -1,5 +1,4 @@
-// A decoder that refused a packet is as it was before, whatever the packet said of what it was
-// coded with.
+// A decoder that refused a packet is in its earlier state, whatever base the packet named.
 #include "tests/unit/wire/wire_samples.h"
 #include "shared/wire/record/record_codec.h"
 #include "shared/wire/snapshot/snapshot_codec.h"
@@ -13,7 +12,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr entropy::PacketNumber kPackets = 7;
 
-/// A head and bits that nobody asked for.
+/// A head and unrequested bits.
 Bytes spoiled_packet(const entropy::KnowledgeHead& head) {
     Bytes out;
     entropy::RangeEncoder coder(out);
@@ -25,7 +24,7 @@ Bytes spoiled_packet(const entropy::KnowledgeHead& head) {
     return out;
 }
 
-/// All at once: which of them the last one builds on is for its head to say.
+/// All at once: the head of the last one names the packet that it builds on.
 template <class Encoder>
 void acknowledge_all_before_the_last(Encoder& encoder, entropy::PacketNumber number) {
     for (entropy::PacketNumber n = 1; number == kPackets && n < kPackets; ++n) {
@@ -82,7 +81,7 @@ TEST(RefusedPackets, ChangeNothingOfADecoderOfRecords) {
     name_all_subsets([&](const Bytes& spoiled) {
         record::RecordDecoder victim = decoder;
         if (victim.decode(kPackets, 100 + kPackets, ZoneId(1), spoiled)) {
-            return;  // then it may be otherwise
+            return;  // then the state may differ
         }
         ++refused;
         const auto frame = victim.decode(kPackets, 100 + kPackets, ZoneId(1), last);

@@ -5,8 +5,8 @@
 namespace zoned::wire {
 namespace {
 
-/// The promised bound allows a resend a round trip and a tick; what is done is done at ticks, which
-/// makes both a tick longer at most.
+/// The promised bound allows a resend a round trip and a tick. Actions happen at ticks, which makes
+/// both a tick longer at most.
 TEST(GiveUp, WaitsForARoundTripAndNoLongerThanThePromisedBoundAllowsAResend) {
     for (const double tick_s : {1.0 / 60.0, 1.0 / 30.0, 0.05}) {
         for (double rtt_s = 0.0; rtt_s < 2.0; rtt_s += 0.0037) {

@@ -24,8 +24,8 @@ SnapshotFormat small_format(std::uint32_t bodies) {
     return format;
 }
 
-/// Balls that bounce in a box and spin, some of which rest at any time; not what any predictor
-/// knows.
+/// Balls that bounce in a box and spin, some of which rest at any time. No predictor knows this
+/// motion.
 class Bouncing {
   public:
     explicit Bouncing(const SnapshotFormat& format, std::uint64_t seed)
@@ -130,8 +130,8 @@ TEST(Turn, LeadsFromOneOrientationToAnother) {
         const double angle = std::hypot(static_cast<double>(turn[0]),
                                         static_cast<double>(turn[1]),
                                         static_cast<double>(turn[2]));
-        // Floats of unit size are off by 6e-8 each, and near a half turn the arc's slope is
-        // infinite where it is told by the sine: it is told by the cosine there.
+        // Floats of unit size are off by 6e-8 each. Near a half turn the arc's slope is infinite if
+        // computed by the sine, so there it is computed by the cosine.
         EXPECT_NEAR(angle, eigen(from).angularDistance(eigen(to)), 3e-6);
         EXPECT_NEAR(eigen(turned(from, turn)).angularDistance(eigen(to)), 0.0, 3e-6);
     }
@@ -167,7 +167,7 @@ TEST(Turn, TakesWhateverComes) {
     }
 }
 
-/// A network of whole frames: what is sent at one frame comes at a later one, or not at all, or
+/// A network of whole frames: a packet sent at one frame comes at a later one, or not at all, or
 /// twice.
 template <class Message>
 class Network {
@@ -288,7 +288,7 @@ TEST(SnapshotCodec, IsExactWhateverIsLostDoubledOrLate) {
         for (const int jitter : {0, 2, 3}) {
             const Outcome outcome = play(small_format(60), 900, loss, jitter, 0, 0);
             EXPECT_EQ(outcome.wrong, 0) << loss << " " << jitter;
-            // What is late by less than the states of knowledge that are kept is decoded.
+            // A packet that is late by less than the kept states of knowledge is decoded.
             EXPECT_EQ(outcome.failed, 0) << loss << " " << jitter;
             EXPECT_GE(outcome.decoded, static_cast<int>((1.0 - loss) * 840.0))
                 << loss << " " << jitter;
@@ -301,7 +301,7 @@ TEST(SnapshotCodec, GoesOnAfterOutagesOfAnyLength) {
         const Outcome outcome = play(small_format(40), length + 600, 0.05, 1, 200, 200 + length);
         EXPECT_EQ(outcome.wrong, 0) << length;
         EXPECT_GE(outcome.newest, static_cast<FrameNumber>(length + 590)) << length;
-        // Packets that were under way when the encoder started over may be of no use any more.
+        // Packets in flight when the encoder started over may be of no use any more.
         EXPECT_LE(outcome.failed, 12) << length;
     }
 }

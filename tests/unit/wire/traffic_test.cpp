@@ -1,4 +1,4 @@
-// What the bits of records are spent on: nothing is left out, and each goes to its own field.
+// The bits of records by field: all bits are counted, and each goes to its own field.
 #include "shared/wire/traffic.h"
 
 #include "tests/unit/wire/wire_samples.h"

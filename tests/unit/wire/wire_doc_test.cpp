@@ -1,4 +1,4 @@
-// proto/WIRE.md says what the code does: its examples are encoded and decoded, its table of fields
+// proto/WIRE.md agrees with the code: its examples are encoded and decoded, and its table of fields
 // is compared.
 #include "tests/unit/wire/wire_document.h"
 #include "shared/wire/field_table.h"
@@ -313,7 +313,7 @@ TEST(FieldTable, IsFitForTheCodec) {
         const bool left_out = c == 11 || c == 12 || c == 13 || c == 14 || c == 15;
         EXPECT_EQ(upright[c], left_out ? 0 : 1) << c;
     }
-    // What falls has a floor, and gravity for an acceleration.
+    // A falling body has a floor, and gravity for an acceleration.
     for (const Field& f : kFields) {
         const bool of_floor = f.first == 21;
         const bool of_acceleration = f.first >= 7 && f.first < 10;

@@ -79,7 +79,7 @@ inline std::array<Quantization, 3> quantizations() {
     return {Quantization{}, coarse, fine};
 }
 
-/// What may come instead of `bytes`: kind 0 cut off somewhere, 1 one byte changed, else noise of up
+/// Damaged forms of `bytes`: kind 0 cuts them off somewhere, 1 changes one byte, else noise of up
 /// to 300 bytes.
 inline std::vector<std::uint8_t> spoiled(const std::vector<std::uint8_t>& bytes,
                                          int kind,

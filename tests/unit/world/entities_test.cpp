@@ -11,7 +11,7 @@
 namespace zoned::world {
 namespace {
 
-/// Writes values into every column that tell the entity and its version.
+/// Writes values into every column that identify the entity and its version.
 void mark(Entities& entities, Row row, std::uint32_t tag) {
     const float f = static_cast<float>(tag);
     entities.set(row, kAtRest, (tag & 1u) != 0);

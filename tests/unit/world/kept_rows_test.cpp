@@ -35,7 +35,7 @@ TEST(RowSet, WalksItsMembersInAscendingOrder) {
     EXPECT_EQ(set.next(200), kNoRow);
 }
 
-/// What is wrong with the sets and counts, found by going over all rows; empty: nothing.
+/// The errors of the sets and counts, found by a pass over all rows; empty: none.
 std::string wrong_sets(const Entities& e) {
     std::map<TypeIndex, Entities::Count> counts;
     for (Row row = 0; row < e.size(); ++row) {
@@ -145,7 +145,7 @@ TEST(KeptRows, AreThoseThatALookAtAllRowsFinds) {
         for (std::size_t r = 0; r < kReaders; ++r) {
             const auto reader = static_cast<Reader>(r);
             ASSERT_EQ(missed(e, seen[r], reader), kNoRow) << "after change " << i;
-            // Each reader looks at its own times.
+            // Each reader reads at its own times.
             if (rng.below(static_cast<std::uint32_t>(3 + 4 * r)) == 0) {
                 seen[r] = look(e);
                 e.forget_touched(reader);

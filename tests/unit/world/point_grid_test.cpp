@@ -216,7 +216,7 @@ TEST(PointGrid, EqualsBruteForceWhileMostPointsAreKept) {
                 grid, points, rng.range(-110, 110), rng.range(-110, 110), rng.range(0, 60));
         }
     }
-    // A point that moved without a word is found where it was: the comparison would see it.
+    // A point that moved without notice is found at its old place: the comparison would see it.
     const std::vector<std::uint32_t> none;
     std::vector<std::uint32_t> all(points.size());
     for (std::uint32_t row = 0; row < points.size(); ++row) {
