@@ -15,7 +15,7 @@ namespace zoned::config {
 
 // Defaults are those of the schema (a test compares them).
 
-struct NetworkSettings {
+struct ListenSettings {
     std::string bind_address = "::";
     std::uint16_t tcp_port = 0;  ///< 0: any free one
     std::uint16_t udp_port = 0;
@@ -24,7 +24,7 @@ struct NetworkSettings {
     std::size_t max_frame_bytes = 65536;
     double silence_timeout_s = 15.0;
 
-    bool operator==(const NetworkSettings&) const = default;
+    bool operator==(const ListenSettings&) const = default;
 };
 
 /// Bytes per second sent to a client.
@@ -105,7 +105,7 @@ struct TestingSettings {
 
 /// All settings of the server process.
 struct ServerSettings {
-    NetworkSettings network;
+    ListenSettings network;
     SessionSettings session;
     RunSettings run;
     ComputeSettings compute;

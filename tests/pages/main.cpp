@@ -3,6 +3,7 @@
 #include "tests/pages/play.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <fstream>
 #include <iterator>

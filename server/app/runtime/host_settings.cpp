@@ -7,7 +7,7 @@ namespace zoned::app {
 
 session::HostSettings host_settings(const config::Settings& settings) {
     const config::SessionSettings& from = settings.server.session;
-    const config::NetworkSettings& network = settings.server.network;
+    const config::ListenSettings& network = settings.server.network;
     session::HostSettings host;
     host.max_sessions = network.max_clients;
     host.grace_s = from.grace_s;
@@ -36,7 +36,7 @@ session::HostSettings host_settings(const config::Settings& settings) {
 }
 
 net::UdpSettings udp_settings(const config::Settings& settings) {
-    const config::NetworkSettings& network = settings.server.network;
+    const config::ListenSettings& network = settings.server.network;
     net::UdpSettings udp;
     udp.bind_address = network.bind_address;
     udp.port = network.udp_port;
@@ -46,7 +46,7 @@ net::UdpSettings udp_settings(const config::Settings& settings) {
 }
 
 net::TlsSettings tls_settings(const config::Settings& settings) {
-    const config::NetworkSettings& network = settings.server.network;
+    const config::ListenSettings& network = settings.server.network;
     const config::SessionSettings& session = settings.server.session;
     net::TlsSettings tls;
     tls.bind_address = network.bind_address;

@@ -7,8 +7,8 @@ namespace zoned::config {
 
 namespace {
 
-NetworkSettings expand_network(const proto::config::Network& from) {
-    NetworkSettings out;
+ListenSettings expand_network(const proto::config::Network& from) {
+    ListenSettings out;
     out.bind_address = from.bind_address();
     out.tcp_port = static_cast<std::uint16_t>(from.tcp_port());
     out.udp_port = static_cast<std::uint16_t>(from.udp_port());

@@ -4,9 +4,9 @@
 #include "server/config/npc/choices.h"
 #include "server/config/npc/find_by_name.h"
 #include "server/config/npc/fuzzy_config.h"
-#include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/types/perceptions.h"
 #include "server/config/types/stances.h"
 #include "proto/config/config.pb.h"
 

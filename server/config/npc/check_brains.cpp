@@ -3,9 +3,9 @@
 #include "server/config/npc/brain_config.h"
 #include "server/config/npc/choices.h"
 #include "server/config/npc/find_by_name.h"
-#include "server/config/npc/perceptions.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/text/check_name.h"
+#include "server/config/types/perceptions.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>
@@ -22,9 +22,9 @@ using proto::config::Config;
 /// A state must choose its action by exactly one setting. False where it names an unknown tree or
 /// plan.
 bool check_single_decider(const Config& config,
-                       const proto::config::State& state,
-                       const std::string& here,
-                       Diagnostics& diagnostics) {
+                          const proto::config::State& state,
+                          const std::string& here,
+                          Diagnostics& diagnostics) {
     if (static_cast<int>(state.has_brain()) + static_cast<int>(state.has_tree()) +
             static_cast<int>(state.has_domain()) + static_cast<int>(state.has_policy()) +
             static_cast<int>(state.has_blend()) >

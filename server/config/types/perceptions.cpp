@@ -1,4 +1,4 @@
-#include "server/config/npc/perceptions.h"
+#include "server/config/types/perceptions.h"
 
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
