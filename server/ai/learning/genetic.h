@@ -26,10 +26,9 @@ struct GeneticSettings {
 };
 
 /// A generation of individuals, each a vector of genes. The same bits for any number of threads.
-/// Source: Goldberg, "Genetic Algorithms in
-/// Search, Optimization and Machine Learning", 1989, chapter 3. Source for tournaments: Miller,
-/// Goldberg, "Genetic algorithms, tournament selection, and the effects of noise", Complex Systems
-/// 9, 1995.
+/// Source: Goldberg, "Genetic Algorithms in Search, Optimization and Machine Learning", 1989,
+/// chapter 3. Source for tournaments: Miller, Goldberg, "Genetic algorithms, tournament selection,
+/// and the effects of noise", Complex Systems 9, 1995.
 class Genetic {
   public:
     struct GeneticState {
