@@ -1,5 +1,4 @@
-// OrcaAvoidance: optimal reciprocal collision avoidance (ORCA) between agents, and avoidance of
-// walls.
+// OrcaAvoidance: reciprocal collision avoidance (ORCA) between agents, and avoidance of walls.
 #pragma once
 
 #include "server/ai/crowd/crowd_agents.h"

@@ -1,5 +1,4 @@
-// ORCA lines: the half-planes of velocities that eight agents may choose, and the solver for the
-// best velocity.
+// ORCA lines: the allowed velocities of eight agents as half-planes, and their solver.
 #pragma once
 
 #include "kernels/include/kernel_base.h"

@@ -1,5 +1,4 @@
-// Arena: a learning task in which a walker reaches a moving goal inside a round wall that costs
-// points.
+// Arena: a learning task: reach a moving goal inside a round wall that costs points.
 // The learned policy runs in the server unchanged.
 #pragma once
 

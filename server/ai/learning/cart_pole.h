@@ -1,5 +1,4 @@
-// CartPole: the learning task of keeping a pole upright on a cart by pushes; methods of learning
-// are compared by it.
+// CartPole: the learning task of keeping a pole upright on a cart; it compares learning methods.
 #pragma once
 
 #include "server/ai/learning/task.h"

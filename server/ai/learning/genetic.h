@@ -1,5 +1,4 @@
-// Genetic: a genetic algorithm over real vectors, with the same bits for the same seed and any
-// number of threads.
+// Genetic: a genetic algorithm over real vectors, with the same bits for the same seed.
 #pragma once
 
 #include "shared/core/rng.h"
@@ -26,10 +25,10 @@ struct GeneticSettings {
     float mutation_scale = 0.3F;  ///< standard deviation of that change
 };
 
-/// A generation of individuals, each a vector of genes. Source: Goldberg, "Genetic Algorithms in
-/// Search, Optimization and Machine Learning", 1989, chapter 3. Source for tournaments: Miller,
-/// Goldberg, "Genetic algorithms, tournament selection, and the effects of noise", Complex Systems
-/// 9, 1995.
+/// A generation of individuals, each a vector of genes. The same bits for any number of threads.
+/// Source: Goldberg, "Genetic Algorithms in Search, Optimization and Machine Learning", 1989,
+/// chapter 3. Source for tournaments: Miller, Goldberg, "Genetic algorithms, tournament selection,
+/// and the effects of noise", Complex Systems 9, 1995.
 class Genetic {
   public:
     struct GeneticState {

@@ -1,5 +1,4 @@
-// Neat: evolves the weights and the topology of networks together, starting from the simplest
-// networks (NEAT).
+// Neat: evolves the weights and topology of networks together, from the simplest ones on (NEAT).
 #pragma once
 
 #include "server/ai/learning/genome.h"

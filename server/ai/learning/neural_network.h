@@ -1,5 +1,4 @@
-// NeuralNetwork: a flat feed-forward network of any topology, evaluated singly or in columns with
-// the same bits on every computer.
+// NeuralNetwork: a flat feed-forward network of any topology, with the same bits on every computer.
 #pragma once
 
 #include "shared/core/rng.h"

@@ -1,5 +1,4 @@
-// PathService: the paths of all agents of a zone, on maps of where characters of each size can
-// walk.
+// PathService: the paths of all agents of a zone, on one map for each size of character.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"

@@ -1,5 +1,4 @@
-// Lane: a line beside a spline that followers keep to, with its own length and the longest straight
-// segments on it.
+// Lane: a line beside a spline that followers keep to, and the longest straight segments on it.
 #pragma once
 
 #include "server/ai/splines/spline.h"

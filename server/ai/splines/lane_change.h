@@ -1,5 +1,4 @@
-// LaneChange: a smooth change from one spline or lane to another, and the random choice of a
-// spline.
+// LaneChange: a smooth change between splines or lanes, and the random choice of a spline.
 #pragma once
 
 #include "server/ai/splines/spline.h"

@@ -1,5 +1,4 @@
-// DesiredVelocity: the direction and goal an agent wants now, before they become a command or a
-// path segment.
+// DesiredVelocity: the direction and goal that an agent wants now, before path and command.
 #pragma once
 
 #include "server/ai/agent/agent.h"

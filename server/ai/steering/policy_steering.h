@@ -1,5 +1,4 @@
-// Policy steering: steers an agent by a learned policy within its guard, and applies the rubber
-// band of a chase.
+// Policy steering: steers an agent by a learned policy, and applies a chase's rubber band.
 #pragma once
 
 #include "server/ai/steering/steering.h"

@@ -1,5 +1,4 @@
-// Steering: turns the action of an agent's state into a command that stays constant as long as it
-// can.
+// Steering: turns an agent's action into a command that stays constant as long as it can.
 #pragma once
 
 #include "server/ai/steering/desired_velocity.h"

@@ -1,5 +1,4 @@
-// FuzzyDef: the definition of fuzzy variables, rules and outputs, and the check that finds its
-// defects.
+// FuzzyDef: the definition of fuzzy variables, rules and outputs, and the check for its defects.
 #pragma once
 
 #include <cstdint>

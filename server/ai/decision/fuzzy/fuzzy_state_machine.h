@@ -1,5 +1,4 @@
-// FuzzyStateMachine: a state machine with several states active to a degree at a time, whose
-// outputs are blended.
+// FuzzyStateMachine: a state machine with several states active to a degree, and blended outputs.
 #pragma once
 
 #include "server/ai/decision/fuzzy/membership.h"

@@ -1,5 +1,4 @@
-// FlatStateMachine: a state machine compiled to tables, and the step that all agents take through
-// it.
+// FlatStateMachine: a state machine compiled to tables, and the step of all agents through it.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"

@@ -1,5 +1,4 @@
-// FlappingDetector: finds agents that switch to and fro between two states, and reports the pair of
-// states.
+// FlappingDetector: finds agents that switch to and fro between two states, and reports the pair.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"

@@ -1,5 +1,4 @@
-// StateMachineDef: the definition of a hierarchical finite state machine, and the check that finds
-// its defects.
+// StateMachineDef: the definition of a hierarchical state machine, and the check for its defects.
 #pragma once
 
 #include "server/ai/decision/senses.h"

@@ -1,5 +1,4 @@
-// DecisionTree: a flat tree of questions about senses that leads to an action, evaluated without
-// branches that depend on answers.
+// DecisionTree: a flat, branch-free tree of questions about senses that leads to an action.
 #pragma once
 
 #include "server/ai/decision/senses.h"

@@ -1,5 +1,4 @@
-// GroundMap: the ground on which characters of one size can walk in a zone, baked from its solid
-// geometry.
+// GroundMap: where characters of one size can walk in a zone, baked from its solid geometry.
 #pragma once
 
 #include "server/ai/pathfinding/grid/ground_grid.h"

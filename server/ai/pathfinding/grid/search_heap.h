@@ -1,5 +1,4 @@
-// SearchHeap: the open nodes of a search over a graph, reached but not yet expanded, cheapest
-// first.
+// SearchHeap: the open nodes of a search over a graph, not yet expanded, cheapest first.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,4 @@
-// Landmarks: the distances of cells from a few landmark cells, which bound the distance between
-// cells from below.
+// Landmarks: distances of cells from a few landmark cells, as lower bounds for searches.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"

@@ -1,5 +1,4 @@
-// Subgoals: the cells at corners of obstacles, their visibility of each other, and the doors of
-// other cells.
+// Subgoals: the cells at corners of obstacles, their mutual visibility, and other cells' doors.
 #pragma once
 
 #include "server/ai/pathfinding/grid/cost.h"

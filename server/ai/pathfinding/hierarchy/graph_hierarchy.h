@@ -1,5 +1,4 @@
-// GraphHierarchy: the nodes of a graph in small groups, and the next group on the path from any
-// group to any goal.
+// GraphHierarchy: a graph's nodes in small groups, and the next group from anywhere to any goal.
 #pragma once
 
 #include "server/ai/pathfinding/grid/corner_pool.h"

@@ -1,5 +1,4 @@
-// GridPathRequests: answers path requests over the cells of a zone's ground, with the work spread
-// over ticks.
+// GridPathRequests: answers path requests over the cells of a zone's ground, spread over ticks.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_paths.h"

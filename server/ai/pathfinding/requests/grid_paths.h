@@ -1,5 +1,4 @@
-// GridPaths: answers path requests over the cells of a zone's ground, with doors and neighbouring
-// zones.
+// GridPaths: answers path requests over cells of the ground, with doors and neighbouring zones.
 #pragma once
 
 #include "server/ai/pathfinding/grid/door_cells.h"
