@@ -31,7 +31,7 @@ void check_trade(const Config& config,
                  Diagnostics& diagnostics) {
     if (find_point_of_interest(config, trade.point_of_interest()) < 0) {
         diagnostics.add(path + ".point_of_interest",
-                        "there is no place named '" + trade.point_of_interest() + "'");
+                        "there is no point of interest named '" + trade.point_of_interest() + "'");
     }
     if (trade.give_size() + trade.take_size() == 0) {
         diagnostics.add(path, "gives nothing and takes nothing");
@@ -214,8 +214,9 @@ void check_forage(const Config& config,
     const int nest = find_point_of_interest(config, forage.nest());
     if (nest < 0) {
         diagnostics.add(path + ".nest",
-                        forage.has_nest() ? "there is no place named '" + forage.nest() + "'"
-                                          : "says nowhere to bring food to");
+                        forage.has_nest()
+                            ? "there is no point of interest named '" + forage.nest() + "'"
+                            : "says nowhere to bring food to");
     }
     if (forage.radius_m() > kMostCells * forage.cell_m()) {
         diagnostics.add(path + ".radius_m", "is more than 500 times cell_m");
@@ -224,7 +225,7 @@ void check_forage(const Config& config,
         const int food = find_point_of_interest(config, forage.food(f));
         const std::string here = join_path(path, "food", f);
         if (food < 0) {
-            diagnostics.add(here, "there is no place named '" + forage.food(f) + "'");
+            diagnostics.add(here, "there is no point of interest named '" + forage.food(f) + "'");
         } else if (nest >= 0 &&
                    std::max(std::abs(config.point_of_interest(food).x_m() -
                                      config.point_of_interest(nest).x_m()),
@@ -282,9 +283,9 @@ void check_action_details(const proto::config::Config& config,
     if (action.has_point_of_interest() &&
         find_point_of_interest(config, action.point_of_interest()) < 0) {
         diagnostics.add(path + ".point_of_interest",
-                        "there is no place named '" + action.point_of_interest() + "'");
+                        "there is no point of interest named '" + action.point_of_interest() + "'");
     } else if (action.action() == proto::config::GO && !action.has_point_of_interest()) {
-        diagnostics.add(path + ".action", "says nowhere to go: `place` is not set");
+        diagnostics.add(path + ".action", "says nowhere to go: `point_of_interest` is not set");
     } else if (action.action() != proto::config::GO && action.has_point_of_interest()) {
         diagnostics.add(path + ".point_of_interest", "is of GO alone");
     }
@@ -313,7 +314,7 @@ void check_action_details(const proto::config::Config& config,
     for (int a = 0; a < action.along_size(); ++a) {
         if (find_point_of_interest(config, action.along(a)) < 0) {
             diagnostics.add(join_path(path, "along", a),
-                            "there is no place named '" + action.along(a) + "'");
+                            "there is no point of interest named '" + action.along(a) + "'");
         }
     }
     for (int t = 0; t < action.trade_size(); ++t) {

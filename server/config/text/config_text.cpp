@@ -62,7 +62,7 @@ void report_unknown(const std::string& text,
         google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(type);
     std::string what = "unknown setting";
     if (message != nullptr) {
-        what += " in " + (message == config.GetDescriptor() ? "the config" : message->name());
+        what += " in " + (message->name() == "Config" ? "the config" : message->name());
         what += advice_on(*message, name);
     }
     diagnostics.add_at(line, column, name, what);

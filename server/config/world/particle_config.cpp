@@ -112,7 +112,7 @@ void check_burst(const proto::config::Burst& burst,
         }
     }
     if (burst.visibility_filter() == proto::config::RULES) {
-        diagnostics.add(path + ".conceal", "rules are asked about entities, not about places");
+        diagnostics.add(path + ".visibility_filter", "rules are asked about entities, not about places");
     }
     if (longest_life(burst) < burst.lifetime_min_s()) {
         diagnostics.add(path + ".lifetime_max_s",

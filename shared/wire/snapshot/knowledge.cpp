@@ -1,4 +1,3 @@
-// build: hot loops
 #include "shared/wire/snapshot/knowledge.h"
 
 #include <algorithm>

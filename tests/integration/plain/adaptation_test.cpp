@@ -110,7 +110,7 @@ TEST(AdaptationInZones, FollowsThePlayersOfEachZoneAndAgentsTakeThatOfTheNext) {
     }
     ASSERT_TRUE(west && east);
     EXPECT_NE(log.text().find("zone 1: difficulty usual -> fast at tick 30: 2 successes and 0 "
-                              "failures of players at usual, position 2.00"),
+                              "failures of players at usual, level 2.00"),
               std::string::npos)
         << log.text();
     EXPECT_NE(log.text().find("zone 2: difficulty usual -> slow at tick 30"), std::string::npos);

@@ -131,7 +131,7 @@ TEST(Forage, IsCheckedWithLineAndColumn) {
     EXPECT_THAT(mistakes("nest: \"nest\"", ""), testing::HasSubstr("nowhere to bring food"));
     EXPECT_THAT(mistakes("food: \"crumbs\"", "food: \"cake\""), testing::HasSubstr("named 'cake'"));
     EXPECT_THAT(mistakes("radius_m: 14", "radius_m: 9"), testing::HasSubstr("farther than"));
-    EXPECT_THAT(mistakes("action: FORAGE", "action: IDLE"), testing::HasSubstr("hill:10:59"));
+    EXPECT_THAT(mistakes("action: FORAGE", "action: IDLE"), testing::HasSubstr("hill:10:57"));
 }
 
 }  // namespace

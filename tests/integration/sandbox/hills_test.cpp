@@ -77,9 +77,9 @@ TEST_F(Hills, AreConsistentOnABadNetworkAcrossTheBorder) {
 TEST_F(Hills, CostClientsThatAreNotToldCorrectionsButNoConsistency) {
     server.network.delay_s = 0.03;
     const double told = run().own_correction_m.percentile(0.99);
-    server.sets = {"statics.surface[0].told=false",
-                   "statics.surface[1].told=false",
-                   "statics.surface[2].told=false"};
+    server.sets = {"statics.surface[0].replicated=false",
+                   "statics.surface[1].replicated=false",
+                   "statics.surface[2].replicated=false"};
     const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     ASSERT_GT(report.own_correction_m.count(), 100u);

@@ -9,7 +9,7 @@ namespace {
 
 /// The guard of the test config walks to a mill when it is day, and buys flour there.
 const std::string kMill = with("brain {\n  name: \"guard\"",
-                               R"(place { name: "mill" x_m: 5 z_m: -7 radius_m: 2
+                               R"(point_of_interest { name: "mill" x_m: 5 z_m: -7 radius_m: 2
   stock { good: "flour" start: 4 high: 9 per_s: 0.5 }
 }
 brain {
@@ -74,7 +74,7 @@ TEST(MistakesInPointsOfInterest, AreFoundWhereTheyAre) {
     expect_single(
         mill_with("trade { point_of_interest: \"mill\"", "trade { point_of_interest: \"mall\""),
         "point_of_interest: \"mall\"",
-        "no place named 'mall'");
+        "no point of interest named 'mall'");
     expect_single(mill_with("take { good: \"flour\" }", "take { good: \"bread\" }"),
                   "good: \"bread\"",
                   "have no variable named 'bread'");
@@ -82,19 +82,20 @@ TEST(MistakesInPointsOfInterest, AreFoundWhereTheyAre) {
                   "good: \"coins\" }",
                   "in this trade already");
     expect_single(mill_with("give { good: \"coins\" amount: 2 } take { good: \"flour\" }", ""),
-                  "trade { place",
+                  "trade { point_of_interest",
                   "gives nothing and takes nothing");
     expect_single(mill_with("\"mill.flour\"", "\"mill.bread\""),
                   "sense: \"mill.bread\"",
                   "no \"PLACE.distance\" or \"PLACE.GOOD\"");
     expect_single(mill_with("start: 4 high: 9", "start: 10 high: 9"), "start: 10", "above `high`");
-    expect_single(
-        mill_with("x_m: 5 z_m: -7", "x_m: 50000 z_m: -7"), "place {", "outside the world");
-    expect_single(
-        mill_with("place { name: \"mill\"",
-                  "place { name: \"mill\" x_m: 0 z_m: 0 }\npoint_of_interest { name: \"mill\""),
-        "name: \"mill\" x_m: 5",
-        "another place named 'mill'");
+    expect_single(mill_with("x_m: 5 z_m: -7", "x_m: 50000 z_m: -7"),
+                  "point_of_interest {",
+                  "outside the world");
+    expect_single(mill_with("point_of_interest { name: \"mill\"",
+                            "point_of_interest { name: \"mill\" x_m: 0 z_m: 0 }\npoint_of_interest "
+                            "{ name: \"mill\""),
+                  "name: \"mill\" x_m: 5",
+                  "another place named 'mill'");
     expect_single(mill_with("per_s: 0.5 }", "per_s: 0.5 } stock { good: \"distance\" }"),
                   "good: \"distance\"",
                   "what the place is sensed by");

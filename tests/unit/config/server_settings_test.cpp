@@ -34,13 +34,14 @@ TEST(ServerSettings, SettingsThatAreMadeWithoutAConfigHaveTheDefaultsOfTheSchema
 }
 
 TEST(ServerSettings, TakeWhatTheConfigSays) {
-    const Outcome parsed = parse(kValid +
-                                 "network { udp_port: 4000 max_clients: 7 }\n"
-                                 "session { dev_rights: PLAY dev_rights: ADMIN }\n"
-                                 "run { log_level: LEVEL_WARNING }\n"
-                                 "topic { name: \"news/*\" history_events: 3 }\n"
-                                 "testing { stall_zone { zone: \"east\" at_tick: 5 } "
-                                 "leak_topic { probability: 1 } }\n");
+    const Outcome parsed =
+        parse(with("dev_mode_loopback: true",
+                   "dev_mode_loopback: true dev_rights: PLAY dev_rights: ADMIN") +
+              "network { udp_port: 4000 max_clients: 7 }\n"
+              "run { log_level: LEVEL_WARNING }\n"
+              "topic { name: \"news/*\" history_events: 3 }\n"
+              "testing { stall_zone { zone: \"east\" at_tick: 5 } "
+              "leak_topic { probability: 1 } }\n");
     ASSERT_TRUE(parsed.ok) << format_errors("test", parsed.errors);
     const ServerSettings& server = parsed.settings.server;
     EXPECT_EQ(server.network.udp_port, 4000);
