@@ -39,10 +39,7 @@ class Collector : public google::protobuf::io::ErrorCollector {
     std::vector<Remark> warnings;
 };
 
-void report_unknown(const std::string& text,
-                    const Remark& remark,
-                    const Message& config,
-                    Diagnostics& diagnostics) {
+void report_unknown(const std::string& text, const Remark& remark, Diagnostics& diagnostics) {
     // 'Message type "zoned.proto.config.World" has no field named "tickrate".'
     const std::string type = quoted(remark.text, 0);
     const std::string name = quoted(remark.text, 1);
@@ -170,7 +167,7 @@ bool parse_config_text(const std::string& text,
                               find_culprit(remaining, collector.errors.front(), culprit);
         if (!repaired) {
             for (const Remark& remark : collector.warnings) {
-                report_unknown(remaining, remark, config, diagnostics);
+                report_unknown(remaining, remark, diagnostics);
             }
             for (const Remark& remark : collector.errors) {
                 diagnostics.add_at(remark.line, remark.column, "", "syntax: " + remark.text);
