@@ -1,5 +1,5 @@
-// FieldWriter, FieldReader: write numbers one after the other, and read them again. No program uses
-// them yet; snapshots of zones will.
+// FieldWriter, FieldReader: write numbers one after the other, and read them again.
+// Reached by no program yet: snapshots of zones will use it.
 #pragma once
 
 #include <bit>

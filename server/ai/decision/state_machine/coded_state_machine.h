@@ -1,5 +1,5 @@
 // CodedTurn: runs state machines that are written as C++ code, with the meaning of compiled tables.
-// No program uses it yet; rules in C++ will.
+// Reached by no program yet: rules in C++ will use it.
 #pragma once
 
 #include "server/ai/decision/state_machine/active_states.h"

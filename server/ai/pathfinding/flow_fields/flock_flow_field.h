@@ -1,5 +1,5 @@
 // FlockFlowField: directions over the ground that steer a flock, along a path or to a goal.
-// No program uses it yet; flocking of large herds on a device will.
+// Reached by no program yet: flocking of large herds on a device will use it.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"

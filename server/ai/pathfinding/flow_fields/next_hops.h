@@ -1,5 +1,5 @@
 // NextHops: packed hops to goals that are requested often.
-// No program uses it yet; next hops embedded in map data will.
+// Reached by no program yet: next hops embedded in map data will use it.
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
