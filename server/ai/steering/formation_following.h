@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/agent/agent_store.h"
-#include "server/ai/steering/desired_velocity.h"
 #include "server/ai/crowd/assignment.h"
+#include "server/ai/steering/desired_velocity.h"
 #include "shared/motion/static_geometry.h"
 
 #include <span>
