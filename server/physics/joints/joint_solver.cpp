@@ -15,15 +15,15 @@ namespace {
 /// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
 /// substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
-/// An error is undone no faster than this, m/s and rad/s, besides the error that the joint's own
-/// turning makes anew in each substep. So a torn joint (a body that was teleported) closes within
-/// sight and not at once.
+/// What contacts and other joints left of an error is undone within this time, s, and no faster than
+/// this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at once.
+constexpr float kUndoTime = 0.05F;
 constexpr float kUndoSpeed = 20.0F;
+/// Slower than this nothing needs to be taken back, m/s and rad/s.
+constexpr float kUndoStill = 1.0e-4F;
 /// A limit that is passed is left no faster than this besides. A limit that a graph's other joints
 /// hold passed would throw the body that it pushes.
 constexpr float kLimitSpeed = 1.0F;
-/// Share of an error that rows undo per substep which are solved one after the other.
-constexpr float kSingleShare = 0.2F;
 /// How often the set of limits and motors that hold is corrected.
 constexpr int kRounds = 4;
 /// A limit that closes slower than this does not take hold, m/s and rad/s.
@@ -54,19 +54,19 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
                    pose(item.pose_a, item.orientation_a, item.a),
                    pose(item.pose_b, item.orientation_b, item.b),
                    rows);
-        const float undo =
-            kUndoSpeed + gape(moving, item.a, joint.local_a) + gape(moving, item.b, joint.local_b);
+        const float bend =
+            gape(moving, item.a, joint.local_a) + gape(moving, item.b, joint.local_b);
         for (std::size_t i = 0; i < rows.count; ++i) {
             Row& row = rows_[item.first + i];
             row.row = rows.rows[i];
-            update_row(moving, item, undo, row);
+            update_row(moving, item, bend, row);
         }
     }
 }
 
 void JointSolver::update_row(const SolverBodies& moving,
                              const JointItem& item,
-                             float undo,
+                             float bend,
                              Row& row) const {
     constexpr float kInfinite = std::numeric_limits<float>::infinity();
     row.turn_a = moving.inverse_times(item.a, row.row.angular_a);
@@ -75,15 +75,16 @@ void JointSolver::update_row(const SolverBodies& moving,
     row.response = linear * row.row.linear.squaredNorm() + row.turn_a.dot(row.row.angular_a) +
                    row.turn_b.dot(row.row.angular_b);
     row.soft = 0.0F;
+    row.undo = 0.0F;
     row.low = -kInfinite;
     row.high = kInfinite;
-    const float rate = row.row.error / h_;
     switch (row.row.kind) {
         case RowKind::kHard:
-            row.bias = std::clamp(rate, -undo, undo);
+            aim_hard(bend, row);
             break;
         case RowKind::kLimit:
-            row.bias = std::max(rate, -kLimitSpeed);
+            row.undo = std::clamp(row.row.error / kUndoTime, -kLimitSpeed, 0.0F);
+            row.bias = row.undo + std::max(row.row.error, 0.0F) / h_;
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
@@ -95,6 +96,40 @@ void JointSolver::update_row(const SolverBodies& moving,
             update_spring(moving, item, row);
             break;
     }
+}
+
+/// An error has two parts. One is new: bodies went in straight lines where their joints bend, by no
+/// more than `bend`. SHAKE undoes it at once, and keeps the energy by that. The rest is what
+/// velocities left open that contacts changed after the joints had been solved. Undone at once it
+/// would push into those contacts again, harder with each substep. It is undone within kUndoTime,
+/// by velocities that last for one substep (see `relax`).
+void JointSolver::aim_hard(float bend, Row& row) const {
+    const float most = h_ * bend;
+    const float bent = std::clamp(row.row.error - row.straight_error, -most, most);
+    row.undo = std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
+    row.bias = bent / h_ + row.undo;
+    row.straight_error = row.row.error;
+}
+
+void JointSolver::note_motion(const SolverBodies& moving, float seconds) {
+    for (const JointItem& item : items_) {
+        for (std::size_t i = item.first; i < item.first + item.count; ++i) {
+            Row& row = rows_[i];
+            if (row.row.kind == RowKind::kHard) {
+                row.straight_error += seconds * speed(moving, item, row);
+            }
+        }
+    }
+}
+
+bool JointSolver::relax() {
+    bool any = false;
+    for (Row& row : rows_) {
+        any |= std::abs(row.undo) > kUndoStill;
+        row.bias -= row.undo;
+        row.undo = 0.0F;
+    }
+    return any;
 }
 
 /// The implicit midpoint rule for a spring of stiffness k and damping c: with x in the middle of
@@ -345,10 +380,7 @@ void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             Row& row = rows_[r];
-            const bool undoes = row.row.kind == RowKind::kHard ||
-                                (row.row.kind == RowKind::kLimit && row.bias < 0.0F);
-            const float bias = undoes ? kSingleShare * row.bias : row.bias;
-            const float wanted = speed(moving, items_[i], row) + bias + row.soft * row.impulse;
+            const float wanted = speed(moving, items_[i], row) + row.bias + row.soft * row.impulse;
             const float whole = row.response + row.soft;
             if (whole > 0.0F) {
                 move_impulse(moving, items_[i], row, row.impulse - wanted / whole);
@@ -372,6 +404,7 @@ void JointSolver::store(JointTable& table) const {
         float sum = 0.0F;
         for (std::size_t i = 0; i < item.count; ++i) {
             entry.impulse[i] = rows_[item.first + i].impulse;
+            entry.straight_error[i] = rows_[item.first + i].straight_error;
             sum += entry.impulse[i];
         }
         if (!std::isfinite(sum)) {

@@ -48,6 +48,10 @@ class JointSolver {
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
+    /// Notes how far the velocities move the rows; for each time that positions are integrated.
+    void note_motion(const SolverBodies& moving, float seconds);
+    /// From now on velocities no longer undo what is left of former errors. True if any did.
+    bool relax();
     /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 
@@ -73,8 +77,12 @@ class JointSolver {
         float response = 0.0F;  // J M^-1 J^T
         float soft = 0.0F;
         float bias = 0.0F;
+        float undo = 0.0F;  // share of the bias that undoes what is left of former errors
         float low = 0.0F, high = 0.0F;
         float impulse = 0.0F;
+        /// The error as it was at the last update, and what velocities did to it since: the error
+        /// now, were the row straight.
+        float straight_error = 0.0F;
         bool held = true;  // in the system of equations; otherwise its impulse stays
     };
 
@@ -92,7 +100,8 @@ class JointSolver {
     void shape_matrix();
 
     [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const;
-    void update_row(const SolverBodies& moving, const JointItem& item, float undo, Row& row) const;
+    void update_row(const SolverBodies& moving, const JointItem& item, float bend, Row& row) const;
+    void aim_hard(float bend, Row& row) const;
     void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;
     void choose_held(const SolverBodies& moving, const JointGroup& group);
     void factor(const SolverBodies& moving, const JointGroup& group);

@@ -265,8 +265,11 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         joints_.solve(moving_);
         solve_all<true>();
     }
-    moving_.integrate_positions(bodies, leaps_ && last ? 0.5F * h_ : h_, *team_);
-    const int relax_iterations = batches_.empty() ? 0 : parameters_.relax_iterations;
+    const float move = leaps_ && last ? 0.5F * h_ : h_;
+    joints_.note_motion(moving_, move);
+    moving_.integrate_positions(bodies, move, *team_);
+    const bool relax = joints_.relax() || !batches_.empty();
+    const int relax_iterations = relax ? parameters_.relax_iterations : 0;
     for (int i = 0; i < relax_iterations; ++i) {
         joints_.solve(moving_);
         tally_ = i + 1 == relax_iterations ? 1.0F : 0.0F;
@@ -329,6 +332,7 @@ void ContactSolver::solve(Bodies& bodies,
     prepare(bodies, graph, list, table, joints);
     leaps_ = !joints_.empty();
     if (leaps_) {
+        joints_.note_motion(moving_, 0.5F * h_);
         moving_.integrate_positions(bodies, 0.5F * h_, team);
     }
     for (int i = 0; i < parameters.substeps; ++i) {
