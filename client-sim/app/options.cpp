@@ -50,7 +50,7 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
         ->check(CLI::Range(0.1, 1e6));
     app.add_option("--behaviour",
                    raw.script,
-                   "Mix NAME[:share],... of wander, crowd, border, fight, hunt, chat, idle");
+                   "Mix NAME[:share],... of wander, crowd, border, fight, hunt, chat, idle, drive");
     app.add_option("--loss", raw.loss, "Lost datagrams, percent, each direction")
         ->check(CLI::Range(0.0, 100.0));
     app.add_option("--delay-ms", raw.delay_ms, "One-way delay per direction; TCP alike")

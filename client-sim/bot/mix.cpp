@@ -9,7 +9,7 @@ namespace zoned::bot {
 namespace {
 
 constexpr std::array<const char*, kScripts> kNames =
-    {"wander", "crowd", "border", "fight", "hunt", "chat", "idle"};
+    {"wander", "crowd", "border", "fight", "hunt", "chat", "idle", "drive"};
 
 using Mix = core::Result<std::vector<Share>>;
 
@@ -44,8 +44,9 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text) {
             }
         }
         if (!found) {
-            return Mix::failure("unknown script '" + name +
-                                "'; choose from wander, crowd, border, fight, hunt, chat, idle");
+            return Mix::failure(
+                "unknown script '" + name +
+                "'; choose from wander, crowd, border, fight, hunt, chat, idle, drive");
         }
         if (colon != std::string_view::npos) {
             const std::string_view number = entry.substr(colon + 1);

@@ -96,6 +96,9 @@ motion::InputCommand ScriptRunner::decide(const view::View& view,
             break;
         case Script::kIdle:
             break;
+        case Script::kDrive:
+            drive(view, tick, voice);
+            break;
     }
     // A change that others can see: another direction by more than rounding, or another speed.
     changed = std::abs(before.move_x - wish_.move_x) + std::abs(before.move_z - wish_.move_z) > 64;
@@ -210,7 +213,8 @@ ScriptRunner::Target ScriptRunner::nearest(const view::View& view, Prey prey) {
         }
         const view::TypeInfo& type = view.world().types[entity.type];
         const bool player = type.name == "player";
-        const Prey kind = !type.character ? Prey::kProp : player ? Prey::kPlayer : Prey::kNpc;
+        const Prey thing = type.seats > 0 && prey == Prey::kSeat ? Prey::kSeat : Prey::kProp;
+        const Prey kind = !type.character ? thing : player ? Prey::kPlayer : Prey::kNpc;
         if (kind != prey) {
             continue;
         }
@@ -272,6 +276,44 @@ void ScriptRunner::chat(const view::View& view, Tick tick, Voice& voice) {
         voice.command(sandbox::COMMAND_CHAT, bytes_of(line));
     }
     next_act_ = tick + 60 + static_cast<Tick>(rng_.below(90));
+}
+
+void ScriptRunner::drive(const view::View& view, Tick tick, Voice& voice) {
+    // Directions hold for some seconds: a vehicle takes time to follow.
+    constexpr Tick kLegTicks = 60;
+    constexpr std::uint32_t kLegs = 12;
+    constexpr double kReachM = 2.5;
+    if (view.own().carried()) {
+        if (tick < next_turn_) {
+            return;
+        }
+        if (next_act_ != 0 && rng_.below(kLegs) == 0) {
+            voice.command(sandbox::COMMAND_RIDE, bytes_of(sandbox::Ride()));
+            next_act_ = 0;
+            next_turn_ = tick + kLegTicks;
+            return;
+        }
+        pick_direction(tick);
+        wish_.buttons = 0;
+        next_act_ = tick;
+        next_turn_ = tick + kLegTicks + static_cast<Tick>(rng_.below(kLegTicks));
+        return;
+    }
+    const Target seat = nearest(view, Prey::kSeat);
+    if (!seat.id || tick < next_turn_) {
+        wander(view, tick, voice);
+        return;
+    }
+    const Vec3d here = view.own().position();
+    if (seat.distance > kReachM) {
+        walk_to(here, seat.position.x(), seat.position.z(), true);
+        return;
+    }
+    sandbox::Ride command;
+    command.set_entity(seat.id.value);
+    voice.command(sandbox::COMMAND_RIDE, bytes_of(command));
+    // A second for the answer, then it tries again from elsewhere.
+    pick_direction(tick);
 }
 
 void ScriptRunner::touch_a_prop(const view::View& view, Voice& voice) {

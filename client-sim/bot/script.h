@@ -21,9 +21,10 @@ enum class Script : std::uint8_t {
     kHunt,    ///< chases and shoots the nearest NPC
     kChat,    ///< strolls and talks
     kIdle,    ///< stands
+    kDrive,   ///< gets on the nearest thing with seats and drives about
 };
 
-inline constexpr int kScripts = 7;
+inline constexpr int kScripts = 8;
 [[nodiscard]] const char* name_of(Script script);
 
 /// One entry of "--behaviour NAME[:share],...".
@@ -65,7 +66,8 @@ class ScriptRunner {
     enum class Prey : std::uint8_t {
         kPlayer,
         kNpc,
-        kProp
+        kProp,
+        kSeat
     };
 
     struct Target {
@@ -80,6 +82,7 @@ class ScriptRunner {
     void border(const view::View& view);
     void fight(const view::View& view, Prey prey, Tick tick, Voice& voice);
     void chat(const view::View& view, Tick tick, Voice& voice);
+    void drive(const view::View& view, Tick tick, Voice& voice);
     void touch_a_prop(const view::View& view, Voice& voice);
     void pick_direction(Tick tick);
     [[nodiscard]] static Target nearest(const view::View& view, Prey prey);

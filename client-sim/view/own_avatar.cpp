@@ -87,7 +87,8 @@ Correction OwnAvatar::reconcile(const wire::OwnState& own, ZoneId zone) {
         result.distance_m = (world_position(s) - truth).norm();
         const bool same = s.zone == zone && s.state.position == own.state.position &&
                           s.state.velocity == own.state.velocity &&
-                          s.state.grounded == own.state.grounded;
+                          s.state.grounded == own.state.grounded &&
+                          s.state.carried == own.state.carried;
         if (same) {
             base_tick_ = own.input_tick;
             return result;

@@ -50,6 +50,11 @@ class OwnAvatar {
     /// World position after the newest command; the origin before known().
     [[nodiscard]] Vec3d position() const;
 
+    /// Whether something carries it, after the newest command.
+    [[nodiscard]] bool carried() const {
+        return state_tick_ >= 0 && slot(state_tick_).state.carried;
+    }
+
     /// Limits of the own body.
     [[nodiscard]] motion::CharacterLimits limits() const;
 

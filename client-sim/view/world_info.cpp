@@ -51,6 +51,7 @@ TypeInfo read_type(const proto::EntityType& t) {
     type.name = core::is_clean_utf8(t.name()) ? t.name() : "?";
     type.upright = t.upright();
     type.character = t.character();
+    type.seats = t.seats();
     type.max_acceleration_mps2 = t.max_acceleration_mps2();
     type.max_velocity_jump_mps = t.max_velocity_jump_mps();
     if (t.has_limits()) {

@@ -70,6 +70,20 @@ struct InitialEntity {
     Quat orientation = Quat::Identity();
     std::uint16_t yaw = 0;
     bool asleep = false;  ///< props: sleeps until it is touched
+    std::string name;     ///< by which joints refer to it; may be empty
+};
+
+/// A body that a placed joint holds.
+struct JointEnd {
+    int entity = -1;         ///< in Settings::initial; -1: the world
+    std::uint16_t part = 0;  ///< of its assembly
+};
+
+/// A joint between entities of the world's beginning.
+struct PlacedJoint {
+    std::shared_ptr<const zone::JointPlan> plan;
+    JointEnd a;
+    JointEnd b;
 };
 
 /// A door of the config, world coordinates (float: worlds are some km).
@@ -117,7 +131,9 @@ struct Settings {
     std::string text;    ///< canonical text form of the whole config as read, for recordings
     double tick_rate_hz = 30.0;
     std::uint64_t seed = 1;
-    world::TypeTable types;
+    world::TypeTable types;  ///< of the config, then parts of assemblies
+    std::shared_ptr<const zone::AssemblyTable> assemblies =
+        std::make_shared<const zone::AssemblyTable>();
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
     /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all
@@ -131,6 +147,7 @@ struct Settings {
     std::vector<SurfaceSettings> surfaces;
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
+    std::vector<PlacedJoint> placed_joints;
     std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
                                       ///< the centre of the tallest character without an agent
                                       ///< stands

@@ -20,7 +20,7 @@ constexpr double kTypicalRecordBytes = 24.0;
 
 bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
     return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
-           a.grounded == b.grounded;
+           a.grounded == b.grounded && a.carried == b.carried;
 }
 
 }  // namespace

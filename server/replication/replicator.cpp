@@ -212,7 +212,8 @@ OwnNow Replicator::Impl::own_state(Tick now,
     result.state.state = {entities.position[row],
                           entities.velocity[row],
                           entities.yaw[row],
-                          entities.has(row, world::kGrounded)};
+                          entities.has(row, world::kGrounded),
+                          entities.has(row, world::kCarried)};
     const auto input =
         std::lower_bound(own.begin(), own.end(), client, [](const OwnInput& i, ClientId id) {
             return i.client < id;

@@ -2,6 +2,7 @@
 
 #include "server/rules/agreement.h"
 #include "server/rules/peer_messages.h"
+#include "server/rules/ragdolls.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,6 +69,7 @@ void die(Game& game, RulesContext& context, EntityId entity, CharacterRecord& re
     // Announced before it is hidden: afterwards nobody hears of it any more.
     context.announce(entity, event(sandbox::EVENT_KILL, kill));
     send_outcome(context, entity, record.killer);
+    fall_as_ragdoll(game, context, entity);
     context.hide(entity);
     record.life = Life::kDead;
     record.kill_event = EventId();

@@ -63,7 +63,7 @@ CharacterRecord& record_of(Game& game, const RulesContext& context, world::Row r
 void update_pending(Game& game, EntityId entity) {
     const auto character = game.characters.find(entity);
     const bool pending = (character != game.characters.end() && character->second.pending()) ||
-                         game.props.contains(entity);
+                         game.props.contains(entity) || game.ragdolls.contains(entity);
     if (pending) {
         game.pending.insert(entity);
     } else {
@@ -78,6 +78,7 @@ void forget(Game& game, EntityId entity) {
         game.characters.erase(character);
     }
     game.props.erase(entity);
+    game.ragdolls.erase(entity);
     game.pending.erase(entity);
 }
 

@@ -49,13 +49,15 @@ struct GameStats {
     std::uint64_t pick_ups_returned = 0;  ///< reserved for a picker who never took it
     std::uint64_t throws = 0;
     std::uint64_t pushes = 0;
+    std::uint64_t rides = 0;
 };
 
 /// Ordered containers: their order enters hashes and results.
 struct Game {
     GameSettings settings;
     TouchedRecords<CharacterRecord> characters;
-    std::map<EntityId, PropRecord> props;  ///< only those with something to remember
+    std::map<EntityId, PropRecord> props;        ///< only those with something to remember
+    std::map<EntityId, RagdollRecord> ragdolls;  ///< by their roots
     std::map<ClientId, EntityId> avatars;
     std::set<EntityId> pending;  ///< entities with a running timer
     bool surveyed = false;       ///< the characters of the world's beginning have records

@@ -13,7 +13,8 @@ constexpr float kClearanceM = 0.1F;
 
 bool portable(const Game& game, const RulesContext& context, world::Row row) {
     const world::EntityType& type = context.types()[context.entities().type[row]];
-    return type.kind == world::EntityKind::kProp && type.mass < game.settings.pickup_kg;
+    return type.kind == world::EntityKind::kProp && type.mass < game.settings.pickup_kg &&
+           type.assembly == 0 && !context.has_joints(context.entities().id[row]);
 }
 
 bool has_room(const Game& game, const CharacterRecord& record) {

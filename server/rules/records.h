@@ -160,4 +160,14 @@ struct PropRecord {
     }
 };
 
+/// What is left of a killed character.
+struct RagdollRecord {
+    Tick gone_at = 0;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.gone_at);
+    }
+};
+
 }  // namespace zoned::rules

@@ -7,7 +7,9 @@
 #include "server/rules/inventory.h"
 #include "server/rules/peer_messages.h"
 #include "server/rules/push.h"
+#include "server/rules/ragdolls.h"
 #include "server/rules/shooting.h"
+#include "server/rules/vehicles.h"
 #include "server/rules/weather.h"
 
 namespace zoned::rules {
@@ -19,6 +21,7 @@ constexpr float kIdleAfterS = 1.0F;
 /// First byte of a saved record; a change of the fields changes it.
 constexpr std::uint8_t kCharacterFormat = 0x12;
 constexpr std::uint8_t kPropFormat = 0x21;
+constexpr std::uint8_t kRagdollFormat = 0x31;
 
 zone::RulesEvent name_event(sandbox::EventKind kind, const CharacterRecord& who, EntityId avatar) {
     sandbox::PlayerName name;
@@ -129,6 +132,9 @@ void Sandbox::on_command(RulesContext& context,
         case sandbox::COMMAND_PUSH:
             push(game_, context, actor, payload);
             return;
+        case sandbox::COMMAND_RIDE:
+            ride(game_, context, actor, payload);
+            return;
         default:
             ++game_.stats.malformed;
             deny(game_, context, actor, "unknown command");
@@ -152,7 +158,9 @@ void Sandbox::on_input(RulesContext& context,
     }
     // A running character is heard farther; one that has stood for a while is heard less far.
     world::Stance stance = world::Stance::kNormal;
-    if (moving && (command.buttons & motion::kButtonSprint) != 0) {
+    if (context.entities().has(row, world::kCarried)) {
+        stance = world::Stance::kRiding;
+    } else if (moving && (command.buttons & motion::kButtonSprint) != 0) {
         stance = world::Stance::kRunning;
     } else if (context.now() - it->second.moved_at >= ticks(context, kIdleAfterS)) {
         stance = world::Stance::kIdle;
@@ -190,6 +198,10 @@ void Sandbox::run_timers(RulesContext& context) {
         const auto prop = game_.props.find(entity);
         if (prop != game_.props.end() && !run_prop(game_, context, entity, prop->second)) {
             game_.props.erase(prop);
+        }
+        const auto ragdoll = game_.ragdolls.find(entity);
+        if (ragdoll != game_.ragdolls.end() && !run_ragdoll(context, entity, ragdoll->second)) {
+            game_.ragdolls.erase(ragdoll);
         }
         update_pending(game_, entity);
     }
@@ -245,12 +257,16 @@ zone::Bytes Sandbox::take_entity(EntityId entity) {
     Writer writer(bytes);
     const auto character = game_.characters.find(entity);
     const auto prop = game_.props.find(entity);
+    const auto ragdoll = game_.ragdolls.find(entity);
     if (character != game_.characters.end()) {
         bytes.push_back(kCharacterFormat);
         CharacterRecord::fields(writer, character->second);
     } else if (prop != game_.props.end()) {
         bytes.push_back(kPropFormat);
         PropRecord::fields(writer, prop->second);
+    } else if (ragdoll != game_.ragdolls.end()) {
+        bytes.push_back(kRagdollFormat);
+        RagdollRecord::fields(writer, ragdoll->second);
     }
     forget(game_, entity);
     return bytes;
@@ -280,6 +296,14 @@ void Sandbox::load_entity(EntityId entity, std::span<const std::uint8_t> state) 
             update_pending(game_, entity);
             return;
         }
+    } else if (state.front() == kRagdollFormat) {
+        RagdollRecord record;
+        RagdollRecord::fields(reader, record);
+        if (reader.done()) {
+            game_.ragdolls[entity] = record;
+            update_pending(game_, entity);
+            return;
+        }
     }
     ++game_.stats.bad_states;
 }
@@ -303,6 +327,10 @@ void Sandbox::hash(core::StateHash& hash) const {
     for (const auto& [entity, record] : game_.props) {
         hash.add(entity.value);
         PropRecord::fields(hasher, record);
+    }
+    for (const auto& [entity, record] : game_.ragdolls) {
+        hash.add(entity.value);
+        RagdollRecord::fields(hasher, record);
     }
 }
 

@@ -39,6 +39,8 @@ constexpr std::array kNumbers = {
     Number{"impact_knock_mps", &GameSettings::impact_knock_mps, 0.0F, 50.0F},
     Number{"debris_count", &GameSettings::debris_count, 0.0F, 1000.0F},
     Number{"hail_damage", &GameSettings::hail_damage, 0.0F, 10000.0F},
+    Number{"ride_range_m", &GameSettings::ride_range_m, 0.5F, 20.0F},
+    Number{"ragdoll_s", &GameSettings::ragdoll_s, 0.1F, 3600.0F},
     Number{"chat_per_s", &GameSettings::chat_per_s, 0.1F, 100.0F},
     Number{"chat_burst", &GameSettings::chat_burst, 1.0F, 100.0F},
     Number{"bite_damage", &GameSettings::bite_damage, 0.0F, 10000.0F},
@@ -63,16 +65,28 @@ float number_of(const Number& number, const std::string& text) {
     return value;
 }
 
-void need_character(const std::string& setting,
-                    const std::string& type,
-                    const world::TypeTable& types) {
+const world::EntityType& need_type(const std::string& setting,
+                                   const std::string& type,
+                                   const world::TypeTable& types) {
     const auto it = std::find_if(
         types.begin(), types.end(), [&](const world::EntityType& t) { return t.name == type; });
     if (it == types.end()) {
         refuse(setting, "the world has no entity type \"" + type + "\"");
     }
-    if (it->kind != world::EntityKind::kCharacter) {
+    return *it;
+}
+
+void need_character(const std::string& setting,
+                    const std::string& type,
+                    const world::TypeTable& types) {
+    if (need_type(setting, type, types).kind != world::EntityKind::kCharacter) {
         refuse(setting, "entity type \"" + type + "\" is not a character");
+    }
+}
+
+void need_prop(const std::string& setting, const std::string& type, const world::TypeTable& types) {
+    if (need_type(setting, type, types).kind != world::EntityKind::kProp) {
+        refuse(setting, "entity type \"" + type + "\" is not a prop");
     }
 }
 
@@ -89,6 +103,10 @@ GameSettings parse_settings(const zone::RulesSettings& settings, const world::Ty
             game.bite_type = value;
             continue;
         }
+        if (name == "ragdoll_type") {
+            game.ragdoll_type = value;
+            continue;
+        }
         if (name == "debris_system" || name == "hail_system") {
             (name == "hail_system" ? game.hail_system : game.debris_system) = value;
             continue;
@@ -103,6 +121,9 @@ GameSettings parse_settings(const zone::RulesSettings& settings, const world::Ty
     need_character("player_type", game.player_type, types);
     if (!game.bite_type.empty()) {
         need_character("bite_type", game.bite_type, types);
+    }
+    if (!game.ragdoll_type.empty()) {
+        need_prop("ragdoll_type", game.ragdoll_type, types);
     }
     return game;
 }

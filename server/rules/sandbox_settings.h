@@ -37,6 +37,11 @@ struct GameSettings {
     std::string hail_system;     ///< simulated particles that hurt players; empty: none
     float hail_damage = 0.0F;    ///< of each one within 1 m, some four times a second, [0, 10000]
 
+    float ride_range_m = 3.0F;  ///< [0.5, 20]
+
+    std::string ragdoll_type;  ///< a prop that a killed character becomes; empty: none
+    float ragdoll_s = 8.0F;    ///< how long it lies there, [0.1, 3600]
+
     float chat_per_s = 2.0F;  ///< [0.1, 100]
     float chat_burst = 5.0F;  ///< [1, 100]
 

@@ -42,7 +42,7 @@ struct HostSettings {
     std::uint32_t dev_rights = mailbox::kRightPlay;
     std::vector<std::array<std::uint8_t, 32>>
         ticket_keys;  ///< Ed25519 public keys whose tickets are accepted
-    std::uint32_t protocol_version = 4;
+    std::uint32_t protocol_version = 5;
     std::string config_digest;
     proto::WorldDescription world;
     double tick_rate_hz = 30.0;

@@ -67,7 +67,13 @@ struct EntityType {
     float mass = 1.0F;               ///< kg, > 0
     float friction = 0.5F;
     float restitution = 0.0F;
-    float drag = 0.0F;                  ///< props: share of its speed that it loses per second, 1/s
+    float drag = 0.0F;          ///< props: share of its speed that it loses per second, 1/s
+    float angular_drag = 0.0F;  ///< rigid props: share of its spin that it loses per second, 1/s
+    /// 1 + index of the assembly that it is a part of; 0: one body alone.
+    std::uint16_t assembly = 0;
+    /// Number of the part. The root, 0, stands for the whole: `stands` is how the root is turned,
+    /// and `standing` holds all parts, about the root's centre.
+    std::uint16_t part = 0;
     motion::CharacterLimits character;  ///< kCharacter only
     std::array<float, kStances> aura_m{};  ///< how far the entity is heard, by stance, m
     std::array<float, kStances>
@@ -96,6 +102,9 @@ struct EntityType {
         }
         return radius;
     }
+
+    /// Spawned, it comes with all parts of its assembly.
+    [[nodiscard]] bool is_root() const { return assembly != 0 && part == 0; }
 
     /// Whether it may be simulated as less than it is.
     [[nodiscard]] bool reducible() const {

@@ -1,5 +1,6 @@
 #include "server/zone/census.h"
 
+#include "server/zone/assemblies/motors.h"
 #include "server/zone/simulation/character_movement.h"
 #include "server/zone/simulation/zone_doors.h"
 #include "server/zone/simulation/zone_particles.h"
@@ -35,6 +36,9 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     const SoftCount soft = count_soft(state);
     census.soft_bodies = soft.bodies;
     census.awake_soft = soft.awake;
+    census.joints = static_cast<std::uint32_t>(state.assemblies.joints.size());
+    census.motors = static_cast<std::uint32_t>(state.assemblies.motors.size());
+    census.moving_motors = moving_motors(state);
     census.rigid_soft = soft.rigid;
     census.viewers = static_cast<std::uint32_t>(state.clients.size());
     census.filtered_types = static_cast<std::uint32_t>(

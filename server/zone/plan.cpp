@@ -10,6 +10,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "movement",
                                                                      "representation",
                                                                      "soft",
+                                                                     "motors",
                                                                      "physics",
                                                                      "particles",
                                                                      "contacts",
@@ -61,13 +62,19 @@ StepPlan plan_for(const Census& census) {
     const bool physics =
         live && (census.awake_bodies > 0 || census.awake_soft > 0 || census.moving_characters > 0 ||
                  census.active_agents > 0 || census.viewers > 0 || census.ghosts_moved ||
-                 census.rules_busy || census.turning_doors > 0);
+                 census.rules_busy || census.turning_doors > 0 || census.moving_motors > 0);
     decide(Pass::kPhysics,
            physics,
-           census.awake_bodies > 0 ? "bodies are awake"
-           : census.awake_soft > 0 ? "soft bodies may push bodies"
-                                   : "somebody may touch a body",
+           census.awake_bodies > 0    ? "bodies are awake"
+           : census.awake_soft > 0    ? "soft bodies may push bodies"
+           : census.moving_motors > 0 ? "motors follow time"
+                                      : "somebody may touch a body",
            census.frozen ? frozen : "all bodies sleep");
+    decide(Pass::kMotors,
+           physics && census.motors > 0,
+           census.moving_motors > 0 ? "motors follow time" : "motors may have to hold a position",
+           census.motors == 0 ? "no joint has a motor"
+                              : (census.frozen ? frozen : "physics does not run"));
     decide(Pass::kRepresentation,
            physics && census.reducible > 0,
            "props may be less than they are where nobody is near",

@@ -17,6 +17,7 @@ enum class Pass : std::uint8_t {
     kMovement,
     kRepresentation,
     kSoft,
+    kMotors,
     kPhysics,
     kParticles,
     kContacts,
@@ -45,8 +46,11 @@ struct Census {
     std::uint32_t awake_bodies = 0;   ///< dynamic
     std::uint32_t reducible = 0;      ///< owned props that may be simulated as less than they are
     std::uint32_t soft_bodies = 0;
-    std::uint32_t awake_soft = 0;        ///< of these
-    std::uint32_t rigid_soft = 0;        ///< of these, simulated as rigid hulls
+    std::uint32_t awake_soft = 0;  ///< of these
+    std::uint32_t rigid_soft = 0;  ///< of these, simulated as rigid hulls
+    std::uint32_t joints = 0;
+    std::uint32_t motors = 0;            ///< of joints
+    std::uint32_t moving_motors = 0;     ///< of these: with a target that follows time
     std::uint32_t particle_systems = 0;  ///< simulated here
     std::uint32_t viewers = 0;
     std::uint32_t filtered_types = 0;    ///< of the world: kinds that are asked about

@@ -3,6 +3,7 @@
 
 #include "server/mailbox/messages.h"
 #include "server/world/entities.h"
+#include "server/zone/assemblies/assembly_state.h"
 #include "shared/core/ids.h"
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
@@ -66,6 +67,28 @@ struct EntityContact {
 struct ContactWish {
     bool lasts = false;  ///< in each step after the first, while one of the two is awake
     bool ends = false;
+};
+
+/// A joint as it is after the last step.
+struct JointReading {
+    EntityId a;  ///< none: the world
+    EntityId b;
+    /// Angle of a hinge, rad in (-pi, pi]; shift of a slider, m; length of a distance or spring, m;
+    /// gap of a ball or fixed joint, m.
+    float position = 0.0F;
+    float force_n = 0.0F;  ///< of the last step
+    bool motor = false;
+    float target = 0.0F;  ///< of the motor: rad/s or rad, m/s or m
+};
+
+/// A joint that pulled harder than it bears.
+struct BrokenJoint {
+    EntityJointId joint;
+    EntityId a;  ///< none: the world
+    EntityId b;
+    EntityId root;     ///< of the assembly that it held together; none: of none
+    std::string name;  ///< of the config
+    float force_n = 0.0F;
 };
 
 /// A reliable event of the rules.
@@ -147,17 +170,19 @@ class RulesContext {
         return false;
     }
 
+    /// A type of several bodies comes with all its parts; the id is that of the root.
     virtual EntityId spawn(const SpawnDef& def) = 0;
+    /// With the root of an assembly go all its parts that this zone owns.
     virtual void despawn(EntityId entity) = 0;
-    /// At rest. A soft body comes whole, as deformed as it is; pinned nodes hold where they come
-    /// to.
+    /// At rest, and so is all that joints hold to it and rides on it, which comes along. A soft
+    /// body comes whole, as deformed as it is; pinned nodes hold where they come to.
     virtual void teleport(EntityId entity, const Vec3& position) = 0;
     /// Props: impulse / mass, of soft ones for each node that is not pinned; characters: a knock
     /// that apply_input starts from. m/s.
     virtual void add_velocity(EntityId entity, const Vec3& change) = 0;
-    /// Takes an entity out of the world (no body, no viewer hears of it) or puts it back at
-    /// `position`. A soft body comes back as its type defines it: tears are whole again, plastic
-    /// set is gone.
+    /// Takes an entity out of the world (no body, no viewer hears of it; its joints and rides end)
+    /// or puts it back at `position`. A soft body comes back as its type defines it: tears are
+    /// whole again, plastic set is gone.
     virtual void hide(EntityId entity) = 0;
     virtual void show(EntityId entity, const Vec3& position, const Vec3& velocity) = 0;
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
@@ -174,6 +199,101 @@ class RulesContext {
             }
         }
         return std::nullopt;
+    }
+
+    // Joints, assemblies and riders. Zones own what hangs together as a whole.
+
+    /// The parts of an assembly that this zone owns, the root first; of another entity itself.
+    virtual void parts_of(EntityId root, std::vector<EntityId>& out) const { out.assign(1, root); }
+
+    /// The root of the assembly that an entity is a part of, where this zone knows it; of another
+    /// entity itself.
+    [[nodiscard]] virtual EntityId assembly_root(EntityId part) const { return part; }
+
+    /// The joint of that name in an assembly of this zone; with no root, between placed entities.
+    /// None where there is no such joint, or it is gone.
+    [[nodiscard]] virtual EntityJointId joint_named(EntityId root, std::string_view name) const {
+        (void)root;
+        (void)name;
+        return {};
+    }
+
+    /// Joins two entities of this zone as they are, or `b` and the world (`a` none). At least one
+    /// is a prop, neither is soft, hidden or has an agent. None where that is not so, or a number
+    /// is out of range.
+    virtual EntityJointId add_joint(EntityId a, EntityId b, const JointPlan& plan) {
+        (void)a;
+        (void)b;
+        (void)plan;
+        return {};
+    }
+
+    virtual void remove_joint(EntityJointId joint) { (void)joint; }
+
+    [[nodiscard]] virtual std::optional<JointReading> joint(EntityJointId joint) const {
+        (void)joint;
+        return std::nullopt;
+    }
+
+    [[nodiscard]] virtual bool has_joints(EntityId entity) const {
+        (void)entity;
+        return false;
+    }
+
+    /// The target of a joint's motor from now on, in place of what the config says: rad/s or rad,
+    /// m/s or m. False where it has no motor, or the number is not finite or too large.
+    virtual bool set_motor_target(EntityJointId joint, float target) {
+        (void)joint;
+        (void)target;
+        return false;
+    }
+
+    /// Rigid props, in the coming step: force in N at a zone-local point, and torque in N m.
+    /// Several add up.
+    virtual void apply_force(EntityId entity, const Vec3& force, const Vec3& point) {
+        (void)entity;
+        (void)force;
+        (void)point;
+    }
+
+    virtual void apply_torque(EntityId entity, const Vec3& torque) {
+        (void)entity;
+        (void)torque;
+    }
+
+    /// Rigid props, at once: impulse in N s at a zone-local point.
+    virtual void apply_impulse(EntityId entity, const Vec3& impulse, const Vec3& point) {
+        (void)entity;
+        (void)impulse;
+        (void)point;
+    }
+
+    /// A character gets onto the seat of an assembly (0: it drives). The next step carries it.
+    /// False where either is not here, the seat is taken or not there, or the character rides
+    /// already or has an agent.
+    virtual bool mount(EntityId rider, EntityId root, std::size_t seat) {
+        (void)rider;
+        (void)root;
+        (void)seat;
+        return false;
+    }
+
+    /// It walks again from `position`.
+    virtual void dismount(EntityId rider, const Vec3& position) {
+        (void)rider;
+        (void)position;
+    }
+
+    /// What carries a character; none: nothing.
+    [[nodiscard]] virtual EntityId carrier_of(EntityId rider) const {
+        (void)rider;
+        return {};
+    }
+
+    /// How many seats an assembly has.
+    [[nodiscard]] virtual std::size_t seats_of(EntityId root) const {
+        (void)root;
+        return 0;
     }
 
     /// Nearest thing along a ray, entities (ghosts too) and static world; `ignore` is passed
@@ -285,6 +405,12 @@ class Rules {
     /// A contact is reported in each zone that simulates it: with a ghost, in the zones of both
     /// owners.
     virtual void on_contact(RulesContext& context, const EntityContact& contact) = 0;
+
+    /// A joint broke in the last step; it is gone.
+    virtual void on_joint_broken(RulesContext& context, const BrokenJoint& joint) {
+        (void)context;
+        (void)joint;
+    }
 
     /// Asked when an entity of that type gets a body, a ghost too. A pair of bodies reports
     /// contacts if either type asks for it. A contact ends in the zone that an entity leaves and

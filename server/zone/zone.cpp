@@ -1,5 +1,8 @@
 #include "server/zone/zone.h"
 
+#include "server/zone/assemblies/entity_joints.h"
+#include "server/zone/assemblies/motors.h"
+#include "server/zone/assemblies/riding.h"
 #include "server/zone/border/ghosts.h"
 #include "server/zone/border/handoff.h"
 #include "server/zone/census.h"
@@ -19,6 +22,7 @@
 #include "server/zone/zone_context.h"
 #include "server/zone/zone_hash.h"
 #include "server/zone/zone_setup.h"
+#include "shared/core/assert.h"
 
 #include <algorithm>
 #include <utility>
@@ -79,6 +83,18 @@ EntityId Zone::spawn(const SpawnDef& def) {
     return spawn_entity(*state_, def);
 }
 
+core::Result<EntityJointId> Zone::join_placed(EntityId a, EntityId b, std::uint16_t number) {
+    const world::Entities& e = state_->entities;
+    const world::Row row_b = e.find(b);
+    ZONED_ASSERT(row_b != world::kNoRow, "placed entities were spawned in this zone");
+    return join(*state_,
+                a,
+                b,
+                (*state_->settings.placed_joints)[number],
+                present_frame(e, a ? e.find(a) : world::kNoRow, row_b),
+                {EntityId(), number});
+}
+
 template <class Work>
 void Zone::pass(Pass which, Work&& work) {
     if (!state_->report.plan.has(which)) {
@@ -123,15 +139,18 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     pass(Pass::kMovement, [&] { return move_characters(s); });
     pass(Pass::kRepresentation, [&] { return choose_representations(s); });
     pass(Pass::kSoft, [&] { return step_soft(s); });
+    pass(Pass::kMotors, [&] { return follow_motors(s); });
     pass(Pass::kPhysics, [&] {
         s.report.physics = s.scene.step(s.settings.dt);
         push_characters(s);
-        return copy_moved_bodies(s);
+        const std::uint32_t moved = copy_moved_bodies(s);
+        return moved + carry_riders(s);
     });
     pass(Pass::kParticles, [&] { return step_particles(s); });
     pass(Pass::kContacts, [&] {
         ZoneContext context(s);
-        return report_contacts(s, context);
+        const std::uint32_t contacts = report_contacts(s, context);
+        return contacts + report_breaks(s, context);
     });
     pass(Pass::kHandoff, [&] { return s.report.handoffs_out = hand_off(s); });
 }

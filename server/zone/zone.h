@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/zone/zone_state.h"
+#include "shared/core/result.h"
 
 #include <cstdint>
 #include <memory>
@@ -28,8 +29,12 @@ class Zone {
     EntityId spawn(const SpawnDef& def);
 
     /// First half: inbox -> rules -> agents -> movement -> representation -> soft bodies ->
-    /// physics -> contacts -> handoffs out.
+    /// motors -> physics -> contacts -> handoffs out.
     virtual void simulate(Tick now, std::span<const mailbox::InboxItem> inbox);
+
+    /// Makes a joint between placed entities, `a` none: the world; only before the first tick.
+    /// `number`: of ZoneSettings::placed_joints. Fails with the reason.
+    core::Result<EntityJointId> join_placed(EntityId a, EntityId b, std::uint16_t number);
 
     /// Between the halves, in this order: all handoffs, then every export, then every import.
     void accept_handoff(Handoff& handoff);

@@ -1,5 +1,9 @@
 #include "server/zone/zone_context.h"
 
+#include "server/zone/assemblies/assembly_spawning.h"
+#include "server/zone/assemblies/entity_joints.h"
+#include "server/zone/assemblies/motors.h"
+#include "server/zone/assemblies/riding.h"
 #include "server/zone/simulation/soft_hull.h"
 #include "server/zone/simulation/spawning.h"
 #include "server/zone/simulation/zone_agents.h"
@@ -31,9 +35,13 @@ EntityId ZoneContext::spawn(const SpawnDef& def) {
 }
 
 void ZoneContext::despawn(EntityId entity) {
-    const world::Row row = owned(entity);
-    if (row != world::kNoRow) {
-        despawn_entity(*state_, row);
+    std::vector<EntityId> parts;
+    parts_of(entity, parts);
+    for (const EntityId part : parts) {
+        const world::Row row = owned(part);
+        if (row != world::kNoRow) {
+            despawn_entity(*state_, row);
+        }
     }
 }
 
@@ -56,11 +64,18 @@ void ZoneContext::teleport(EntityId entity, const Vec3& position) {
     }
     wake_agent(*state_, row);
     step_up_soft(*state_, row);
-    place(row, position, Vec3::Zero());
+    zone::dismount(*state_, entity);
     const world::Entities& e = state_->entities;
-    if (e.body[row]) {
-        state_->scene.set_state(e.body[row],
-                                {position, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
+    const Vec3 shift = position - e.position[row];
+    std::vector<world::Row> rows{row};
+    add_held(*state_, rows);
+    for (const world::Row held : rows) {
+        place(held, held == row ? position : Vec3(e.position[held] + shift), Vec3::Zero());
+        if (e.body[held]) {
+            state_->scene.set_state(
+                e.body[held],
+                {e.position[held], e.orientation[held], Vec3::Zero(), Vec3::Zero(), false});
+        }
     }
     place_soft(*state_, row);
 }
@@ -98,6 +113,8 @@ void ZoneContext::hide(EntityId entity) {
     }
     wake_agent(*state_, row);
     world::Entities& e = state_->entities;
+    end_rides_of(*state_, entity);
+    end_joints_of(*state_, entity);
     remove_body(*state_, row);
     e.set(row, world::kHidden, true);
     e.set(row, world::kAtRest, true);
@@ -113,6 +130,8 @@ void ZoneContext::show(EntityId entity, const Vec3& position, const Vec3& veloci
     }
     wake_agent(*state_, row);
     world::Entities& e = state_->entities;
+    end_rides_of(*state_, entity);
+    end_joints_of(*state_, entity);
     e.set(row, world::kHidden, false);
     remove_body(*state_, row);
     place(row, position, velocity);

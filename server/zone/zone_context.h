@@ -37,6 +37,22 @@ class ZoneContext final : public RulesContext {
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
     [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override;
 
+    void parts_of(EntityId root, std::vector<EntityId>& out) const override;
+    [[nodiscard]] EntityId assembly_root(EntityId part) const override;
+    [[nodiscard]] EntityJointId joint_named(EntityId root, std::string_view name) const override;
+    EntityJointId add_joint(EntityId a, EntityId b, const JointPlan& plan) override;
+    void remove_joint(EntityJointId joint) override;
+    [[nodiscard]] std::optional<JointReading> joint(EntityJointId joint) const override;
+    [[nodiscard]] bool has_joints(EntityId entity) const override;
+    bool set_motor_target(EntityJointId joint, float target) override;
+    void apply_force(EntityId entity, const Vec3& force, const Vec3& point) override;
+    void apply_torque(EntityId entity, const Vec3& torque) override;
+    void apply_impulse(EntityId entity, const Vec3& impulse, const Vec3& point) override;
+    bool mount(EntityId rider, EntityId root, std::size_t seat) override;
+    void dismount(EntityId rider, const Vec3& position) override;
+    [[nodiscard]] EntityId carrier_of(EntityId rider) const override;
+    [[nodiscard]] std::size_t seats_of(EntityId root) const override;
+
     [[nodiscard]] RayResult ray_cast(const Vec3& origin,
                                      const Vec3& direction,
                                      float max_distance,
@@ -72,6 +88,9 @@ class ZoneContext final : public RulesContext {
     /// Row of an entity that this zone owns, or kNoRow.
     [[nodiscard]] world::Row owned(EntityId entity) const;
     PendingEvent& queue_event(const RulesEvent& event, Audience audience);
+    /// The rigid body of an owned, visible prop, or none.
+    [[nodiscard]] BodyId prop_body(EntityId entity) const;
+    /// Moves a row to rest at `position`, and its body there.
     void place(world::Row row, const Vec3& position, const Vec3& velocity);
 
     ZoneState* state_;

@@ -1,5 +1,6 @@
 #include "server/zone/zone_hash.h"
 
+#include "server/zone/assemblies/entity_joints.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/block_hash.h"
 
@@ -78,6 +79,7 @@ std::uint32_t hash_tick(ZoneState& state) {
     if (first || state.report.plan.has(Pass::kSoft)) {
         hash_soft(state, state.hash);
     }
+    hash_assemblies(state, state.hash);
     if (state.report.plan.has(Pass::kAgents)) {
         state.ai_update.hash(state.agents, state.hash);
         state.points_of_interest.hash(state.hash);

@@ -6,7 +6,7 @@
 namespace zoned::zone {
 
 /// Rows that move or were touched since the last call, all in the first one; and the hashes of
-/// agents, places, particles, soft bodies and rules. Returns the number of rows.
+/// agents, places, particles, soft bodies, joints, riders and rules. Returns the number of rows.
 std::uint32_t hash_tick(ZoneState& state);
 
 }  // namespace zoned::zone

@@ -7,6 +7,7 @@
 #include "server/physics/soft/soft_bodies.h"
 #include "server/replication/replication_settings.h"
 #include "server/world/visibility.h"
+#include "server/zone/assemblies/assembly_state.h"
 #include "server/zone/entity_serialization.h"
 #include "server/zone/input_ring.h"
 #include "shared/core/ids.h"
@@ -36,8 +37,10 @@ struct Handoff {
     ZoneId to;
     EntityState state;
     std::optional<ai::Agent> agent;
-    std::uint16_t level = 0;         ///< of difficulty, by whose brains the agent lived
-    physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
+    std::uint16_t level = 0;          ///< of difficulty, by whose brains the agent lived
+    physics::soft::SoftParcel soft;   ///< all nodes of a soft body; empty for others
+    std::vector<EntityJoint> joints;  ///< of which this is the last end to leave
+    std::optional<Rider> ride;
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;
     std::vector<world::Visible> visible;   ///< the client's visible set, so that hysteresis goes on

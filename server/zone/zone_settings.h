@@ -8,6 +8,7 @@
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replication_settings.h"
 #include "server/world/entity_type.h"
+#include "server/zone/assemblies/assembly_def.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -108,6 +109,9 @@ struct ZoneSettings {
     float dt = 1.0F / 30.0F;  ///< s
     std::uint64_t seed = 1;
     std::shared_ptr<const world::TypeTable> types;
+    std::shared_ptr<const AssemblyTable> assemblies;  ///< may be null where no type is a part
+    /// Joints between placed entities, by number.
+    std::shared_ptr<const std::vector<std::shared_ptr<const JointPlan>>> placed_joints;
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
     /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all

@@ -10,6 +10,7 @@
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
+#include "server/zone/assemblies/assembly_state.h"
 #include "server/zone/plan.h"
 #include "server/zone/pose_history.h"
 #include "server/zone/rules.h"
@@ -171,6 +172,7 @@ struct ZoneState {
 
     world::Entities entities;
     physics::Scene scene;
+    AssemblyState assemblies;
     std::unique_ptr<SoftMatter> soft;  ///< null until there is a soft body
     compute::Team* team =
         nullptr;  ///< helps where a stage is large; outlives this; null: nobody does

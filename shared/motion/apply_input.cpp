@@ -312,6 +312,10 @@ CharacterState apply_input(const CharacterState& from,
     const bool jumps = from.grounded && (command.buttons & kButtonJump) != 0;
     CharacterState begin = from;
     begin.yaw = command.yaw;
+    if (from.carried) {
+        begin.position += from.velocity * dt;
+        return begin;
+    }
     if (from.grounded && !jumps) {
         if (still && from.velocity.isZero(0.0F) &&
             !moved_by_door(from.position, limits, world, tick)) {

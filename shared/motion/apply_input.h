@@ -30,6 +30,7 @@ struct CharacterState {
     Vec3 velocity = Vec3::Zero();
     std::uint16_t yaw = 0;
     bool grounded = false;
+    bool carried = false;  ///< rides on something: moves straight on, whatever its command
 };
 
 /// Moves an upright capsule for `dt` seconds (dt > 0).
@@ -40,6 +41,7 @@ struct CharacterState {
 /// - In the air the vertical motion is the exact parabola; steep slopes are slid down.
 /// - A grounded character without input and velocity keeps its state bit for bit, only the yaw
 ///   follows the command: there is no creep on a slope that carries.
+/// - Carried, it keeps its velocity and turns; who carries it says otherwise.
 /// - Nothing tunnels at any speed: moves are swept, and keep about a millimetre of air to boxes. A
 ///   capsule that begins inside a box is moved out by the shortest way.
 /// - Doors are as at `tick`, which is the one whose state is returned. A door that shuts on a

@@ -12,6 +12,7 @@ namespace {
 // First byte of the own state.
 constexpr std::uint8_t kOwnInputMissing = 1u << 0;
 constexpr std::uint8_t kOwnGrounded = 1u << 1;
+constexpr std::uint8_t kOwnCarried = 1u << 2;
 constexpr std::size_t kOwnFixedBytes = 1 + 1 + 2 + 6 * 4;  // flags, lead, yaw, six floats
 
 void append_bytes(std::size_t count, std::vector<std::uint8_t>& out) {
@@ -25,7 +26,8 @@ void write_own(const OwnState& own, Tick packet_tick, std::vector<std::uint8_t>&
     append_bytes(kOwnFixedBytes, out);
     std::uint8_t* p = out.data() + at;
     p[0] = static_cast<std::uint8_t>((own.input_missing ? kOwnInputMissing : 0) |
-                                     (own.state.grounded ? kOwnGrounded : 0));
+                                     (own.state.grounded ? kOwnGrounded : 0) |
+                                     (own.state.carried ? kOwnCarried : 0));
     p[1] = static_cast<std::uint8_t>(own.input_lead);
     store_le<std::uint16_t>(own.state.yaw, p + 2);
     for (int i = 0; i < 3; ++i) {
@@ -62,13 +64,14 @@ bool read_own(std::span<const std::uint8_t> body,
     }
     const std::uint8_t* p = body.data() + offset;
     offset += kOwnFixedBytes;
-    if ((p[0] & ~(kOwnInputMissing | kOwnGrounded)) != 0) {
+    if ((p[0] & ~(kOwnInputMissing | kOwnGrounded | kOwnCarried)) != 0) {
         return false;
     }
     own.avatar = EntityId(avatar);
     own.input_tick = packet_tick - age;
     own.input_missing = (p[0] & kOwnInputMissing) != 0;
     own.state.grounded = (p[0] & kOwnGrounded) != 0;
+    own.state.carried = (p[0] & kOwnCarried) != 0;
     own.input_lead = static_cast<std::int8_t>(p[1]);
     own.state.yaw = load_le<std::uint16_t>(p + 2);
     bool finite = true;

@@ -25,7 +25,7 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
 }
 
 /// Rigid bodies, networks, then worlds: rigid bodies and agents, soft bodies, particles, all paths
-/// to decide, policies.
+/// to decide, policies, joints.
 std::vector<Line> all_lines(unsigned threads) {
     std::vector<Line> lines = physics_lines(threads);
     const std::vector<Line> networks = training_lines(threads);
@@ -34,7 +34,8 @@ std::vector<Line> all_lines(unsigned threads) {
                                       {"cloth", 12},
                                       {"weather", 12},
                                       {"hamlet", 12},
-                                      {"learned", 12}}) {
+                                      {"learned", 12},
+                                      {"machines", 12}}) {
         const std::vector<Line> more = world_lines(world, bots, threads);
         lines.insert(lines.end(), more.begin(), more.end());
     }

@@ -20,6 +20,7 @@ struct PlainLog {
     std::vector<zone::EntityContact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
+    std::vector<zone::BrokenJoint> broken;
     bool busy = false;  ///< each_tick is called also where no player is
     /// Called by each zone's on_tick; set before the world runs.
     std::function<void(zone::RulesContext&)> each_tick;
@@ -68,6 +69,11 @@ class PlainRules final : public zone::Rules {
     void on_contact(zone::RulesContext&, const zone::EntityContact& contact) override {
         const std::lock_guard lock(log_->guard);
         log_->contacts.push_back(contact);
+    }
+
+    void on_joint_broken(zone::RulesContext&, const zone::BrokenJoint& joint) override {
+        const std::lock_guard lock(log_->guard);
+        log_->broken.push_back(joint);
     }
 
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex) const override { return log_->wish; }

@@ -1,9 +1,12 @@
 #include "server/app/world/world_settings.h"
 
+#include "server/zone/assemblies/assembly_spawning.h"
 #include "shared/core/assert.h"
+#include "shared/core/union_find.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zoned::app {
 
@@ -77,6 +80,14 @@ std::vector<zone::SurfaceBody> local_surfaces(const config::Settings& settings,
     return bodies;
 }
 
+std::size_t zone_holding(const std::vector<zone::Region>& regions, const Vec3d& place) {
+    const auto region = std::find_if(regions.begin(), regions.end(), [&](const zone::Region& r) {
+        return r.outside(place.x(), place.z()) == 0.0;
+    });
+    ZONED_ASSERT(region != regions.end(), "initial entities were checked to lie in the world");
+    return static_cast<std::size_t>(region - regions.begin());
+}
+
 }  // namespace
 
 std::vector<zone::Region> regions_of(const config::Settings& settings) {
@@ -98,6 +109,13 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.dt = static_cast<float>(1.0 / settings.tick_rate_hz);
     z.seed = settings.seed;
     z.types = types;
+    z.assemblies = settings.assemblies;
+    std::vector<std::shared_ptr<const zone::JointPlan>> placed;
+    for (const config::PlacedJoint& joint : settings.placed_joints) {
+        placed.push_back(joint.plan);
+    }
+    z.placed_joints = std::make_shared<const std::vector<std::shared_ptr<const zone::JointPlan>>>(
+        std::move(placed));
     z.solids = settings.solids;
     z.outers = settings.outers;
     z.softs = settings.softs;
@@ -119,19 +137,44 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
 void populate(const config::Settings& settings,
               const std::vector<zone::Region>& regions,
               std::span<const std::unique_ptr<zone::Zone>> zones) {
-    for (const config::InitialEntity& initial : settings.initial) {
-        const auto region =
-            std::find_if(regions.begin(), regions.end(), [&](const zone::Region& r) {
-                return r.outside(initial.position.x(), initial.position.z()) == 0.0;
-            });
-        ZONED_ASSERT(region != regions.end(), "initial entities were checked to lie in the world");
+    // What joints hold together begins in one zone: that of the first of them.
+    core::UnionFind groups;
+    groups.reset(settings.initial.size());
+    for (const config::PlacedJoint& joint : settings.placed_joints) {
+        if (joint.a.entity >= 0) {
+            groups.join(static_cast<std::uint32_t>(joint.a.entity),
+                        static_cast<std::uint32_t>(joint.b.entity));
+        }
+    }
+    std::vector<std::size_t> zone_of(settings.initial.size(), regions.size());
+    std::vector<EntityId> spawned;
+    for (std::size_t i = 0; i < settings.initial.size(); ++i) {
+        const config::InitialEntity& initial = settings.initial[i];
+        std::size_t& home = zone_of[groups.root(static_cast<std::uint32_t>(i))];
+        if (home == regions.size()) {
+            home = zone_holding(regions, initial.position);
+        }
         zone::SpawnDef def;
         def.type = initial.type;
-        def.position = (initial.position - region->origin()).cast<float>();
+        def.position = (initial.position - regions[home].origin()).cast<float>();
         def.orientation = initial.orientation;
         def.yaw = initial.yaw;
         def.asleep = initial.asleep;
-        zones[region->id.value - 1U]->spawn(def);
+        spawned.push_back(zones[home]->spawn(def));
+    }
+    for (std::size_t j = 0; j < settings.placed_joints.size(); ++j) {
+        const config::PlacedJoint& joint = settings.placed_joints[j];
+        const auto b = static_cast<std::uint32_t>(joint.b.entity);
+        zone::Zone& home = *zones[zone_of[groups.root(b)]];
+        const auto entity_of = [&](const config::JointEnd& end) {
+            return end.entity < 0
+                       ? EntityId()
+                       : zone::part_id(
+                             home.state(), spawned[static_cast<std::size_t>(end.entity)], end.part);
+        };
+        const auto made =
+            home.join_placed(entity_of(joint.a), entity_of(joint.b), static_cast<std::uint16_t>(j));
+        ZONED_ASSERT(made.ok(), "placed joints were checked when the config was read");
     }
 }
 

@@ -79,6 +79,9 @@ void check_shape(const proto::config::Config& config,
     } else if (type.has_soft()) {
         check_soft(config, type, path, diagnostics);
     }
+    if (type.angular_drag_ps() > 0.0 && (character || type.has_soft())) {
+        diagnostics.add(path + ".angular_drag_ps", "belongs to rigid props only");
+    }
     if (type.drag_ps() > 0.0 && (character || type.has_soft())) {
         diagnostics.add(path + ".drag_ps",
                         character ? "belongs to props only: what walks sets its own speed"

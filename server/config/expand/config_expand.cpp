@@ -154,6 +154,7 @@ world::EntityType expand_type(const proto::config::Config& config,
     out.friction = narrow(type.friction());
     out.restitution = narrow(type.restitution());
     out.drag = narrow(type.drag_ps());
+    out.angular_drag = narrow(type.angular_drag_ps());
     out.aura_m = expand_radii(config, type.aura_m());
     out.nimbus_m = expand_radii(config, type.nimbus_m());
     out.nimbus_cone = expand_cones(config, type.nimbus_m());

@@ -15,10 +15,12 @@
 #include "server/config/text/config_set.h"
 #include "server/config/text/config_text.h"
 #include "server/config/text/read_text.h"
+#include "server/config/types/assembly_config.h"
 #include "server/config/world/door_config.h"
 #include "server/config/world/environment_config.h"
 #include "server/config/world/particle_config.h"
 #include "server/config/world/pathfinding_config.h"
+#include "server/config/world/placed_joints.h"
 #include "server/config/world/scatter.h"
 #include "server/config/world/statics.h"
 #include "server/config/world/surfaces.h"
@@ -94,6 +96,7 @@ void check_and_expand(Config& config,
     written = config;
     settings.zones = expand_zones(config, diagnostics);
     settings.parameters = build_behaviours(config, diagnostics);
+    make_part_types(config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
     check_points_of_interest(config, settings.zones, diagnostics);
@@ -107,6 +110,7 @@ void check_and_expand(Config& config,
     check_shared_environment(config, diagnostics);
     check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
+    expand_assemblies(config, settings, diagnostics);
     settings.server = expand_server(config);
     settings.ai.points_of_interest.tracks = build_tracks(config, diagnostics);
     give_policies(config, policies, settings.ai.brains, diagnostics);
@@ -119,6 +123,7 @@ void check_and_expand(Config& config,
     settings.initial.clear();
     place_spawn_points(config, terrain, settings, diagnostics);
     place_entities(config, terrain, settings, diagnostics);
+    place_joints(config, settings, diagnostics);
     settings.methods.clear();
     if (diagnostics.empty()) {
         expand_adaptation(written, policies, settings, diagnostics);

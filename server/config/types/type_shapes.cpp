@@ -63,6 +63,7 @@ Solid solid_of(const physics::Shape& shape, const physics::Frame& frame, float r
     Solid out;
     out.shape = shape;
     out.stands = frame.rotation;
+    out.centre = frame.position;
     out.standing = physics::shape_bounds(shape, Vec3::Zero(), frame.rotation.toRotationMatrix());
     out.radius = radius;
     return out;

@@ -17,6 +17,7 @@ struct Solid {
     physics::Shape shape;
     Quat stands = Quat::Identity();  ///< rotates it to its orientation in the config
     Aabb standing;                   ///< its box in that orientation, about the centre of mass, m
+    Vec3 centre = Vec3::Zero();      ///< centre of mass as the config has it, m
     physics::Shape outer;            ///< of a compound: one hull around it
     float outer_cut_m = 0.0F;        ///< how far parts stand out of that, m
     float radius = 0.0F;             ///< of the sphere about the centre of mass that holds it, m

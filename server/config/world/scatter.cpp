@@ -1,12 +1,17 @@
 #include "server/config/world/scatter.h"
 
+#include "server/config/text/check_name.h"
+#include "server/physics/shapes/compound/bounds.h"
+#include "server/zone/simulation/type_body.h"
 #include "proto/config/config.pb.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <unordered_map>
+#include <utility>
 
 namespace zoned::config {
 
@@ -30,10 +35,21 @@ struct Pose {
     bool lying = false;
 };
 
+Pose pose_in(const Aabb& standing) {
+    const Vec3 reach = standing.lower.cwiseAbs().cwiseMax(standing.upper.cwiseAbs());
+    return {std::hypot(reach.x(), reach.z()),
+            standing.upper.y() - standing.lower.y(),
+            -standing.lower.y(),
+            false};
+}
+
 Pose pose_of(const world::EntityType& type) {
     if (type.kind == world::EntityKind::kCharacter) {
         const float height = 2.0F * (type.radius + type.half_segment);
         return {type.radius, height, 0.5F * height, false};
+    }
+    if (type.is_root()) {
+        return pose_in(type.standing);
     }
     switch (type.shape) {
         case world::TypeShape::kSphere:
@@ -41,13 +57,8 @@ Pose pose_of(const world::EntityType& type) {
         case world::TypeShape::kCapsule:
             return {type.radius + type.half_segment, 2.0F * type.radius, type.radius, true};
         case world::TypeShape::kSolid:
-        case world::TypeShape::kSoft: {
-            const Vec3 reach = type.standing.lower.cwiseAbs().cwiseMax(type.standing.upper);
-            return {std::hypot(reach.x(), reach.z()),
-                    type.standing.upper.y() - type.standing.lower.y(),
-                    -type.standing.lower.y(),
-                    false};
-        }
+        case world::TypeShape::kSoft:
+            return pose_in(type.standing);
         case world::TypeShape::kBox:
             break;
     }
@@ -67,7 +78,7 @@ InitialEntity make_entity(TypeIndex index,
     entity.position = position;
     const double angle = yaw * (2.0 * std::numbers::pi / 65536.0);
     Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
-    if (type.shape == world::TypeShape::kSolid) {
+    if (type.shape == world::TypeShape::kSolid || type.is_root()) {
         turned = turned * type.stands.cast<double>();
     }
     if (pose.lying) {
@@ -178,20 +189,26 @@ class Placer {
         const auto z = static_cast<float>(placement.z_m());
         const float bottom = placement.has_y_m() ? static_cast<float>(placement.y_m()) - pose.centre
                                                  : stand_on(x, z, pose.radius) + kClearance_m;
-        // Half of the covered disc: a box in a corner must not be refused for its rounded bounds.
-        const float inner = kInner * pose.radius;
-        const Aabb area{Vec3(x - inner, bottom, z - inner),
-                        Vec3(x + inner, bottom + pose.height, z + inner)};
-        if (!terrain_.clear(area)) {
+        InitialEntity entity =
+            make_entity(static_cast<TypeIndex>(type),
+                        kind,
+                        pose,
+                        Vec3d(placement.x_m(), bottom + pose.centre, placement.z_m()),
+                        yaw_from(placement.yaw_deg()));
+        if (!(kind.is_root() ? parts_clear(kind, entity) : disc_clear(x, z, bottom, pose))) {
             diagnostics_.add(path, "stands inside a static box or below the ground");
             return;
         }
+        if (placement.has_name() && check_name(placement.name(), "entity", path, diagnostics_) &&
+            !names_.insert(placement.name()).second) {
+            diagnostics_.add(path + ".name",
+                             "'" + placement.name() + "' is the name of another entity");
+        }
         occupied_.add(x, z, pose.radius);
-        add(type,
+        entity.name = placement.name();
+        add(std::move(entity),
             kind,
-            pose,
-            Vec3d(placement.x_m(), bottom + pose.centre, placement.z_m()),
-            yaw_from(placement.yaw_deg()),
+            path,
             placement.asleep() && (placement.has_y_m() || !slopes(x, z, pose.radius)));
     }
 
@@ -212,7 +229,7 @@ class Placer {
         core::Rng rng(settings_.seed ^ core::mix(entry.seed()), static_cast<std::uint64_t>(number));
         Occupied own;
         for (std::uint32_t i = 0; i < entry.count(); ++i) {
-            if (!scatter_one(entry, type, pose, region, apart, rng, own)) {
+            if (!scatter_one(entry, type, pose, region, apart, path, rng, own)) {
                 diagnostics_.add(path,
                                  "only " + std::to_string(i) + " of " +
                                      std::to_string(entry.count()) + " '" + entry.type() +
@@ -267,6 +284,7 @@ class Placer {
                      const Pose& pose,
                      const Rectangle& region,
                      float apart,
+                     const std::string& path,
                      core::Rng& rng,
                      Occupied& own) {
         const world::EntityType& kind = settings_.types[static_cast<std::size_t>(type)];
@@ -298,21 +316,52 @@ class Placer {
             }
             occupied_.add(x, z, r);
             own.add(x, z, r);
-            add(type, kind, pose, Vec3d(x, bottom + pose.centre, z), yaw, entry.asleep() && level);
+            add(make_entity(static_cast<TypeIndex>(type),
+                            kind,
+                            pose,
+                            Vec3d(x, bottom + pose.centre, z),
+                            yaw),
+                kind,
+                path,
+                entry.asleep() && level);
             return true;
         }
         return false;
     }
 
-    void add(int type,
+    void add(InitialEntity entity,
              const world::EntityType& kind,
-             const Pose& pose,
-             const Vec3d& position,
-             std::uint16_t yaw,
+             const std::string& path,
              bool asleep) {
-        InitialEntity entity = make_entity(static_cast<TypeIndex>(type), kind, pose, position, yaw);
+        if (asleep && kind.is_root()) {
+            diagnostics_.add(path + ".asleep", "what joints hold together begins awake");
+        }
         entity.asleep = asleep && kind.kind == world::EntityKind::kProp;
-        settings_.initial.push_back(entity);
+        settings_.initial.push_back(std::move(entity));
+    }
+
+    /// Half of the covered disc: a box in a corner must not be refused for its rounded bounds.
+    [[nodiscard]] bool disc_clear(float x, float z, float bottom, const Pose& pose) const {
+        const float inner = kInner * pose.radius;
+        return terrain_.clear(
+            {Vec3(x - inner, bottom, z - inner), Vec3(x + inner, bottom + pose.height, z + inner)});
+    }
+
+    /// The middle of each part: its corners may be rounder than its bounds.
+    [[nodiscard]] bool parts_clear(const world::EntityType& kind,
+                                   const InitialEntity& entity) const {
+        const Vec3 root = entity.position.cast<float>();
+        for (const zone::AssemblyPart& part : (*settings_.assemblies)[kind.assembly - 1U].parts) {
+            const Vec3 centre = root + entity.orientation * part.position;
+            const Quat turned = entity.orientation * part.orientation;
+            const physics::Shape shape =
+                zone::body_of(settings_.types[part.type], settings_.solids).shape;
+            const Aabb box = physics::shape_bounds(shape, Vec3::Zero(), turned.toRotationMatrix());
+            if (!terrain_.clear({centre + kInner * box.lower, centre + kInner * box.upper})) {
+                return false;
+            }
+        }
+        return true;
     }
 
     /// On a surface that is not level there: an entity there has to come to rest first.
@@ -339,6 +388,7 @@ class Placer {
     Settings& settings_;
     Diagnostics& diagnostics_;
     Occupied occupied_;
+    std::set<std::string> names_;
 };
 
 /// Half the height of the tallest character without an agent, as players may be.

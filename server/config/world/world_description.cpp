@@ -154,7 +154,12 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     out.set_tick_rate_hz(settings.tick_rate_hz);
     describe_quantization(settings.replication.quantization, *out.mutable_quantization());
     for (const world::EntityType& type : settings.types) {
-        describe_type(type, *out.add_types());
+        proto::EntityType& described = *out.add_types();
+        describe_type(type, described);
+        if (type.is_root()) {
+            const auto& seats = (*settings.assemblies)[type.assembly - 1U].seats;
+            described.set_seats(static_cast<std::uint32_t>(seats.size()));
+        }
     }
     for (std::size_t l = 0; l < settings.replication.lods.size(); ++l) {
         proto::Lod& lod = *out.add_lods();

@@ -114,7 +114,6 @@ class Scene {
     /// Force in N at a world point, or at the centre of mass, and torque in N m: they act through
     /// the next step and are gone after it; several add up. Wakes the body. Ignored for static and
     /// kinematic bodies; one that is not finite stops the body (see StepStats::quarantined).
-    /// Reached by no world yet: forces of game rules will use it.
     void apply_force(BodyId body, const Vec3& force, const Vec3& point);
     void apply_force(BodyId body, const Vec3& force);
     void apply_torque(BodyId body, const Vec3& torque);
@@ -128,7 +127,7 @@ class Scene {
     /// Sets which bodies the body meets from the next step on. Contacts that the filters no longer
     /// allow end. A body that it overlaps and now meets is pushed out as other overlaps are. Wakes
     /// the body, bodies that it touched and has to let go, and bodies that a static or kinematic
-    /// body now meets. Reached by no world yet: game rules that let bodies pass will use it.
+    /// body now meets.
     void set_filter(BodyId body, const Filter& filter);
     /// Turns a dynamic body into a particle or back; wakes it. Position, velocity, id and tag stay;
     /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
@@ -144,11 +143,13 @@ class Scene {
     /// Whether it touched another body that can move in the last step.
     [[nodiscard]] bool touches_bodies(BodyId body) const;
 
-    // Reached by no world yet: joints in worlds will use all that follows, up to joint_breaks().
-
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
     /// and numbers that are not finite or out of range; gives the reason. Wakes both bodies.
     core::Result<JointId> add_joint(const JointDef& def);
+    /// The same, but the points and axes of the definition hold, and angles and shifts are zero,
+    /// with the bodies at the poses `a` and `b` (of the world: the identity), wherever they are
+    /// now.
+    core::Result<JointId> add_joint(const JointDef& def, const Frame& a, const Frame& b);
     void remove_joint(JointId joint);  ///< wakes both bodies
     [[nodiscard]] bool contains(JointId joint) const;
     /// Angle of a hinge from where it was made, rad in (-pi, pi]; shift of a slider, m; length of a

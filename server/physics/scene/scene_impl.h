@@ -164,6 +164,10 @@ struct Scene::Impl {
 
     // scene_joints.cpp
     [[nodiscard]] JointPose pose_of(std::uint32_t row) const;
+    /// The poses are those at which the definition holds.
+    core::Result<JointId> add_joint(const JointDef& def,
+                                    const JointPose& pose_a,
+                                    const JointPose& pose_b);
     void drop_joint(std::uint32_t index);
     void wake_joint(std::uint32_t index);
     /// Wakes the bodies that joints hold to this one.

@@ -75,9 +75,10 @@ void Scene::Impl::break_joints() {
     }
 }
 
-core::Result<JointId> Scene::add_joint(const JointDef& def) {
+core::Result<JointId> Scene::Impl::add_joint(const JointDef& def,
+                                             const JointPose& pose_a,
+                                             const JointPose& pose_b) {
     using Refused = core::Result<JointId>;
-    Bodies& bodies = impl_->bodies;
     std::string reason = why_unfit(def);
     if (!reason.empty()) {
         return Refused::failure(std::move(reason));
@@ -93,20 +94,32 @@ core::Result<JointId> Scene::add_joint(const JointDef& def) {
     if (!bodies.is_dynamic(b) && (a == kNoIndex || !bodies.is_dynamic(a))) {
         return Refused::failure("joint: neither body is dynamic");
     }
-    const Joint joint = make_joint(def, impl_->pose_of(a), impl_->pose_of(b));
-    const JointId id = impl_->joints.add(bodies, joint, a, b);
-    if (!def.collide && a != kNoIndex && impl_->graph.contains(a, b)) {
-        impl_->graph.for_each_of(bodies, b, [&](std::uint32_t contact, std::uint32_t other) {
+    const JointId id = joints.add(bodies, make_joint(def, pose_a, pose_b), a, b);
+    if (!def.collide && a != kNoIndex && graph.contains(a, b)) {
+        graph.for_each_of(bodies, b, [&](std::uint32_t contact, std::uint32_t other) {
             if (other == a) {
-                impl_->end_touch(contact, impl_->left_contacts);
-                impl_->graph.destroy(bodies, contact);
+                end_touch(contact, left_contacts);
+                graph.destroy(bodies, contact);
             }
         });
     }
-    impl_->solver.reserve_joints(impl_->joints.rows());
-    impl_->active_joints.reserve(impl_->joints.rows());
-    impl_->wake_joint(impl_->joints.index_of(id));
+    solver.reserve_joints(joints.rows());
+    active_joints.reserve(joints.rows());
+    wake_joint(joints.index_of(id));
     return id;
+}
+
+core::Result<JointId> Scene::add_joint(const JointDef& def) {
+    const auto pose_of = [this](BodyId body) {
+        return impl_->pose_of(body == BodyId() ? kNoIndex : impl_->bodies.row_of(body));
+    };
+    return impl_->add_joint(def, pose_of(def.a), pose_of(def.b));
+}
+
+core::Result<JointId> Scene::add_joint(const JointDef& def, const Frame& a, const Frame& b) {
+    return impl_->add_joint(def,
+                            {a.position, a.rotation.toRotationMatrix()},
+                            {b.position, b.rotation.toRotationMatrix()});
 }
 
 void Scene::remove_joint(JointId joint) {

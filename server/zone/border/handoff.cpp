@@ -1,5 +1,7 @@
 #include "server/zone/border/handoff.h"
 
+#include "server/zone/assemblies/entity_joints.h"
+#include "server/zone/assemblies/riding.h"
 #include "server/zone/simulation/approaching_props.h"
 #include "server/zone/simulation/soft_hull.h"
 #include "server/zone/simulation/spawning.h"
@@ -38,12 +40,14 @@ bool is_owned_prop(const ZoneState& state, world::Row row) {
     return is_prop(state, row) && !state.entities.has(row, world::kGhost);
 }
 
-/// Rows of the owned props that touch `row` through contacts, itself included, and of those that
-/// are about to touch it.
+/// Rows of the owned props that touch `row` through contacts, itself included, of those that are
+/// about to touch it, and of all that joints and riding hold to them.
 std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
     std::vector<world::Row> rows;
     if (!is_owned_prop(state, row) || !state.entities.body[row]) {
-        return {row};
+        rows.push_back(row);
+        add_held_and_touching(state, rows);
+        return rows;
     }
     std::vector<BodyId> bodies;
     state.scene.island_of(state.entities.body[row], bodies);
@@ -58,6 +62,7 @@ std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
             rows.push_back(near);
         }
     }
+    add_held_and_touching(state, rows);
     return rows;
 }
 
@@ -111,13 +116,31 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
         state.clients.erase(state.clients.begin() + index);
     }
     h.soft = take_soft(state, h.state.id);
+    if (const Rider* ride = ride_of(state, h.state.id)) {
+        h.ride = *ride;
+        take_ride(state, h.state.id);
+    }
     remove_body(state, row);
     e.remove(row);
     state.grid_valid = false;
     return h;
 }
 
-/// An entity that fell out of the world is put back on the ground, just inside.
+void rest_at(ZoneState& state, world::Row row, const Vec3& place) {
+    world::Entities& e = state.entities;
+    e.position[row] = place;
+    e.velocity[row].setZero();
+    e.angular_velocity[row].setZero();
+    e.discontinuity_tick[row] = state.now;
+    e.set(row, world::kAtRest, false);
+    if (e.body[row]) {
+        state.scene.set_state(e.body[row],
+                              {place, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
+    }
+}
+
+/// An entity that fell out of the world is put back on the ground, just inside, and all that joints
+/// hold to it with it.
 void put_back(ZoneState& state, world::Row row) {
     step_up_soft(state, row);
     world::Entities& e = state.entities;
@@ -125,17 +148,15 @@ void put_back(ZoneState& state, world::Row row) {
     const Vec3d origin = region.origin();
     const auto half_x = static_cast<float>(region.max_x - origin.x()) - 2.0F;
     const auto half_z = static_cast<float>(region.max_z - origin.z()) - 2.0F;
-    Vec3& p = e.position[row];
+    Vec3 p = e.position[row];
     p.x() = std::clamp(p.x(), -half_x, half_x);
     p.z() = std::clamp(p.z(), -half_z, half_z);
     p.y() = state.settings.statics->floor_at(p.x(), p.z()) + 2.0F;
-    e.velocity[row].setZero();
-    e.angular_velocity[row].setZero();
-    e.discontinuity_tick[row] = state.now;
-    e.set(row, world::kAtRest, false);
-    if (e.body[row]) {
-        state.scene.set_state(e.body[row],
-                              {p, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
+    const Vec3 shift = p - e.position[row];
+    std::vector<world::Row> rows{row};
+    add_held(state, rows);
+    for (const world::Row held : rows) {
+        rest_at(state, held, held == row ? p : Vec3(e.position[held] + shift));
     }
     place_soft(state, row);
     state.grid_valid = false;
@@ -177,8 +198,16 @@ void leave_together(ZoneState& state, const std::vector<world::Row>& island, Zon
         ids.push_back(state.entities.id[row]);
     }
     std::sort(ids.begin(), ids.end());
+    std::vector<EntityJoint> joints = take_joints(state, ids);
     for (const EntityId id : ids) {
-        state.out.handoffs.push_back(take(state, state.entities.find(id), to));
+        Handoff h = take(state, state.entities.find(id), to);
+        // A joint goes with the later of its ends: then both are there.
+        for (EntityJoint& joint : joints) {
+            if (std::max(joint.a, joint.b) == id) {
+                h.joints.push_back(std::move(joint));
+            }
+        }
+        state.out.handoffs.push_back(std::move(h));
     }
 }
 
@@ -296,6 +325,12 @@ void accept(ZoneState& state, Handoff& handoff) {
         state.clients.insert(at, *handoff.client);
         state.replicator.add_client(handoff.transfer);
         continue_hearing(state, handoff.client->client, std::move(handoff.visible));
+    }
+    for (EntityJoint& joint : handoff.joints) {
+        give_joint(state, std::move(joint), shift);
+    }
+    if (handoff.ride) {
+        give_ride(state, *handoff.ride);
     }
     state.rules->load_entity(id, handoff.rules);
     state.accepted = true;

@@ -78,7 +78,7 @@ std::uint32_t move_characters(ZoneState& state) {
     world::for_each_row(e.stirring(), [&](world::Row row) {
         const world::EntityType& type = types[e.type[row]];
         if (type.kind != world::EntityKind::kCharacter || e.has(row, world::kGhost) ||
-            e.has(row, world::kHidden)) {
+            e.has(row, world::kHidden) || e.has(row, world::kCarried)) {
             return;
         }
         if (e.has(row, world::kAtRest) && !wants_to_move(e, row)) {

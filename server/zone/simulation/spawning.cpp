@@ -1,5 +1,8 @@
 #include "server/zone/simulation/spawning.h"
 
+#include "server/zone/assemblies/assembly_spawning.h"
+#include "server/zone/assemblies/entity_joints.h"
+#include "server/zone/assemblies/riding.h"
 #include "server/zone/simulation/type_body.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/assert.h"
@@ -32,9 +35,6 @@ void add_body(ZoneState& state, world::Row row, bool asleep) {
     def.velocity = e.velocity[row];
     def.angular_velocity = e.angular_velocity[row];
     def.user = e.id[row].value;
-    if (type.rewindable) {
-        def.filter.category = kRewindableCategory;
-    }
     def.asleep = asleep && def.kind == physics::BodyKind::kDynamic;
     const ContactWish wish = state.rules->contact_wish(e.type[row]);
     def.events = static_cast<std::uint8_t>((wish.lasts ? physics::kTellPersist : 0) |
@@ -91,10 +91,15 @@ EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
     add_body(state, row, def.asleep);
     add_agent(state, row);
     state.grid_valid = false;
+    if ((*state.settings.types)[def.type].is_root()) {
+        spawn_parts(state, id);
+    }
     return id;
 }
 
 void despawn_entity(ZoneState& state, world::Row row) {
+    end_rides_of(state, state.entities.id[row]);
+    end_joints_of(state, state.entities.id[row]);
     remove_body(state, row);
     if (state.agents.find(state.entities.id[row]) != nullptr) {
         state.paths.release(state.agents.slot_of(state.entities.id[row]));

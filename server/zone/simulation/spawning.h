@@ -16,9 +16,10 @@ void remove_body(ZoneState& state, world::Row row);
 /// Gives an owned entity the agent of its type, if the type has one.
 void add_agent(ZoneState& state, world::Row row);
 
-/// Spawns an owned entity: row, body, agent. Works before the first tick as well.
+/// Spawns an owned entity: row, body, agent; with the root of an assembly all its parts. Works
+/// before the first tick as well.
 EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
-/// Removes row, body and agent of an owned entity.
+/// Removes row, body, agent, joints and rides of an owned entity.
 void despawn_entity(ZoneState& state, world::Row row);
 
 }  // namespace zoned::zone

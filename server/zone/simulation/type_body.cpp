@@ -21,6 +21,14 @@ physics::Shape shape_of(const world::EntityType& type, std::span<const physics::
 
 }  // namespace
 
+physics::Filter filter_of(const world::EntityType& type) {
+    physics::Filter filter;
+    if (type.rewindable) {
+        filter.category = kRewindableCategory;
+    }
+    return filter;
+}
+
 physics::BodyDef body_of(const world::EntityType& type, std::span<const physics::Shape> solids) {
     physics::BodyDef def;
     def.kind = type.kind == world::EntityKind::kProp ? physics::BodyKind::kDynamic
@@ -28,7 +36,8 @@ physics::BodyDef body_of(const world::EntityType& type, std::span<const physics:
     def.shape = shape_of(type, solids);
     def.material = {type.friction, type.restitution};
     def.mass = type.mass;
-    def.damping.linear = type.drag;
+    def.damping = {type.drag, type.angular_drag};
+    def.filter = filter_of(type);
     return def;
 }
 

@@ -15,6 +15,9 @@ inline constexpr std::uint32_t kRewindableCategory = 1u << 1;
 /// Bodies of doors are in this category, all others are not.
 inline constexpr std::uint32_t kDoorCategory = 1u << 2;
 
+/// What the body of an entity of the type meets.
+physics::Filter filter_of(const world::EntityType& type);
+
 /// The body that an owned entity of the type has: shape, material, mass and kind (dynamic for
 /// props, kinematic for characters), at rest at the origin. `solids`: see ZoneSettings. A soft
 /// type, whose entities have no rigid body, gives the box around it as it is defined.

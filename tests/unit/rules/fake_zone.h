@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -195,6 +196,8 @@ class FakeZone final : public zone::RulesContext {
         return hash.value();
     }
 
+    std::map<EntityId, std::vector<EntityId>> seats;  ///< of vehicles: the riders, or none
+
     // ---- RulesContext ----
 
     [[nodiscard]] Tick now() const override { return now_; }
@@ -246,6 +249,38 @@ class FakeZone final : public zone::RulesContext {
     }
 
     void hide(EntityId entity) override { entities_.set(owned(entity), world::kHidden, true); }
+
+    [[nodiscard]] std::size_t seats_of(EntityId root) const override {
+        const auto at = seats.find(root);
+        return at != seats.end() ? at->second.size() : 0;
+    }
+
+    bool mount(EntityId rider, EntityId root, std::size_t seat) override {
+        EntityId& on = seats.at(root)[seat];
+        if (on || carrier_of(rider)) {
+            return false;
+        }
+        on = rider;
+        entities_.set(owned(rider), world::kCarried, true);
+        return true;
+    }
+
+    void dismount(EntityId rider, const Vec3& place) override {
+        for (auto& [root, riders] : seats) {
+            std::replace(riders.begin(), riders.end(), rider, EntityId());
+        }
+        entities_.set(owned(rider), world::kCarried, false);
+        teleport(rider, place);
+    }
+
+    [[nodiscard]] EntityId carrier_of(EntityId rider) const override {
+        for (const auto& [root, riders] : seats) {
+            if (std::find(riders.begin(), riders.end(), rider) != riders.end()) {
+                return root;
+            }
+        }
+        return {};
+    }
 
     void show(EntityId entity, const Vec3& at, const Vec3& velocity) override {
         const world::Row row = owned(entity);
