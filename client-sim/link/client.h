@@ -14,7 +14,7 @@
 
 namespace zoned::link {
 
-inline constexpr std::uint32_t kProtocolVersion = 4;
+inline constexpr std::uint32_t kProtocolVersion = 5;
 
 /// The login of a client. `ticket` is a serialised proto::Ticket or empty (a server in development
 /// mode).

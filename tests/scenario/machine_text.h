@@ -1,13 +1,18 @@
 // Machine text: a cart, a ragdoll, a rope bridge and a crane as text of a config, for tests.
 #pragma once
 
+#include <cmath>
+#include <numbers>
 #include <string>
 
 namespace zoned::scenario {
 
-/// World, zones side by side along x, and a player; 120 m long.
+/// World, zones side by side along x, and a player. Two zones share 120 m; one has its origin where
+/// the left one of the two has it, so that coordinates round alike in both worlds.
 inline std::string machine_world(int zones) {
-    return R"(world { name: "machines" seed: 3 min_x_m: -60 min_z_m: -30 max_x_m: 60 max_z_m: 30 tick_rate_hz: 60 }
+    return "world { name: \"machines\" seed: 3 min_z_m: -30 max_z_m: 30 tick_rate_hz: 60 "
+           "min_x_m: " +
+           std::string(zones == 1 ? "-90 max_x_m: 30" : "-60 max_x_m: 60") + R"( }
 zones { zone_grid { columns: )" +
            std::to_string(zones) + R"( rows: 1 } ghost_margin_m: 55 handoff_hysteresis_m: 1 }
 session { dev_mode_loopback: true }
@@ -60,14 +65,23 @@ inline const std::string kRagdollText = R"(type {
 }
 )";
 
-/// `planks` of 0.5 m along x, hung at both ends.
+/// `planks` of 0.5 m along x, hung at both ends: an arc that begins and ends 20 degrees steep.
 inline std::string bridge_text(int planks) {
+    constexpr double kSteep = 20.0;
     std::string text =
         "type {\n  name: \"bridge\" friction: 0.8 aura_m { normal: 40 }\n  assembly {\n";
+    double x = 0.0;
+    double y = 0.0;
     for (int p = 0; p < planks; ++p) {
+        const double slope = kSteep * (2.0 * p / (planks - 1) - 1.0);
+        const double turn = slope * std::numbers::pi / 180.0;
         text += "    part { name: \"p" + std::to_string(p) +
-                "\" box { x_m: 0.46 y_m: 0.06 z_m: 1.4 } x_m: " + std::to_string(0.5 * p) +
-                " mass_kg: 12 }\n";
+                "\" box { x_m: 0.46 y_m: 0.06 z_m: 1.4 } x_m: " +
+                std::to_string(x + 0.25 * std::cos(turn)) +
+                " y_m: " + std::to_string(y + 0.25 * std::sin(turn)) +
+                " roll_deg: " + std::to_string(slope) + " mass_kg: 12 }\n";
+        x += 0.5 * std::cos(turn);
+        y += 0.5 * std::sin(turn);
     }
     text +=
         "    joint { name: \"near\" b: \"p0\" anchor { x_m: -0.25 } hinge { axis { z: 1 } } }\n";
@@ -76,7 +90,7 @@ inline std::string bridge_text(int planks) {
                 "\" anchor { x_m: -0.25 } hinge { axis { z: 1 } friction_nm: 4 } }\n";
     }
     text += "    joint { name: \"far\" b: \"p" + std::to_string(planks - 1) +
-            "\" anchor { x_m: 0.25 } hinge { axis { z: 1 } } break_force_n: 60000 }\n  }\n}\n";
+            "\" anchor { x_m: 0.25 } hinge { axis { z: 1 } } }\n  }\n}\n";
     return text;
 }
 

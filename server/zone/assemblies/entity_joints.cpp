@@ -346,6 +346,7 @@ void hash_assemblies(ZoneState& state, core::StateHash& hash) {
             if (joint != nullptr) {
                 hash.add(joint->a.value);
                 hash.add(joint->b.value);
+                hash.add(joint->by_hand);
                 hash.add(joint->target);
                 hash.add(joint->speed);
                 hash.add(joint->most);

@@ -200,15 +200,14 @@ void leave_together(ZoneState& state, const std::vector<world::Row>& island, Zon
     std::sort(ids.begin(), ids.end());
     std::vector<EntityJoint> joints = take_joints(state, ids);
     for (const EntityId id : ids) {
-        Handoff h = take(state, state.entities.find(id), to);
-        // A joint goes with the later of its ends: then both are there.
-        for (EntityJoint& joint : joints) {
-            if (std::max(joint.a, joint.b) == id) {
-                h.joints.push_back(std::move(joint));
-            }
-        }
-        state.out.handoffs.push_back(std::move(h));
+        state.out.handoffs.push_back(take(state, state.entities.find(id), to));
     }
+    // With the last of them all ends are there. In the order of their ids, the next zone solves
+    // them as this one did.
+    std::sort(joints.begin(), joints.end(), [](const EntityJoint& a, const EntityJoint& b) {
+        return a.id < b.id;
+    });
+    state.out.handoffs.back().joints = std::move(joints);
 }
 
 /// A collision is solved in one zone, else each would treat the other's body as immovable: an

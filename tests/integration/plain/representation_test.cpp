@@ -13,6 +13,13 @@
 namespace zoned::app {
 namespace {
 
+config::InitialEntity initial(TypeIndex type, const Vec3d& place) {
+    config::InitialEntity entity;
+    entity.type = type;
+    entity.position = place;
+    return entity;
+}
+
 using zone::Representation;
 
 constexpr float kFar = 100.0F;
@@ -23,9 +30,9 @@ struct Field {
         plain_log() = std::make_shared<scenario::PlainLog>();
         config::Settings settings = scenario::small_world(1, 1, 400.0);
         settings.types[scenario::kCrate].particle_beyond_m = reducible ? kFar : 0.0F;
-        settings.initial.push_back({scenario::kPlayer, Vec3d(-150, 0.9, 0)});
+        settings.initial.push_back(initial(scenario::kPlayer, Vec3d(-150, 0.9, 0)));
         for (const Vec3d& at : crates) {
-            settings.initial.push_back({scenario::kCrate, at});
+            settings.initial.push_back(initial(scenario::kCrate, at));
         }
         world = std::make_unique<World>(settings, 1);
     }

@@ -16,6 +16,13 @@
 namespace zoned::app {
 namespace {
 
+config::InitialEntity initial(TypeIndex type, const Vec3d& place) {
+    config::InitialEntity entity;
+    entity.type = type;
+    entity.position = place;
+    return entity;
+}
+
 namespace soft = physics::soft;
 
 constexpr float kSoftFar = 50.0F;
@@ -43,8 +50,8 @@ struct SoftField {
         type.single_beyond_m = reducible ? kSoftFar : 0.0F;
         settings.types.push_back(type);
         settings.softs.push_back(std::make_shared<const soft::SoftDef>(def));
-        settings.initial.push_back({kSoft, at});
-        settings.initial.push_back({scenario::kPlayer, Vec3d(-90, 0.9, 90)});
+        settings.initial.push_back(initial(kSoft, at));
+        settings.initial.push_back(initial(scenario::kPlayer, Vec3d(-90, 0.9, 90)));
         world = std::make_unique<World>(settings, 1);
     }
 

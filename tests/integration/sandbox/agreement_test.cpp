@@ -20,7 +20,8 @@ rules { name: "respawn_s" value: "1" }
 class Agreed : public GameTest {
   protected:
     Agreed() {
-        server.config = std::string(kShootersWorld) + kArena;
+        server.config = kShootersWorld;
+        server.config += kArena;
         server.config_is_text = true;
         server.network.delay_s = 0.05;
         server.network.jitter_s = 0.02;
