@@ -1,8 +1,8 @@
 #include "server/rules/combat.h"
 
 #include "server/rules/agreement.h"
+#include "server/rules/machines/ragdolls.h"
 #include "server/rules/peer_messages.h"
-#include "server/rules/ragdolls.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,11 +5,11 @@
 #include "server/rules/chat.h"
 #include "server/rules/combat.h"
 #include "server/rules/inventory.h"
+#include "server/rules/machines/ragdolls.h"
+#include "server/rules/machines/vehicles.h"
 #include "server/rules/peer_messages.h"
 #include "server/rules/push.h"
-#include "server/rules/ragdolls.h"
 #include "server/rules/shooting.h"
-#include "server/rules/vehicles.h"
 #include "server/rules/weather.h"
 
 namespace zoned::rules {

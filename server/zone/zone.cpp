@@ -1,5 +1,6 @@
 #include "server/zone/zone.h"
 
+#include "server/zone/assemblies/assembly_spawning.h"
 #include "server/zone/assemblies/entity_joints.h"
 #include "server/zone/assemblies/motors.h"
 #include "server/zone/assemblies/riding.h"
@@ -11,7 +12,6 @@
 #include "server/zone/simulation/character_pushes.h"
 #include "server/zone/simulation/copy_from_physics.h"
 #include "server/zone/simulation/representation.h"
-#include "server/zone/simulation/spawning.h"
 #include "server/zone/simulation/zone_agents.h"
 #include "server/zone/simulation/zone_doors.h"
 #include "server/zone/simulation/zone_particles.h"

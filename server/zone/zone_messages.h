@@ -39,7 +39,7 @@ struct Handoff {
     std::optional<ai::Agent> agent;
     std::uint16_t level = 0;          ///< of difficulty, by whose brains the agent lived
     physics::soft::SoftParcel soft;   ///< all nodes of a soft body; empty for others
-    std::vector<EntityJoint> joints;  ///< of which this is the last end to leave
+    std::vector<EntityJoint> joints;  ///< with the last entity of an island: all
     std::optional<Rider> ride;
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;

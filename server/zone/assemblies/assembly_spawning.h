@@ -1,5 +1,5 @@
-// Assembly spawning: the parts and joints of a type of several bodies come into a zone and leave
-// it.
+// Assembly spawning: entities come into a zone and leave it, those of several bodies with all parts
+// and joints.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -14,8 +14,10 @@ const AssemblyDef* assembly_of(const ZoneState& state, EntityId root);
 /// no part is its own root.
 EntityId root_of(const ZoneState& state, EntityId part);
 
-/// Adds the parts of a root that has just been spawned, and the joints between them. The parts
-/// move as one rigid body with the root.
-void spawn_parts(ZoneState& state, EntityId root);
+/// Spawns an owned entity: row, body, agent; with the root of an assembly all its parts. Works
+/// before the first tick as well.
+EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
+/// Removes row, body, agent, joints and rides of an owned entity.
+void despawn_entity(ZoneState& state, world::Row row);
 
 }  // namespace zoned::zone

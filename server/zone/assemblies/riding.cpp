@@ -49,7 +49,9 @@ void carry(ZoneState& state, const Rider& ride) {
     const Vec3 arm = e.orientation[carrier] * ride.place;
     const Vec3 velocity = e.velocity[carrier] + e.angular_velocity[carrier].cross(arm);
     const Vec3 before = e.velocity[row];
-    e.position[row] = e.position[carrier] + arm;
+    const Vec3 place = e.position[carrier] + arm;
+    const bool still = place == e.position[row] && e.command[row].yaw == e.yaw[row];
+    e.position[row] = place;
     e.velocity[row] = velocity;
     e.acceleration[row] = (velocity - before) / state.settings.dt;
     const std::uint16_t yaw = e.command[row].yaw;
@@ -57,7 +59,7 @@ void carry(ZoneState& state, const Rider& ride) {
         e.yaw[row] = yaw;
         e.orientation[row] = motion::orientation_from_yaw(yaw);
     }
-    e.set(row, world::kAtRest, e.has(carrier, world::kAtRest));
+    e.set(row, world::kAtRest, still && e.has(carrier, world::kAtRest));
     if (e.body[row]) {
         state.scene.set_state(e.body[row],
                               {e.position[row], e.orientation[row], velocity, Vec3::Zero(), false});

@@ -1,8 +1,5 @@
 #include "server/zone/simulation/spawning.h"
 
-#include "server/zone/assemblies/assembly_spawning.h"
-#include "server/zone/assemblies/entity_joints.h"
-#include "server/zone/assemblies/riding.h"
 #include "server/zone/simulation/type_body.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "shared/core/assert.h"
@@ -71,42 +68,6 @@ void add_agent(ZoneState& state, world::Row row) {
     agent.target = e.position[row];
     agent.rng = core::Rng(state.settings.seed, e.id[row].value);
     state.agents.add(agent);
-}
-
-EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
-    const EntityId id = next_entity_id(state);
-    world::Entities& e = state.entities;
-    const world::Row row = e.add(id, def.type);
-    const bool character = (*state.settings.types)[def.type].kind == world::EntityKind::kCharacter;
-    e.position[row] = def.position;
-    e.orientation[row] = character ? motion::orientation_from_yaw(def.yaw) : def.orientation;
-    e.velocity[row] = def.velocity;
-    e.angular_velocity[row] = def.angular_velocity;
-    e.yaw[row] = def.yaw;
-    e.command[row].yaw = def.yaw;
-    e.appearance[row] = def.appearance;
-    e.set_client(row, def.client);
-    e.discontinuity_tick[row] = state.now;
-    e.set(row, world::kAtRest, def.asleep && !character);
-    add_body(state, row, def.asleep);
-    add_agent(state, row);
-    state.grid_valid = false;
-    if ((*state.settings.types)[def.type].is_root()) {
-        spawn_parts(state, id);
-    }
-    return id;
-}
-
-void despawn_entity(ZoneState& state, world::Row row) {
-    end_rides_of(state, state.entities.id[row]);
-    end_joints_of(state, state.entities.id[row]);
-    remove_body(state, row);
-    if (state.agents.find(state.entities.id[row]) != nullptr) {
-        state.paths.release(state.agents.slot_of(state.entities.id[row]));
-        state.agents.take(state.entities.id[row]);
-    }
-    state.entities.remove(row);
-    state.grid_valid = false;
 }
 
 }  // namespace zoned::zone

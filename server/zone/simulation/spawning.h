@@ -1,4 +1,4 @@
-// Spawning: entities with their bodies and agents come into a zone and leave it.
+// Spawning: bodies and agents of entities that come into a zone and leave it.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -15,11 +15,5 @@ void add_body(ZoneState& state, world::Row row, bool asleep);
 void remove_body(ZoneState& state, world::Row row);
 /// Gives an owned entity the agent of its type, if the type has one.
 void add_agent(ZoneState& state, world::Row row);
-
-/// Spawns an owned entity: row, body, agent; with the root of an assembly all its parts. Works
-/// before the first tick as well.
-EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
-/// Removes row, body, agent, joints and rides of an owned entity.
-void despawn_entity(ZoneState& state, world::Row row);
 
 }  // namespace zoned::zone

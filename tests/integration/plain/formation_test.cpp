@@ -1,6 +1,6 @@
 // Agents that form up around a captain, and herds that go along a path, in a zone.
 #include "server/config/expand/load_settings.h"
-#include "server/zone/simulation/spawning.h"
+#include "server/zone/assemblies/assembly_spawning.h"
 #include "tests/integration/plain/crowd_world.h"
 
 #include <gmock/gmock.h>

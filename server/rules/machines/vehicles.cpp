@@ -1,4 +1,4 @@
-#include "server/rules/vehicles.h"
+#include "server/rules/machines/vehicles.h"
 
 #include <array>
 #include <cmath>

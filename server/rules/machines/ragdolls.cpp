@@ -1,4 +1,4 @@
-#include "server/rules/ragdolls.h"
+#include "server/rules/machines/ragdolls.h"
 
 #include <algorithm>
 
