@@ -288,6 +288,15 @@ void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& s
                0.0F};
 }
 
+void SolverBodies::shift_change(std::uint32_t slot, const Row8& change, float time) {
+    start_[slot].at += change.at;
+    drift[slot].at -= time * change.at;
+    if (spinner_of_[slot] != kNoIndex) {
+        Quat& q = spinners_[spinner_of_[slot]].orientation;
+        q = turned(q, Vec3(-time * angular(change)));
+    }
+}
+
 void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::uint32_t>& broken) {
     outcome_.resize(row_.size());
     team.run(row_.size() - 1, kStoreGrain, [&](std::size_t begin, std::size_t end) {

@@ -168,6 +168,7 @@ void JointSolver::shape_matrix() {
         for (std::uint32_t i = group.first; i < group.end; ++i) {
             JointItem& item = items_[i];
             item.earliest = item.first;
+            item.group = static_cast<std::uint32_t>(&group - groups_.data());
             for (const std::uint32_t slot : {item.a, item.b}) {
                 for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
                     item.earliest = std::min(item.earliest, items_[joints_of_[k]].first);

@@ -266,12 +266,32 @@ void JointSolver::move_impulse(SolverBodies& moving,
 
 void JointSolver::solve(SolverBodies& moving) {
     for (const JointGroup& group : groups_) {
-        if (group.direct) {
-            solve_group(moving, group);
-        } else {
-            solve_singly(moving, group);
-        }
+        solve(moving, group);
     }
+}
+
+void JointSolver::solve(SolverBodies& moving, const JointGroup& group) {
+    if (group.direct) {
+        solve_group(moving, group);
+    } else {
+        solve_singly(moving, group);
+    }
+}
+
+void JointSolver::solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b) {
+    const std::uint32_t a = group_of(slot_a);
+    const std::uint32_t b = group_of(slot_b);
+    if (a != kNoIndex) {
+        solve(moving, groups_[a]);
+    }
+    if (b != kNoIndex && b != a) {
+        solve(moving, groups_[b]);
+    }
+}
+
+std::uint32_t JointSolver::group_of(std::uint32_t slot) const {
+    const bool tied = !items_.empty() && first_of_[slot] < first_of_[slot + 1];
+    return tied ? items_[joints_of_[first_of_[slot]]].group : kNoIndex;
 }
 
 /// Of the limits and motors those hold that carry or can still push. Each round ends with hard rows

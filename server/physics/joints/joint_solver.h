@@ -48,6 +48,19 @@ class JointSolver {
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
+    /// The same for those alone that hang together with these slots.
+    void solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b);
+    /// Calls visit(slot) for all slots that joints tie to this one, some of them several times.
+    template <class Visit>
+    void for_each_tied(std::uint32_t slot, Visit&& visit) const {
+        const std::uint32_t group = group_of(slot);
+        for (std::uint32_t i = group != kNoIndex ? groups_[group].first : 0;
+             group != kNoIndex && i < groups_[group].end;
+             ++i) {
+            visit(items_[i].a);
+            visit(items_[i].b);
+        }
+    }
     /// Notes how far the velocities move the rows; for each time that positions are integrated.
     void note_motion(const SolverBodies& moving, float seconds);
     /// From now on velocities no longer undo what is left of former errors. True if any did.
@@ -66,6 +79,7 @@ class JointSolver {
         Quat orientation_b = Quat::Identity();
         std::uint32_t first = 0;  // of its rows, here and in the matrix
         std::uint32_t count = 0;
+        std::uint32_t group = 0;
         std::uint32_t earliest = 0;   // first row that it shares a body with
         Vec3 carried = Vec3::Zero();  // sum of the impulses of all substeps, N s
     };
@@ -94,6 +108,8 @@ class JointSolver {
         bool bounded = false;  // has rows with bounds
     };
 
+    [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
+
     // joint_order.cpp
     void order(const SolverBodies& moving);
     void walk(std::uint32_t from);
@@ -110,6 +126,7 @@ class JointSolver {
                    const JointItem& p,
                    const JointItem& q,
                    std::uint32_t slot);
+    void solve(SolverBodies& moving, const JointGroup& group);
     void solve_group(SolverBodies& moving, const JointGroup& group);
     void find_unknowns(const SolverBodies& moving, const JointGroup& group);
     [[nodiscard]] static double share_to_bound(const Row& row, double unknown);

@@ -127,6 +127,7 @@ void ContactSolver::fill_batch(std::size_t index, const Bodies& bodies, const Co
 
 void ContactSolver::list_watches(const ContactGraph& graph) {
     watches_.clear();
+    first_watch_.clear();
     for (std::size_t i = 0; i < batches_.size(); ++i) {
         for (std::uint32_t lane = 0; batches_[i].watched >> lane != 0; ++lane) {
             if ((batches_[i].watched >> lane & 1U) != 0) {
@@ -137,6 +138,7 @@ void ContactSolver::list_watches(const ContactGraph& graph) {
             }
         }
     }
+    watched_ = watches_.size();
 }
 
 void ContactSolver::fill_lane(ContactBatch& batch,
