@@ -67,7 +67,7 @@ class SolverBodies {
 
     /// The motion changed by `change` not at the start of the substep but `time` later, s: until
     /// then the body goes as it went before.
-    void shift_change(std::uint32_t slot, const Row8& change, float time);
+    void shift_change(const Bodies& bodies, std::uint32_t slot, const Row8& change, float time);
 
     /// Writes poses and velocities of the bodies back that impulses move. A body whose result is
     /// not finite or out of range keeps its pose, stops, and is appended to `broken`.

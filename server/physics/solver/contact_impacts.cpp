@@ -181,7 +181,7 @@ float ContactSolver::bounce_speed(float pull) const {
 /// One impact after the other in the order of their times, each as if nothing else happened then: an
 /// impact leaves no more energy than there was, and so does a row of them (Newton's cradle; B. Smith
 /// and others, "Reflections on simultaneous impact", ACM Transactions on Graphics 31(4), 2012).
-void ContactSolver::collide() {
+void ContactSolver::collide(const Bodies& bodies) {
     meetings_.clear();
     for (std::uint32_t i = 0; i < watched_; ++i) {
         if (watches_[i].time < kNever) {
@@ -204,7 +204,7 @@ void ContactSolver::collide() {
         for (const std::uint32_t i : meetings_) {
             const float time = meeting_time(watches_[i]);
             if (time < kNever) {
-                strike(watches_[i], time);
+                strike(bodies, watches_[i], time);
             }
         }
         find_next_meetings();
@@ -264,7 +264,7 @@ void ContactSolver::find_next_meetings() {
 /// all that the impact pushes. First as if there were no joints. With joints the two bodies are
 /// heavier than that: the blow grows until the contact parts as fast as it should, and never gives
 /// back more energy than it takes.
-void ContactSolver::strike(SolverWatch& w, float time) {
+void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
     ContactBatch& batch = batches_[w.batch];
     const Single at(batch, w.lane, moving_, time);
     const float before = kept_ - time / h_;
@@ -297,7 +297,7 @@ void ContactSolver::strike(SolverWatch& w, float time) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
     }
     for (const auto& [slot, motion] : hit_) {
-        moving_.shift_change(slot, moving_.motion[slot] - motion, time);
+        moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time);
         struck_.push_back(slot);
     }
 }

@@ -264,7 +264,7 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     moving_.integrate_velocities(*team_);
     joints_.warm_start(moving_);
     watch_impacts();
-    collide();
+    collide(bodies);
     warm_start();
     const int iterations = batches_.empty() ? 1 : parameters_.iterations;
     for (int i = 0; i < iterations; ++i) {

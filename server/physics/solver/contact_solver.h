@@ -128,10 +128,10 @@ class ContactSolver {
     void watch_impacts();
     [[nodiscard]] float meeting_time(const SolverWatch& w) const;
     [[nodiscard]] float bounce_speed(float pull) const;
-    void collide();
+    void collide(const Bodies& bodies);
     void list_watches_of_slots();
     void find_next_meetings();
-    void strike(SolverWatch& w, float time);
+    void strike(const Bodies& bodies, SolverWatch& w, float time);
     void note_hit(std::uint32_t slot);
     [[nodiscard]] Row8 before_of(std::uint32_t slot) const;
     void apply(const SolverWatch& w, const Single& at, const Blow& blow, float share);
