@@ -8,9 +8,9 @@ namespace zoned::physics {
 namespace {
 
 /// The error that a row would have half a substep from now, were it straight, but for what the
-/// velocity does until then. The last update saw the joint half a substep ago. Since then it bent by
-/// an eighth of v^T H v h^2, and half of that more turns the row's direction until the next update:
-/// four eighths are the whole, as one straight move from there to here would see it.
+/// velocity does until then. The last update saw the joint half a substep ago. Since then it bent
+/// by an eighth of v^T H v h^2, and half of that more turns the row's direction until the next
+/// update: four eighths are the whole, as one straight move from there to here would see it.
 /// `scale`: length of this step's substeps against the last one's.
 float straight_error(const JointEntry& entry, float error, float scale, std::size_t row) {
     if (!(entry.substep_s > 0.0F)) {

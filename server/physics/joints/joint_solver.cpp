@@ -15,8 +15,9 @@ namespace {
 /// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
 /// substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
-/// What contacts and other joints left of an error is undone within this time, s, and no faster than
-/// this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at once.
+/// What contacts and other joints left of an error is undone within this time, s, and no faster
+/// than this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at
+/// once.
 constexpr float kUndoTime = 0.05F;
 constexpr float kUndoSpeed = 20.0F;
 /// Slower than this nothing needs to be taken back, m/s and rad/s.
@@ -31,12 +32,21 @@ constexpr float kStill = 1.0e-6F;
 
 }  // namespace
 
-/// How fast an anchor leaves its place because its body turns: in a substep of h at w, the arm's
-/// end goes by (w h)^2 / 2 of the arm out of its circle. Twice that, and no more than w h = 1/2
-/// accounts for: a speed that grew with itself would have no bound.
-float JointSolver::gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const {
+/// How fast a point leaves its place because its body turns: in a substep of h at w, the arm's end
+/// goes by (w h)^2 / 2 of the arm out of its circle. Twice that, and no more than w h = 1/2
+/// accounts for: a speed that grew with itself would have no bound. `arm`: its length, m; 1 for an
+/// angle.
+float JointSolver::gape(const SolverBodies& moving, std::uint32_t slot, float arm) const {
     const float rate = SolverBodies::angular(moving.motion[slot]).norm();
-    return std::min(rate * h_, 0.5F) * rate * arm.norm();
+    return std::min(rate * h_, 0.5F) * rate * arm;
+}
+
+/// How fast the two points of a rod leave its length because the rod turns.
+float JointSolver::swing(const SolverBodies& moving, const JointItem& item, float length) const {
+    const float speed =
+        (SolverBodies::linear(moving.motion[item.b]) - SolverBodies::linear(moving.motion[item.a]))
+            .norm();
+    return std::min(speed * h_, 0.5F * length) * speed / std::max(length, 1.0e-3F);
 }
 
 void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
@@ -49,13 +59,18 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
     };
     for (const JointItem& item : items_) {
         const Joint& joint = table[item.joint].joint;
+        const JointPose place_a = pose(item.pose_a, item.orientation_a, item.a);
+        const JointPose place_b = pose(item.pose_b, item.orientation_b, item.b);
         JointRows rows;
-        write_rows(joint,
-                   pose(item.pose_a, item.orientation_a, item.a),
-                   pose(item.pose_b, item.orientation_b, item.b),
-                   rows);
+        write_rows(joint, place_a, place_b, rows);
+        // A slider's arm reaches as far as b has moved along it.
+        const float reach = joint.def.kind == JointKind::kSlider
+                                ? (place_b.position - place_a.position).norm()
+                                : 0.0F;
         const float bend =
-            gape(moving, item.a, joint.local_a) + gape(moving, item.b, joint.local_b);
+            gape(moving, item.a, joint.local_a.norm() + reach + 1.0F) +
+            gape(moving, item.b, joint.local_b.norm() + 1.0F) +
+            (joint.def.kind == JointKind::kDistance ? swing(moving, item, joint.length) : 0.0F);
         for (std::size_t i = 0; i < rows.count; ++i) {
             Row& row = rows_[item.first + i];
             row.row = rows.rows[i];
@@ -106,7 +121,8 @@ void JointSolver::update_row(const SolverBodies& moving,
 void JointSolver::aim_hard(float bend, Row& row) const {
     const float most = h_ * bend;
     const float bent = std::clamp(row.row.error - row.straight_error, -most, most);
-    row.undo = std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
+    row.undo =
+        std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
     row.bias = bent / h_ + row.undo;
     row.straight_error = row.row.error;
 }

@@ -50,6 +50,7 @@ class JointSolver {
     void solve(SolverBodies& moving);
     /// The same for those alone that hang together with these slots.
     void solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b);
+
     /// Calls visit(slot) for all slots that joints tie to this one, some of them several times.
     template <class Visit>
     void for_each_tied(std::uint32_t slot, Visit&& visit) const {
@@ -61,6 +62,7 @@ class JointSolver {
             visit(items_[i].b);
         }
     }
+
     /// Notes how far the velocities move the rows; for each time that positions are integrated.
     void note_motion(const SolverBodies& moving, float seconds);
     /// From now on velocities no longer undo what is left of former errors. True if any did.
@@ -115,7 +117,10 @@ class JointSolver {
     void walk(std::uint32_t from);
     void shape_matrix();
 
-    [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const;
+    [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, float arm) const;
+    [[nodiscard]] float swing(const SolverBodies& moving,
+                              const JointItem& item,
+                              float length) const;
     void update_row(const SolverBodies& moving, const JointItem& item, float bend, Row& row) const;
     void aim_hard(float bend, Row& row) const;
     void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;

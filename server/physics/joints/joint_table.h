@@ -16,7 +16,7 @@ struct JointEntry {
     std::uint32_t b = kNoIndex;
     std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
     std::array<float, 9> impulse{};                         ///< per row and substep
-    std::array<float, 9> straight_error{};  ///< per row, m or rad: see JointSolver
+    std::array<float, 9> straight_error{};                  ///< per row, m or rad: see JointSolver
     float substep_s = 0.0F;                                 ///< length of these substeps
     float force_n = 0.0F;                                   ///< size of the force of the last one
     std::uint16_t generation = 0;

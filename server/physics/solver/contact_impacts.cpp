@@ -131,8 +131,7 @@ float ContactSolver::Blow::power(const ContactSolver& solver,
     }
     if (friction) {
         const Vec3 slip = at.slip(m, batch.grip.get(w.lane));
-        sum += shear1 * at.tangent1.dot(slip) + shear2 * at.tangent2.dot(slip) +
-               twist * at.rate(m);
+        sum += shear1 * at.tangent1.dot(slip) + shear2 * at.tangent2.dot(slip) + twist * at.rate(m);
     }
     return sum;
 }
@@ -146,8 +145,8 @@ void ContactSolver::watch_impacts() {
     });
 }
 
-/// Velocities hold all that gravity and joints do in this substep already; `start` is without it. So
-/// a gap goes as s + v t + a t^2 / 2, and in it v is the velocity where positions are now.
+/// Velocities hold all that gravity and joints do in this substep already; `start` is without it.
+/// So a gap goes as s + v t + a t^2 / 2, and in it v is the velocity where positions are now.
 float ContactSolver::meeting_time(const SolverWatch& w) const {
     const ContactBatch& batch = batches_[w.batch];
     const Single at(batch, w.lane, moving_, 0.0F);
@@ -163,8 +162,7 @@ float ContactSolver::meeting_time(const SolverWatch& w) const {
         const Vec3 arm = p.arm.get(w.lane);
         const float gained = at.speed(gain, arm);
         const float gap = at.gap(p.separation[w.lane], arm);
-        const Meeting meeting =
-            meeting_of(gap, at.speed(m, arm) - kept_ * gained, gained / h_);
+        const Meeting meeting = meeting_of(gap, at.speed(m, arm) - kept_ * gained, gained / h_);
         if (meeting.speed > bounce_speed(std::max(weight, -gained / h_))) {
             earliest = std::min(earliest, meeting.time);
         }
@@ -178,9 +176,10 @@ float ContactSolver::bounce_speed(float pull) const {
     return std::min(least, parameters_.restitution_speed);
 }
 
-/// One impact after the other in the order of their times, each as if nothing else happened then: an
-/// impact leaves no more energy than there was, and so does a row of them (Newton's cradle; B. Smith
-/// and others, "Reflections on simultaneous impact", ACM Transactions on Graphics 31(4), 2012).
+/// One impact after the other in the order of their times, each as if nothing else happened then:
+/// an impact leaves no more energy than there was, and so does a row of them (Newton's cradle; B.
+/// Smith and others, "Reflections on simultaneous impact", ACM Transactions on Graphics 31(4),
+/// 2012).
 void ContactSolver::collide(const Bodies& bodies) {
     meetings_.clear();
     for (std::uint32_t i = 0; i < watched_; ++i) {
@@ -217,7 +216,8 @@ void ContactSolver::list_watches_of_slots() {
         return;
     }
     for (std::uint32_t i = 0; i < batches_.size(); ++i) {
-        for (std::uint32_t lane = 0; lane < kLanes && batches_[i].contact[lane] != kNoIndex; ++lane) {
+        for (std::uint32_t lane = 0; lane < kLanes && batches_[i].contact[lane] != kNoIndex;
+             ++lane) {
             if ((batches_[i].watched >> lane & 1U) == 0) {
                 watches_.push_back({i, lane, 0.0F, kNever});
             }
@@ -225,7 +225,8 @@ void ContactSolver::list_watches_of_slots() {
     }
     first_watch_.assign(moving_.size() + 1, 0);
     const auto each_slot = [this](const SolverWatch& w, auto&& visit) {
-        for (const std::uint32_t slot : {batches_[w.batch].a[w.lane], batches_[w.batch].b[w.lane]}) {
+        for (const std::uint32_t slot :
+             {batches_[w.batch].a[w.lane], batches_[w.batch].b[w.lane]}) {
             if (moving_.moved_by_impulses(slot)) {
                 visit(slot);
             }
@@ -305,8 +306,8 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
 /// Remembers how a body moves, and the bodies that joints tie to it.
 void ContactSolver::note_hit(std::uint32_t slot) {
     const auto note = [this](std::uint32_t s) {
-        const bool known = std::any_of(
-            hit_.begin(), hit_.end(), [s](const auto& hit) { return hit.first == s; });
+        const bool known =
+            std::any_of(hit_.begin(), hit_.end(), [s](const auto& hit) { return hit.first == s; });
         if (!known && moving_.moved_by_impulses(s)) {
             hit_.emplace_back(s, moving_.motion[s]);
         }
@@ -360,11 +361,10 @@ bool ContactSolver::aim(const SolverWatch& w, const Single& at, Motions m, Blow&
     }
     const auto push = [&](const Vec3& impulse, const Vec3& moment) {
         const auto change = [&](Row8& motion, std::uint32_t slot, float sign, const Vec3& shift) {
-            const Vec3 turn =
-                moving_.inverse_times(slot, sign * (moment + shift.cross(impulse)));
+            const Vec3 turn = moving_.inverse_times(slot, sign * (moment + shift.cross(impulse)));
             const Vec3 shove = sign * motion.at[3] * impulse;
-            motion.at += Lanes{
-                shove.x(), shove.y(), shove.z(), 0.0F, turn.x(), turn.y(), turn.z(), 0.0F};
+            motion.at +=
+                Lanes{shove.x(), shove.y(), shove.z(), 0.0F, turn.x(), turn.y(), turn.z(), 0.0F};
         };
         change(m.a, at.a, -1.0F, at.shift_a);
         change(m.b, at.b, 1.0F, at.shift_b);

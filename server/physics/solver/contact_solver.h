@@ -156,10 +156,10 @@ class ContactSolver {
     std::vector<SolverWatch> watches_;
     std::size_t watched_ = 0;  ///< so many of them in each substep, the others once an impact came
     // Of impacts.
-    std::vector<std::uint32_t> meetings_;                   ///< watches that see one next
-    std::vector<std::uint32_t> struck_;                     ///< slots that one moved
-    std::vector<std::pair<std::uint32_t, Row8>> hit_;       ///< slots and how they moved before it
-    std::vector<std::uint32_t> first_watch_, watch_of_;     ///< of slot s, from first_watch_[s]
+    std::vector<std::uint32_t> meetings_;                ///< watches that see one next
+    std::vector<std::uint32_t> struck_;                  ///< slots that one moved
+    std::vector<std::pair<std::uint32_t, Row8>> hit_;    ///< slots and how they moved before it
+    std::vector<std::uint32_t> first_watch_, watch_of_;  ///< of slot s, from first_watch_[s]
 };
 
 }  // namespace zoned::physics
