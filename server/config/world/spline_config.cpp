@@ -174,7 +174,7 @@ class LaneSurvey {
         }
     }
 
-    static constexpr float kSteepest = 1.2F;  ///< as ai/coarse.cpp takes grounds to be
+    static constexpr float kSteepest = 1.2F;  ///< as suspended agents take grounds to be
 
     const SplineNetwork& net_;
     Terrain terrain_;
