@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tests/scenario/ray.h"
+#include "shared/core/state_hash.h"
 
 #include <cstddef>
 #include <functional>
@@ -19,6 +20,7 @@ struct Motion {
     scenario::Pose pose;
     Vec3d velocity = Vec3d::Zero();  ///< m/s
     Vec3d spin = Vec3d::Zero();      ///< rad/s, world axes
+    bool asleep = false;
 };
 
 class Simulator {
@@ -54,6 +56,9 @@ struct Engine {
     /// Why a scene can't be run, or empty. `scene` is its name.
     std::function<std::string(const std::string& scene, const scenario::Description&)> refusal;
 };
+
+/// 16 hexadecimal digits.
+std::string hash_text(const core::StateHash& hash);
 
 /// Ours: the default and its alternatives.
 std::vector<Engine> zoned_engines();
