@@ -55,5 +55,9 @@ std::unique_ptr<Meter> break_meter(const scenario::Description& description);
 std::unique_ptr<Meter> cradle_meter(const scenario::Description& description);
 /// S16: error = largest distance of a plate from where it started.
 std::unique_ptr<Meter> card_meter(const scenario::Description& description);
+/// S17: error = mean overlap of pairs that overlap, surfaces among them, at every 100th step.
+std::unique_ptr<Meter> hull_meter(const scenario::Description& description);
+/// S18: error = how far a ball's height is off.
+std::unique_ptr<Meter> static_field_meter(const scenario::Description& description);
 
 }  // namespace zoned::bench

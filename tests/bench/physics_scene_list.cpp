@@ -1,5 +1,6 @@
 #include "tests/bench/physics_scene_list.h"
 
+#include "tests/scenario/hull_scenes.h"
 #include "tests/scenario/impact_scenes.h"
 #include "tests/scenario/joint_scenes.h"
 
@@ -147,6 +148,28 @@ void add_cards(Scenes& s) {
     add("dt=1/30", {.dt = 1.0 / 30.0});
 }
 
+void add_hulls(Scenes& s, bool quick) {
+    using namespace scenario;
+    const int hulls = quick ? 100 : 2000;
+    const int trees = quick ? 5 : 50;
+    const int side = quick ? 6 : 21;
+    const int boxes = quick ? 100 : 1000;
+    const auto add = [&s](const char* parameter, auto describe, int quick_steps) {
+        s.push_back({"S17", parameter, one(describe), hull_meter, quick_steps, 0, false});
+    };
+    add("funnel", [hulls] { return hull_funnel(hulls); }, 30);
+    add("trees", [trees] { return rolling_trees(trees); }, 60);
+    add("mixed", [side] { return mixed_on_mesh(side); }, 60);
+    // Bullet lets bodies sleep after two seconds at the earliest.
+    s.push_back({"S18",
+                 "",
+                 one([boxes] { return static_field(boxes); }),
+                 static_field_meter,
+                 240,
+                 210,
+                 false});
+}
+
 }  // namespace
 
 std::vector<PhysicsScene> physics_scenes(bool quick) {
@@ -155,6 +178,7 @@ std::vector<PhysicsScene> physics_scenes(bool quick) {
     add_joints(s, quick);
     add_impacts(s);
     add_cards(s);
+    add_hulls(s, quick);
     return s;
 }
 

@@ -44,8 +44,16 @@ class Simulator {
         return rays.empty() && distances.empty();
     }
 
+    /// The heap that the engine's scene took when it was built, bytes.
+    [[nodiscard]] double heap_bytes() const { return heap_bytes_; }
+
+    void set_heap_bytes(double bytes) { heap_bytes_ = bytes; }
+
     /// Hash of the state as text; empty where the engine has none.
     [[nodiscard]] virtual std::string state_hash() const { return {}; }
+
+  private:
+    double heap_bytes_ = 0.0;
 };
 
 /// An engine with its settings.

@@ -4,6 +4,8 @@
 #include "tests/bench/simulator.h"
 #include "shared/core/state_hash.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -13,6 +15,12 @@ namespace zoned::bench {
 namespace {
 
 constexpr double kFrame = 1.0 / 60.0;
+
+/// Bytes that the program has taken of the heap.
+double heap_in_use() {
+    const struct mallinfo2 info = mallinfo2();
+    return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
+}
 
 int steps_per_frame(const scenario::Description& description) {
     return std::max(static_cast<int>(std::lround(kFrame / description.dt)), 1);
@@ -39,7 +47,9 @@ class PhysicsTrial : public JudgedTrial {
         : described_(described),
           steps_per_frame_(steps_per_frame(described.first())) {
         for (const scenario::Description& description : described.cases) {
+            const double before = heap_in_use();
             simulators_.push_back(engine.build(description));
+            simulators_.back()->set_heap_bytes(heap_in_use() - before);
             meters_.push_back(described.scene.meter(description));
         }
     }

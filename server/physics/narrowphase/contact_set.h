@@ -3,6 +3,8 @@
 
 #include "server/physics/narrowphase/collide.h"
 #include "server/physics/shapes/material.h"
+#include "server/physics/shapes/surface.h"
+#include "shared/math/aabb.h"
 
 #include <array>
 #include <cstdint>
@@ -66,11 +68,20 @@ class ContactSet {
 
     struct Pair;
     void meet(const Pair& pair, const Probe& probe);
+    /// Lists the triangles near all of a compound, so that its parts need not look for their own.
+    void gather(const Placed& mesh, const Placed& compound, const Vec3& travel, float margin);
     template <class Surface>
     void meet_surface(const Pair& pair, const Probe& probe, const Surface& surface, bool a_is);
     void add(const Pair& pair, std::uint32_t triangle, const Probe& probe, Manifold& manifold);
     ManifoldGroup* group_for(const Pair& pair, PartKey key, const Manifold& manifold);
 
+    struct NearTriangle {
+        Triangle triangle;
+        Aabb box;
+    };
+
+    std::vector<NearTriangle> near_;
+    bool gathered_ = false;  ///< `near_` is complete
     std::vector<ManifoldGroup> groups_;
     std::vector<PartManifold> manifolds_;
     bool sensed_ = false;

@@ -48,14 +48,17 @@ void for_parts_near(const Placed& shape,
     compound.tree().query(swept(box.grown(margin), shape.rotation.transpose() * travel), at);
 }
 
+inline Aabb box_of(const Triangle& t) {
+    return {t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
+            t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])};
+}
+
 /// Calls visit(triangle) for the triangles of a mesh whose boxes overlap an area, in its own frame.
 template <class Visit>
 void for_triangles(const TriangleMesh& mesh, const Aabb& area, Visit&& visit) {
     mesh.tree().query(area, [&](std::uint32_t i) {
         const Triangle t = mesh.triangle(i);
-        const Aabb box{t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
-                       t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])};
-        if (box.overlaps(area)) {
+        if (box_of(t).overlaps(area)) {
             visit(t);
         }
     });

@@ -47,7 +47,9 @@ TEST(Suites, NameThePhysicsScenesAsAgreed) {
                             "S13",
                             "S14",
                             "S15",
-                            "S16"));
+                            "S16",
+                            "S17",
+                            "S18"));
     EXPECT_THAT(physics.methods, Contains("default"));
     EXPECT_THAT(physics.methods, Contains("bullet/default"));
     EXPECT_THAT(physics.methods, Contains("ode/exact"));

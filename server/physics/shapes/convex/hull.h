@@ -22,9 +22,11 @@ class ConvexHull final : public Geometry {
         std::vector<HullFace> faces;
         std::vector<std::uint8_t> loops;
         std::vector<HullEdge> edges;
+        std::vector<float> half_cosines;  ///< see HullView
         int vertices = 0;
         float volume = 0.0F;
         float radius = 0.0F;
+        float inner = 0.0F;  ///< of a ball about the centre of mass within the hull, m
         Vec3 moments_per_kg = Vec3::Zero();
         Aabb box;
     };
