@@ -154,12 +154,12 @@ void add_hulls(Scenes& s, bool quick) {
     const int trees = quick ? 5 : 50;
     const int side = quick ? 6 : 21;
     const int boxes = quick ? 100 : 1000;
-    const auto add = [&s](const char* parameter, auto describe, int quick_steps) {
-        s.push_back({"S17", parameter, one(describe), hull_meter, quick_steps, 0, false});
+    const auto add = [&s](const char* name, const char* what, auto describe, int quick_steps) {
+        s.push_back({name, what, one(describe), hull_meter, quick_steps, 0, false});
     };
-    add("funnel", [hulls] { return hull_funnel(hulls); }, 30);
-    add("trees", [trees] { return rolling_trees(trees); }, 60);
-    add("mixed", [side] { return mixed_on_mesh(side); }, 60);
+    add("S17a", "funnel", [hulls] { return hull_funnel(hulls); }, 30);
+    add("S17b", "trees", [trees] { return rolling_trees(trees); }, 60);
+    add("S17c", "mixed", [side] { return mixed_on_mesh(side); }, 60);
     // Bullet lets bodies sleep after two seconds at the earliest.
     s.push_back({"S18",
                  "",

@@ -73,7 +73,7 @@ double plate(double x, double z) {
 }
 
 double hillside(double x, double z) {
-    return -0.15 * z + 0.3 * std::sin(0.5 * x) * std::sin(0.4 * z);
+    return -0.4 * z + 0.3 * std::sin(0.5 * x) * std::sin(0.4 * z);
 }
 
 double downs(double x, double z) {

@@ -1,7 +1,6 @@
 #include "server/physics/narrowphase/contact_set.h"
 
 #include "server/physics/narrowphase/narrowphase.h"
-#include "server/physics/narrowphase/near_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,8 +14,6 @@ namespace {
 constexpr float kSameNormal = 0.9995F;
 /// Points nearer than this are one, m: both triangles at an edge report it.
 constexpr float kSharedPoint = 1.0e-3F;
-/// Triangles that are listed for a compound. Where there are more, each part looks for its own.
-constexpr std::size_t kMostNear = 256;
 /// Of the boxes of parts, m.
 constexpr float kRounding = 1.0e-3F;
 
@@ -140,7 +137,6 @@ struct ContactSet::Pair {
 ContactSet::ContactSet() {
     groups_.reserve(kMaxPairManifolds);
     manifolds_.reserve(kMaxPairManifolds);
-    near_.reserve(kMostNear);
 }
 
 void ContactSet::collide(const Placed& a, const Placed& b, const Probe& probe) {
@@ -177,11 +173,7 @@ void ContactSet::gather(const Placed& mesh,
     // The parts' boxes are not rounded like that of the whole.
     const Aabb area = local.reach(mesh, travel, margin).grown(kRounding);
     for_triangles(mesh_of(mesh.shape), area, [&](const Triangle& t) {
-        if (near_.size() == kMostNear) {
-            gathered_ = false;
-        } else {
-            near_.push_back({t, box_of(t)});
-        }
+        gathered_ = near_.add(t) && gathered_;
     });
 }
 
@@ -242,11 +234,7 @@ void ContactSet::meet_surface(const Pair& pair,
         for_triangles(surface, reach, visit);
         return;
     }
-    for (const NearTriangle& near : near_) {
-        if (near.box.overlaps(reach)) {
-            visit(near.triangle);
-        }
-    }
+    near_.query(reach, visit);
 }
 
 /// Takes the points that are near or will be, into the group of their normal.

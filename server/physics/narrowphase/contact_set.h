@@ -1,10 +1,8 @@
 // ContactSet: the manifolds of a pair that has several, before they become contacts.
 #pragma once
 
-#include "server/physics/narrowphase/collide.h"
+#include "server/physics/narrowphase/near_parts.h"
 #include "server/physics/shapes/material.h"
-#include "server/physics/shapes/surface.h"
-#include "shared/math/aabb.h"
 
 #include <array>
 #include <cstdint>
@@ -75,12 +73,7 @@ class ContactSet {
     void add(const Pair& pair, std::uint32_t triangle, const Probe& probe, Manifold& manifold);
     ManifoldGroup* group_for(const Pair& pair, PartKey key, const Manifold& manifold);
 
-    struct NearTriangle {
-        Triangle triangle;
-        Aabb box;
-    };
-
-    std::vector<NearTriangle> near_;
+    NearTriangles near_;
     bool gathered_ = false;  ///< `near_` is complete
     std::vector<ManifoldGroup> groups_;
     std::vector<PartManifold> manifolds_;

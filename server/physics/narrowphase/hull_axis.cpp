@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace zoned::physics {
 
@@ -82,9 +83,9 @@ struct NearEdges {
     NearEdges(const HullView& hull, const FaceLeans& leans, float lean) {
         for (int e = 0; e < hull.edge_count; ++e) {
             const float most = std::max(leans[hull.edges[e].left], leans[hull.edges[e].right]);
-            if (lean <= 0.0F || most >= lean * hull.half_cosines[e]) {
-                edges[static_cast<std::size_t>(count++)] = static_cast<std::uint8_t>(e);
-            }
+            // Without a branch, which would be guessed wrong half of the time.
+            edges[static_cast<std::size_t>(count)] = static_cast<std::uint8_t>(e);
+            count += lean <= 0.0F || most >= lean * hull.half_cosines[e] ? 1 : 0;
         }
     }
 
@@ -185,14 +186,19 @@ void test_edges(const HullView& a,
 MovedHull::MovedHull(const HullView& hull, const Mat3& rotation, const Vec3& position)
     : from_(hull) {
     from_.centre = rotation * hull.centre + position;
-    for (int i = 0; i < hull.points.count; ++i) {
+    for (int i = 0; i < hull.points.count; i += kGroup) {
         const auto k = static_cast<std::size_t>(i);
-        const float x = hull.points.x[i];
-        const float y = hull.points.y[i];
-        const float z = hull.points.z[i];
-        x_[k] = rotation(0, 0) * x + rotation(0, 1) * y + rotation(0, 2) * z + position.x();
-        y_[k] = rotation(1, 0) * x + rotation(1, 1) * y + rotation(1, 2) * z + position.y();
-        z_[k] = rotation(2, 0) * x + rotation(2, 1) * y + rotation(2, 2) * z + position.z();
+        const Lanes x = load(hull.points.x + i);
+        const Lanes y = load(hull.points.y + i);
+        const Lanes z = load(hull.points.z + i);
+        const auto move = [&](int row, float* to) {
+            const Lanes moved = lanes(rotation(row, 0)) * x + lanes(rotation(row, 1)) * y +
+                                lanes(rotation(row, 2)) * z + lanes(position[row]);
+            std::memcpy(to, &moved, sizeof(moved));
+        };
+        move(0, &x_[k]);
+        move(1, &y_[k]);
+        move(2, &z_[k]);
     }
     for (int f = 0; f < hull.face_count; ++f) {
         const HullFace& face = hull.faces[f];

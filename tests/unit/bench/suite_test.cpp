@@ -48,7 +48,9 @@ TEST(Suites, NameThePhysicsScenesAsAgreed) {
                             "S14",
                             "S15",
                             "S16",
-                            "S17",
+                            "S17a",
+                            "S17b",
+                            "S17c",
                             "S18"));
     EXPECT_THAT(physics.methods, Contains("default"));
     EXPECT_THAT(physics.methods, Contains("bullet/default"));

@@ -145,8 +145,10 @@ float thickness(const HullView& view) {
 
 }  // namespace
 
-HullView ConvexHull::view() const {
-    return {{t_.x.data(), t_.y.data(), t_.z.data(), static_cast<int>(t_.x.size())},
+ConvexHull::ConvexHull(HullTables tables)
+    : Geometry(ShapeKind::kHull),
+      t_(std::move(tables)),
+      view_{{t_.x.data(), t_.y.data(), t_.z.data(), static_cast<int>(t_.x.size())},
             t_.faces.data(),
             t_.loops.data(),
             t_.edges.data(),
@@ -154,7 +156,7 @@ HullView ConvexHull::view() const {
             static_cast<int>(t_.edges.size()),
             t_.half_cosines.data(),
             Vec3::Zero(),
-            t_.inner};
+            t_.inner} {
 }
 
 core::Result<BuiltHull> build_hull(std::span<const Vec3> points, const HullOptions& options) {

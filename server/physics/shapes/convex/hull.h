@@ -31,9 +31,9 @@ class ConvexHull final : public Geometry {
         Aabb box;
     };
 
-    explicit ConvexHull(HullTables tables) : Geometry(ShapeKind::kHull), t_(std::move(tables)) {}
+    explicit ConvexHull(HullTables tables);
 
-    [[nodiscard]] HullView view() const;
+    [[nodiscard]] const HullView& view() const { return view_; }
 
     [[nodiscard]] int vertex_count() const { return t_.vertices; }
 
@@ -50,6 +50,7 @@ class ConvexHull final : public Geometry {
 
   private:
     HullTables t_;
+    HullView view_;  // of t_
 };
 
 /// The hull of a shape of kind kHull.
