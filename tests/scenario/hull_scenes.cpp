@@ -188,6 +188,7 @@ Description static_field(int side) {
     constexpr double kTile = 10.0;
     constexpr int kBalls = 100;
     Description d;
+    d.steps = 300;
     d.sleeping = true;
     const Solid tile = Solid::box({kTile, 0.5, kTile});
     for (int z = 0; z < side; ++z) {
