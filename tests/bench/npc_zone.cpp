@@ -48,7 +48,7 @@ std::vector<std::string> sets_of(const NpcZone::Plan& plan) {
 
 NpcZone::NpcZone(const Plan& plan) : people_(plan.people) {
     std::vector<config::ConfigError> errors;
-    if (!config::load_settings(std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb",
+    if (!config::load_settings(ZONED_SOURCE_DIR "/config/town.txtpb",
                                sets_of(plan),
                                settings_,
                                errors)) {
