@@ -112,6 +112,16 @@ RandomScene with_assembly(const RandomScene& scene, const Assembly& assembly, co
     return out;
 }
 
+/// Movers squeeze what they push against walls: no scene has both.
+bool squeezes(const RandomScene& scene) {
+    const auto has = [&](physics::BodyKind kind) {
+        return std::any_of(scene.bodies.begin(), scene.bodies.end(), [kind](const RandomBody& b) {
+            return b.kind == kind;
+        });
+    };
+    return has(physics::BodyKind::kStatic) && has(physics::BodyKind::kKinematic);
+}
+
 /// False where no sound place was found.
 bool place(SceneDraw& draw, const Assembly& assembly, RandomScene& scene) {
     const Extent extent = extent_of(assembly);
@@ -135,7 +145,7 @@ bool place(SceneDraw& draw, const Assembly& assembly, RandomScene& scene) {
             shift.y() = ground - extent.low + assembly.clearance;
         }
         RandomScene next = with_assembly(scene, assembly, shift);
-        if (why_unsound(next).empty() && build_live(next)) {
+        if (!squeezes(next) && why_unsound(next).empty() && build_live(next)) {
             scene = std::move(next);
             return true;
         }

@@ -166,7 +166,7 @@ void SceneInvariants::look(const Observation& now) {
     before_ = places_;
     take_places(now);
     check_energy(now);
-    check_momentum();
+    check_momentum(now);
     check_joints(now);
     check_sleep(now);
     check_tunnel();
@@ -431,7 +431,10 @@ void SceneInvariants::sum_momentum(Vec3d& linear,
     }
 }
 
-void SceneInvariants::check_momentum() {
+void SceneInvariants::check_momentum(const Observation& now) {
+    isolated_ = isolated_ && std::none_of(places_.begin(), places_.end(), [](const Place& p) {
+                    return p.asleep;
+                });
     if (!isolated_ || bodies_.empty()) {
         return;
     }
@@ -439,6 +442,16 @@ void SceneInvariants::check_momentum() {
     double size = 0.0;
     double angular_size = 0.0;
     sum_momentum(linear, angular, size, angular_size);
+    // Impulses cancel but for the rounding of their sizes.
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+        const physics::JointDef& def = scene_.joints[i].def;
+        const auto dt = static_cast<double>(scene_.dt);
+        const double push = static_cast<double>(now.forces[i]) * dt;
+        const double drive = def.motor ? static_cast<double>(def.motor_max) * dt : 0.0;
+        const double arm = (anchor_of(scene_.joints[i], joints_[i], true) - middle_).norm();
+        size += push + drive;
+        angular_size += arm * (push + drive) + drive;
+    }
     momentum_size_ = std::max(momentum_size_, size);
     angular_size_ = std::max(angular_size_, angular_size);
     // Each of up to 64 substeps rounds coordinates: half a unit of the last place, at random.

@@ -24,7 +24,9 @@ enum class Invariant : std::uint8_t {
     /// its speed at the contact, with friction on top, and joint force times speed at the anchor.
     kEnergy,
     /// Without gravity, ground, movers and joints to the world: linear and angular momentum stay to
-    /// 1e-4 of the sum of the sizes of their terms, and the rounding of coordinates.
+    /// 1e-4 of the sum of the sizes of their terms and of what joints and motors exchange in a
+    /// step, and the rounding of coordinates. Ends when a body falls asleep, which takes its
+    /// momentum.
     kMomentum,
     /// Joints are closed within the larger of 1 cm and a thousandth of their larger body. A wrong
     /// angle counts by its arc on the smaller body.
@@ -120,7 +122,7 @@ class SceneInvariants {
                 bool gave_up = false);
     void take_places(const Observation& now);
     void check_energy(const Observation& now);
-    void check_momentum();
+    void check_momentum(const Observation& now);
     void check_joints(const Observation& now);
     void check_sleep(const Observation& now);
     void check_tunnel();

@@ -50,6 +50,12 @@ float rounded(float x, float unit) {
     return r == 0.0F ? 0.0F : r;  // no negative zero
 }
 
+/// A size, where that changes it by at most a third: a scene of dust is no plainer.
+float rounded_size(float x, float unit) {
+    const float r = rounded(x, unit);
+    return r > 0.67F * x && r < 1.5F * x ? r : x;
+}
+
 Vec3 rounded(const Vec3& v, float unit) {
     return {rounded(v.x(), unit), rounded(v.y(), unit), rounded(v.z(), unit)};
 }
@@ -217,7 +223,7 @@ class Shrinker {
         if (kind == ShapeKind::kBox) {
             p.half = 0.5F * (upper - lower);
         } else {
-            p.radius = 0.5F * (upper - lower).minCoeff();
+            p.radius = 0.5F * std::cbrt((upper - lower).prod());
             p.half_segment = 0.5F;
         }
     }
@@ -288,9 +294,9 @@ class Shrinker {
         b.friction = rounded(b.friction, std::min(unit, 0.1F));
         b.restitution = rounded(b.restitution, std::min(unit, 0.1F));
         for (RandomPart& p : b.parts) {
-            p.half = rounded(p.half, unit).cwiseMax(0.001F);
-            p.radius = std::max(rounded(p.radius, unit), 0.001F);
-            p.half_segment = std::max(rounded(p.half_segment, unit), 0.001F);
+            p.half = p.half.unaryExpr([unit](float x) { return rounded_size(x, unit); });
+            p.radius = rounded_size(p.radius, unit);
+            p.half_segment = rounded_size(p.half_segment, unit);
             p.at = rounded(p.at, unit);
             for (Vec3& q : p.points) {
                 q = rounded(q, unit);
