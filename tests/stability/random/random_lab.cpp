@@ -62,7 +62,7 @@ void share_out(std::size_t count, int threads, Job&& job) {
     }
 }
 
-/// What a thread finds out about one scene.
+/// The findings of a thread about one scene.
 struct SceneResult {
     std::string families;
     std::size_t bodies = 0;

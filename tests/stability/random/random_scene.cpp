@@ -154,7 +154,7 @@ int cells_of(const RandomGround& ground) {
     return static_cast<int>(std::lround(2.0F * ground.half / ground.cell));
 }
 
-/// Of a corner of the ground's cells.
+/// The place of a corner of the ground's cells.
 Vec3d ground_corner(const RandomGround& ground, int i, int k) {
     const int cells = cells_of(ground);
     const double x = (i - 0.5 * cells) * static_cast<double>(ground.cell);

@@ -111,7 +111,7 @@ void join_somehow(SceneDraw& draw, Assembly& out, int a, int b, const Vec3& anch
         def.motor_max = draw.decades(1.0F, 100.0F) * mass * kGravity *
                         (def.kind == JointKind::kHinge ? reach : 1.0F);
     }
-    // What breaks off collides: were it held within its partner, it would be thrown out.
+    // A part that breaks off collides: held within its partner, it would be thrown out.
     def.collide = draw.chance(0.15F);
     if (def.collide && draw.chance(0.5F)) {
         def.break_force_n = draw.decades(5.0F, 500.0F) * mass * kGravity;

@@ -38,7 +38,7 @@ class SceneDraw {
     Quat turn();
     /// Any convex shape or compound of about `size` metres across.
     RandomBody body(float size);
-    /// Of one part, at rest; the material of the scene, the mass of its density.
+    /// A body of one part, at rest, with the material of the scene and the mass of its density.
     RandomBody solid(const RandomPart& part);
     /// Multiplies by up to 10^decades_of_mass either way.
     void spread_mass(RandomBody& body);

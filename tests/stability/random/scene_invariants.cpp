@@ -195,7 +195,7 @@ void SceneInvariants::report(Invariant what,
         return;
     }
     auto& breach = breaches_[static_cast<std::size_t>(what)];
-    // What effort gave up does not hide what it should have held.
+    // A joint that effort gave up does not hide one that it should have held.
     if (!breach || (breach->gave_up && !gave_up)) {
         breach = Breach{what, figure, bound, time_, item, gave_up};
     } else if (breach->gave_up == gave_up && figure - bound > breach->figure - breach->bound) {
@@ -403,7 +403,7 @@ void SceneInvariants::check_energy(const Observation& now) {
             continue;
         }
         EnergyGroup& group = groups_[i];
-        // What was made counts as energy seen only once it was compared.
+        // Energy from nowhere does not enlarge its own bound.
         const double over = sums[i].energy - group.allowance;
         const double scale = std::max(group.largest, group.allowance - sums[i].lowest);
         report(Invariant::kEnergy, over, kShare * scale + sums[i].budget, sums[i].body);
