@@ -14,7 +14,7 @@ namespace {
 /// Lowest point of the surfaces less this: what is lower has fallen through or off.
 constexpr double kFallen = 5.0;  // m
 /// Frames between measurements of overlaps.
-constexpr int kLook = 100;
+constexpr int kLookEvery = 100;
 
 class HullMeter : public Meter {
   public:
@@ -29,7 +29,7 @@ class HullMeter : public Meter {
     }
 
     void after_step(const Simulator& simulator) override {
-        if (++steps_ % kLook == 0) {
+        if (++steps_ % kLookEvery == 0) {
             look(simulator);
         }
     }
