@@ -38,6 +38,7 @@ void JointSolver::reserve(std::size_t joints) {
 
 void JointSolver::reserve_bodies(std::size_t bodies) {
     first_of_.reserve(bodies + 2);
+    seen_.reserve(bodies + 2);
     queue_.reserve(bodies + 2);
 }
 
@@ -45,7 +46,8 @@ void JointSolver::prepare(Bodies& bodies,
                           const JointTable& table,
                           std::span<const std::uint32_t> joints,
                           SolverBodies& moving,
-                          float h) {
+                          float h,
+                          float lead) {
     h_ = h;
     substeps_ = 0;
     unordered_.clear();
@@ -85,8 +87,12 @@ void JointSolver::prepare(Bodies& bodies,
             rows_.back().impulse = scale * entry.impulse[i];
             rows_.back().row = rows.rows[i];
             rows_.back().straight_error = straight_error(entry, rows.rows[i].error, scale, i);
+            rows_.back().sudden = lead * along(rows.rows[i],
+                                               {moving.motion[item.a].at - entry.motion[0].at},
+                                               {moving.motion[item.b].at - entry.motion[1].at});
         }
     }
+    seen_.assign(moving.size(), Row8());
     shape_matrix();
 }
 

@@ -15,6 +15,10 @@ namespace {
 /// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
 /// substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
+/// A row of which others leave no larger share follows from them: twice kGive is left of the
+/// diagonal of one that stands twice. It gets no impulse. If it contradicts them, no impulse could
+/// help, and the attempt would drown velocities in rounding.
+constexpr double kLeastShare = 3.0e-6;
 /// What contacts and other joints left of an error is undone within this time, s, and no faster
 /// than this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at
 /// once.
@@ -73,10 +77,19 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
             (joint.def.kind == JointKind::kDistance ? swing(moving, item, joint.length) : 0.0F);
         for (std::size_t i = 0; i < rows.count; ++i) {
             Row& row = rows_[item.first + i];
+            row.straight_error += moved(moving, item, row);
             row.row = rows.rows[i];
             update_row(moving, item, bend, row);
         }
     }
+    seen_ = moving.drift;
+}
+
+/// How far the bodies moved the row since it was last updated, were it straight.
+float JointSolver::moved(const SolverBodies& moving, const JointItem& item, const Row& row) const {
+    return along(row.row,
+                 {moving.drift[item.a].at - seen_[item.a].at},
+                 {moving.drift[item.b].at - seen_[item.b].at});
 }
 
 void JointSolver::update_row(const SolverBodies& moving,
@@ -114,28 +127,18 @@ void JointSolver::update_row(const SolverBodies& moving,
 }
 
 /// An error has two parts. One is new: bodies went in straight lines where their joints bend, by no
-/// more than `bend`. SHAKE undoes it at once, and keeps the energy by that. The rest is what
-/// velocities left open that contacts changed after the joints had been solved. Undone at once it
-/// would push into those contacts again, harder with each substep. It is undone within kUndoTime,
-/// by velocities that last for one substep (see `relax`).
+/// more than `bend`, or somebody pushed them since the last step. SHAKE undoes it at once, and
+/// keeps the energy by that. The rest is what velocities left open that contacts changed after the
+/// joints had been solved. Undone at once it would push into those contacts again, harder with each
+/// substep. It is undone within kUndoTime, by velocities that last for one substep (see `relax`).
 void JointSolver::aim_hard(float bend, Row& row) const {
     const float most = h_ * bend;
-    const float bent = std::clamp(row.row.error - row.straight_error, -most, most);
+    const float bent = std::clamp(row.row.error - row.straight_error, -most, most) + row.sudden;
+    row.sudden = 0.0F;
     row.undo =
         std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
     row.bias = bent / h_ + row.undo;
     row.straight_error = row.row.error;
-}
-
-void JointSolver::note_motion(const SolverBodies& moving, float seconds) {
-    for (const JointItem& item : items_) {
-        for (std::size_t i = item.first; i < item.first + item.count; ++i) {
-            Row& row = rows_[i];
-            if (row.row.kind == RowKind::kHard) {
-                row.straight_error += seconds * speed(moving, item, row);
-            }
-        }
-    }
 }
 
 bool JointSolver::relax() {
@@ -215,7 +218,7 @@ void JointSolver::factor(const SolverBodies& moving, const JointGroup& group) {
         diagonal =
             rows_[r].held ? diagonal * (1.0 + kGive) + static_cast<double>(rows_[r].soft) : 1.0;
     }
-    matrix_.factor(group.first_row, group.end_row);
+    matrix_.factor(group.first_row, group.end_row, kLeastShare);
 }
 
 void JointSolver::assemble(const SolverBodies& moving, const JointItem& item) {
@@ -255,12 +258,15 @@ void JointSolver::add_block(const SolverBodies& moving,
     }
 }
 
+/// What motions or shifts of the two bodies are to the row.
+float JointSolver::along(const JointRow& row, const Row8& a, const Row8& b) {
+    return row.linear.dot(SolverBodies::linear(b) - SolverBodies::linear(a)) +
+           row.angular_a.dot(SolverBodies::angular(a)) +
+           row.angular_b.dot(SolverBodies::angular(b));
+}
+
 float JointSolver::speed(const SolverBodies& moving, const JointItem& item, const Row& row) {
-    const Row8& a = moving.motion[item.a];
-    const Row8& b = moving.motion[item.b];
-    return row.row.linear.dot(SolverBodies::linear(b) - SolverBodies::linear(a)) +
-           row.row.angular_a.dot(SolverBodies::angular(a)) +
-           row.row.angular_b.dot(SolverBodies::angular(b));
+    return along(row.row, moving.motion[item.a], moving.motion[item.b]);
 }
 
 void JointSolver::apply(SolverBodies& moving,
@@ -434,18 +440,20 @@ void JointSolver::add_totals() {
     }
 }
 
-void JointSolver::store(JointTable& table) const {
+void JointSolver::store(JointTable& table, const SolverBodies& moving) const {
     for (const JointItem& item : items_) {
         JointEntry& entry = table[item.joint];
         float sum = 0.0F;
         for (std::size_t i = 0; i < item.count; ++i) {
-            entry.impulse[i] = rows_[item.first + i].impulse;
-            entry.straight_error[i] = rows_[item.first + i].straight_error;
+            const Row& row = rows_[item.first + i];
+            entry.impulse[i] = row.impulse;
+            entry.straight_error[i] = row.straight_error + moved(moving, item, row);
             sum += entry.impulse[i];
         }
         if (!std::isfinite(sum)) {
             entry.impulse.fill(0.0F);  // the bodies are stopped; nobody shall inherit it
         }
+        entry.motion = {moving.motion[item.a], moving.motion[item.b]};
         entry.substep_s = h_;
         entry.force_n = item.carried.norm() / (h_ * static_cast<float>(substeps_));
     }

@@ -34,12 +34,14 @@ class JointSolver {
     void reserve(std::size_t joints);
     void reserve_bodies(std::size_t bodies);  ///< that joints may hold
 
-    /// Takes the joints and their bodies in. `h`: length of a substep, s.
+    /// Takes the joints and their bodies in. `h`: length of a substep; `lead`: how long bodies move
+    /// before the first update, s.
     void prepare(Bodies& bodies,
                  const JointTable& table,
                  std::span<const std::uint32_t> joints,
                  SolverBodies& moving,
-                 float h);
+                 float h,
+                 float lead);
 
     [[nodiscard]] bool empty() const { return items_.empty(); }
 
@@ -63,14 +65,12 @@ class JointSolver {
         }
     }
 
-    /// Notes how far the velocities move the rows; for each time that positions are integrated.
-    void note_motion(const SolverBodies& moving, float seconds);
     /// From now on velocities no longer undo what is left of former errors. True if any did.
     bool relax();
     /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 
-    void store(JointTable& table) const;
+    void store(JointTable& table, const SolverBodies& moving) const;
 
   private:
     struct JointItem {
@@ -96,10 +96,10 @@ class JointSolver {
         float undo = 0.0F;  // share of the bias that undoes what is left of former errors
         float low = 0.0F, high = 0.0F;
         float impulse = 0.0F;
-        /// The error as it was at the last update, and what velocities did to it since: the error
-        /// now, were the row straight.
+        /// The error that the row would have at the last update, had it been straight since then.
         float straight_error = 0.0F;
-        bool held = true;  // in the system of equations; otherwise its impulse stays
+        float sudden = 0.0F;  ///< of the error: what came from outside since the last step
+        bool held = true;     // in the system of equations; otherwise its impulse stays
     };
 
     /// Joints that hang together through bodies that move.
@@ -121,6 +121,9 @@ class JointSolver {
     [[nodiscard]] float swing(const SolverBodies& moving,
                               const JointItem& item,
                               float length) const;
+    [[nodiscard]] float moved(const SolverBodies& moving,
+                              const JointItem& item,
+                              const Row& row) const;
     void update_row(const SolverBodies& moving, const JointItem& item, float bend, Row& row) const;
     void aim_hard(float bend, Row& row) const;
     void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;
@@ -139,6 +142,7 @@ class JointSolver {
     bool take_hold(const SolverBodies& moving, const JointGroup& group);
     void apply_unknowns(SolverBodies& moving, const JointGroup& group);
     void solve_singly(SolverBodies& moving, const JointGroup& group);
+    [[nodiscard]] static float along(const JointRow& row, const Row8& a, const Row8& b);
     [[nodiscard]] static float speed(const SolverBodies& moving,
                                      const JointItem& item,
                                      const Row& row);
@@ -150,6 +154,7 @@ class JointSolver {
     int substeps_ = 0;  // since `prepare`
     std::vector<JointItem> items_;
     std::vector<Row> rows_;
+    std::vector<Row8> seen_;  // how far each slot had gone at the last update
     std::vector<JointGroup> groups_;
     EnvelopeSolver matrix_;
     std::vector<double> unknowns_;

@@ -272,7 +272,6 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         solve_all<true>();
     }
     const float move = leaps_ && last ? 0.5F * h_ : h_;
-    joints_.note_motion(moving_, move);
     moving_.integrate_positions(bodies, move, *team_);
     const bool relax = joints_.relax() || !batches_.empty();
     const int relax_iterations = relax ? parameters_.relax_iterations : 0;
@@ -338,14 +337,13 @@ void ContactSolver::solve(Bodies& bodies,
     leaps_ = !joints_.empty();
     kept_ = leaps_ ? 0.5F : 1.0F;
     if (leaps_) {
-        joints_.note_motion(moving_, 0.5F * h_);
         moving_.integrate_positions(bodies, 0.5F * h_, team);
     }
     for (int i = 0; i < parameters.substeps; ++i) {
         substep(bodies, table, i + 1 == parameters.substeps);
     }
     store(bodies, graph, broken);
-    joints_.store(table);
+    joints_.store(table, moving_);
 }
 
 }  // namespace zoned::physics
