@@ -36,12 +36,12 @@ install_missing() {
         fail "apt-get install failed; the reason stands above"
 }
 
-# Memory decides as well as cores: a compiler process needs up to 1.5 GB.
+# Memory decides as well as cores: a compiler process needs up to 2 GB.
 parallel_jobs() {
     local cores memory_kb by_memory
     cores="$(nproc)"
     memory_kb="$(sed -n 's/^MemAvailable: *\([0-9]*\) kB/\1/p' /proc/meminfo 2>/dev/null || true)"
-    by_memory=$((${memory_kb:-4000000} / 1500000))
+    by_memory=$((${memory_kb:-4000000} / 2000000))
     ((by_memory >= 1)) || by_memory=1
     printf '%s\n' "$((cores < by_memory ? cores : by_memory))"
 }

@@ -95,11 +95,6 @@ void Client::quit(double now_s) {
     state_ = SessionState::kClosed;
 }
 
-void Client::drop_stream(double now_s) {
-    transport_.close();
-    on_closed("dropped on purpose", now_s);
-}
-
 void Client::advance(double now_s) {
     if (!incoming_.empty()) {
         handling_.swap(incoming_);

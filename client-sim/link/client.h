@@ -87,8 +87,6 @@ class Client {
     void request_audit();
     void request_freeze(bool on);
     void reset_view(const std::string& reason);
-    /// Cuts the stream as a lost network would (tests of resuming).
-    void drop_stream(double now_s);
 
     [[nodiscard]] SessionState state() const { return state_; }
 

@@ -34,7 +34,7 @@ Collector::Collector(std::size_t bots, int header_bytes, double spread_s)
     : header_bytes_(header_bytes) {
     per_bot_.reserve(bots);
     for (std::size_t i = 0; i < bots; ++i) {
-        per_bot_.push_back({Auditor(i, spread_s), {}, {}, 0.0, false, false});
+        per_bot_.push_back({Auditor(i, spread_s), {}, {}, false, false});
     }
 }
 

@@ -69,7 +69,6 @@ class Collector final : public bot::Observer {
         Auditor auditor;
         Corrections corrections;
         Baseline baseline;
-        double rate_seconds = 0.0;
         bool joined = false;
         bool silent = false;
     };

@@ -39,8 +39,7 @@ class Account {
         }
         text_ += "transitions, as they are tried:\n";
         const state_machine::FlatStateMachine& table = compiled_.table;
-        const state_machine::FlatTest* row =
-            &table.tests[agent_.state_machine.state() * table.width];
+        const state_machine::FlatTest* row = &table.tests[agent_.state_machine.leaf * table.width];
         for (std::size_t k = 0; k < table.width && row[k].transition != state_machine::kNone; ++k) {
             transition(row[k], senses, dt);
         }
@@ -49,11 +48,11 @@ class Account {
 
   private:
     [[nodiscard]] const std::uint16_t* path() const {
-        return &compiled_.table.path[agent_.state_machine.state() * compiled_.table.levels];
+        return &compiled_.table.path[agent_.state_machine.leaf * compiled_.table.levels];
     }
 
     [[nodiscard]] double seconds_in(std::size_t level, float dt) const {
-        return static_cast<double>(now_ - agent_.state_machine.since[level][0]) *
+        return static_cast<double>(now_ - agent_.state_machine.since[level]) *
                static_cast<double>(dt);
     }
 
@@ -119,7 +118,7 @@ class Account {
 
     /// Writes the degrees of a blend, by state.
     void degrees() {
-        const std::uint16_t leaf = agent_.state_machine.state();
+        const std::uint16_t leaf = agent_.state_machine.leaf;
         const CompiledBrain::LeafChoice& choice = compiled_.choices[leaf];
         if (choice.blend < 0) {
             return;
@@ -174,8 +173,8 @@ class Account {
             condition(compiled_.table.more[transition.more + c], senses, dt);
         }
         if (transition.hold > 0) {
-            const bool pending = agent_.state_machine.pending[0] == first.transition;
-            const Tick held = pending ? now_ - agent_.state_machine.pending_since[0] : 0;
+            const bool pending = agent_.state_machine.pending == first.transition;
+            const Tick held = pending ? now_ - agent_.state_machine.pending_since : 0;
             text_ += print(", held %.2f of %.2f s",
                            static_cast<double>(held) * static_cast<double>(dt),
                            static_cast<double>(transition.hold) * static_cast<double>(dt));

@@ -1,7 +1,5 @@
 #include "server/assets/baked_geometry.h"
 
-#include "server/assets/geometry_files.h"
-
 #include <openssl/evp.h>
 
 #include <bit>
@@ -274,15 +272,6 @@ Result<Shape> read_baked(std::string_view bytes) {
                                       " instead of 1 (mesh) or 2 (heightfield)");
     }
     return kind == kMeshKind ? read_mesh(body) : read_field(body);
-}
-
-Result<Shape> load_baked(const std::string& path) {
-    const Result<std::string> bytes = read_geometry_file(path);
-    if (!bytes) {
-        return Result<Shape>::failure(bytes.error());
-    }
-    auto shape = read_baked(*bytes);
-    return shape ? std::move(shape) : Result<Shape>::failure(path + ": " + shape.error());
 }
 
 std::string difference_of(const Shape& a, const Shape& b) {

@@ -60,9 +60,6 @@ bool is_baked(std::string_view bytes);
 /// damaged, cut short or of another version is refused with the reason.
 core::Result<physics::Shape> read_baked(std::string_view bytes);
 
-/// The same from a file; the reason names it.
-core::Result<physics::Shape> load_baked(const std::string& path);
-
 /// Writes a matching checksum over the one in the bytes (at least kBakedBodyAt of them): for tests
 /// of the checks behind it.
 void seal_baked(std::string& bytes);

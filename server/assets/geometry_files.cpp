@@ -207,17 +207,6 @@ core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
     return physics::build_heightfield(samples, options);
 }
 
-core::Result<std::shared_ptr<const physics::Heightfield>>
-load_heightfield(const std::string& path, float height, physics::FieldOptions options) {
-    using Field = core::Result<std::shared_ptr<const physics::Heightfield>>;
-    const core::Result<std::string> text = read_geometry_file(path);
-    if (!text) {
-        return Field::failure(text.error());
-    }
-    auto field = heightfield_from_png(std::as_bytes(std::span(*text)), height, options);
-    return field ? std::move(field) : Field::failure(path + ": " + field.error());
-}
-
 core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
                                                    float scale,
                                                    const physics::MeshOptions& options) {
@@ -246,18 +235,6 @@ core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
             "mesh: line " + std::to_string(first.line) + ": " + first.text);
     }
     return mesh_from_scanned(scan, scale, options);
-}
-
-core::Result<physics::BuiltMesh> load_mesh(const std::string& path,
-                                           float scale,
-                                           const physics::MeshOptions& options) {
-    using Mesh = core::Result<physics::BuiltMesh>;
-    const core::Result<std::string> text = read_geometry_file(path);
-    if (!text) {
-        return Mesh::failure(text.error());
-    }
-    auto mesh = mesh_from_obj(*text, scale, options);
-    return mesh ? std::move(mesh) : Mesh::failure(path + ": " + mesh.error());
 }
 
 }  // namespace zoned::assets

@@ -33,12 +33,8 @@ GeometryContent content_of(std::string_view bytes);
 /// A greyscale PNG of 8 or 16 bits. Colour, palettes and transparency are refused. Column x of row
 /// z is the sample there: black is 0 and white is `height` metres above it, plus `options.offset`.
 /// Columns, rows and scale of the options are set from the image. Samples are values, not light: no
-/// gamma is applied. Fails with the reason, which names the file.
-core::Result<std::shared_ptr<const physics::Heightfield>>
-load_heightfield(const std::string& path, float height, physics::FieldOptions options);
-
-/// The same from the bytes of a file; the reason begins with "heightfield" and names the row where
-/// the image is broken.
+/// gamma is applied. The reason of a failure begins with "heightfield" and names the row where the
+/// image is broken.
 core::Result<std::shared_ptr<const physics::Heightfield>>
 heightfield_from_png(std::span<const std::byte> bytes, float height, physics::FieldOptions options);
 
@@ -46,14 +42,9 @@ heightfield_from_png(std::span<const std::byte> bytes, float height, physics::Fi
 unsigned png_bits(std::string_view bytes);
 
 /// A Wavefront OBJ: all faces of all groups, polygons cut into triangles, materials ignored (no
-/// other file is opened). Coordinates are taken times `scale`, in metres. Fails with the reason,
-/// which names the file.
-core::Result<physics::BuiltMesh> load_mesh(const std::string& path,
-                                           float scale,
-                                           const physics::MeshOptions& options);
-
-/// The same from the text of a file; the reason begins with "mesh" and names the line where there
-/// is one; of several mistakes it tells the first (scan_obj finds them all).
+/// other file is opened). Coordinates are taken times `scale`, in metres. The reason of a failure
+/// begins with "mesh" and names the line where there is one; of several mistakes it tells the first
+/// (scan_obj finds them all).
 core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
                                                float scale,
                                                const physics::MeshOptions& options);

@@ -1,7 +1,7 @@
 // Settings: the checked config as plain structs, in the form that each stage needs.
 #pragma once
 
-#include "server/ai/ai_update.h"
+#include "server/ai/agent/ai_settings.h"
 #include "server/config/server_settings.h"
 #include "server/interest/interest_rule.h"
 #include "server/physics/method_selection/method_choice.h"

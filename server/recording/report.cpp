@@ -2,9 +2,7 @@
 
 #include "shared/wire/packet.h"
 
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -93,18 +91,6 @@ void write_traffic_figures(core::JsonWriter& json, const TrafficFigures& traffic
 }
 
 }  // namespace
-
-Percentiles percentiles_of(std::vector<double>& samples) {
-    if (samples.empty()) {
-        return {};
-    }
-    std::sort(samples.begin(), samples.end());
-    const auto at = [&](double share) {
-        const double rank = std::ceil(share * static_cast<double>(samples.size()));
-        return samples[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
-    };
-    return {at(0.5), at(0.99), at(0.999), samples.back()};
-}
 
 std::string to_json(const ServerReport& report) {
     core::JsonWriter json;

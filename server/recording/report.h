@@ -21,10 +21,6 @@ struct Percentiles {
     double max = 0.0;
 };
 
-/// Nearest-rank percentiles (Hyndman, Fan, "Sample Quantiles in Statistical Packages", 1996,
-/// definition 1). Sorts `samples`; all zero when there are none.
-Percentiles percentiles_of(std::vector<double>& samples);
-
 /// One pass of the step over all ticks and zones.
 struct PassFigures {
     std::string name;

@@ -2,7 +2,7 @@
 // handoffs, messages of the rules, events to resolve.
 #pragma once
 
-#include "server/ai/ai_update.h"
+#include "server/ai/agent/agent.h"
 #include "server/mailbox/messages.h"
 #include "server/physics/soft/soft_bodies.h"
 #include "server/replication/replication_settings.h"

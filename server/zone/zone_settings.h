@@ -1,7 +1,8 @@
 // ZoneSettings: the facts of the world, of one zone and of its neighbours that the zone needs.
 #pragma once
 
-#include "server/ai/ai_update.h"
+#include "server/ai/agent/ai_settings.h"
+#include "server/ai/pathfinding/grid/ground_grid.h"
 #include "server/interest/interest_rule.h"
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene/scene.h"

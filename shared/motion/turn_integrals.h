@@ -6,22 +6,18 @@
 
 namespace zoned::motion {
 
-/// Integrals of s^m exp([w]x s) over s in [0, t], for theta = |w| t, in the scale of a unit rate
-/// and a unit time; with n = w / |w|, [w]x the cross product with w:
+/// Integrals of exp([w]x s), plain and weighted, over s in [0, t], for theta = |w| t, in the scale
+/// of a unit rate and a unit time; with n = w / |w|, [w]x the cross product with w:
 ///
 ///   I1 = integral of exp        = t   (sine I + versine t [w]x + arc t^2 w w^T)
-///   I2 = integral of s exp      = t^2 (first_cosine I + first_sine t [w]x + first_rest t^2 w w^T)
-///   I3 = integral of (t-s) exp  = t^2 (versine I + arc t [w]x + sagitta t^2 w w^T)
+///   I2 = integral of (t-s) exp  = t^2 (versine I + arc t [w]x + sagitta t^2 w w^T)
 ///
-/// Source: the matrices R1 (I1) and R2 (I2) of IEEE 1278.1-2012, annex E; I3 = t I1 - I2.
+/// Source: the matrices R1 and R2 of IEEE 1278.1-2012, annex E; I1 = R1, I2 = t R1 - R2.
 struct TurnIntegrals {
     double sine = 1.0;            ///< sin(x) / x
     double versine = 0.5;         ///< (1 - cos x) / x^2
     double arc = 1.0 / 6.0;       ///< (x - sin x) / x^3
     double sagitta = 1.0 / 24.0;  ///< (x^2 / 2 - 1 + cos x) / x^4
-    double first_cosine = 0.5;    ///< (cos x + x sin x - 1) / x^2
-    double first_sine = 1.0 / 3.0;
-    double first_rest = 0.125;  ///< (x^2 / 2 - cos x - x sin x + 1) / x^4
 };
 
 /// The integrals at `theta` >= 0, rad, to some units in the last place at any angle: below 1.5 by
@@ -56,11 +52,6 @@ inline TurnIntegrals turn_integrals(double theta) {
         i.arc = (theta - sine) / (square * theta);
         i.sagitta = (0.5 * square - 1.0 + cosine) / (square * square);
     }
-    // I2 = t I1 - I3. The differences are of numbers of one sign that differ by a factor of two to
-    // four where the angle is small.
-    i.first_cosine = i.sine - i.versine;
-    i.first_sine = i.versine - i.arc;
-    i.first_rest = i.arc - i.sagitta;
     return i;
 }
 

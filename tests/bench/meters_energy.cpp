@@ -1,4 +1,5 @@
 // Meters of conserved values: energy and angular momentum of a spin, energy of a chain.
+#include "tests/bench/motion_sums.h"
 #include "tests/bench/physics_meters.h"
 #include "tests/scenario/spin_reference.h"
 
@@ -96,20 +97,11 @@ class ChainMeter : public Meter {
     }
 
     void after_step(const Simulator& simulator) override {
-        double energy = 0.0;
-        for (std::size_t i = 0; i < description_.bodies.size(); ++i) {
-            const scenario::Body& body = description_.bodies[i];
-            const Motion m = simulator.motion(i);
-            energy += turning(body, m).energy + 0.5 * body.mass * m.velocity.squaredNorm() -
-                      body.mass * description_.gravity.dot(m.pose.position);
-        }
+        const MotionSums sums = sums_now(description_, simulator);
+        const double energy = sums.kinetic + sums.potential;
         energy_ = energy / scale_;  // it is zero at the start: all bodies lie level with the origin
         energy_largest_ = larger_size(energy_largest_, energy_);
-        double gap = 0.0;
-        for (const scenario::BallJoint& joint : description_.joints) {
-            gap = std::max(
-                gap, (point(simulator, joint.a, joint) - point(simulator, joint.b, joint)).norm());
-        }
+        const double gap = joint_errors(description_, simulator).gap_m;
         gap_ = gap;
         gap_largest_ = std::max(gap_largest_, gap);
         ++steps_;
@@ -126,20 +118,6 @@ class ChainMeter : public Meter {
     }
 
   private:
-    /// Where the body now holds the joint.
-    [[nodiscard]] Vec3d point(const Simulator& simulator,
-                              int body,
-                              const scenario::BallJoint& joint) const {
-        if (body == scenario::kWorld) {
-            return joint.anchor;
-        }
-        const auto i = static_cast<std::size_t>(body);
-        const scenario::Pose& start = description_.bodies[i].pose;
-        const Vec3d local = start.orientation.conjugate() * (joint.anchor - start.position);
-        const scenario::Pose now = simulator.motion(i).pose;
-        return now.position + now.orientation * local;
-    }
-
     scenario::Description description_;
     double scale_ = 0.0;
     double energy_ = 0.0;

@@ -1,4 +1,5 @@
 // Meters of stacks: drift, height and penetration.
+#include "tests/bench/motion_sums.h"
 #include "tests/bench/physics_meters.h"
 #include "tests/bench/statistics.h"
 #include "tests/scenario/overlaps.h"
@@ -16,11 +17,6 @@ std::vector<scenario::Pose> poses_of(const scenario::Description& d, const Simul
         poses.push_back(simulator.motion(i).pose);
     }
     return poses;
-}
-
-bool is_finite(const Motion& m) {
-    return m.pose.position.allFinite() && m.pose.orientation.coeffs().allFinite() &&
-           m.velocity.allFinite() && m.spin.allFinite();
 }
 
 /// Stands: no body is further than this from its start.
@@ -58,6 +54,38 @@ class DriftMeter : public Meter {
   private:
     scenario::Description description_;
     bool height_;
+};
+
+class CardMeter : public Meter {
+  public:
+    explicit CardMeter(const scenario::Description& description) : description_(description) {}
+
+    void after_step(const Simulator& simulator) override {
+        ++steps_;
+        for (std::size_t i = 0; i < description_.bodies.size(); ++i) {
+            const scenario::Body& body = description_.bodies[i];
+            const double moved = (simulator.motion(i).pose.position - body.pose.position).norm();
+            drift_ = std::isfinite(moved) ? std::max(drift_, moved) : INFINITY;
+        }
+        if (drift_ > kFallen && fell_s_ < 0.0) {
+            fell_s_ = steps_ * description_.dt;
+        }
+    }
+
+    void finish(const Simulator& /*simulator*/, Row& row) override {
+        row.error = drift_;
+        row.error_unit = "m";
+        row.metric("stands", fell_s_ < 0.0 ? 1.0 : 0.0);
+        row.metric("fell_after_s", fell_s_);
+    }
+
+  private:
+    static constexpr double kFallen = 0.1;  // m
+
+    scenario::Description description_;
+    double drift_ = 0.0;
+    double fell_s_ = -1.0;
+    int steps_ = 0;
 };
 
 /// Steps between measurements of the penetration of a pile that still falls.
@@ -125,6 +153,10 @@ std::unique_ptr<Meter> drift_meter(const scenario::Description& description) {
 
 std::unique_ptr<Meter> column_meter(const scenario::Description& description) {
     return std::make_unique<DriftMeter>(description, true);
+}
+
+std::unique_ptr<Meter> card_meter(const scenario::Description& description) {
+    return std::make_unique<CardMeter>(description);
 }
 
 std::unique_ptr<Meter> pile_meter(const scenario::Description& description) {

@@ -48,10 +48,8 @@ std::vector<std::string> sets_of(const NpcZone::Plan& plan) {
 
 NpcZone::NpcZone(const Plan& plan) : people_(plan.people) {
     std::vector<config::ConfigError> errors;
-    if (!config::load_settings(std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb",
-                               sets_of(plan),
-                               settings_,
-                               errors)) {
+    if (!config::load_settings(
+            ZONED_SOURCE_DIR "/config/town.txtpb", sets_of(plan), settings_, errors)) {
         throw std::runtime_error("config/town.txtpb: " +
                                  (errors.empty() ? "unreadable" : errors.front().text));
     }

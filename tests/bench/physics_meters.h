@@ -39,5 +39,25 @@ std::unique_ptr<Meter> spin_meter(const scenario::Description& description);
 std::unique_ptr<Meter> chain_meter(const scenario::Description& description);
 /// S9: error = number of spheres that passed through.
 std::unique_ptr<Meter> bullets_meter(const scenario::Description& description);
+/// S11: error = highest rise of a body above its place at rest, after the fall.
+std::unique_ptr<Meter> drop_meter(const scenario::Description& description);
+/// S12: error = way driven less the exact one.
+std::unique_ptr<Meter> car_meter(const scenario::Description& description);
+/// S13: error = largest speed over that of the fall.
+std::unique_ptr<Meter> ragdoll_meter(const scenario::Description& description);
+/// S14: error = largest gap of a joint over the length of a link.
+std::unique_ptr<Meter> sheet_meter(const scenario::Description& description);
+/// S15: error = largest error of a ball's velocity over the first ball's speed at the start.
+std::unique_ptr<Meter> row_meter(const scenario::Description& description);
+/// S15: error = kinetic energy over the exact one, less one.
+std::unique_ptr<Meter> break_meter(const scenario::Description& description);
+/// S15: error = energy at the end over that at the start, less one.
+std::unique_ptr<Meter> cradle_meter(const scenario::Description& description);
+/// S16: error = largest distance of a plate from where it started.
+std::unique_ptr<Meter> card_meter(const scenario::Description& description);
+/// S17: error = mean overlap of pairs that overlap, surfaces among them, at every 100th step.
+std::unique_ptr<Meter> hull_meter(const scenario::Description& description);
+/// S18: error = how far a ball's height is off.
+std::unique_ptr<Meter> static_field_meter(const scenario::Description& description);
 
 }  // namespace zoned::bench

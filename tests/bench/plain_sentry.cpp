@@ -5,24 +5,20 @@
 
 namespace zoned::bench {
 
-void sentry_by_switch(ai::state_machine::ActiveStates& states,
-                      const ai::SenseColumns& senses,
-                      Tick now,
-                      std::vector<ai::state_machine::StateChange>& changes) {
-    ai::state_machine::step_coded(
-        states,
-        now,
-        changes,
-        [columns = scenario::SentryColumns(senses)](ai::state_machine::CodedTurn& turn) {
-            scenario::sentry_decide(turn, columns);
-        });
+bool sentry_by_switch(ai::state_machine::ActiveState& state,
+                      std::span<const float> senses,
+                      Tick now) {
+    ai::state_machine::CodedTurn turn(state, now);
+    scenario::sentry_decide(turn, senses);
+    return turn.change().has_value();
 }
 
-void sentry_by_class(ai::state_machine::ActiveStates& states,
-                     const ai::SenseColumns& senses,
-                     Tick now,
-                     std::vector<ai::state_machine::StateChange>& changes) {
-    ai::state_machine::step_coded(states, scenario::sentry_objects(), senses, now, changes);
+bool sentry_by_class(ai::state_machine::ActiveState& state,
+                     std::span<const float> senses,
+                     Tick now) {
+    ai::state_machine::CodedTurn turn(state, now);
+    scenario::sentry_objects()[turn.state()]->decide(turn, senses);
+    return turn.change().has_value();
 }
 
 }  // namespace zoned::bench

@@ -1,19 +1,19 @@
-// PlainSentry: the sentry's state machine written as code, as a switch and as a class per state.
+// The sentry's state machine written as code, as a switch and as a class per state.
 #pragma once
 
-#include "server/ai/decision/state_machine/active_states.h"
+#include "server/ai/decision/state_machine/active_state.h"
+
+#include <span>
 
 namespace zoned::bench {
 
-/// One decision of every agent, as server/ai/fsm does it from tables.
-void sentry_by_switch(ai::state_machine::ActiveStates& states,
-                      const ai::SenseColumns& senses,
-                      Tick now,
-                      std::vector<ai::state_machine::StateChange>& changes);
+/// One decision of an agent; true where it left its state.
+bool sentry_by_switch(ai::state_machine::ActiveState& state,
+                      std::span<const float> senses,
+                      Tick now);
 
-void sentry_by_class(ai::state_machine::ActiveStates& states,
-                     const ai::SenseColumns& senses,
-                     Tick now,
-                     std::vector<ai::state_machine::StateChange>& changes);
+bool sentry_by_class(ai::state_machine::ActiveState& state,
+                     std::span<const float> senses,
+                     Tick now);
 
 }  // namespace zoned::bench

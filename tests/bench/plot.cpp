@@ -105,7 +105,7 @@ std::string grid(const LogAxis& x, const LogAxis& y) {
     return text;
 }
 
-struct Spot {
+struct PlotSpot {
     double x;
     double y;
     double label_y;
@@ -113,10 +113,11 @@ struct Spot {
 };
 
 /// Moves labels down until none overlaps another.
-void part_labels(std::vector<Spot>& spots) {
+void part_labels(std::vector<PlotSpot>& spots) {
     constexpr double kLine = 13.0;
     constexpr double kLabel = 120.0;  // width of the longest
-    std::sort(spots.begin(), spots.end(), [](const Spot& a, const Spot& b) { return a.y < b.y; });
+    std::sort(
+        spots.begin(), spots.end(), [](const PlotSpot& a, const PlotSpot& b) { return a.y < b.y; });
     for (std::size_t i = 0; i < spots.size(); ++i) {
         for (std::size_t j = 0; j < i; ++j) {
             const bool beside = std::abs(spots[i].x - spots[j].x) < kLabel;
@@ -211,12 +212,12 @@ std::string scatter_svg(const std::string& title,
     svg += label_at(kLeft, kTop - 16.0, "start", title);
     svg += label_at(0.5 * (kLeft + kWidth - kRight), kHeight - 12.0, "middle", x_label);
     svg += label_at(8.0, kTop - 16.0, "start", y_label);
-    std::vector<Spot> spots;
+    std::vector<PlotSpot> spots;
     for (const Point& point : points) {
         spots.push_back({x.place(point.x), y.place(point.y), y.place(point.y), &point});
     }
     part_labels(spots);
-    for (const Spot& spot : spots) {
+    for (const PlotSpot& spot : spots) {
         svg += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" stroke=\"#06c\" ", spot.x, spot.y);
         svg += spot.point->own ? "fill=\"#06c\"/>\n" : "fill=\"none\"/>\n";
         svg += label_at(spot.x + 7.0, spot.label_y + 4.0, "start", spot.point->label);
@@ -243,7 +244,7 @@ std::string curves_svg(const std::string& x_label,
     svg += "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" + grid(x, y);
     svg += label_at(0.5 * (kLeft + kWidth - kRight), kHeight - 12.0, "middle", x_label);
     svg += label_at(8.0, kTop - 16.0, "start", y_label);
-    std::vector<Spot> ends;
+    std::vector<PlotSpot> ends;
     std::size_t curve = 0;
     for (std::size_t i = 0; i < points.size(); ++curve) {
         svg += std::string("<polyline fill=\"none\" stroke=\"") + colour(curve) + "\" points=\"";
@@ -258,7 +259,7 @@ std::string curves_svg(const std::string& x_label,
         ends.push_back({x.place(points[last].x), at, at, &points[last]});
     }
     part_labels(ends);
-    for (const Spot& spot : ends) {
+    for (const PlotSpot& spot : ends) {
         svg += label_at(spot.x + 5.0, spot.label_y + 4.0, "start", spot.point->label);
     }
     return svg + "</svg>\n";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tests/scenario/ray.h"
+#include "shared/core/state_hash.h"
 
 #include <cstddef>
 #include <functional>
@@ -19,6 +20,7 @@ struct Motion {
     scenario::Pose pose;
     Vec3d velocity = Vec3d::Zero();  ///< m/s
     Vec3d spin = Vec3d::Zero();      ///< rad/s, world axes
+    bool asleep = false;
 };
 
 class Simulator {
@@ -42,8 +44,16 @@ class Simulator {
         return rays.empty() && distances.empty();
     }
 
+    /// The heap that the engine's scene took when it was built, bytes.
+    [[nodiscard]] double heap_bytes() const { return heap_bytes_; }
+
+    void set_heap_bytes(double bytes) { heap_bytes_ = bytes; }
+
     /// Hash of the state as text; empty where the engine has none.
     [[nodiscard]] virtual std::string state_hash() const { return {}; }
+
+  private:
+    double heap_bytes_ = 0.0;
 };
 
 /// An engine with its settings.
@@ -54,6 +64,9 @@ struct Engine {
     /// Why a scene can't be run, or empty. `scene` is its name.
     std::function<std::string(const std::string& scene, const scenario::Description&)> refusal;
 };
+
+/// 16 hexadecimal digits.
+std::string hash_text(const core::StateHash& hash);
 
 /// Ours: the default and its alternatives.
 std::vector<Engine> zoned_engines();

@@ -1,44 +1,17 @@
+#include "tests/bench/bullet_parts.h"
 #include "tests/bench/simulator.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
-#include <stdexcept>
 
 namespace zoned::bench {
 
 namespace {
 
-btVector3 to_bullet(const Vec3d& v) {
-    return {
-        static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
-}
-
-btTransform to_bullet(const scenario::Pose& pose) {
-    const auto& q = pose.orientation;
-    return btTransform(btQuaternion(static_cast<btScalar>(q.x()),
-                                    static_cast<btScalar>(q.y()),
-                                    static_cast<btScalar>(q.z()),
-                                    static_cast<btScalar>(q.w())),
-                       to_bullet(pose.position));
-}
-
 Vec3d from_bullet(const btVector3& v) {
     return {v.x(), v.y(), v.z()};
-}
-
-std::unique_ptr<btCollisionShape> shape_of(const scenario::Solid& solid) {
-    switch (solid.form) {
-        case scenario::Form::kSphere:
-            return std::make_unique<btSphereShape>(static_cast<btScalar>(solid.radius));
-        case scenario::Form::kBox:
-            return std::make_unique<btBoxShape>(to_bullet(solid.half_extents));
-        case scenario::Form::kCapsule:
-            return std::make_unique<btCapsuleShape>(static_cast<btScalar>(solid.radius),
-                                                    static_cast<btScalar>(2 * solid.half_segment));
-    }
-    throw std::logic_error("a solid of no form");
 }
 
 struct BulletSettings {
@@ -59,8 +32,8 @@ class BulletSimulator : public Simulator {
         for (const scenario::Body& body : description.bodies) {
             add(body, description);
         }
-        for (const scenario::BallJoint& joint : description.joints) {
-            add(joint);
+        for (const scenario::LinkedPair& joint : description.joints) {
+            add(joint, description.dt / settings.substeps);
         }
     }
 
@@ -90,6 +63,7 @@ class BulletSimulator : public Simulator {
         m.pose.orientation = scenario::Quatd(q.w(), q.x(), q.y(), q.z()).normalized();
         m.velocity = from_bullet(b.getLinearVelocity());
         m.spin = from_bullet(b.getAngularVelocity());
+        m.asleep = !b.isActive();
         return m;
     }
 
@@ -113,10 +87,12 @@ class BulletSimulator : public Simulator {
 
   private:
     void add(const scenario::Body& body, const scenario::Description& description) {
-        btCollisionShape* shape = shared_shape(body.solid);
+        btCollisionShape* shape = shapes_.of(body.solid);
         btVector3 inertia(0, 0, 0);
         const auto mass = static_cast<btScalar>(body.mass);
-        if (mass > 0) {
+        if (mass > 0 && body.solid.geometry != nullptr) {
+            inertia = to_bullet(body.mass * body.solid.inertia_per_mass());
+        } else if (mass > 0) {
             shape->calculateLocalInertia(mass, inertia);
         }
         btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
@@ -143,29 +119,11 @@ class BulletSimulator : public Simulator {
         }
     }
 
-    /// Equal bodies share one shape, as Bullet's manual advises.
-    btCollisionShape* shared_shape(const scenario::Solid& solid) {
-        for (std::size_t i = 0; i < solids_.size(); ++i) {
-            if (solids_[i] == solid) {
-                return shapes_[i].get();
-            }
-        }
-        solids_.push_back(solid);
-        shapes_.push_back(shape_of(solid));
-        return shapes_.back().get();
-    }
-
-    void add(const scenario::BallJoint& joint) {
+    void add(const scenario::LinkedPair& joint, double dt) {
         btRigidBody& b = *bodies_[static_cast<std::size_t>(joint.b)];
-        const btVector3 anchor = to_bullet(joint.anchor);
-        const btVector3 in_b = b.getWorldTransform().inverse() * anchor;
-        if (joint.a == scenario::kWorld) {
-            joints_.push_back(std::make_unique<btPoint2PointConstraint>(b, in_b));
-        } else {
-            btRigidBody& a = *bodies_[static_cast<std::size_t>(joint.a)];
-            const btVector3 in_a = a.getWorldTransform().inverse() * anchor;
-            joints_.push_back(std::make_unique<btPoint2PointConstraint>(a, b, in_a, in_b));
-        }
+        btRigidBody& a = joint.a == scenario::kWorld ? btTypedConstraint::getFixedBody()
+                                                     : *bodies_[static_cast<std::size_t>(joint.a)];
+        joints_.push_back(bullet_joint(joint, a, b, dt));
         world_.addConstraint(joints_.back().get(), true);
     }
 
@@ -174,8 +132,7 @@ class BulletSimulator : public Simulator {
     btDbvtBroadphase broadphase_;
     btSequentialImpulseConstraintSolver solver_;
     btDiscreteDynamicsWorld world_;
-    std::vector<scenario::Solid> solids_;
-    std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // by solid
+    BulletShapes shapes_;
     std::vector<std::unique_ptr<btRigidBody>> bodies_;
     std::vector<std::unique_ptr<btTypedConstraint>> joints_;
     BulletSettings settings_;

@@ -58,6 +58,8 @@ dGeomID geometry(dSpaceID space, const scenario::Solid& solid) {
         }
         case scenario::Form::kCapsule:
             return dCreateCapsule(space, solid.radius, 2.0 * solid.half_segment);
+        default:
+            break;
     }
     throw std::logic_error("a solid of no form");
 }
@@ -84,7 +86,7 @@ class OdeSimulator : public Simulator {
         for (std::size_t i = 0; i < description.bodies.size(); ++i) {
             add(i);
         }
-        for (const scenario::BallJoint& joint : description.joints) {
+        for (const scenario::LinkedPair& joint : description.joints) {
             const dJointID id = dJointCreateBall(world_, nullptr);
             dJointAttach(id, body_of(joint.a), body_of(joint.b));
             dJointSetBallAnchor(id, joint.anchor.x(), joint.anchor.y(), joint.anchor.z());
@@ -131,6 +133,7 @@ class OdeSimulator : public Simulator {
         m.pose.position = vector(dBodyGetPosition(id));
         m.velocity = vector(dBodyGetLinearVel(id));
         m.spin = vector(dBodyGetAngularVel(id));
+        m.asleep = dBodyIsEnabled(id) == 0;
         return m;
     }
 
@@ -216,6 +219,18 @@ class OdeSimulator : public Simulator {
 /// Most bodies for which a step of the exact solver, cubic in the contacts of an island, ends soon.
 constexpr std::size_t kExactBodies = 100;
 
+/// It is given solids without corners of their own, and ball joints.
+bool can_run(const scenario::Description& description) {
+    const auto plain = [](const scenario::Body& body) {
+        return body.solid.geometry == nullptr;
+    };
+    const auto ball = [](const scenario::LinkedPair& joint) {
+        return joint.link == scenario::Link::kBall;
+    };
+    return std::all_of(description.bodies.begin(), description.bodies.end(), plain) &&
+           std::all_of(description.joints.begin(), description.joints.end(), ball);
+}
+
 Engine ode_engine(std::string method, const OdeSettings& settings) {
     return {std::move(method),
             "ode",
@@ -223,6 +238,9 @@ Engine ode_engine(std::string method, const OdeSettings& settings) {
                 return std::make_unique<OdeSimulator>(description, settings);
             },
             [settings](const std::string&, const scenario::Description& description) {
+                if (!can_run(description)) {
+                    return std::string("it is not set up for these shapes or joints");
+                }
                 const bool large = settings.exact && description.bodies.size() > kExactBodies;
                 return std::string(large ? "the exact solver takes too long" : "");
             }};

@@ -25,10 +25,14 @@ class ZonedSimulator : public Simulator {
     [[nodiscard]] Motion motion(std::size_t body) const override {
         const physics::BodyState state = zoned_.scene.state(zoned_.ids[body]);
         Motion m;
-        m.pose.position = state.position.cast<double>();
-        m.pose.orientation = state.orientation.cast<double>();
+        const physics::Frame& frame = zoned_.frames[body];
+        m.pose.orientation =
+            state.orientation.cast<double>() * frame.rotation.cast<double>().conjugate();
+        m.pose.position =
+            state.position.cast<double>() - m.pose.orientation * frame.position.cast<double>();
         m.velocity = state.velocity.cast<double>();
         m.spin = state.angular_velocity.cast<double>();
+        m.asleep = state.asleep;
         return m;
     }
 
@@ -48,9 +52,7 @@ class ZonedSimulator : public Simulator {
     [[nodiscard]] std::string state_hash() const override {
         core::StateHash hash;
         zoned_.scene.hash(hash);
-        char text[17];
-        std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash.value()));
-        return text;
+        return hash_text(hash);
     }
 
   private:
@@ -78,6 +80,12 @@ Engine zoned_engine(std::string method,
 }
 
 }  // namespace
+
+std::string hash_text(const core::StateHash& hash) {
+    char text[17];
+    std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash.value()));
+    return text;
+}
 
 std::vector<Engine> zoned_engines() {
     physics::PhysicsSettings strict;

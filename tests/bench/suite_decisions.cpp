@@ -66,33 +66,25 @@ class AgentCrowd {
   public:
     AgentCrowd(const MachineScene& scene, std::size_t count, bool sorted)
         : machine(state_machine::compile(scene.def, scene.senses, scene.dt)),
-          states(state_machine::begin(machine, count, kNow)) {
-        for (std::size_t set = 0; set < kSenseSets; ++set) {
-            sensed.push_back(std::make_unique<scenario::Sensed>(scene.senses, count));
-        }
+          states(count),
+          sensed(kSenseSets, scenario::Sensed(scene.senses, count)) {
         core::Rng rng(71);
-        state_machine::ActiveStates one = state_machine::begin(machine, 1, 0);
-        scenario::Sensed of_one(scene.senses, 1);
+        state_machine::ActiveState one;
+        std::vector<float> of_one(scene.senses);
         const auto leaves = static_cast<std::uint32_t>(machine.leaves());
         for (std::size_t i = 0; i < count; ++i) {
             const auto leaf =
                 static_cast<std::uint16_t>(sorted ? i * leaves / count : rng.below(leaves));
-            states.leaf[i] = leaf;
-            one.leaf[0] = leaf;
+            one.leaf = leaf;
             for (std::size_t set = 0; set < kSenseSets; ++set) {
                 draw(scene, rng, set > 0 && rng.below(50) == 0, set == 0, one, of_one);
                 for (std::size_t k = 0; k < scene.senses; ++k) {
-                    sensed[set]->at(k, i) = of_one.at(k, 0);
+                    sensed[set].at(k, i) = of_one[k];
                 }
             }
-            for (std::size_t level = 0; level < machine.levels; ++level) {
-                states.since[level][i] = one.since[level][0];
-            }
+            states[i] = one;
         }
-        for (const auto& set : sensed) {
-            views.push_back(set->view());
-        }
-        since = states.since;
+        begun = states;
         changes.reserve(count);
     }
 
@@ -100,21 +92,17 @@ class AgentCrowd {
     void put_back() {
         changed += changes.size();
         ++ticks;
-        for (const state_machine::StateChange& change : changes) {
-            states.leaf[change.agent] = change.from;
-            for (std::size_t level = 0; level < machine.levels; ++level) {
-                states.since[level][change.agent] = since[level][change.agent];
-            }
+        for (const std::size_t agent : changes) {
+            states[agent] = begun[agent];
         }
         changes.clear();
     }
 
     state_machine::FlatStateMachine machine;
-    state_machine::ActiveStates states;
-    std::array<std::vector<Tick>, state_machine::kMaxLevels> since;
-    std::vector<std::unique_ptr<scenario::Sensed>> sensed;
-    std::vector<ai::SenseColumns> views;
-    std::vector<state_machine::StateChange> changes;
+    std::vector<state_machine::ActiveState> states;
+    std::vector<state_machine::ActiveState> begun;
+    std::vector<scenario::Sensed> sensed;
+    std::vector<std::size_t> changes;  ///< agents that left their state in this tick
     std::size_t changed = 0;
     std::size_t ticks = 0;
 
@@ -125,23 +113,22 @@ class AgentCrowd {
               core::Rng& rng,
               bool event,
               bool times,
-              state_machine::ActiveStates& one,
-              scenario::Sensed& of_one) {
-        const std::uint16_t leaf = one.leaf[0];
+              state_machine::ActiveState& one,
+              std::vector<float>& of_one) {
+        const std::uint16_t leaf = one.leaf;
         for (int attempt = 0; attempt < 1000; ++attempt) {
             for (std::size_t level = 0; times && level < machine.levels; ++level) {
-                one.since[level][0] = kNow - rng.below(1U << rng.below(scene.longest));
+                one.since[level] = kNow - rng.below(1U << rng.below(scene.longest));
             }
             const auto at = one.since;
             for (std::size_t k = 0; k < scene.senses; ++k) {
-                of_one.at(k, 0) = rng.range(0.0F, scene.high[k]);
+                of_one[k] = rng.range(0.0F, scene.high[k]);
             }
-            changes.clear();
-            state_machine::step(machine, one, of_one.view(), kNow, changes);
-            const bool happens = !changes.empty() || one.pending[0] != state_machine::kNone;
-            one.leaf[0] = leaf;
+            const bool fires = state_machine::step(machine, one, of_one, kNow).has_value();
+            const bool happens = fires || one.pending != state_machine::kNone;
+            one.leaf = leaf;
             one.since = at;
-            one.pending[0] = state_machine::kNone;
+            one.pending = state_machine::kNone;
             if (happens == event) {
                 return;
             }
@@ -157,7 +144,13 @@ class MachineTrial final : public JudgedTrial {
 
     void frame() override {
         const std::size_t turn = crowd_.ticks % kSenseSets;
-        tick(crowd_.states, crowd_.views[turn], kNow, crowd_.changes);
+        for_form([&](auto&& step) {
+            for (std::size_t i = 0; i < crowd_.states.size(); ++i) {
+                if (step(crowd_.states[i], crowd_.sensed[turn].of(i), kNow)) {
+                    crowd_.changes.push_back(i);
+                }
+            }
+        });
         crowd_.put_back();
     }
 
@@ -170,11 +163,11 @@ class MachineTrial final : public JudgedTrial {
         const MachineScene scene = machine_scene(form_);
         constexpr std::size_t kCount = 300;
         constexpr Tick kTicks = 300;
-        state_machine::ActiveStates states = state_machine::begin(crowd_.machine, kCount, 0);
+        std::vector<state_machine::ActiveState> states(kCount);
         std::vector<scenario::WalkedMachine> walked(kCount,
                                                     scenario::WalkedMachine(scene.def, scene.dt));
         scenario::Sensed sensed(scene.senses, kCount);
-        std::vector<state_machine::StateChange> changes;
+        std::size_t changes = 0;
         core::Rng rng(73);
         for (Tick now = 0; now < kTicks; ++now) {
             if (form_ == Form::kLevels) {
@@ -182,32 +175,35 @@ class MachineTrial final : public JudgedTrial {
             } else {
                 scenario::sentry_walk(sensed, kCount, rng);
             }
-            tick(states, sensed.view(), now, changes);
-            for (std::size_t i = 0; i < kCount; ++i) {
-                walked[i].tick(now, sensed.view(), i);
-                row.error +=
-                    crowd_.machine.state_name(states.leaf[i]) == walked[i].name() ? 0.0 : 1.0;
-            }
+            for_form([&](auto&& step) {
+                for (std::size_t i = 0; i < kCount; ++i) {
+                    changes += step(states[i], sensed.of(i), now) ? 1U : 0U;
+                    walked[i].tick(now, sensed.of(i));
+                    row.error +=
+                        crowd_.machine.state_name(states[i].leaf) == walked[i].name() ? 0.0 : 1.0;
+                }
+            });
         }
-        row.metric("changes_compared", static_cast<double>(changes.size()));
+        row.metric("changes_compared", static_cast<double>(changes));
     }
 
   private:
-    void tick(state_machine::ActiveStates& states,
-              const ai::SenseColumns& senses,
-              Tick now,
-              std::vector<state_machine::StateChange>& changes) {
+    /// Calls `use` with the decision of an agent in this form: (state, senses, tick) to whether it
+    /// left its state.
+    template <class Use>
+    void for_form(Use&& use) const {
         switch (form_) {
             case Form::kSwitch:
-                sentry_by_switch(states, senses, now, changes);
-                break;
+                return use(sentry_by_switch);
             case Form::kPattern:
-                sentry_by_class(states, senses, now, changes);
-                break;
+                return use(sentry_by_class);
             case Form::kTables:
             case Form::kLevels:
-                state_machine::step(crowd_.machine, states, senses, now, changes);
-                break;
+                return use([this](state_machine::ActiveState& state,
+                                  std::span<const float> senses,
+                                  Tick now) {
+                    return state_machine::step(crowd_.machine, state, senses, now).has_value();
+                });
         }
     }
 
@@ -380,20 +376,17 @@ class FuzzyTrial : public JudgedTrial {
     std::array<const float*, 2> columns_;
 };
 
-/// `at_once` agents in one call: all, or one after the other.
 class OurFuzzyTrial final : public FuzzyTrial {
   public:
-    OurFuzzyTrial(ai::fuzzy::Inference inference, std::size_t at_once)
+    explicit OurFuzzyTrial(ai::fuzzy::Inference inference)
         : FuzzyTrial(inference),
           system_(def_),
-          at_once_(at_once),
           out_(kFuzzyAgents) {}
 
     void frame() override {
-        for (std::size_t i = 0; i < kFuzzyAgents; i += at_once_) {
-            const float* const in[] = {columns_[0] + i, columns_[1] + i};
-            float* const out[] = {out_.data() + i};
-            system_.evaluate(in, at_once_, out);
+        for (std::size_t i = 0; i < kFuzzyAgents; ++i) {
+            const float in[] = {columns_[0][i], columns_[1][i]};
+            system_.evaluate(in, std::span(&out_[i], 1));
         }
     }
 
@@ -404,7 +397,6 @@ class OurFuzzyTrial final : public FuzzyTrial {
 
   private:
     ai::fuzzy::FuzzySystem system_;
-    std::size_t at_once_;
     std::vector<float> out_;
 };
 
@@ -435,12 +427,7 @@ void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference 
                {{"default",
                  "",
                  [inference] {
-                     return std::make_unique<OurFuzzyTrial>(inference, kFuzzyAgents);
-                 }},
-                {"one_by_one",
-                 "",
-                 [inference] {
-                     return std::make_unique<OurFuzzyTrial>(inference, 1);
+                     return std::make_unique<OurFuzzyTrial>(inference);
                  }},
                 {"default", "fuzzylite", [inference] {
                      return std::make_unique<PeerFuzzyTrial>(inference);
@@ -464,15 +451,14 @@ void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference 
 
 void run_decisions(Session& session) {
     session.note(
-        "decisions: one thread. fsm_* and hfsm_*: a tick of 100,000 agents in columns, six states "
+        "decisions: one thread. fsm_* and hfsm_*: a tick of 100,000 agents, one by one, six states "
         "with two transitions each (hfsm: eight innermost states in three levels, two transitions "
         "each, so six for an innermost one), one agent in 67 with a reason to leave its state, "
         "ns_per_npc unsorted, ns_per_npc_sorted sorted by state; error: agents whose state differs "
         "from a walk through the definition. goap_*: a plan; error: cost above the cheapest. "
-        "fuzzy_*: an evaluation of nine rules, 4,096 agents at once (default) or one by one; "
-        "error: from the same rules in double precision. xor, cartpole: an evaluation of a "
-        "network, "
-        "4,096 agents at once; error: what ten seeds miss of all cases, or of 500 steps over 100 "
+        "fuzzy_*: an evaluation of nine rules; error: from the same rules in double precision. "
+        "xor, cartpole: an evaluation of a network; error: what ten seeds miss of all cases, or of "
+        "500 steps over 100 "
         "episodes that they never saw, on average. npc_100k: a tick of the agents of a town of a "
         "hundred thousand, a tenth of which players can see, CPU time of the first of two threads; "
         "coarse_share: what one that nobody sees costs in a tick of a whole zone, of one that is "
@@ -512,7 +498,7 @@ const Registration kDecisions({"decisions",
                                 "xor",
                                 "cartpole",
                                 "npc_100k"},
-                               {"default", "one_by_one", "neat", "fuzzylite/default"},
+                               {"default", "neat", "fuzzylite/default"},
                                run_decisions});
 
 }  // namespace

@@ -69,21 +69,21 @@ class LearnTrial final : public JudgedTrial {
     LearnTrial(const Learned& learned, const char* unit)
         : learned_(learned),
           unit_(unit),
-          scratch_(learned.first.values() * learning::kLanes),
+          in_(learned.first.inputs * kLearnedAgents),
+          values_(learned.first.values()),
           out_(kLearnedAgents) {
         core::Rng rng(83);
-        for (std::size_t k = 0; k < learned.first.inputs; ++k) {
-            in_.emplace_back(kLearnedAgents);
-            for (float& value : in_.back()) {
-                value = rng.range(-1.0F, 1.0F);
-            }
-            columns_.push_back(in_.back().data());
+        for (float& value : in_) {
+            value = rng.range(-1.0F, 1.0F);
         }
     }
 
     void frame() override {
-        float* const out[] = {out_.data()};
-        learning::evaluate_many(learned_.first, columns_, kLearnedAgents, scratch_, out);
+        const std::size_t inputs = learned_.first.inputs;
+        for (std::size_t i = 0; i < kLearnedAgents; ++i) {
+            const auto in = std::span<const float>(in_).subspan(i * inputs, inputs);
+            learning::evaluate(learned_.first, in, values_, std::span(&out_[i], 1));
+        }
     }
 
     void judge(Row& row) override {
@@ -100,9 +100,8 @@ class LearnTrial final : public JudgedTrial {
   private:
     const Learned& learned_;
     const char* unit_;
-    std::vector<std::vector<float>> in_;
-    std::vector<const float*> columns_;
-    std::vector<float> scratch_;
+    std::vector<float> in_;  // agent by agent
+    std::vector<float> values_;
     std::vector<float> out_;
 };
 

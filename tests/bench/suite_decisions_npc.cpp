@@ -130,8 +130,7 @@ void run_zones(Session& session, Row& row) {
 void run_npcs(Session& session, const std::string& scene) {
     config::Settings settings;
     std::vector<config::ConfigError> errors;
-    if (!config::load_settings(
-            std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", {}, settings, errors)) {
+    if (!config::load_settings(ZONED_SOURCE_DIR "/config/town.txtpb", {}, settings, errors)) {
         session.note("npc_100k: config/town.txtpb could not be read");
         return;
     }

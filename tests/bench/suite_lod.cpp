@@ -68,8 +68,7 @@ bool town(int count, std::uint64_t seed, bool suspend_offscreen, config::Setting
                        std::to_string(std::max(1, static_cast<int>(shares[k] * count))));
     }
     std::vector<config::ConfigError> errors;
-    return config::load_settings(
-        std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
+    return config::load_settings(ZONED_SOURCE_DIR "/config/town.txtpb", sets, settings, errors);
 }
 
 std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledBrain& brain, Tick now) {

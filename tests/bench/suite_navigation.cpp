@@ -43,7 +43,6 @@ using Ask = std::function<double(const GridInstance&)>;
 /// The reference for path lengths.
 enum class PathLength {
     kBest,  ///< those of the scenario
-    kNear,  ///< the excess over them is the error
     kAny,   ///< on another map of the same world
 };
 
@@ -95,11 +94,6 @@ class PathTrial final : public JudgedTrial {
         row.metric("instances", static_cast<double>(scene_.instances.size()));
         if (method_.length == PathLength::kBest) {
             row.metric("worst_off_cells", worst);
-        } else if (method_.length == PathLength::kNear) {
-            row.error = mean(ratios) - 1.0;
-            row.error_unit = "mean excess";
-            row.metric("worst_excess", largest(ratios) - 1.0);
-            row.metric("without_way", static_cast<double>(wrong));
         } else {
             row.metric("length_ratio_mean", mean(ratios));
             hold_to_exact(row);
@@ -276,11 +270,6 @@ std::vector<PathTrialMethod> path_methods(const GridScene& scene) {
     }
     methods.push_back(planner_method("jump_points", GridMethod::kJumpPoints, bare, false));
     methods.push_back(planner_method("astar", GridMethod::kAStar, bare, true));
-    const double clusters_s = seconds_of([&bare] { bare->prepare_clusters(); });
-    methods.push_back(planner_method("hierarchical", GridMethod::kHierarchical, bare, false));
-    methods.back().length = PathLength::kNear;
-    methods.back().preprocess_s = clusters_s;
-    methods.back().index_mib = static_cast<double>(bare->clusters()->bytes()) / kMib;
     methods.push_back(graph_method(scene));
     std::shared_ptr<DetourMesh> mesh;
     const double baked_s =
@@ -368,8 +357,8 @@ std::vector<std::string> all_path_scenes() {
 void run_navigation(Session& session) {
     session.note(
         "navigation: all queries of each scenario, on one thread; time is the mean over them, per "
-        "query, with its path put together; error is the number of wrong lengths (of hierarchical, "
-        "the mean excess over the best; of mesh, our search over Detour's polygons, that over the "
+        "query, with its path put together; error is the number of wrong lengths (of mesh, "
+        "our search over Detour's polygons, the mean excess over the "
         "shortest paths there, found by visibility, of 100 queries, as is excess_mean of detour, "
         "whose error counts queries without a path; graph: A* along a waypoint in each cell). "
         "next_hop: time of one lookup, tables of 16 goals; flow_field: time of a field to a new "
@@ -403,7 +392,6 @@ const Registration kNavigation({"navigation",
                                  "subgoals",
                                  "jump_points",
                                  "astar",
-                                 "hierarchical",
                                  "next_hop",
                                  "goal_field",
                                  "door",

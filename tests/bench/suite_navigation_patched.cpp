@@ -89,7 +89,7 @@ Replayed replay(const std::vector<GridPatch>& patches, const std::vector<GridEve
 /// Doors that shut: cells in the middle of best paths.
 constexpr std::size_t kDoors = 48;
 
-/// Puts shut and open doors on a planner with squares, and asks for a path past each.
+/// Puts shut and open doors on a planner, and asks for a path past each.
 struct DoorTimes {
     std::vector<double> us;  ///< of a change, until a query may be made again
     std::size_t wrong = 0;   ///< paths that are not as long as A* finds
@@ -99,7 +99,6 @@ struct DoorTimes {
 DoorTimes shut_doors(const GridScene& scene) {
     DoorTimes t;
     GridPlanner planner(scene.map);
-    planner.prepare_clusters();
     const std::size_t step = std::max<std::size_t>(1, scene.instances.size() / kDoors);
     std::vector<Cell> cells;
     for (std::size_t i = 0; i < scene.instances.size(); i += step) {

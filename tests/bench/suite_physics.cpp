@@ -1,7 +1,10 @@
 // Suite `physics`: rigid-body scenes, our engine beside its peers.
 #include "tests/bench/comparison.h"
-#include "tests/bench/physics_meters.h"
+#include "tests/bench/physics_scene_list.h"
 #include "tests/bench/simulator.h"
+#include "shared/core/state_hash.h"
+
+#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,64 +14,101 @@ namespace zoned::bench {
 
 namespace {
 
-struct PhysicsScene {
-    std::string name;
-    std::string parameter;
-    scenario::Description description;
-    std::unique_ptr<Meter> (*meter)(const scenario::Description&);
-    int quick_steps;  ///< length of a quick run
-    int warm_up = 0;  ///< frames before timing starts
-};
-
 constexpr double kFrame = 1.0 / 60.0;
 
-/// `quick`: a smaller field of resting bodies, which take long to fall asleep.
-std::vector<PhysicsScene> physics_scenes(bool quick) {
-    using namespace scenario;
-    std::vector<PhysicsScene> s;
-    s.push_back({"S1", "", pyramid(), drift_meter, 60});
-    s.push_back({"S2", "", column(20, 1.0), drift_meter, 120});
-    s.push_back({"S2x100", "", column(5, 100.0), column_meter, 120});
-    s.push_back({"S2x1000", "", column(5, 1000.0), column_meter, 120});
-    s.push_back({"S3", "", pile(16), pile_meter, 20});
-    // Bullet lets bodies sleep after two seconds at the earliest, so timing starts after three.
-    s.push_back({"S4", "", resting_field(quick ? 30 : 100), drift_meter, 200, 180});
-    s.push_back({"S5", "dt=1/60", bounce(1.0, 60.0, kFrame), last_apex_meter, 600});
-    s.push_back({"S5", "dt=1/240", bounce(1.0, 60.0, kFrame / 4), last_apex_meter, 2400});
-    s.push_back({"S5b", "dt=1/60", bounce(0.8, 20.0, kFrame), apexes_meter, 1200});
-    s.push_back({"S5b", "dt=1/240", bounce(0.8, 20.0, kFrame / 4), apexes_meter, 4800});
-    s.push_back({"S6a", "", incline(0.5, 3.0), slide_meter, 180});
-    s.push_back({"S6b", "", incline(0.6, 10.0), creep_meter, 120});
-    s.push_back({"S7", "", spin(), spin_meter, 600});
-    s.push_back({"S8", "", chain(), chain_meter, 120});
-    s.push_back({"S9", "", bullets(), bullets_meter, 60});
-    return s;
+/// Bytes that the program has taken of the heap.
+double heap_in_use() {
+    const struct mallinfo2 info = mallinfo2();
+    return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
 }
 
-/// One engine on one scene.
-class PhysicsTrial : public JudgedTrial {
-  public:
-    PhysicsTrial(const Engine& engine, const PhysicsScene& scene)
-        : simulator_(engine.build(scene.description)),
-          meter_(scene.meter(scene.description)),
-          steps_per_frame_(static_cast<int>(std::lround(kFrame / scene.description.dt))) {}
+int steps_per_frame(const scenario::Description& description) {
+    return std::max(static_cast<int>(std::lround(kFrame / description.dt)), 1);
+}
 
-    void frame() override {
-        for (int i = 0; i < steps_per_frame_; ++i) {
-            simulator_->step();
+/// The cases of a row, described once for all engines.
+struct DescribedScene {
+    const PhysicsScene& scene;
+    std::vector<scenario::Description> cases;
+
+    explicit DescribedScene(const PhysicsScene& s) : scene(s) {
+        for (const PhysicsCase& one : s.cases) {
+            cases.push_back(one.describe());
         }
     }
 
-    void observe() override { meter_->after_step(*simulator_); }
+    [[nodiscard]] const scenario::Description& first() const { return cases.front(); }
+};
+
+/// One engine on one row.
+class PhysicsTrial : public JudgedTrial {
+  public:
+    PhysicsTrial(const Engine& engine, const DescribedScene& described)
+        : described_(described),
+          steps_per_frame_(steps_per_frame(described.first())) {
+        for (const scenario::Description& description : described.cases) {
+            const double before = heap_in_use();
+            simulators_.push_back(engine.build(description));
+            simulators_.back()->set_heap_bytes(heap_in_use() - before);
+            meters_.push_back(described.scene.meter(description));
+        }
+    }
+
+    void frame() override {
+        for (const auto& simulator : simulators_) {
+            for (int i = 0; i < steps_per_frame_; ++i) {
+                simulator->step();
+            }
+        }
+    }
+
+    void observe() override {
+        for (std::size_t i = 0; i < meters_.size(); ++i) {
+            meters_[i]->after_step(*simulators_[i]);
+        }
+    }
 
     void judge(Row& row) override {
-        meter_->finish(*simulator_, row);
-        row.state_hash = simulator_->state_hash();
+        if (meters_.size() == 1) {
+            meters_.front()->finish(*simulators_.front(), row);
+            row.state_hash = simulators_.front()->state_hash();
+            return;
+        }
+        std::vector<Row> cases(meters_.size(), row);
+        std::size_t worst = 0;
+        const auto badness = [&cases](std::size_t i) {
+            return std::isnan(cases[i].error) ? INFINITY : std::abs(cases[i].error);
+        };
+        for (std::size_t i = 0; i < meters_.size(); ++i) {
+            meters_[i]->finish(*simulators_[i], cases[i]);
+            worst = badness(i) > badness(worst) ? i : worst;
+        }
+        row = cases[worst];
+        for (auto& [name, value] : row.metrics) {
+            for (const Row& other : cases) {
+                const bool largest = name.ends_with("_max") || name.starts_with("energy_gain");
+                value = largest ? std::max(value, *other.find_metric(name)) : value;
+            }
+        }
+        row.metric("worst_case", static_cast<double>(worst));
+        core::StateHash hash;
+        for (std::size_t i = 0; i < meters_.size(); ++i) {
+            row.metric("error_" + described_.scene.cases[i].label, cases[i].error);
+            add(simulators_[i]->state_hash(), hash);
+        }
+        row.state_hash = row.peer.empty() ? hash_text(hash) : "";
     }
 
   private:
-    std::unique_ptr<Simulator> simulator_;
-    std::unique_ptr<Meter> meter_;
+    static void add(const std::string& text, core::StateHash& hash) {
+        for (const char c : text) {
+            hash.add(static_cast<std::uint32_t>(c));
+        }
+    }
+
+    const DescribedScene& described_;
+    std::vector<std::unique_ptr<Simulator>> simulators_;  // by case
+    std::vector<std::unique_ptr<Meter>> meters_;
     int steps_per_frame_;
 };
 
@@ -80,22 +120,32 @@ std::vector<Engine> all_engines() {
     return engines;
 }
 
-Method method_of(const Engine& engine, const PhysicsScene& scene) {
-    return {engine.method, engine.peer, [engine, &scene] {
-                return std::make_unique<PhysicsTrial>(engine, scene);
+Method method_of(const Engine& engine, const DescribedScene& described) {
+    return {engine.method, engine.peer, [engine, &described] {
+                return std::make_unique<PhysicsTrial>(engine, described);
             }};
 }
 
+/// Runs without being asked for, also where a scene is not for all methods.
+bool is_standard(const Engine& engine, const DescribedScene& described) {
+    const bool large = described.first().bodies.size() > kSmallScene;
+    return (engine.method == "default" && engine.peer != "ode") ||
+           (engine.method == "threads_2" && large);
+}
+
 /// The methods that run the scene in this session.
-std::vector<Method> chosen(Session& session, const PhysicsScene& scene) {
+std::vector<Method> chosen(Session& session, const DescribedScene& described) {
+    const PhysicsScene& scene = described.scene;
     std::vector<Method> methods;
     for (const Engine& engine : all_engines()) {
-        if (!session.wants_method(engine.method, engine.peer)) {
+        const bool asked = !session.methods.empty() || scene.variants;
+        if (!session.wants_method(engine.method, engine.peer) ||
+            (!asked && !is_standard(engine, described))) {
             continue;
         }
-        const std::string why = engine.refusal(scene.name, scene.description);
+        const std::string why = engine.refusal(scene.name, described.first());
         if (why.empty()) {
-            methods.push_back(method_of(engine, scene));
+            methods.push_back(method_of(engine, described));
         } else if (engine.method == "default" || engine.method == "exact") {
             session.note(scene.name + " " + full_name(engine.method, engine.peer) + ": skipped, " +
                          why);
@@ -108,17 +158,18 @@ std::vector<Method> chosen(Session& session, const PhysicsScene& scene) {
 /// machine slows both.
 class Yardstick {
   public:
-    Yardstick() : scene_(physics_scenes(true).front()) {}
+    Yardstick() : scene_(physics_scenes(true).front()), described_(scene_) {}
 
     /// Microseconds of a frame.
     double measure(const Session& session) {
-        const std::vector<Method> bullet{method_of(bullet_engines().front(), scene_)};
+        const std::vector<Method> bullet{method_of(bullet_engines().front(), described_)};
         const Plan plan{0, session.quick ? 30 : 200, session.quick ? 1 : session.repeats};
         return compare("", "", "", bullet, plan).front().time_us_p50;
     }
 
   private:
     PhysicsScene scene_;
+    DescribedScene described_;
 };
 
 /// The speedup of two threads over one, and whether the results agree.
@@ -140,16 +191,17 @@ void note_speedup(std::vector<Row>& rows) {
 }
 
 void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick) {
-    const std::vector<Method> methods = chosen(session, scene);
+    const DescribedScene described(scene);
+    const std::vector<Method> methods = chosen(session, described);
     if (methods.empty()) {
         return;
     }
     session.progress("physics " + scene.name + " " + scene.parameter);
-    const int per_frame = static_cast<int>(std::lround(kFrame / scene.description.dt));
-    const int steps = session.quick ? std::min(scene.quick_steps, scene.description.steps)
-                                    : scene.description.steps;
-    const Plan plan{
-        scene.warm_up, steps / per_frame - scene.warm_up, session.quick ? 1 : session.repeats};
+    const int most = described.first().steps;
+    const int steps = session.quick ? std::min(scene.quick_steps, most) : most;
+    const Plan plan{scene.warm_up,
+                    steps / steps_per_frame(described.first()) - scene.warm_up,
+                    session.quick ? 1 : session.repeats};
     const double before = yardstick.measure(session);
     std::vector<Row> rows = compare("physics", scene.name, scene.parameter, methods, plan);
     const double yardstick_us = 0.5 * (before + yardstick.measure(session));
@@ -174,10 +226,10 @@ void run_physics(Session& session) {
     }
 }
 
-std::vector<std::string> physics_scenes() {
+std::vector<std::string> names_of_scenes() {
     std::vector<std::string> names;
     for (const PhysicsScene& scene : physics_scenes(true)) {
-        if (names.empty() || names.back() != scene.name) {
+        if (std::find(names.begin(), names.end(), scene.name) == names.end()) {
             names.push_back(scene.name);
         }
     }
@@ -194,7 +246,7 @@ std::vector<std::string> physics_methods() {
 
 const Registration kPhysics({"physics",
                              "rigid bodies: time of a step against error",
-                             physics_scenes(),
+                             names_of_scenes(),
                              physics_methods(),
                              run_physics});
 

@@ -94,7 +94,7 @@ class SceneTrial : public JudgedTrial {
         const double seconds =
             static_cast<double>(zone_.tick() - kSettled) * static_cast<double>(trace_.tick_s);
         row.error = accuracy_.position_m;
-        row.error_unit = "m";
+        row.error_unit = std::string("m");
         row.metric("payload_bytes_per_s", static_cast<double>(payload_bytes_) / seconds);
         row.metric("wire_bytes_per_s", static_cast<double>(wire_bytes_) / seconds);
         row.metric("updates_per_s", static_cast<double>(updates_) / seconds);

@@ -12,7 +12,9 @@ namespace zoned::bench {
 struct ZonedScene {
     physics::Scene scene;
     std::vector<zoned::BodyId> ids;  ///< by index in the description
-    float dt = 0.0F;                 ///< s
+    /// The engine's axes of each body in those of the description.
+    std::vector<physics::Frame> frames;
+    float dt = 0.0F;  ///< s
 };
 
 /// Gravity and sleeping come from the description, all else from `settings`. Throws where the

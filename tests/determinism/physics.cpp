@@ -41,7 +41,7 @@ physics::Scene build(const scenario::Description& description) {
         }
         ids.push_back(*id);
     }
-    for (const scenario::BallJoint& joint : description.joints) {
+    for (const scenario::LinkedPair& joint : description.joints) {
         physics::JointDef def;
         if (joint.a != scenario::kWorld) {
             def.a = ids[static_cast<std::size_t>(joint.a)];

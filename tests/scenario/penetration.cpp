@@ -1,5 +1,8 @@
 #include "tests/scenario/penetration.h"
 
+#include "tests/scenario/polyhedron_overlap.h"
+#include "tests/scenario/solid_geometry.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -111,9 +114,53 @@ double box_box(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_
     return std::max(least, 0.0);
 }
 
+double deepest_parts(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b) {
+    if (a.form != Form::kCompound) {
+        return deepest_parts(b, at_b, a, at_a);
+    }
+    double most = 0.0;
+    for (const SolidPart& part : a.geometry->parts) {
+        const Pose at{at_a.position + at_a.orientation * part.pose.position,
+                      at_a.orientation * part.pose.orientation};
+        const double reach = bounding_radius(part.solid) + bounding_radius(b);
+        if (b.form == Form::kMesh || (at.position - at_b.position).norm() < reach) {
+            most = std::max(most, penetration(part.solid, at, b, at_b));
+        }
+    }
+    return most;
+}
+
+/// A hull against a box, hull, ball or capsule.
+double with_hull(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b) {
+    const auto flat = [](const Solid& s) {
+        return s.form == Form::kHull || s.form == Form::kBox;
+    };
+    if (!flat(a)) {
+        return with_hull(b, at_b, a, at_a);
+    }
+    const SolidGeometry first = polyhedron_of(a);
+    const Quatd to_a = at_a.orientation.conjugate();
+    const Vec3d shift = to_a * (at_b.position - at_a.position);
+    if (flat(b)) {
+        return polyhedra_overlap(first, polyhedron_of(b), {shift, to_a * at_b.orientation});
+    }
+    const Core other = core_of(b, at_b);
+    return std::max(b.radius - least_distance(first, shift, to_a * other.half), 0.0);
+}
+
 }  // namespace
 
 double penetration(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b) {
+    if (a.form == Form::kCompound || b.form == Form::kCompound) {
+        return deepest_parts(a, at_a, b, at_b);
+    }
+    if (a.form == Form::kMesh || b.form == Form::kMesh) {
+        return a.form == Form::kMesh ? depth_behind(*a.geometry, at_a, b, at_b)
+                                     : depth_behind(*b.geometry, at_b, a, at_a);
+    }
+    if (a.form == Form::kHull || b.form == Form::kHull) {
+        return with_hull(a, at_a, b, at_b);
+    }
     if (a.form == Form::kBox && b.form == Form::kBox) {
         return box_box(a, at_a, b, at_b);
     }
@@ -130,6 +177,22 @@ double penetration(const Solid& a, const Pose& at_a, const Solid& b, const Pose&
 }
 
 double depth_below_ground(const Solid& solid, const Pose& pose) {
+    if (solid.form == Form::kHull) {
+        double lowest = INFINITY;
+        for (const Vec3d& p : solid.geometry->points) {
+            lowest = std::min(lowest, (pose.orientation * p).y());
+        }
+        return std::max(-lowest - pose.position.y(), 0.0);
+    }
+    if (solid.form == Form::kCompound) {
+        double depth = 0.0;
+        for (const SolidPart& part : solid.geometry->parts) {
+            const Pose at{pose.position + pose.orientation * part.pose.position,
+                          pose.orientation * part.pose.orientation};
+            depth = std::max(depth, depth_below_ground(part.solid, at));
+        }
+        return depth;
+    }
     double reach = 0.0;
     if (solid.form == Form::kBox) {
         const Vec3d up = pose.orientation.conjugate() * Vec3d::UnitY();
@@ -148,6 +211,10 @@ double bounding_radius(const Solid& solid) {
             return solid.half_extents.norm();
         case Form::kCapsule:
             return solid.radius + solid.half_segment;
+        case Form::kHull:
+        case Form::kCompound:
+        case Form::kMesh:
+            return solid.geometry->radius;
     }
     return 0.0;
 }

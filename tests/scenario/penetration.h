@@ -9,7 +9,9 @@ namespace zoned::scenario {
 /// of boxes use all separating axes (Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996). For
 /// convex polytopes the axes of faces and edge pairs are the normals of their Minkowski difference,
 /// so the least overlap is the exact depth. Spheres and capsules use the distance of their cores,
-/// points and segments, less the radii.
+/// points and segments, less the radii. Of compounds the deepest pair of parts counts. A mesh is
+/// entered by corners that lie behind a triangle and by balls that reach behind one; edges that
+/// cross between corners are not seen.
 double penetration(const Solid& a, const Pose& at_a, const Solid& b, const Pose& at_b);
 
 /// How far the solid's lowest point is below y = 0, metres; 0 where it is not.

@@ -1,5 +1,7 @@
 #include "tests/scenario/physics_scenes.h"
 
+#include "tests/scenario/scene_parts.h"
+#include "tests/scenario/solid_geometry.h"
 #include "shared/core/rng.h"
 
 #include <array>
@@ -39,6 +41,10 @@ double Solid::volume() const {
             return 8.0 * half_extents.prod();
         case Form::kCapsule:
             return kPi * radius * radius * (4.0 / 3.0 * radius + 2.0 * half_segment);
+        case Form::kHull:
+        case Form::kCompound:
+        case Form::kMesh:
+            return geometry->volume;
     }
     return 0.0;
 }
@@ -63,6 +69,10 @@ Vec3d Solid::inertia_per_mass() const {
                                   balls * (0.4 * r * r + h * h + 0.75 * h * r);
             return {across, along, across};
         }
+        case Form::kHull:
+        case Form::kCompound:
+        case Form::kMesh:
+            return geometry->inertia_per_mass;
     }
     return Vec3d::Zero();
 }
@@ -75,9 +85,6 @@ int Description::first_dynamic() const {
     return i;
 }
 
-namespace {
-
-/// A static box.
 Body fixed_box(const Vec3d& size, const Vec3d& middle, double friction, double restitution) {
     Body body;
     body.solid = Solid::box(size);
@@ -88,8 +95,7 @@ Body fixed_box(const Vec3d& size, const Vec3d& middle, double friction, double r
     return body;
 }
 
-/// A static box whose top is y = 0.
-Body ground(double width, double friction, double restitution = 0.0) {
+Body ground(double width, double friction, double restitution) {
     Body body = fixed_box({width, 2.0, width}, {0.0, -1.0, 0.0}, friction, restitution);
     body.ground = true;
     return body;
@@ -103,8 +109,6 @@ Body at(const Solid& solid, double mass, const Vec3d& position, double friction)
     body.pose.position = position;
     return body;
 }
-
-}  // namespace
 
 Description pyramid() {
     constexpr int kRows = 20;

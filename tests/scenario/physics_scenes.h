@@ -4,6 +4,7 @@
 #include "shared/math/types.h"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace zoned::scenario {
@@ -14,14 +15,21 @@ enum class Form : std::uint8_t {
     kSphere,
     kBox,
     kCapsule,
+    kHull,
+    kCompound,
+    kMesh,  ///< a surface; static bodies only
 };
 
-/// A convex solid in its own axes, centred on its centre of mass.
+struct SolidGeometry;
+
+/// A solid in its own principal axes, centred on its centre of mass.
 struct Solid {
     Form form = Form::kBox;
     Vec3d half_extents = Vec3d::Constant(0.5);  ///< box, m
     double radius = 0.5;                        ///< sphere, capsule, m
     double half_segment = 0.0;                  ///< capsule, along its y axis, m
+    /// The other forms, see solid_geometry.h; shared by all solids of that form.
+    std::shared_ptr<const SolidGeometry> geometry;
 
     static Solid sphere(double radius);
     /// `size` is the full size.
@@ -30,7 +38,7 @@ struct Solid {
 
     bool operator==(const Solid&) const = default;
 
-    [[nodiscard]] double volume() const;  ///< m3
+    [[nodiscard]] double volume() const;  ///< m3; 0 for a mesh
     /// Principal moments about the centre of mass for uniform density and one kilogram, m2.
     [[nodiscard]] Vec3d inertia_per_mass() const;
 };
@@ -56,17 +64,32 @@ struct Body {
 /// The world as a partner of a joint.
 inline constexpr int kWorld = -1;
 
-/// Holds a point of one body on a point of another.
-struct BallJoint {
+enum class Link : std::uint8_t {
+    kBall,   ///< a point of a stays on a point of b
+    kHinge,  ///< and they turn about one axis only
+    kFixed,  ///< and they do not turn
+};
+
+/// Joins two bodies, which do not collide with each other.
+struct LinkedPair {
     int a = kWorld;                ///< index of a body, or kWorld
     int b = 0;                     ///< index of a body
     Vec3d anchor = Vec3d::Zero();  ///< world point at the start, m
+    Link link = Link::kBall;
+    Vec3d axis = Vec3d::UnitX();  ///< hinge: world, unit length
+    /// Hinge: the angle of b against a about the axis, from the start, rad.
+    bool limited = false;
+    double lower = 0.0;
+    double upper = 0.0;
+    /// Hinge: the motor turns b against a with at most this torque, N m; 0: none.
+    double motor_torque = 0.0;
+    double motor_speed = 0.0;  ///< rad/s
 };
 
 /// A scene at its start and how it is stepped.
 struct Description {
     std::vector<Body> bodies;
-    std::vector<BallJoint> joints;
+    std::vector<LinkedPair> joints;
     Vec3d gravity = Vec3d(0.0, -9.81, 0.0);  ///< m/s2
     double dt = 1.0 / 60.0;                  ///< s
     int steps = 600;

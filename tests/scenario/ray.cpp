@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 namespace zoned::scenario {
 
@@ -87,6 +88,8 @@ double ray_distance(const Ray& ray, const Solid& solid, const Pose& pose) {
         case Form::kCapsule:
             t = to_capsule(local, solid.radius, solid.half_segment);
             break;
+        default:
+            throw std::logic_error("no ray meets this form of solid");
     }
     return t <= ray.length ? t : kMiss;
 }

@@ -5,7 +5,9 @@
 #include "server/ai/decision/state_machine/state_machine_def.h"
 #include "shared/core/rng.h"
 
+#include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 namespace zoned::scenario {
@@ -82,27 +84,12 @@ inline constexpr Tick kHold03 = 9;
 inline constexpr Tick kHold05 = 15;
 inline constexpr Tick kHold10 = 30;
 
-/// The columns that the switch reads, taken out once for all agents.
-struct SentryColumns {
-    explicit SentryColumns(const ai::SenseColumns& senses)
-        : foe(senses.column[kFoeDistance]),
-          post(senses.column[kPostDistance]),
-          health(senses.column[kHealth]),
-          noise(senses.column[kNoise]) {}
-
-    const float* foe;
-    const float* post;
-    const float* health;
-    const float* noise;
-};
-
 /// The state machine as a switch.
-inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumns& senses) {
-    const std::size_t i = turn.agent();
-    const float foe = senses.foe[i];
+inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) {
+    const float foe = senses[kFoeDistance];
     switch (turn.state()) {
         case kPatrol:
-            if (turn.when(senses.noise[i] > 0.7F, 0)) {
+            if (turn.when(senses[kNoise] > 0.7F, 0)) {
                 return turn.enter(kListen, 0);
             }
             if (turn.when(foe < 20.0F, 1, kHold03)) {
@@ -126,7 +113,7 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumn
             }
             break;
         case kFight:
-            if (turn.when(senses.health[i] < 0.3F, 6)) {
+            if (turn.when(senses[kHealth] < 0.3F, 6)) {
                 return turn.enter(kFlee, 6);
             }
             if (turn.when(foe > 5.0F, 7, kHold02)) {
@@ -137,12 +124,12 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumn
             if (turn.when(foe > 40.0F, 8)) {
                 return turn.enter(kRest, 8);
             }
-            if (turn.when(senses.post[i] < 5.0F, 9, kHold05)) {
+            if (turn.when(senses[kPostDistance] < 5.0F, 9, kHold05)) {
                 return turn.enter(kRest, 9);
             }
             break;
         default:
-            if (turn.when(senses.health[i] > 0.9F, 10)) {
+            if (turn.when(senses[kHealth] > 0.9F, 10)) {
                 return turn.enter(kPatrol, 10);
             }
             if (turn.when(foe < 10.0F, 11)) {
@@ -156,11 +143,11 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumn
 /// The state machine as a class per state.
 class PatrolState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kNoise][turn.agent()] > 0.7F, 0)) {
+    void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
+        if (turn.when(senses[kNoise] > 0.7F, 0)) {
             return turn.enter(kListen, 0);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 20.0F, 1, kHold03)) {
+        if (turn.when(senses[kFoeDistance] < 20.0F, 1, kHold03)) {
             return turn.enter(kChase, 1);
         }
         turn.stay();
@@ -169,8 +156,8 @@ class PatrolState final : public ai::state_machine::CodedState {
 
 class ListenState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 25.0F, 2, kHold01)) {
+    void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
+        if (turn.when(senses[kFoeDistance] < 25.0F, 2, kHold01)) {
             return turn.enter(kChase, 2);
         }
         if (turn.when(turn.time_in_state(kSentryDt) > 5.0F, 3)) {
@@ -182,11 +169,11 @@ class ListenState final : public ai::state_machine::CodedState {
 
 class ChaseState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 3.0F, 4)) {
+    void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
+        if (turn.when(senses[kFoeDistance] < 3.0F, 4)) {
             return turn.enter(kFight, 4);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] > 35.0F, 5, kHold10)) {
+        if (turn.when(senses[kFoeDistance] > 35.0F, 5, kHold10)) {
             return turn.enter(kPatrol, 5);
         }
         turn.stay();
@@ -195,11 +182,11 @@ class ChaseState final : public ai::state_machine::CodedState {
 
 class FightState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kHealth][turn.agent()] < 0.3F, 6)) {
+    void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
+        if (turn.when(senses[kHealth] < 0.3F, 6)) {
             return turn.enter(kFlee, 6);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] > 5.0F, 7, kHold02)) {
+        if (turn.when(senses[kFoeDistance] > 5.0F, 7, kHold02)) {
             return turn.enter(kChase, 7);
         }
         turn.stay();
@@ -208,11 +195,11 @@ class FightState final : public ai::state_machine::CodedState {
 
 class FleeState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] > 40.0F, 8)) {
+    void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
+        if (turn.when(senses[kFoeDistance] > 40.0F, 8)) {
             return turn.enter(kRest, 8);
         }
-        if (turn.when(senses.column[kPostDistance][turn.agent()] < 5.0F, 9, kHold05)) {
+        if (turn.when(senses[kPostDistance] < 5.0F, 9, kHold05)) {
             return turn.enter(kRest, 9);
         }
         turn.stay();
@@ -221,11 +208,11 @@ class FleeState final : public ai::state_machine::CodedState {
 
 class RestState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kHealth][turn.agent()] > 0.9F, 10)) {
+    void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
+        if (turn.when(senses[kHealth] > 0.9F, 10)) {
             return turn.enter(kPatrol, 10);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 10.0F, 11)) {
+        if (turn.when(senses[kFoeDistance] < 10.0F, 11)) {
             return turn.enter(kFlee, 11);
         }
         turn.stay();
@@ -245,29 +232,22 @@ inline const std::array<const ai::state_machine::CodedState*, kSentryStates>& se
     return objects;
 }
 
-/// The senses of `count` agents, as columns of their own.
+/// The senses of `count` agents, side by side for each.
 class Sensed {
   public:
-    Sensed(std::size_t senses, std::size_t count) : count_(count), columns_(senses) {
-        for (std::vector<float>& column : columns_) {
-            column.assign(count, 0.0F);
-        }
-        for (const std::vector<float>& column : columns_) {
-            pointers_.push_back(column.data());
-        }
+    Sensed(std::size_t senses, std::size_t count) : senses_(senses), values_(senses * count) {}
+
+    [[nodiscard]] float& at(std::size_t sense, std::size_t agent) {
+        return values_[agent * senses_ + sense];
     }
 
-    Sensed(const Sensed&) = delete;
-    Sensed& operator=(const Sensed&) = delete;
-
-    [[nodiscard]] float& at(std::size_t sense, std::size_t agent) { return columns_[sense][agent]; }
-
-    [[nodiscard]] ai::SenseColumns view() const { return {pointers_, count_}; }
+    [[nodiscard]] std::span<const float> of(std::size_t agent) const {
+        return std::span(values_).subspan(agent * senses_, senses_);
+    }
 
   private:
-    std::size_t count_;
-    std::vector<std::vector<float>> columns_;
-    std::vector<const float*> pointers_;
+    std::size_t senses_;
+    std::vector<float> values_;
 };
 
 /// Foes come and go, wounds heal: a walk at random that leads through all states. Call it once a

@@ -6,6 +6,7 @@
 #include "shared/core/ids.h"
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,14 +26,14 @@ class WalkedMachine {
 
     WalkedMachine& operator=(const WalkedMachine&) = delete;
 
-    void tick(Tick now, const ai::SenseColumns& senses, std::size_t agent) {
+    void tick(Tick now, std::span<const float> senses) {
         const ai::state_machine::TransitionDef* held = nullptr;
         std::size_t held_level = 0;
         const States* level = &def_.states;
         for (std::size_t l = 0; l < path_.size(); ++l) {
             const ai::state_machine::StateDef& state = (*level)[path_[l]];
             for (const ai::state_machine::TransitionDef& transition : state.transitions) {
-                if (!all_hold(transition, senses, agent, now, l)) {
+                if (!all_hold(transition, senses, now, l)) {
                     continue;
                 }
                 if (transition.hold_s <= 0.0F) {
@@ -74,14 +75,13 @@ class WalkedMachine {
     using States = std::vector<ai::state_machine::StateDef>;
 
     [[nodiscard]] bool all_hold(const ai::state_machine::TransitionDef& transition,
-                                const ai::SenseColumns& senses,
-                                std::size_t agent,
+                                std::span<const float> senses,
                                 Tick now,
                                 std::size_t level) const {
         for (const ai::Condition& condition : transition.when) {
             const float value = condition.sense == ai::kStateTime
                                     ? static_cast<float>(now - since_[level]) * dt_
-                                    : senses.column[condition.sense][agent];
+                                    : senses[condition.sense];
             if (!ai::holds(condition, value)) {
                 return false;
             }

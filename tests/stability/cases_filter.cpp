@@ -105,9 +105,10 @@ void trapdoor(Run& run) {
         all.push_back(world.add(def));
     }
     all.insert(all.end(), falling.begin(), falling.end());
-    world.row.known =
+    world.row.know(
         "what is pushed out of an overlap has no speed of its own while it moves: it may fall "
-        "asleep before it is out";
+        "asleep before it is out",
+        {{"depth_at_end_m", 4.0 * kGive}});
     world.limits.speed_mps = kPush + std::sqrt(2.0 * kG * 3.0);
     world.fault_at = 185;  // in the fall
     world.run(3.0F);

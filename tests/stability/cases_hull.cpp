@@ -286,9 +286,10 @@ void one_cloud(Run& run, const Cloud& cloud) {
         return;
     }
     if (cloud.weak) {
-        world.row.known =
+        world.row.know(
             "a blow beside the axis of a needle a few millimetres thick gives it a spin that the "
-            "engine does not follow: it is stopped";
+            "engine does not follow: it gains energy or is stopped",
+            {{"energy_share", 0.6}, {"quarantined", 1.0}});
     }
     world.row.check("wrongly_taken", cloud.fate == Fate::kRefused ? 1.0 : 0.0, 0.0);
     physics::BuiltHull seen = *built;

@@ -85,10 +85,10 @@ void bar(Run& run, double speed, double most, int every) {
         spin = std::max(spin, static_cast<double>(s.angular_velocity.norm()));
         gap = std::max(gap, point_of(s, Vec3d(-0.5, 0.0, 0.0)).norm());
     }
-    if (most * speed > 1.0e5) {
-        world.row.known = kStrong;
-    }
     const double fastest = std::max(speed, std::sqrt(6.0 * kG));
+    if (most * speed > 1.0e5) {
+        world.row.know(kStrong, {{"speed_mps", 0.55 * fastest}, {"gap_m", 0.03 * fastest}});
+    }
     world.limits.speed_mps = 0.51 * fastest + 0.1;
     world.row.check("joints_gone", world.joints_gone(), 0.0);
     world.row.check("beyond_rad", beyond, 0.5 * fastest * kSubstep + 0.005);

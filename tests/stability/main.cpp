@@ -32,6 +32,12 @@ std::vector<Case> chosen_cases(const std::vector<std::string>& only) {
     return cases;
 }
 
+int run_random(const RandomLabOptions& options) {
+    const RandomLabResult result = run_random_lab(options);
+    std::fputs(to_table(result).c_str(), stdout);
+    return result.failures.empty() && result.refused.empty() ? kGood : kFailed;
+}
+
 int run(const Options& options, const std::vector<Case>& cases) {
     Run run;
     run.quick = options.quick;
@@ -77,13 +83,25 @@ int main(int argc, char** argv) {
         for (const Case& one : all_cases()) {
             std::printf("%-12s %s\n", one.name.c_str(), one.purpose.c_str());
         }
+        std::puts("invariants of random scenes:");
+        for (const std::string& name : invariant_names()) {
+            std::printf("  %s\n", name.c_str());
+        }
         return kGood;
     }
-    const std::vector<Case> cases = chosen_cases(options->only);
-    if (cases.empty()) {
-        return kBadUsage;
-    }
     try {
+        if (options->random) {
+            return run_random(*options->random);
+        }
+        if (!options->replay_file.empty()) {
+            return replay_scene(options->replay_file, options->invariants, options->fault)
+                       ? kGood
+                       : kFailed;
+        }
+        const std::vector<Case> cases = chosen_cases(options->only);
+        if (cases.empty()) {
+            return kBadUsage;
+        }
         return run(*options, cases);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "zoned-stability: %s\n", error.what());

@@ -53,6 +53,15 @@ std::vector<std::string> cells(const Row& row) {
             check != nullptr ? to_text(*check) : ""};
 }
 
+/// " (speed_mps <= 90, ...)".
+std::string bounds_text(const Row& row) {
+    std::string text;
+    for (const KnownBound& known : row.known_bounds) {
+        text += (text.empty() ? " (" : ", ") + known.what + " <= " + number(known.bound);
+    }
+    return text.empty() ? text : text + ")";
+}
+
 void write_row(core::JsonWriter& json, const Row& row) {
     json.begin_object();
     json.field("name", row.name).field("parameter", row.parameter);
@@ -60,7 +69,7 @@ void write_row(core::JsonWriter& json, const Row& row) {
     json.field("max_speed_mps", row.max_speed_mps).field("energy_share", row.energy_share);
     json.field("depth_m", row.depth_m).field("drift_m", row.drift_m);
     json.field("quarantined", row.quarantined).field("ms_per_step", row.ms_per_step);
-    json.field("known", row.known);
+    json.field("known", row.known).field("fails_run", row.fails_run());
     json.key("checks").begin_array();
     for (const Check& check : row.checks) {
         json.begin_object();
@@ -76,6 +85,20 @@ void write_row(core::JsonWriter& json, const Row& row) {
 
 bool Row::passed() const {
     return std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.good(); });
+}
+
+bool Row::fails_run() const {
+    return std::any_of(checks.begin(), checks.end(), [this](const Check& c) {
+        const auto known_as = [&c](const KnownBound& k) {
+            return k.what == c.what && c.value <= k.bound;
+        };
+        return !c.good() && std::none_of(known_bounds.begin(), known_bounds.end(), known_as);
+    });
+}
+
+void Row::know(std::string reason, std::vector<KnownBound> bounds) {
+    known = std::move(reason);
+    known_bounds = std::move(bounds);
 }
 
 void Row::check(std::string what, double value, double bound) {
@@ -117,7 +140,8 @@ std::string to_table(const Results& results) {
             }
         }
         if (i > 0 && !results.rows[i - 1].passed() && !results.rows[i - 1].known.empty()) {
-            text += "      known: " + results.rows[i - 1].known + "\n";
+            text += "      known: " + results.rows[i - 1].known + bounds_text(results.rows[i - 1]) +
+                    "\n";
         }
     }
     return text;

@@ -7,8 +7,17 @@
 namespace zoned::stability {
 
 const std::vector<std::string>& fault_names() {
-    static const std::vector<std::string> kNames{
-        "none", "nan", "energy", "floor", "escape", "drift", "momentum", "joint", "time", "hull"};
+    static const std::vector<std::string> kNames{"none",
+                                                 "nan",
+                                                 "energy",
+                                                 "floor",
+                                                 "escape",
+                                                 "drift",
+                                                 "momentum",
+                                                 "joint",
+                                                 "time",
+                                                 "hull",
+                                                 "awake"};
     return kNames;
 }
 

@@ -22,6 +22,7 @@ enum class Fault : std::uint8_t {
     kJoint,     ///< a joint is ten metres or radians farther, and gone
     kTime,      ///< steps take a hundred seconds longer
     kHull,      ///< a hull does not match its points
+    kAwake,     ///< bodies never sleep
 };
 
 /// Names as on the command line, in the order of the kinds.

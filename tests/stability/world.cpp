@@ -59,6 +59,7 @@ void spoil(Fault fault, BodyState& s) {
         case Fault::kJoint:
         case Fault::kTime:
         case Fault::kHull:
+        case Fault::kAwake:
             break;  // no value that is read of a body
         case Fault::kMomentum:
             s.velocity = 1.5F * s.velocity + Vec3(1.0F, 0.0F, 0.0F);

@@ -36,16 +36,13 @@ template <class Vector, class Visit>
 /// const.
 template <class AgentOf, class Visit>
 [[gnu::always_inline]] inline void visit_fields(AgentOf& agent, Visit&& visit) {
-    const auto column = [&visit](auto& array) __attribute__((always_inline)) {
-        visit(array[0]);
-    };
     visit(agent.entity.value);
     visit(agent.brain);
-    visit(agent.state_machine.leaf[0]);
-    visit(agent.state_machine.pending[0]);
-    visit(agent.state_machine.pending_since[0]);
-    visit_array(agent.state_machine.since, column);
-    visit_array(agent.state_machine.memory, column);
+    visit(agent.state_machine.leaf);
+    visit(agent.state_machine.pending);
+    visit(agent.state_machine.pending_since);
+    visit_array(agent.state_machine.since, visit);
+    visit_array(agent.state_machine.memory, visit);
     visit(agent.current_action);
     visit(agent.facts);
     visit_array(agent.variables, visit);

@@ -122,7 +122,7 @@ void AgentStore::wait(Slot slot, Tick period) {
         waits_.join(
             slot,
             agent.entity,
-            {agent.brain, agent.state_machine.state(), agent.current_action, agent.wait, period});
+            {agent.brain, agent.state_machine.leaf, agent.current_action, agent.wait, period});
     } else {
         waits_.leave(slot);
     }

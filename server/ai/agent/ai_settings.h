@@ -4,8 +4,8 @@
 #include "server/ai/agent/brain/brain.h"
 #include "server/ai/agent/brain/points_of_interest.h"
 #include "server/ai/agent/difficulty.h"
-#include "server/ai/crowd/orca_avoidance.h"
-#include "server/ai/pathfinding/path_service.h"
+#include "server/ai/crowd/avoidance_settings.h"
+#include "server/ai/pathfinding/path_settings.h"
 
 #include <cstdint>
 #include <limits>

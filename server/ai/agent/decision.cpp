@@ -15,7 +15,7 @@ void add(Agent& agent, const CompiledBrain& brain, std::size_t variable, float a
 /// Makes the changes to variables of the entered states from `level` on.
 void gain(Agent& agent, const CompiledBrain& brain, std::size_t level) {
     const state_machine::FlatStateMachine& table = brain.table;
-    const std::uint16_t* path = &table.path[agent.state_machine.state() * table.levels];
+    const std::uint16_t* path = &table.path[agent.state_machine.leaf * table.levels];
     for (const CompiledBrain::Gain& gain : brain.gains) {
         const std::size_t at = table.nodes[gain.node].level;
         if (at >= level && path[at] == gain.node) {
@@ -82,7 +82,7 @@ std::uint16_t blended_action(Agent& agent,
         in[k] = senses[blend.inputs[k]];
     }
     const std::span<float> degrees(agent.degrees.data(), blend.brain.states());
-    blend.brain.step_one(std::span<const float>(in.data(), blend.inputs.size()), degrees);
+    blend.brain.step(std::span<const float>(in.data(), blend.inputs.size()), degrees);
     const auto most = std::max_element(degrees.begin(), degrees.end());
     return static_cast<std::uint16_t>(first + (most - degrees.begin()));
 }
@@ -94,7 +94,7 @@ void choose(Agent& agent,
             Known senses,
             Tick now,
             DecisionScratch& scratch) {
-    const std::uint16_t leaf = agent.state_machine.state();
+    const std::uint16_t leaf = agent.state_machine.leaf;
     const CompiledBrain::LeafChoice& choice = brain.choices[leaf];
     if (entered) {
         agent.facts = kUnplanned;
@@ -214,17 +214,12 @@ void sense_more(const Agent& agent,
         if ((wanted >> fuzzy.first & outputs) == 0) {
             continue;
         }
-        std::array<const float*, fuzzy::kMaxInputs> in{};
-        std::array<float*, fuzzy::kMaxOutputs> out{};
+        std::array<float, fuzzy::kMaxInputs> in;  // written where they are read
         for (std::size_t k = 0; k < fuzzy.inputs.size(); ++k) {
-            in[k] = &senses[fuzzy.inputs[k]];
-        }
-        for (std::size_t o = 0; o < fuzzy.system.outputs(); ++o) {
-            out[o] = &senses[fuzzy.first + o];
+            in[k] = senses[fuzzy.inputs[k]];
         }
         fuzzy.system.evaluate(std::span(in.data(), fuzzy.inputs.size()),
-                              1,
-                              std::span(out.data(), fuzzy.system.outputs()));
+                              std::span(&senses[fuzzy.first], fuzzy.system.outputs()));
     }
     for (std::size_t k = 0; k < brain.points_of_interest.size(); ++k) {
         if ((wanted >> (brain.first_poi_sense + k) & 1U) == 0) {
@@ -246,16 +241,16 @@ bool decide(Agent& agent,
             Tick now,
             DecisionScratch& scratch) {
     Senses senses;
-    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
+    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.leaf];
     sense(agent, brain, percept, here, points_of_interest, now, senses, wanted);
     take_notice(agent, percept, brain, now);
     agent.far = percept.player_far;
     agent.fresh = true;
     const Known known(senses.data(), brain.senses);
     const std::optional<state_machine::StateChange> change =
-        state_machine::step_one(brain.table, agent.state_machine, known, now);
+        state_machine::step(brain.table, agent.state_machine, known, now);
     if (change) {
-        const std::uint64_t then = brain.senses_of_leaf[agent.state_machine.state()];
+        const std::uint64_t then = brain.senses_of_leaf[agent.state_machine.leaf];
         sense_more(agent, brain, here, points_of_interest, now, senses, then & ~wanted);
         grow(agent, brain, now);
         gain(agent, brain, brain.table.transitions[change->transition].level);

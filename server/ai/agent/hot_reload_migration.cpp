@@ -25,14 +25,14 @@ state_machine::ActiveState carry_state(const state_machine::ActiveState& from,
                                        std::uint16_t leaf,
                                        Tick now) {
     state_machine::ActiveState to(now);
-    to.leaf[0] = leaf;
+    to.leaf = leaf;
     to.since = from.since;
-    const std::uint16_t* old_path = &before.path[from.state() * before.levels];
+    const std::uint16_t* old_path = &before.path[from.leaf * before.levels];
     const std::uint16_t* path = &after.path[leaf * after.levels];
     for (std::size_t level = 0; level < after.levels; ++level) {
         const bool was = level < before.levels && old_path[level] != state_machine::kNone;
         if (path[level] != state_machine::kNone && !was) {
-            to.since[level][0] = now;
+            to.since[level] = now;
         }
     }
     for (const state_machine::FlatNode& node : after.nodes) {
@@ -42,9 +42,9 @@ state_machine::ActiveState carry_state(const state_machine::ActiveState& from,
             before.nodes[old].history != node.history) {
             continue;
         }
-        const std::uint16_t place = from.memory[before.nodes[old].memory][0];
+        const std::uint16_t place = from.memory[before.nodes[old].memory];
         if (place != state_machine::kNone) {
-            to.memory[node.memory][0] = node_of(after, before.nodes[place].name);
+            to.memory[node.memory] = node_of(after, before.nodes[place].name);
         }
     }
     return to;
@@ -89,7 +89,7 @@ void migrate(Agent& agent,
     agent.entered = true;
     agent.fresh = true;
     const std::uint16_t node =
-        node_of(after.table, before.table.state_name(old.state_machine.state()));
+        node_of(after.table, before.table.state_name(old.state_machine.leaf));
     const std::uint16_t leaf =
         node == state_machine::kNone ? state_machine::kNone : after.table.nodes[node].leaf;
     carry_variables(old, before, after, leaf == state_machine::kNone, agent);

@@ -14,7 +14,8 @@ namespace zoned::ai {
 /// its square may therefore be elsewhere: check its position. An agent is in all squares that its
 /// walk leads through, so nothing happens when it crosses from one to the next. Walks through too
 /// many squares are cut into pieces. Squares are lists through the slots: only new slots allocate
-/// memory.
+/// memory. It has its own grid beside spatial::PointGrid, which holds points: a walk fills several
+/// squares, and is put anew only when it ends.
 class OffscreenGrid {
   public:
     using Slot = std::uint32_t;

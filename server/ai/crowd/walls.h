@@ -16,7 +16,8 @@ struct Wall {
     float ax, az, bx, bz;
 };
 
-/// Walls by cells. Long ones are cut into pieces, so that each lies in few cells.
+/// Walls by cells. Long ones are cut into pieces, so that each lies in few cells. It has its own
+/// grid beside spatial::BoxGrid, whose boxes move: these lists are written once and then only read.
 class Walls {
   public:
     /// Holds no walls.

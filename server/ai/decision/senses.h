@@ -1,9 +1,7 @@
 // Senses: the world as an agent's brain reads it: numbers in columns, and conditions on them.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace zoned::ai {
 
@@ -18,12 +16,6 @@ using SenseIndex = std::uint16_t;
 /// every brain keeps that time itself. In nested state machines it is the time of the state that
 /// has the condition.
 inline constexpr SenseIndex kStateTime = 0xFFFF;
-
-/// Columns of equal length: `column[k][i]` is sense k of the i-th agent. Not owned.
-struct SenseColumns {
-    std::span<const float* const> column;
-    std::size_t count = 0;  ///< number of agents
-};
 
 /// A sense strictly below or above a threshold. With equality or NaN neither holds.
 struct Condition {

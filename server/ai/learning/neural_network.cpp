@@ -120,46 +120,4 @@ void evaluate(const NeuralNetwork& network,
     }
 }
 
-void evaluate_many(const NeuralNetwork& network,
-                   std::span<const float* const> in,
-                   std::size_t count,
-                   std::span<float> scratch,
-                   std::span<float* const> out) {
-    ZONED_ASSERT(in.size() == network.inputs && scratch.size() >= network.values() * kLanes &&
-                     out.size() == network.outputs.size(),
-                 "a network has room for its values");
-    const float* const parameters = network.parameters.data();
-    for (std::size_t begin = 0; begin < count; begin += kLanes) {
-        const std::size_t here = std::min(kLanes, count - begin);
-        for (std::size_t k = 0; k < in.size(); ++k) {
-            float* const row = &scratch[k * kLanes];
-            std::copy_n(in[k] + begin, here, row);
-            std::fill(row + here, row + kLanes, 0.0F);
-        }
-        float* row = &scratch[network.inputs * kLanes];
-        for (const NeuralNetwork::Neuron& node : network.nodes) {
-            float sum[kLanes];
-            std::fill(sum, sum + kLanes, parameters[node.first]);
-            const std::uint32_t end = node.first + node.links;
-            for (std::uint32_t p = node.first + 1; p <= end; ++p) {
-                const float weight = parameters[p];
-                const float* const from = &scratch[network.source[p] * kLanes];
-                for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                    sum[lane] += weight * from[lane];
-                }
-            }
-            if (node.activation == Activation::kSquash) {
-                for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                    sum[lane] = squash(sum[lane]);
-                }
-            }
-            std::copy(sum, sum + kLanes, row);
-            row += kLanes;
-        }
-        for (std::size_t o = 0; o < out.size(); ++o) {
-            std::copy_n(&scratch[network.outputs[o] * kLanes], here, out[o] + begin);
-        }
-    }
-}
-
 }  // namespace zoned::ai::learning

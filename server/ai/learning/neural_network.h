@@ -83,15 +83,4 @@ void evaluate(const NeuralNetwork& network,
               std::span<float> values,
               std::span<float> out);
 
-/// The number of inputs evaluated side by side by evaluate_many().
-inline constexpr std::size_t kLanes = 16;
-
-/// `in` and `out`: a column of length `count` for each input and output. `scratch`: values() *
-/// kLanes places. The bits are those of evaluate() for each. Allocates nothing.
-void evaluate_many(const NeuralNetwork& network,
-                   std::span<const float* const> in,
-                   std::size_t count,
-                   std::span<float> scratch,
-                   std::span<float* const> out);
-
 }  // namespace zoned::ai::learning

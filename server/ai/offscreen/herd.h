@@ -180,7 +180,9 @@ class Herds {
         std::uint32_t cell;
     };
 
-    /// Cells in lines. The cells of one type follow those of another.
+    /// Cells in lines. The cells of one type follow those of another. It has its own grid beside
+    /// spatial::PointGrid: animals are sorted by cell into columns, and no search ever asks for
+    /// them.
     struct Mesh {
         Vec2 origin = Vec2::Zero();
         float per_m = 1.0F;

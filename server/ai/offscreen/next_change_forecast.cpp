@@ -128,7 +128,7 @@ class Forecast {
     /// now; its answer is compared as a whole.
     [[nodiscard]] bool found(const Clause& clause, bool now_holds) const {
         if (clause.transition != state_machine::kNone) {
-            return agent_.state_machine.pending[0] == clause.transition;
+            return agent_.state_machine.pending == clause.transition;
         }
         return clause.fact < 0 ? now_holds : (agent_.facts >> clause.fact & 1U) != 0;
     }
@@ -186,7 +186,7 @@ class Forecast {
 
     /// Time in a state, s. It begins at the tick in which the state was entered.
     [[nodiscard]] float time_in_state(const WatchedCondition& watch, Tick at) const {
-        const Tick since = agent_.state_machine.since[watch.sense - brain_.senses][0];
+        const Tick since = agent_.state_machine.since[watch.sense - brain_.senses];
         return static_cast<float>(static_cast<std::int32_t>(at - since)) * dt_;
     }
 
@@ -277,7 +277,7 @@ class Forecast {
 
 /// Whether the agent's senses and memory would choose its current action.
 bool does_as_chosen(const Agent& agent, const CompiledBrain& brain, const Senses& senses) {
-    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.leaf];
     if (choice.tree >= 0) {
         const tree::DecisionTree& tree = brain.trees[static_cast<std::size_t>(choice.tree)];
         const std::span<const float> known(senses.data(), brain.senses);
@@ -298,12 +298,12 @@ NextChange forecast_next_change(const Agent& agent,
     }
     Forecast forecast(agent, brain, senses, inputs, now);
     const state_machine::FlatTransition* const pending =
-        agent.state_machine.pending[0] != state_machine::kNone
-            ? &brain.table.transitions[agent.state_machine.pending[0]]
+        agent.state_machine.pending != state_machine::kNone
+            ? &brain.table.transitions[agent.state_machine.pending]
             : nullptr;
     NextChange next_change;
     bool is_held = false;
-    for (const Clause& clause : brain.clauses_of(agent.state_machine.state())) {
+    for (const Clause& clause : brain.clauses_of(agent.state_machine.leaf)) {
         const bool transition = clause.transition != state_machine::kNone;
         // Of the transitions with a hold, the first that holds counts.
         if (is_held && transition && brain.table.transitions[clause.transition].hold > 0) {
@@ -312,14 +312,14 @@ NextChange forecast_next_change(const Agent& agent,
         forecast.look_until(next_change.until);
         next_change.until =
             std::min(next_change.until, forecast.change_of(clause, next_change.wait));
-        is_held = is_held || (transition && clause.transition == agent.state_machine.pending[0]);
+        is_held = is_held || (transition && clause.transition == agent.state_machine.pending);
         if (next_change.until <= now + 1) {
             return {now + 1};
         }
     }
     if (pending != nullptr) {
         next_change.until =
-            std::min(next_change.until, agent.state_machine.pending_since[0] + pending->hold);
+            std::min(next_change.until, agent.state_machine.pending_since + pending->hold);
     }
     next_change.until = std::max(next_change.until, now + 1);
     return next_change;

@@ -121,7 +121,7 @@ float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& bra
 
 /// A simulated agent with a blend follows no segments.
 bool blends(const Agent& agent, const CompiledBrain& brain) {
-    return brain.choices[agent.state_machine.state()].blend >= 0;
+    return brain.choices[agent.state_machine.leaf].blend >= 0;
 }
 
 /// Whether a blend does one action to the full, and stays so: no later decision changes its degrees
@@ -144,8 +144,8 @@ bool is_settled(const Agent& agent,
     std::array<float, kMaxBlended> only{};
     only[agent.current_action - choice.first] = 1.0F;
     std::array<float, kMaxBlended> next = agent.degrees;
-    blend.brain.step_one(std::span<const float>(in.data(), blend.inputs.size()),
-                         std::span(next.data(), blend.brain.states()));
+    blend.brain.step(std::span<const float>(in.data(), blend.inputs.size()),
+                     std::span(next.data(), blend.brain.states()));
     return agent.degrees == only && next == only;
 }
 
@@ -225,7 +225,7 @@ Tick segment_or_decision(const Agent& agent, const AiContext& ai) {
 
 bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
     const BrainState& state = brain.states[agent.current_action];
-    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.leaf];
     // A policy acts a little differently at each tick.
     const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
@@ -293,7 +293,7 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
     const Tick period = decision_period(brain, ai.dt);
     Senses senses;
     const Vec2 here = position_at(agent.segment, ai.now - 1, ai.dt);
-    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
+    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.leaf];
     sense(agent, brain, Percept::none(), here, ai.points_of_interest, ai.now, senses, wanted);
     const Course course = course_of(agent, brain, ai);
     const ForecastInputs inputs{
@@ -311,7 +311,7 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
 }
 
 Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const AiContext& ai) {
-    const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
+    const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.leaf];
     const bool trades = agent.wants != 0 && !brain.states[agent.current_action].trades.empty();
     return trades || (reads & brain.senses_of_poi) != 0 ? next_event(agent, brain, ai)
                                                         : segment_or_decision(agent, ai);

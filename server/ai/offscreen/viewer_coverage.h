@@ -9,7 +9,8 @@
 
 namespace zoned::ai {
 
-/// Squares around viewers. One look-up answers for a position, however many viewers there are.
+/// Squares around viewers. One look-up answers for a position, however many viewers there are. It
+/// is a bitmap beside the grids of server/spatial, which would answer with the viewers themselves.
 class ViewerCoverage {
   public:
     /// Covers at least every position within `radius_m` (> 0) of a viewer (x, z, m), and at most a

@@ -58,7 +58,7 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
         return "has a brain that there is not";
     }
     const CompiledBrain& brain = brain_at_level(settings, level, agent.brain);
-    const std::uint16_t leaf = agent.state_machine.state();
+    const std::uint16_t leaf = agent.state_machine.leaf;
     if (leaf >= brain.table.leaves()) {
         return "is in a state that there is not";
     }
@@ -68,12 +68,12 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
     if (agent.current_action != leaf && !action) {
         return "does what its state does not say";
     }
-    if (agent.state_machine.pending[0] != state_machine::kNone &&
-        agent.state_machine.pending[0] >= brain.table.transitions.size()) {
+    if (agent.state_machine.pending != state_machine::kNone &&
+        agent.state_machine.pending >= brain.table.transitions.size()) {
         return "holds a transition that there is not";
     }
     for (const auto& memory : agent.state_machine.memory) {
-        if (memory[0] != state_machine::kNone && memory[0] >= brain.table.nodes.size()) {
+        if (memory != state_machine::kNone && memory >= brain.table.nodes.size()) {
             return "remembers a state that there is not";
         }
     }

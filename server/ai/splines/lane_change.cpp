@@ -1,33 +1,10 @@
 #include "server/ai/splines/lane_change.h"
 
 #include "shared/core/assert.h"
-#include "shared/core/rng.h"
 
 #include <algorithm>
 
 namespace zoned::ai::splines {
-
-std::size_t choose_track(std::uint64_t seed, std::uint64_t id, std::span<const double> weights) {
-    double sum = 0.0;
-    for (const double w : weights) {
-        ZONED_ASSERT(w >= 0.0, "weights are not negative");
-        sum += w;
-    }
-    ZONED_ASSERT(sum > 0.0, "some track can be taken");
-    const std::uint64_t drawn = core::mix(core::mix(seed) ^ id) >> 11U;
-    double left = static_cast<double>(drawn) * 0x1.0p-53 * sum;
-    std::size_t last = 0;
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-        if (weights[i] > 0.0) {
-            last = i;
-            left -= weights[i];
-            if (left < 0.0) {
-                break;
-            }
-        }
-    }
-    return last;
-}
 
 LaneChange::LaneChange(const ChangeEnd& from, const ChangeEnd& to, double length_m)
     : from_(from),

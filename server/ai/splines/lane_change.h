@@ -1,17 +1,9 @@
-// LaneChange: a smooth change between splines or lanes, and the random choice of a spline.
+// LaneChange: a smooth change between splines or lanes.
 #pragma once
 
 #include "server/ai/splines/spline.h"
 
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
 namespace zoned::ai::splines {
-
-/// The spline that the agent `id` takes, by chance with `weights` (>= 0, their sum > 0). The same
-/// for the same seed and id.
-std::size_t choose_track(std::uint64_t seed, std::uint64_t id, std::span<const double> weights);
 
 /// A change between two splines (or lanes of one) over a distance of `length_m` > 0. Places are
 /// mixed by a polynomial whose first and second derivatives vanish at both ends. So neither

@@ -311,7 +311,7 @@ void get_unstuck(Agent& agent, const BrainState& state, const Surroundings& arou
 bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around) {
     const BrainState& state = brain.states[agent.current_action];
     const bool entered = std::exchange(agent.entered, false);
-    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.state()];
+    const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.leaf];
     const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
     if (choice.blend >= 0 && agent.current_action >= choice.first) {
         agent.timed = false;

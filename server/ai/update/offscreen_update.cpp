@@ -118,7 +118,7 @@ void OffscreenUpdate::suspend_unseen(const AiContext& ai, AiTurn& turn, MeetingU
         }
         const CompiledBrain& brain = brain_of(agent, ai.settings);
         // An active agent with a blend follows no segment, however settled its blend is.
-        const bool blends = brain.choices[agent.state_machine.state()].blend >= 0;
+        const bool blends = brain.choices[agent.state_machine.leaf].blend >= 0;
         if (blends ? ai.now < agent.detour_until
                    : !agent.timed && goes_by_segments(agent, brain.states[agent.current_action])) {
             continue;  // on a detour

@@ -26,7 +26,7 @@ std::vector<double> sorted_edges(double low, double high, std::vector<double> ed
     return edges;
 }
 
-std::size_t index_of(const std::vector<double>& edges, double value) {
+std::size_t edge_number(const std::vector<double>& edges, double value) {
     return static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), value) -
                                     edges.begin());
 }
@@ -47,8 +47,9 @@ void check_gaps(const proto::config::World& world,
     const std::size_t columns = xs.size() - 1;
     std::vector<bool> owned(columns * (zs.size() - 1), false);
     for (const ZoneRegion& zone : zones) {
-        for (std::size_t z = index_of(zs, zone.min_z); z < index_of(zs, zone.max_z); ++z) {
-            for (std::size_t x = index_of(xs, zone.min_x); x < index_of(xs, zone.max_x); ++x) {
+        for (std::size_t z = edge_number(zs, zone.min_z); z < edge_number(zs, zone.max_z); ++z) {
+            for (std::size_t x = edge_number(xs, zone.min_x); x < edge_number(xs, zone.max_x);
+                 ++x) {
                 owned[z * columns + x] = true;
             }
         }

@@ -119,7 +119,7 @@ void expand_blend(const Config& config,
         choice.inputs.push_back(sense_of(input));
     }
     for (const proto::config::BlendState& state : blend.state()) {
-        choice.def.states.push_back({state.name(), {}});
+        choice.def.states.push_back(state.name());
         out.actions.push_back(expand_action(config, state.name(), state.do_(), variable_of));
     }
     for (int t = 0; t < blend.transition_size(); ++t) {

@@ -67,11 +67,11 @@ ai::tree::TreeDef expand_tree(const proto::config::Tree& tree, const SenseOf& se
                         narrow(node.ask().threshold())};
             // A name that means nothing is a node that does not exist; a question without answers
             // is none either.
-            constexpr int kNowhere = 1 << 20;
+            constexpr int kNoNode = 1 << 20;
             const int yes = index_of(tree.node(), node.yes());
             const int no = index_of(tree.node(), node.no());
-            def.yes = yes < 0 ? kNowhere : yes;
-            def.no = no < 0 ? kNowhere : no;
+            def.yes = yes < 0 ? kNoNode : yes;
+            def.no = no < 0 ? kNoNode : no;
         }
         out.nodes.push_back(std::move(def));
     }

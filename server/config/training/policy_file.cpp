@@ -24,7 +24,7 @@ static_assert(static_cast<int>(learning::Ego::kHomeDistance) == proto::HOME_DIST
 static_assert(static_cast<int>(learning::Facing::kHome) == proto::HOME);
 
 /// Keeps the parser's first message.
-class FirstError : public google::protobuf::io::ErrorCollector {
+class FirstMistake : public google::protobuf::io::ErrorCollector {
   public:
     void AddError(int line,
                   google::protobuf::io::ColumnNumber column,
@@ -152,7 +152,7 @@ std::vector<learning::PolicyInput> inputs_of(
 PolicyResult parse_policy(const std::string& text) {
     proto::PolicyFile file;
     TextFormat::Parser parser;
-    FirstError errors;
+    FirstMistake errors;
     parser.RecordErrorsTo(&errors);
     parser.SetRecursionLimit(16);
     if (text.size() > kMaxPolicyBytes || !parser.ParseFromString(text, &file)) {

@@ -1,6 +1,7 @@
 #include "server/config/world/pathfinding_config.h"
 
 #include "server/ai/pathfinding/grid/ground_grid.h"
+#include "server/ai/pathfinding/waypoints/waypoint_graph.h"
 #include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/text/read_text.h"

@@ -2,7 +2,7 @@
 // settings of their maps.
 #pragma once
 
-#include "server/ai/pathfinding/path_service.h"
+#include "server/ai/pathfinding/path_settings.h"
 #include "server/config/text/diagnostics.h"
 
 #include <string>

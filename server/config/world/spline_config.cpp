@@ -92,8 +92,7 @@ void for_each_action(const std::vector<ai::BrainState>& states, Visit&& visit) {
 class LaneSurvey {
   public:
     LaneSurvey(const Settings& settings, const SplineNetwork& net)
-        : settings_(settings),
-          net_(net),
+        : net_(net),
           terrain_(settings.boxes, settings.ground_height_m, settings.surfaces) {
         for (const proto::config::Track& track : settings.config->track()) {
             const SplineLanes has{static_cast<std::uint16_t>(track.lanes()),
@@ -175,9 +174,8 @@ class LaneSurvey {
         }
     }
 
-    static constexpr float kSteepest = 1.2F;  ///< as ai/coarse.cpp takes grounds to be
+    static constexpr float kSteepest = 1.2F;  ///< as suspended agents take grounds to be
 
-    const Settings& settings_;
     const SplineNetwork& net_;
     Terrain terrain_;
     std::vector<float> width_m_;  // by lane

@@ -288,6 +288,32 @@ void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& s
                0.0F};
 }
 
+void SolverBodies::shift_change(const Bodies& bodies,
+                                std::uint32_t slot,
+                                const Row8& change,
+                                float time) {
+    start_[slot].at += change.at;
+    drift[slot].at -= time * change.at;
+    if (spinner_of_[slot] == kNoIndex) {
+        return;
+    }
+    Spinner& s = spinners_[spinner_of_[slot]];
+    const Mat3 before = bodies.inertia_axes(row_[slot], s.orientation.toRotationMatrix());
+    s.orientation = turned(s.orientation, Vec3(-time * angular(change)));
+    if (bodies.round[row_[slot]] != 0) {
+        return;
+    }
+    const Mat3 after = bodies.inertia_axes(row_[slot], s.orientation.toRotationMatrix());
+    const Vec3 spin = angular(motion[slot]);
+    const Vec3 kept = spin_after(before, after, bodies.inertia[row_[slot]], spin);
+    take_tensor(bodies, row_[slot], slot, after);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const float more = kept[static_cast<Eigen::Index>(k)] - spin[static_cast<Eigen::Index>(k)];
+        motion[slot].at[4 + k] += more;
+        start_[slot].at[4 + k] += more;
+    }
+}
+
 void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::uint32_t>& broken) {
     outcome_.resize(row_.size());
     team.run(row_.size() - 1, kStoreGrain, [&](std::size_t begin, std::size_t end) {

@@ -62,8 +62,12 @@ class SolverBodies {
     /// Gives a body an impulse: linear at the centre, N s, and angular, N m s.
     void apply(std::uint32_t slot, const Vec3& impulse, const Vec3& moment);
 
-    /// The velocity that gravity adds in a substep.
-    [[nodiscard]] Vec3 gravity_gain(std::size_t slot) const { return linear(gain_[slot]); }
+    /// Motion when the substep began.
+    [[nodiscard]] const Row8& start(std::size_t slot) const { return start_[slot]; }
+
+    /// The motion changed by `change` not at the start of the substep but `time` later, s: until
+    /// then the body goes as it went before.
+    void shift_change(const Bodies& bodies, std::uint32_t slot, const Row8& change, float time);
 
     /// Writes poses and velocities of the bodies back that impulses move. A body whose result is
     /// not finite or out of range keeps its pose, stops, and is appended to `broken`.

@@ -23,7 +23,7 @@ void EnvelopeSolver::clear(std::size_t begin, std::size_t end) {
     }
 }
 
-void EnvelopeSolver::factor(std::size_t begin, std::size_t end) {
+void EnvelopeSolver::factor(std::size_t begin, std::size_t end, double least) {
     for (std::size_t i = begin; i < end; ++i) {
         double* row = entries_.data() + first_[i];
         // First the rows of L D, then L and the pivot from them.
@@ -43,7 +43,7 @@ void EnvelopeSolver::factor(std::size_t begin, std::size_t end) {
             row[j] = scaled;
         }
         // The rest of the diagonal after rounding says whether the row depends on those before.
-        inverse_[i] = pivot > 1.0e-10 * whole ? 1.0 / pivot : 0.0;
+        inverse_[i] = pivot > least * whole ? 1.0 / pivot : 0.0;
     }
 }
 

@@ -21,9 +21,10 @@ class EnvelopeSolver {
     /// Entry of row i, column j, start(i) <= j <= i.
     [[nodiscard]] double& at(std::size_t i, std::size_t j) { return entries_[first_[i] + j]; }
 
-    /// Factors rows begin..end - 1 in place; no row among them may reach before `begin`. A pivot
-    /// that is not positive is replaced by one that makes its unknown zero.
-    void factor(std::size_t begin, std::size_t end);
+    /// Factors rows begin..end - 1 in place; no row among them may reach before `begin`. A row
+    /// whose pivot is not more than this share of its diagonal depends on those before: its unknown
+    /// is zero.
+    void factor(std::size_t begin, std::size_t end, double least = 1.0e-10);
 
     void factor() { factor(0, size()); }
 

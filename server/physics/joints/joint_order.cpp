@@ -8,9 +8,9 @@ namespace zoned::physics {
 namespace {
 
 /// The error that a row would have half a substep from now, were it straight, but for what the
-/// velocity does until then. The last update saw the joint half a substep ago. Since then it bent by
-/// an eighth of v^T H v h^2, and half of that more turns the row's direction until the next update:
-/// four eighths are the whole, as one straight move from there to here would see it.
+/// velocity does until then. The last update saw the joint half a substep ago. Since then it bent
+/// by an eighth of v^T H v h^2, and half of that more turns the row's direction until the next
+/// update: four eighths are the whole, as one straight move from there to here would see it.
 /// `scale`: length of this step's substeps against the last one's.
 float straight_error(const JointEntry& entry, float error, float scale, std::size_t row) {
     if (!(entry.substep_s > 0.0F)) {
@@ -38,6 +38,7 @@ void JointSolver::reserve(std::size_t joints) {
 
 void JointSolver::reserve_bodies(std::size_t bodies) {
     first_of_.reserve(bodies + 2);
+    seen_.reserve(bodies + 2);
     queue_.reserve(bodies + 2);
 }
 
@@ -45,7 +46,8 @@ void JointSolver::prepare(Bodies& bodies,
                           const JointTable& table,
                           std::span<const std::uint32_t> joints,
                           SolverBodies& moving,
-                          float h) {
+                          float h,
+                          float lead) {
     h_ = h;
     substeps_ = 0;
     unordered_.clear();
@@ -85,8 +87,12 @@ void JointSolver::prepare(Bodies& bodies,
             rows_.back().impulse = scale * entry.impulse[i];
             rows_.back().row = rows.rows[i];
             rows_.back().straight_error = straight_error(entry, rows.rows[i].error, scale, i);
+            rows_.back().sudden = lead * along(rows.rows[i],
+                                               {moving.motion[item.a].at - entry.motion[0].at},
+                                               {moving.motion[item.b].at - entry.motion[1].at});
         }
     }
+    seen_.assign(moving.size(), Row8());
     shape_matrix();
 }
 
@@ -168,6 +174,7 @@ void JointSolver::shape_matrix() {
         for (std::uint32_t i = group.first; i < group.end; ++i) {
             JointItem& item = items_[i];
             item.earliest = item.first;
+            item.group = static_cast<std::uint32_t>(&group - groups_.data());
             for (const std::uint32_t slot : {item.a, item.b}) {
                 for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
                     item.earliest = std::min(item.earliest, items_[joints_of_[k]].first);

@@ -15,8 +15,13 @@ namespace {
 /// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
 /// substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
-/// What contacts and other joints left of an error is undone within this time, s, and no faster than
-/// this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at once.
+/// A row of which others leave no larger share follows from them: twice kGive is left of the
+/// diagonal of one that stands twice. It gets no impulse. If it contradicts them, no impulse could
+/// help, and the attempt would drown velocities in rounding.
+constexpr double kLeastShare = 3.0e-6;
+/// What contacts and other joints left of an error is undone within this time, s, and no faster
+/// than this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at
+/// once.
 constexpr float kUndoTime = 0.05F;
 constexpr float kUndoSpeed = 20.0F;
 /// Slower than this nothing needs to be taken back, m/s and rad/s.
@@ -31,12 +36,21 @@ constexpr float kStill = 1.0e-6F;
 
 }  // namespace
 
-/// How fast an anchor leaves its place because its body turns: in a substep of h at w, the arm's
-/// end goes by (w h)^2 / 2 of the arm out of its circle. Twice that, and no more than w h = 1/2
-/// accounts for: a speed that grew with itself would have no bound.
-float JointSolver::gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const {
+/// How fast a point leaves its place because its body turns: in a substep of h at w, the arm's end
+/// goes by (w h)^2 / 2 of the arm out of its circle. Twice that, and no more than w h = 1/2
+/// accounts for: a speed that grew with itself would have no bound. `arm`: its length, m; 1 for an
+/// angle.
+float JointSolver::gape(const SolverBodies& moving, std::uint32_t slot, float arm) const {
     const float rate = SolverBodies::angular(moving.motion[slot]).norm();
-    return std::min(rate * h_, 0.5F) * rate * arm.norm();
+    return std::min(rate * h_, 0.5F) * rate * arm;
+}
+
+/// How fast the two points of a rod leave its length because the rod turns.
+float JointSolver::swing(const SolverBodies& moving, const JointItem& item, float length) const {
+    const float speed =
+        (SolverBodies::linear(moving.motion[item.b]) - SolverBodies::linear(moving.motion[item.a]))
+            .norm();
+    return std::min(speed * h_, 0.5F * length) * speed / std::max(length, 1.0e-3F);
 }
 
 void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
@@ -49,19 +63,33 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
     };
     for (const JointItem& item : items_) {
         const Joint& joint = table[item.joint].joint;
+        const JointPose place_a = pose(item.pose_a, item.orientation_a, item.a);
+        const JointPose place_b = pose(item.pose_b, item.orientation_b, item.b);
         JointRows rows;
-        write_rows(joint,
-                   pose(item.pose_a, item.orientation_a, item.a),
-                   pose(item.pose_b, item.orientation_b, item.b),
-                   rows);
+        write_rows(joint, place_a, place_b, rows);
+        // A slider's arm reaches as far as b has moved along it.
+        const float reach = joint.def.kind == JointKind::kSlider
+                                ? (place_b.position - place_a.position).norm()
+                                : 0.0F;
         const float bend =
-            gape(moving, item.a, joint.local_a) + gape(moving, item.b, joint.local_b);
+            gape(moving, item.a, joint.local_a.norm() + reach + 1.0F) +
+            gape(moving, item.b, joint.local_b.norm() + 1.0F) +
+            (joint.def.kind == JointKind::kDistance ? swing(moving, item, joint.length) : 0.0F);
         for (std::size_t i = 0; i < rows.count; ++i) {
             Row& row = rows_[item.first + i];
+            row.straight_error += moved(moving, item, row);
             row.row = rows.rows[i];
             update_row(moving, item, bend, row);
         }
     }
+    seen_ = moving.drift;
+}
+
+/// How far the bodies moved the row since it was last updated, were it straight.
+float JointSolver::moved(const SolverBodies& moving, const JointItem& item, const Row& row) const {
+    return along(row.row,
+                 {moving.drift[item.a].at - seen_[item.a].at},
+                 {moving.drift[item.b].at - seen_[item.b].at});
 }
 
 void JointSolver::update_row(const SolverBodies& moving,
@@ -99,27 +127,18 @@ void JointSolver::update_row(const SolverBodies& moving,
 }
 
 /// An error has two parts. One is new: bodies went in straight lines where their joints bend, by no
-/// more than `bend`. SHAKE undoes it at once, and keeps the energy by that. The rest is what
-/// velocities left open that contacts changed after the joints had been solved. Undone at once it
-/// would push into those contacts again, harder with each substep. It is undone within kUndoTime,
-/// by velocities that last for one substep (see `relax`).
+/// more than `bend`, or somebody pushed them since the last step. SHAKE undoes it at once, and
+/// keeps the energy by that. The rest is what velocities left open that contacts changed after the
+/// joints had been solved. Undone at once it would push into those contacts again, harder with each
+/// substep. It is undone within kUndoTime, by velocities that last for one substep (see `relax`).
 void JointSolver::aim_hard(float bend, Row& row) const {
     const float most = h_ * bend;
-    const float bent = std::clamp(row.row.error - row.straight_error, -most, most);
-    row.undo = std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
+    const float bent = std::clamp(row.row.error - row.straight_error, -most, most) + row.sudden;
+    row.sudden = 0.0F;
+    row.undo =
+        std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
     row.bias = bent / h_ + row.undo;
     row.straight_error = row.row.error;
-}
-
-void JointSolver::note_motion(const SolverBodies& moving, float seconds) {
-    for (const JointItem& item : items_) {
-        for (std::size_t i = item.first; i < item.first + item.count; ++i) {
-            Row& row = rows_[i];
-            if (row.row.kind == RowKind::kHard) {
-                row.straight_error += seconds * speed(moving, item, row);
-            }
-        }
-    }
 }
 
 bool JointSolver::relax() {
@@ -199,7 +218,7 @@ void JointSolver::factor(const SolverBodies& moving, const JointGroup& group) {
         diagonal =
             rows_[r].held ? diagonal * (1.0 + kGive) + static_cast<double>(rows_[r].soft) : 1.0;
     }
-    matrix_.factor(group.first_row, group.end_row);
+    matrix_.factor(group.first_row, group.end_row, kLeastShare);
 }
 
 void JointSolver::assemble(const SolverBodies& moving, const JointItem& item) {
@@ -239,12 +258,15 @@ void JointSolver::add_block(const SolverBodies& moving,
     }
 }
 
+/// What motions or shifts of the two bodies are to the row.
+float JointSolver::along(const JointRow& row, const Row8& a, const Row8& b) {
+    return row.linear.dot(SolverBodies::linear(b) - SolverBodies::linear(a)) +
+           row.angular_a.dot(SolverBodies::angular(a)) +
+           row.angular_b.dot(SolverBodies::angular(b));
+}
+
 float JointSolver::speed(const SolverBodies& moving, const JointItem& item, const Row& row) {
-    const Row8& a = moving.motion[item.a];
-    const Row8& b = moving.motion[item.b];
-    return row.row.linear.dot(SolverBodies::linear(b) - SolverBodies::linear(a)) +
-           row.row.angular_a.dot(SolverBodies::angular(a)) +
-           row.row.angular_b.dot(SolverBodies::angular(b));
+    return along(row.row, moving.motion[item.a], moving.motion[item.b]);
 }
 
 void JointSolver::apply(SolverBodies& moving,
@@ -266,12 +288,32 @@ void JointSolver::move_impulse(SolverBodies& moving,
 
 void JointSolver::solve(SolverBodies& moving) {
     for (const JointGroup& group : groups_) {
-        if (group.direct) {
-            solve_group(moving, group);
-        } else {
-            solve_singly(moving, group);
-        }
+        solve(moving, group);
     }
+}
+
+void JointSolver::solve(SolverBodies& moving, const JointGroup& group) {
+    if (group.direct) {
+        solve_group(moving, group);
+    } else {
+        solve_singly(moving, group);
+    }
+}
+
+void JointSolver::solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b) {
+    const std::uint32_t a = group_of(slot_a);
+    const std::uint32_t b = group_of(slot_b);
+    if (a != kNoIndex) {
+        solve(moving, groups_[a]);
+    }
+    if (b != kNoIndex && b != a) {
+        solve(moving, groups_[b]);
+    }
+}
+
+std::uint32_t JointSolver::group_of(std::uint32_t slot) const {
+    const bool tied = !items_.empty() && first_of_[slot] < first_of_[slot + 1];
+    return tied ? items_[joints_of_[first_of_[slot]]].group : kNoIndex;
 }
 
 /// Of the limits and motors those hold that carry or can still push. Each round ends with hard rows
@@ -398,18 +440,20 @@ void JointSolver::add_totals() {
     }
 }
 
-void JointSolver::store(JointTable& table) const {
+void JointSolver::store(JointTable& table, const SolverBodies& moving) const {
     for (const JointItem& item : items_) {
         JointEntry& entry = table[item.joint];
         float sum = 0.0F;
         for (std::size_t i = 0; i < item.count; ++i) {
-            entry.impulse[i] = rows_[item.first + i].impulse;
-            entry.straight_error[i] = rows_[item.first + i].straight_error;
+            const Row& row = rows_[item.first + i];
+            entry.impulse[i] = row.impulse;
+            entry.straight_error[i] = row.straight_error + moved(moving, item, row);
             sum += entry.impulse[i];
         }
         if (!std::isfinite(sum)) {
             entry.impulse.fill(0.0F);  // the bodies are stopped; nobody shall inherit it
         }
+        entry.motion = {moving.motion[item.a], moving.motion[item.b]};
         entry.substep_s = h_;
         entry.force_n = item.carried.norm() / (h_ * static_cast<float>(substeps_));
     }

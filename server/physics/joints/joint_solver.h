@@ -34,12 +34,14 @@ class JointSolver {
     void reserve(std::size_t joints);
     void reserve_bodies(std::size_t bodies);  ///< that joints may hold
 
-    /// Takes the joints and their bodies in. `h`: length of a substep, s.
+    /// Takes the joints and their bodies in. `h`: length of a substep; `lead`: how long bodies move
+    /// before the first update, s.
     void prepare(Bodies& bodies,
                  const JointTable& table,
                  std::span<const std::uint32_t> joints,
                  SolverBodies& moving,
-                 float h);
+                 float h,
+                 float lead);
 
     [[nodiscard]] bool empty() const { return items_.empty(); }
 
@@ -48,14 +50,27 @@ class JointSolver {
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
-    /// Notes how far the velocities move the rows; for each time that positions are integrated.
-    void note_motion(const SolverBodies& moving, float seconds);
+    /// The same for those alone that hang together with these slots.
+    void solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b);
+
+    /// Calls visit(slot) for all slots that joints tie to this one, some of them several times.
+    template <class Visit>
+    void for_each_tied(std::uint32_t slot, Visit&& visit) const {
+        const std::uint32_t group = group_of(slot);
+        for (std::uint32_t i = group != kNoIndex ? groups_[group].first : 0;
+             group != kNoIndex && i < groups_[group].end;
+             ++i) {
+            visit(items_[i].a);
+            visit(items_[i].b);
+        }
+    }
+
     /// From now on velocities no longer undo what is left of former errors. True if any did.
     bool relax();
     /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 
-    void store(JointTable& table) const;
+    void store(JointTable& table, const SolverBodies& moving) const;
 
   private:
     struct JointItem {
@@ -66,6 +81,7 @@ class JointSolver {
         Quat orientation_b = Quat::Identity();
         std::uint32_t first = 0;  // of its rows, here and in the matrix
         std::uint32_t count = 0;
+        std::uint32_t group = 0;
         std::uint32_t earliest = 0;   // first row that it shares a body with
         Vec3 carried = Vec3::Zero();  // sum of the impulses of all substeps, N s
     };
@@ -80,10 +96,10 @@ class JointSolver {
         float undo = 0.0F;  // share of the bias that undoes what is left of former errors
         float low = 0.0F, high = 0.0F;
         float impulse = 0.0F;
-        /// The error as it was at the last update, and what velocities did to it since: the error
-        /// now, were the row straight.
+        /// The error that the row would have at the last update, had it been straight since then.
         float straight_error = 0.0F;
-        bool held = true;  // in the system of equations; otherwise its impulse stays
+        float sudden = 0.0F;  ///< of the error: what came from outside since the last step
+        bool held = true;     // in the system of equations; otherwise its impulse stays
     };
 
     /// Joints that hang together through bodies that move.
@@ -94,12 +110,20 @@ class JointSolver {
         bool bounded = false;  // has rows with bounds
     };
 
+    [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
+
     // joint_order.cpp
     void order(const SolverBodies& moving);
     void walk(std::uint32_t from);
     void shape_matrix();
 
-    [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const;
+    [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, float arm) const;
+    [[nodiscard]] float swing(const SolverBodies& moving,
+                              const JointItem& item,
+                              float length) const;
+    [[nodiscard]] float moved(const SolverBodies& moving,
+                              const JointItem& item,
+                              const Row& row) const;
     void update_row(const SolverBodies& moving, const JointItem& item, float bend, Row& row) const;
     void aim_hard(float bend, Row& row) const;
     void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;
@@ -110,6 +134,7 @@ class JointSolver {
                    const JointItem& p,
                    const JointItem& q,
                    std::uint32_t slot);
+    void solve(SolverBodies& moving, const JointGroup& group);
     void solve_group(SolverBodies& moving, const JointGroup& group);
     void find_unknowns(const SolverBodies& moving, const JointGroup& group);
     [[nodiscard]] static double share_to_bound(const Row& row, double unknown);
@@ -117,6 +142,7 @@ class JointSolver {
     bool take_hold(const SolverBodies& moving, const JointGroup& group);
     void apply_unknowns(SolverBodies& moving, const JointGroup& group);
     void solve_singly(SolverBodies& moving, const JointGroup& group);
+    [[nodiscard]] static float along(const JointRow& row, const Row8& a, const Row8& b);
     [[nodiscard]] static float speed(const SolverBodies& moving,
                                      const JointItem& item,
                                      const Row& row);
@@ -128,6 +154,7 @@ class JointSolver {
     int substeps_ = 0;  // since `prepare`
     std::vector<JointItem> items_;
     std::vector<Row> rows_;
+    std::vector<Row8> seen_;  // how far each slot had gone at the last update
     std::vector<JointGroup> groups_;
     EnvelopeSolver matrix_;
     std::vector<double> unknowns_;

@@ -3,6 +3,7 @@
 
 #include "server/physics/bodies/bodies.h"
 #include "server/physics/joints/joint_rows.h"
+#include "server/physics/simd/lanes.h"
 
 #include <array>
 #include <cstdint>
@@ -16,7 +17,8 @@ struct JointEntry {
     std::uint32_t b = kNoIndex;
     std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
     std::array<float, 9> impulse{};                         ///< per row and substep
-    std::array<float, 9> straight_error{};  ///< per row, m or rad: see JointSolver
+    std::array<float, 9> straight_error{};                  ///< per row, m or rad: see JointSolver
+    std::array<Row8, 2> motion{};                           ///< of a and b when the step ended
     float substep_s = 0.0F;                                 ///< length of these substeps
     float force_n = 0.0F;                                   ///< size of the force of the last one
     std::uint16_t generation = 0;

@@ -1,10 +1,10 @@
 #include "server/physics/narrowphase/contact_set.h"
 
 #include "server/physics/narrowphase/narrowphase.h"
-#include "server/physics/narrowphase/near_parts.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace zoned::physics {
 
@@ -14,6 +14,8 @@ namespace {
 constexpr float kSameNormal = 0.9995F;
 /// Points nearer than this are one, m: both triangles at an edge report it.
 constexpr float kSharedPoint = 1.0e-3F;
+/// Of the boxes of parts, m.
+constexpr float kRounding = 1.0e-3F;
 
 bool is_surface(ShapeKind kind) {
     return kind == ShapeKind::kMesh || kind == ShapeKind::kHeightfield;
@@ -142,6 +144,13 @@ void ContactSet::collide(const Placed& a, const Placed& b, const Probe& probe) {
     manifolds_.clear();
     sensed_ = false;
     dropped_ = 0;
+    gathered_ = false;
+    const Vec3 travel = probe.time * probe.approach;
+    if (a.shape.kind == ShapeKind::kMesh && b.shape.kind == ShapeKind::kCompound) {
+        gather(a, b, travel, probe.margin);
+    } else if (b.shape.kind == ShapeKind::kMesh && a.shape.kind == ShapeKind::kCompound) {
+        gather(b, a, -travel, probe.margin);
+    }
     for_part_pairs(a, b, probe, [&](const PartPlaced& of_a, const PartPlaced& of_b) {
         meet({of_a, of_b}, probe);
     });
@@ -152,6 +161,20 @@ void ContactSet::collide(const Placed& a, const Placed& b, const Probe& probe) {
         keep_four({group.points.data(), group.count}, out.manifold);
         manifolds_.push_back(out);
     }
+}
+
+void ContactSet::gather(const Placed& mesh,
+                        const Placed& compound,
+                        const Vec3& travel,
+                        float margin) {
+    near_.clear();
+    gathered_ = true;
+    const Local local(compound, mesh);
+    // The parts' boxes are not rounded like that of the whole.
+    const Aabb area = local.reach(mesh, travel, margin).grown(kRounding);
+    for_triangles(mesh_of(mesh.shape), area, [&](const Triangle& t) {
+        gathered_ = near_.add(t) && gathered_;
+    });
 }
 
 void ContactSet::meet(const Pair& pair, const Probe& probe) {
@@ -179,7 +202,6 @@ void ContactSet::meet_surface(const Pair& pair,
                               bool a_is) {
     const Placed& frame = (a_is ? pair.a : pair.b).placed;
     const Local local((a_is ? pair.b : pair.a).placed, frame);
-    const SurfaceVisitor visitor(local.placed);
     const float margin = probe.margin + probe.time * probe.approach.norm();
     const auto take = [&](const Triangle& t, Manifold& manifold) {
         if (manifold.count > 0) {
@@ -193,16 +215,26 @@ void ContactSet::meet_surface(const Pair& pair,
     Triangle over;
     if (buried(surface, local.placed, over)) {
         Manifold manifold;
-        visitor.collide_half_space(over, margin, manifold);
+        SurfaceVisitor(local.placed).collide_half_space(over, margin, manifold);
         take(over, manifold);
         return;
     }
     const Vec3 travel = probe.time * (a_is ? probe.approach : Vec3(-probe.approach));
-    for_triangles(surface, local.reach(frame, travel, probe.margin), [&](const Triangle& t) {
+    std::optional<SurfaceVisitor> visitor;  // most parts of a compound are near no triangle
+    const auto visit = [&](const Triangle& t) {
+        if (!visitor) {
+            visitor.emplace(local.placed);
+        }
         Manifold manifold;
-        visitor.collide(t, margin, manifold);
+        visitor->collide(t, margin, manifold);
         take(t, manifold);
-    });
+    };
+    const Aabb reach = local.reach(frame, travel, probe.margin);
+    if (!gathered_) {
+        for_triangles(surface, reach, visit);
+        return;
+    }
+    near_.query(reach, visit);
 }
 
 /// Takes the points that are near or will be, into the group of their normal.

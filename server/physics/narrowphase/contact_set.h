@@ -1,7 +1,7 @@
 // ContactSet: the manifolds of a pair that has several, before they become contacts.
 #pragma once
 
-#include "server/physics/narrowphase/collide.h"
+#include "server/physics/narrowphase/near_parts.h"
 #include "server/physics/shapes/material.h"
 
 #include <array>
@@ -66,11 +66,15 @@ class ContactSet {
 
     struct Pair;
     void meet(const Pair& pair, const Probe& probe);
+    /// Lists the triangles near all of a compound, so that its parts need not look for their own.
+    void gather(const Placed& mesh, const Placed& compound, const Vec3& travel, float margin);
     template <class Surface>
     void meet_surface(const Pair& pair, const Probe& probe, const Surface& surface, bool a_is);
     void add(const Pair& pair, std::uint32_t triangle, const Probe& probe, Manifold& manifold);
     ManifoldGroup* group_for(const Pair& pair, PartKey key, const Manifold& manifold);
 
+    NearTriangles near_;
+    bool gathered_ = false;  ///< `near_` is complete
     std::vector<ManifoldGroup> groups_;
     std::vector<PartManifold> manifolds_;
     bool sensed_ = false;

@@ -36,7 +36,8 @@ class MovedHull {
 /// The best axis of each sort.
 struct HullAxes {
     HullAxis face;
-    HullAxis edges;  ///< separation -infinity: no pair of edges was looked at
+    /// Of the pairs that could win; separation -infinity: there are none.
+    HullAxis edges;
 
     /// The axis that decides the kind of contact.
     [[nodiscard]] const HullAxis& best(float scale) const {
@@ -47,9 +48,9 @@ struct HullAxes {
 /// The axes of largest separation (of least overlap when it is negative), from two sources. One is
 /// the normals of all faces. The other is the cross products of pairs of edges that are edges of
 /// the Minkowski difference: their arcs on the Gauss map cross (Gregorius, "The separating axis
-/// test between convex polyhedra", GDC 2013). Both hulls are given in one frame. Stops after the
-/// faces of a, or of b, when these part the hulls by more than `margin`. `scale` shrinks the biases
-/// for small bodies.
+/// test between convex polyhedra", GDC 2013). Axes that cannot win are left out, see AxisBound.
+/// Both hulls are given in one frame. Stops after the faces of a, or of b, when these part the
+/// hulls by more than `margin`. `scale` shrinks the biases for small bodies.
 HullAxes find_axes(const HullView& a, const HullView& b, float margin, float scale);
 
 }  // namespace zoned::physics

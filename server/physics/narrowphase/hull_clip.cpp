@@ -21,11 +21,12 @@ void add_face_points(const HullView& reference,
                      Manifold& out) {
     const int incident_face = facing(incident, -outward);
     const HullFace& from = incident.faces[incident_face];
-    FacePolygon polygon;
-    FacePolygon clipped;
+    std::array<FacePolygon, 2> room;
+    FacePolygon* polygon = &room[0];
+    FacePolygon* clipped = &room[1];
     for (int i = 0; i < from.corners; ++i) {
         const std::uint32_t corner = incident.loops[from.first + i];
-        polygon.add(
+        polygon->add(
             {incident.points[static_cast<int>(corner)], corner, static_cast<std::uint32_t>(i)});
     }
     const HullFace& face = reference.faces[reference_face];
@@ -33,12 +34,12 @@ void add_face_points(const HullView& reference,
     for (int i = 0; i < face.corners; ++i) {
         const Vec3 next = reference.corner(face, i);
         const Vec3 side = (next - at).cross(face.normal).normalized();
-        clip(polygon,
+        clip(*polygon,
              side,
              side.dot(at),
              kPlaneEdge | static_cast<std::uint32_t>(i),
              kLoopBits,
-             clipped);
+             *clipped);
         std::swap(polygon, clipped);
         at = next;
     }
@@ -46,12 +47,12 @@ void add_face_points(const HullView& reference,
             static_cast<std::uint32_t>(incident_face) << 15;
     std::array<ManifoldPoint, 2 * kMaxHullVertices + 16> near;
     std::size_t count = 0;
-    for (int i = 0; i < polygon.count; ++i) {
-        const float gap = face.normal.dot(polygon[i].position) - face.offset;
+    for (int i = 0; i < polygon->count; ++i) {
+        const Corner& corner = (*polygon)[i];
+        const float gap = face.normal.dot(corner.position) - face.offset;
         if (gap <= margin) {
-            near[count++] = {polygon[i].position - 0.5F * gap * face.normal,
-                             gap,
-                             name | (polygon[i].feature & 0x7FFFU)};
+            near[count++] = {
+                corner.position - 0.5F * gap * face.normal, gap, name | (corner.feature & 0x7FFFU)};
         }
     }
     keep_four({near.data(), count}, out);

@@ -11,10 +11,11 @@ namespace zoned::physics {
 
 inline constexpr int kMaxManifoldPoints = 4;
 
+/// Without initialisers: lists of candidates live on the stack.
 struct ManifoldPoint {
-    Vec3 point = Vec3::Zero();  ///< world, halfway between the two surfaces
-    float separation = 0.0F;    ///< m along the normal, negative when the surfaces overlap
-    std::uint32_t feature = 0;  ///< which features of the shapes meet: the same from step to step
+    Vec3 point;             ///< world, halfway between the two surfaces
+    float separation;       ///< m along the normal, negative when the surfaces overlap
+    std::uint32_t feature;  ///< which features of the shapes meet: the same from step to step
 };
 
 /// Up to four points that share one normal.

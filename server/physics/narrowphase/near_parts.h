@@ -6,8 +6,13 @@
 #include "server/physics/shapes/compound/compound.h"
 #include "server/physics/shapes/heightfield.h"
 #include "server/physics/shapes/mesh.h"
+#include "server/physics/simd/lanes.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace zoned::physics {
 
@@ -48,14 +53,71 @@ void for_parts_near(const Placed& shape,
     compound.tree().query(swept(box.grown(margin), shape.rotation.transpose() * travel), at);
 }
 
+inline Aabb box_of(const Triangle& t) {
+    return {t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
+            t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])};
+}
+
+/// The triangles of a mesh near all of a compound, so that its parts need not look for their own.
+class NearTriangles {
+  public:
+    static constexpr std::size_t kMost = 256;
+
+    NearTriangles() { triangles_.reserve(kMost); }
+
+    void clear() { triangles_.clear(); }
+
+    /// False where there is no room.
+    bool add(const Triangle& triangle) {
+        const std::size_t i = triangles_.size();
+        if (i == kMost) {
+            return false;
+        }
+        if (i % kLanes == 0) {
+            // No box overlaps those of lanes that stay empty.
+            std::fill_n(bounds_[0].begin() + static_cast<std::ptrdiff_t>(i), kLanes, INFINITY);
+        }
+        const Aabb box = box_of(triangle);
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds_[static_cast<std::size_t>(axis)][i] = box.lower[axis];
+            bounds_[static_cast<std::size_t>(axis + 3)][i] = box.upper[axis];
+        }
+        triangles_.push_back(triangle);
+        return true;
+    }
+
+    /// Calls visit(triangle) for those whose boxes overlap an area, in the order of `add`.
+    template <class Visit>
+    void query(const Aabb& area, Visit&& visit) const {
+        for (std::size_t i = 0; i < triangles_.size(); i += kLanes) {
+            auto meets = lanes(area.upper.x()) >= load(&bounds_[0][i]);
+            meets &= lanes(area.upper.y()) >= load(&bounds_[1][i]);
+            meets &= lanes(area.upper.z()) >= load(&bounds_[2][i]);
+            meets &= lanes(area.lower.x()) <= load(&bounds_[3][i]);
+            meets &= lanes(area.lower.y()) <= load(&bounds_[4][i]);
+            meets &= lanes(area.lower.z()) <= load(&bounds_[5][i]);
+            if (!any(meets)) {
+                continue;
+            }
+            for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                if (meets[lane] != 0) {
+                    visit(triangles_[i + lane]);
+                }
+            }
+        }
+    }
+
+  private:
+    std::vector<Triangle> triangles_;
+    std::array<std::array<float, kMost>, 6> bounds_;  // lower x, y, z, upper x, y, z
+};
+
 /// Calls visit(triangle) for the triangles of a mesh whose boxes overlap an area, in its own frame.
 template <class Visit>
 void for_triangles(const TriangleMesh& mesh, const Aabb& area, Visit&& visit) {
     mesh.tree().query(area, [&](std::uint32_t i) {
         const Triangle t = mesh.triangle(i);
-        const Aabb box{t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
-                       t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])};
-        if (box.overlaps(area)) {
+        if (box_of(t).overlaps(area)) {
             visit(t);
         }
     });

@@ -77,14 +77,30 @@ void SurfaceFace::test_faces(const HullView& hull,
     }
 }
 
+/// Whether an axis on the arc of edge i may have a gap greater than `least` to a hull whose lowest
+/// corner is given. The gap is at most that of the corner alone: see NearEdges for the bound.
+bool SurfaceFace::may_part(std::size_t i, const Vec3& foot, float least) const {
+    const EdgeBend& bend = triangle_.bend[i];
+    const Vec3 up = foot - triangle_.corner[i];
+    if (bend.cosine < 0.0F) {
+        return up.norm() > least;
+    }
+    const float height = triangle_.normal.dot(up);
+    const float aside = triangle_.outward(i).dot(up);
+    const float most = std::max(height, bend.cosine * height + bend.sine * aside);
+    const float half_cosine = std::sqrt(0.5F * (1.0F + bend.cosine));
+    return most > std::min(least, least * half_cosine);
+}
+
 /// The arc of an edge of the surface runs from the triangle's normal to the end of the bend. An arc
 /// longer than a quarter circle is tested in two pieces, since the test of crossing arcs takes the
 /// shorter arc between two ends.
-void SurfaceFace::test_edges(const HullView& hull, HullAxis& best) const {
+void SurfaceFace::test_edges(const HullView& hull, float least, HullAxis& best) const {
     constexpr float kLeastBend = 1.0e-2F;
+    const Vec3 foot = hull.points[support(hull.points, -triangle_.normal)];
     for (std::size_t i = 0; i < 3; ++i) {
         const EdgeBend& bend = triangle_.bend[i];
-        if (bend.sine < kLeastBend && bend.cosine > 0.0F) {
+        if ((bend.sine < kLeastBend && bend.cosine > 0.0F) || !may_part(i, foot, least)) {
             continue;
         }
         const Vec3 from = triangle_.corner[i];
@@ -133,7 +149,7 @@ HullAxes SurfaceFace::find_axes(const HullView& hull, float margin, float scale)
     }
     test_faces(hull, margin, scale, out.face);
     if (out.face.separation <= margin) {
-        test_edges(hull, out.edges);
+        test_edges(hull, out.face.separation + kEdgeBias * scale, out.edges);
     }
     return out;
 }

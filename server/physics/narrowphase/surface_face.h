@@ -21,7 +21,9 @@ class SurfaceFace {
   private:
     /// `best` holds the triangle's own axis.
     void test_faces(const HullView& hull, float margin, float scale, HullAxis& best) const;
-    void test_edges(const HullView& hull, HullAxis& best) const;
+    /// Looks at pairs of edges that may have a gap greater than `least`.
+    void test_edges(const HullView& hull, float least, HullAxis& best) const;
+    [[nodiscard]] bool may_part(std::size_t i, const Vec3& foot, float least) const;
     [[nodiscard]] bool allows(const Vec3& unit) const;
 
     const Triangle& triangle_;

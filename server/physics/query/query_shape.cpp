@@ -49,11 +49,6 @@ Aabb box_of(const Shape& surface) {
     return surface.kind == ShapeKind::kMesh ? mesh_of(surface).box() : field_of(surface).box();
 }
 
-Aabb box_of(const Triangle& t) {
-    return {t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
-            t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])};
-}
-
 double height_above(const QueryShape& asker, const Placed& plane, Vec3d& lowest) {
     const Vec3d up = plane.rotation.col(1).cast<double>();
     lowest = asker.core.farthest(-plane.rotation.col(1)) - asker.core.radius() * up;

@@ -38,6 +38,7 @@ struct Scene::Impl {
 
     struct StepStart {
         Vec3 position;
+        Quat orientation;
         Vec3 velocity;
     };
 
@@ -228,10 +229,14 @@ struct Scene::Impl {
     void note_starts();
     /// Takes back motion of the solve through static geometry.
     void hold_back(float dt);
-    void hold_back(std::uint32_t row, float dt);
+    struct GuardedPoint;
+    void hold_back(std::uint32_t row, const GuardedPoint& point, float dt);
     struct Surface;
     /// Shortens the path to where it meets static geometry that the body collides with.
-    [[nodiscard]] Surface first_surface(std::uint32_t row, const Vec3& from, const Vec3& way) const;
+    [[nodiscard]] Surface first_surface(std::uint32_t row,
+                                        const Filter& filter,
+                                        const Vec3& from,
+                                        const Vec3& way) const;
 
     // scene_step.cpp
     StepStats step(float dt);

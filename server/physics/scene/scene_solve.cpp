@@ -49,7 +49,11 @@ void Scene::Impl::solve(float dt) {
 
 /// Notes which bodies contacts and joints hold; the others fly freely.
 void Scene::Impl::mark_held() {
-    in_contact.assign(bodies.rows(), 0);
+    // Nobody asks about the others: a world may have a million of them.
+    in_contact.resize(bodies.rows());
+    for (const std::uint32_t row : bodies.awake_list) {
+        in_contact[row] = 0;
+    }
     for (const std::uint32_t index : solve_list) {
         in_contact[graph.pair(index).a] = 1;
         in_contact[graph.pair(index).b] = 1;

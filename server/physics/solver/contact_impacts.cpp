@@ -1,232 +1,415 @@
-// Impacts: the part of the contact solver that knows how fast bodies met, and makes them bounce.
+// Impacts: the part of the contact solver that finds when surfaces meet within a substep, and makes
+// them bounce one after the other.
 #include "server/physics/simd/lane_body.h"
 #include "server/physics/solver/contact_solver.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace zoned::physics {
 
 namespace {
 
-/// Passes over the contacts that bounce.
-constexpr int kRestitutionIterations = 8;
+/// Passes over the points of a contact that an impact takes.
+constexpr int kImpactSweeps = 8;
+/// Impacts of one substep that follow from each other, at most: what is left is the solver's.
+constexpr int kMostRounds = 64;
+/// Points this close take part in the impact of a contact, m.
+constexpr float kMeets = 0.0005F;
+/// A bounce that lasts for fewer steps than this is none, twice over: a contact under the pull g
+/// bounces from kShortBounce g dt on.
+constexpr float kShortBounce = 3.0F;
+/// Slower impacts never bounce, m/s: rounding.
+constexpr float kSlowestBounce = 0.01F;
 /// Contacts that one thread watches at a time.
 constexpr std::size_t kWatchGrain = 64;
 
+constexpr float kNever = std::numeric_limits<float>::infinity();
+
+Row8 operator+(const Row8& a, const Row8& b) {
+    return {a.at + b.at};
+}
+
+Row8 operator-(const Row8& a, const Row8& b) {
+    return {a.at - b.at};
+}
+
+Row8 operator*(float s, const Row8& a) {
+    return {s * a.at};
+}
+
+/// When two surfaces meet, s from now, and how fast, m/s.
+struct Meeting {
+    float time = kNever;
+    float speed = 0.0F;
+};
+
+/// Of a gap, m, that closes at `speed`, m/s (negative: closing), under the acceleration `pull`,
+/// m/s2.
+Meeting meeting_of(float gap, float speed, float pull) {
+    if (gap <= 0.0F) {
+        return {speed < 0.0F ? 0.0F : kNever, -speed};
+    }
+    const float square = speed * speed - 2.0F * pull * gap;
+    const float root = std::sqrt(std::max(square, 0.0F));
+    return {square > 0.0F && root > speed ? 2.0F * gap / (root - speed) : kNever, root};
+}
+
 }  // namespace
 
-/// One lane of a batch, as plain vectors: impacts are few and branch a lot.
+/// One lane of a batch as plain vectors, `time` into the substep: impacts are few and branch a lot.
 struct ContactSolver::Single {
     std::uint32_t a, b;
-    Vec3 normal, tangent1, tangent2, shift_a, shift_b;
+    Vec3 normal, tangent1, tangent2, shift_a, shift_b, turn_a, turn_b;
     float closing;
 
-    Single(const ContactBatch& batch, std::size_t lane, const SolverBodies& bodies)
+    Single(const ContactBatch& batch, std::size_t lane, const SolverBodies& bodies, float time)
         : a(batch.a[lane]),
           b(batch.b[lane]),
           normal(batch.normal.get(lane)),
           tangent1(batch.tangent.get(lane)),
           tangent2(normal.cross(tangent1)) {
-        const Vec3 offset = batch.lead.get(lane) + SolverBodies::linear(bodies.drift[b]) -
-                            SolverBodies::linear(bodies.drift[a]);
+        const Row8 drift_a = bodies.drift[a] + time * bodies.motion[a];
+        const Row8 drift_b = bodies.drift[b] + time * bodies.motion[b];
+        const Vec3 offset =
+            batch.lead.get(lane) + SolverBodies::linear(drift_b) - SolverBodies::linear(drift_a);
         closing = normal.dot(offset);
         shift_a = batch.follow_b[lane] * offset;
         shift_b = shift_a - offset - batch.between.get(lane);
+        turn_a = SolverBodies::angular(drift_a);
+        turn_b = SolverBodies::angular(drift_b);
     }
 
-    [[nodiscard]] Vec3 slip(const SolverBodies& bodies,
-                            const Vec3& arm_a,
-                            const Vec3& arm_b) const {
-        const Row8& ma = bodies.motion[a];
-        const Row8& mb = bodies.motion[b];
-        return SolverBodies::linear(mb) - SolverBodies::linear(ma) +
-               SolverBodies::angular(mb).cross(arm_b) - SolverBodies::angular(ma).cross(arm_a);
+    [[nodiscard]] Vec3 slip(const Motions& m, const Vec3& arm) const {
+        return SolverBodies::linear(m.b) - SolverBodies::linear(m.a) +
+               SolverBodies::angular(m.b).cross(arm + shift_b) -
+               SolverBodies::angular(m.a).cross(arm + shift_a);
     }
 
-    /// Separation now of a point that was `separation` apart at the time of contact.
-    [[nodiscard]] float gap(float separation, const Vec3& arm, const SolverBodies& bodies) const {
-        const Vec3 turn_a = SolverBodies::angular(bodies.drift[a]);
-        const Vec3 turn_b = SolverBodies::angular(bodies.drift[b]);
+    [[nodiscard]] float speed(const Motions& m, const Vec3& arm) const {
+        return normal.dot(slip(m, arm));
+    }
+
+    [[nodiscard]] float rate(const Motions& m) const {
+        return normal.dot(SolverBodies::angular(m.b) - SolverBodies::angular(m.a));
+    }
+
+    /// Of a point that was `separation` apart at the time of contact.
+    [[nodiscard]] float gap(float separation, const Vec3& arm) const {
         return separation + closing + (arm + shift_b).cross(normal).dot(turn_b) -
                (arm + shift_a).cross(normal).dot(turn_a);
     }
-
-    void apply(SolverBodies& bodies,
-               const Vec3& impulse,
-               const Vec3& moment_a,
-               const Vec3& moment_b) const {
-        bodies.apply(a, -impulse, -moment_a);
-        bodies.apply(b, impulse, moment_b);
-    }
-
-    void apply_at(SolverBodies& bodies, const Vec3& arm, const Vec3& impulse) const {
-        apply(bodies, impulse, (arm + shift_a).cross(impulse), (arm + shift_b).cross(impulse));
-    }
 };
 
+/// What an impact gives to the points of a contact and to its patch, N s and N m s.
+struct ContactSolver::Blow {
+    std::array<float, kMaxManifoldPoints> push{};
+    std::array<float, kMaxManifoldPoints> wanted{};  ///< speeds after it, m/s
+    std::array<bool, kMaxManifoldPoints> meets{};
+    float shear1 = 0.0F, shear2 = 0.0F, twist = 0.0F;
+
+    [[nodiscard]] float power(const ContactSolver& solver,
+                              const SolverWatch& w,
+                              const Single& at,
+                              const Motions& m,
+                              bool friction) const;
+};
+
+/// Impulses times the speeds of the points that they act at, W s.
+float ContactSolver::Blow::power(const ContactSolver& solver,
+                                 const SolverWatch& w,
+                                 const Single& at,
+                                 const Motions& m,
+                                 bool friction) const {
+    const ContactBatch& batch = solver.batches_[w.batch];
+    float sum = 0.0F;
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        if (push[k] > 0.0F) {
+            sum += push[k] * at.speed(m, solver.points_[batch.points + k].arm.get(w.lane));
+        }
+    }
+    if (friction) {
+        const Vec3 slip = at.slip(m, batch.grip.get(w.lane));
+        sum += shear1 * at.tangent1.dot(slip) + shear2 * at.tangent2.dot(slip) + twist * at.rate(m);
+    }
+    return sum;
+}
+
+/// Finds the contacts whose surfaces meet in this substep.
 void ContactSolver::watch_impacts() {
-    team_->run(watches_.size(), kWatchGrain, [this](std::size_t begin, std::size_t end) {
+    team_->run(watched_, kWatchGrain, [this](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            watch(watches_[i]);
+            watches_[i].time = meeting_time(watches_[i]);
         }
     });
 }
 
-/// Notes how fast the surfaces will be when they meet, for points that will within this substep.
-/// The velocities hold gravity for the whole substep already, the impact comes after the gap s was
-/// closed: v_impact^2 = v_start^2 - 2 a s with the relative acceleration a along the normal.
-void ContactSolver::watch(SolverWatch& w) {
+/// Velocities hold all that gravity and joints do in this substep already; `start` is without it.
+/// So a gap goes as s + v t + a t^2 / 2, and in it v is the velocity where positions are now.
+float ContactSolver::meeting_time(const SolverWatch& w) const {
     const ContactBatch& batch = batches_[w.batch];
-    const std::uint32_t lane = w.lane;
-    const Single at(batch, w.lane, moving_);
-    const float gain = at.normal.dot(moving_.gravity_gain(at.b) - moving_.gravity_gain(at.a));
-    w.pull = gain / h_;
+    const Single at(batch, w.lane, moving_, 0.0F);
+    const Motions m{moving_.motion[at.a], moving_.motion[at.b]};
+    const Motions gain{m.a - moving_.start(at.a), m.b - moving_.start(at.b)};
+    const float weight = std::abs(at.normal.dot(parameters_.gravity));
+    float earliest = kNever;
     for (std::size_t k = 0; k < batch.count; ++k) {
         const PointLanes& p = points_[batch.points + k];
-        if (p.mass[lane] == 0.0F || w.speed[k] > 0.0F) {
-            continue;
-        }
-        const Vec3 arm_a = p.arm.get(w.lane) + at.shift_a;
-        const Vec3 arm_b = p.arm.get(w.lane) + at.shift_b;
-        const float s = at.gap(p.separation[lane], p.arm.get(w.lane), moving_);
-        const float speed = at.normal.dot(at.slip(moving_, arm_a, arm_b));
-        if (speed >= 0.0F || s + h_ * speed > 0.0F) {
-            continue;
-        }
-        const float start = speed - (leaps_ ? 0.5F : 1.0F) * gain;
-        const float impact = std::sqrt(std::max(0.0F, start * start - 2.0F * w.pull * s));
-        if (impact > parameters_.restitution_speed) {
-            w.speed[k] = impact;
-            w.impact = true;
-        }
-    }
-}
-
-/// The impulse that stopped an impact is no force that goes on.
-void ContactSolver::forget_impacts() {
-    for (SolverWatch& w : watches_) {
-        if (w.impact) {
-            forget_impact(w);
-        }
-    }
-}
-
-void ContactSolver::forget_impact(SolverWatch& w) {
-    ContactBatch& batch = batches_[w.batch];
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        points_[batch.points + k].impulse[w.lane] = 0.0F;
-    }
-    batch.impulse1[w.lane] = 0.0F;
-    batch.impulse2[w.lane] = 0.0F;
-    batch.twist[w.lane] = 0.0F;
-    w.impact = false;
-}
-
-/// Newton's restitution: points that met faster than the threshold and carried an impulse leave
-/// with e times the speed of impact; friction of the second half of the impact comes with it.
-void ContactSolver::restitute() {
-    for (SolverWatch& w : watches_) {
-        const ContactBatch& batch = batches_[w.batch];
-        bool bounces = false;
-        for (std::size_t k = 0; k < batch.count; ++k) {
-            bounces |= w.speed[k] > 0.0F && points_[batch.points + k].total[w.lane] > 0.0F;
-        }
-        if (bounces && w.restitution > 0.0F) {
-            aim(w);
-            forget_impact(w);
-            w.impact = true;
-        }
-    }
-    const bool any = std::any_of(
-        watches_.begin(), watches_.end(), [](const SolverWatch& w) { return w.impact; });
-    for (int i = 0; any && i < kRestitutionIterations; ++i) {
-        joints_.solve(moving_);
-        for (SolverWatch& w : watches_) {
-            if (w.impact) {
-                bounce(w);
-            }
-        }
-    }
-    for (SolverWatch& w : watches_) {
-        if (w.impact) {
-            add_totals(w);
-            forget_impact(w);
-        }
-    }
-}
-
-/// From the speed at which the surfaces met to that with which they have to part here, s from where
-/// they met: v^2 = (e v_met)^2 + 2 a s with the relative acceleration a along the normal. Substeps
-/// after the impact let the bodies sink a little, and that must cost no energy.
-void ContactSolver::aim(SolverWatch& w) {
-    const ContactBatch& batch = batches_[w.batch];
-    const Single at(batch, w.lane, moving_);
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        const PointLanes& p = points_[batch.points + k];
-        if (w.speed[k] > 0.0F) {
-            const float s = at.gap(p.separation[w.lane], p.arm.get(w.lane), moving_);
-            const float part = w.restitution * w.speed[k];
-            w.speed[k] = std::sqrt(std::max(0.0F, part * part + 2.0F * w.pull * s));
-        }
-    }
-}
-
-void ContactSolver::bounce(SolverWatch& w) {
-    ContactBatch& batch = batches_[w.batch];
-    const std::uint32_t lane = w.lane;
-    const Single at(batch, w.lane, moving_);
-    float push = 0.0F;
-    float leverage = 0.0F;
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        PointLanes& p = points_[batch.points + k];
-        if (p.total[lane] <= 0.0F) {
+        if (p.mass[w.lane] == 0.0F) {
             continue;
         }
         const Vec3 arm = p.arm.get(w.lane);
-        const float speed = at.normal.dot(at.slip(moving_, arm + at.shift_a, arm + at.shift_b));
-        const float wanted = p.impulse[lane] - p.mass[lane] * (speed - w.speed[k]);
-        const float impulse = std::max(wanted, 0.0F);
-        at.apply_at(moving_, arm, (impulse - p.impulse[lane]) * at.normal);
-        p.impulse[lane] = impulse;
-        push += impulse;
-        leverage += impulse * p.lever[lane];
+        const float gained = at.speed(gain, arm);
+        const float gap = at.gap(p.separation[w.lane], arm);
+        const Meeting meeting = meeting_of(gap, at.speed(m, arm) - kept_ * gained, gained / h_);
+        if (meeting.speed > bounce_speed(std::max(weight, -gained / h_))) {
+            earliest = std::min(earliest, meeting.time);
+        }
     }
-    const float friction = batch.friction[lane];
-    const float rate = at.normal.dot(SolverBodies::angular(moving_.motion[at.b]) -
-                                     SolverBodies::angular(moving_.motion[at.a]));
-    const float twist = std::clamp(batch.twist[lane] - batch.twist_mass[lane] * rate,
-                                   -friction * leverage,
-                                   friction * leverage);
-    const Vec3 turn = (twist - batch.twist[lane]) * at.normal;
-    batch.twist[lane] = twist;
-    at.apply(moving_, Vec3::Zero(), turn, turn);
-    const Vec3 grip = batch.grip.get(w.lane);
-    const Vec3 slip = at.slip(moving_, grip + at.shift_a, grip + at.shift_b);
-    const float v1 = at.tangent1.dot(slip);
-    const float v2 = at.tangent2.dot(slip);
-    float f1 = batch.impulse1[lane] - (batch.inv11[lane] * v1 + batch.inv12[lane] * v2);
-    float f2 = batch.impulse2[lane] - (batch.inv12[lane] * v1 + batch.inv22[lane] * v2);
-    const float limit = friction * push;
-    const float size = std::sqrt(f1 * f1 + f2 * f2);
-    if (size > limit) {
-        f1 *= limit / size;
-        f2 *= limit / size;
-    }
-    at.apply_at(
-        moving_,
-        grip,
-        (f1 - batch.impulse1[lane]) * at.tangent1 + (f2 - batch.impulse2[lane]) * at.tangent2);
-    batch.impulse1[lane] = f1;
-    batch.impulse2[lane] = f2;
+    return earliest < h_ ? earliest : kNever;
 }
 
-void ContactSolver::add_totals(const SolverWatch& w) {
-    const ContactBatch& batch = batches_[w.batch];
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        PointLanes& p = points_[batch.points + k];
-        p.total[w.lane] += p.impulse[w.lane];
+/// The slowest impact that bounces under this pull, m/s2.
+float ContactSolver::bounce_speed(float pull) const {
+    const float least = std::max(kShortBounce * pull * parameters_.dt, kSlowestBounce);
+    return std::min(least, parameters_.restitution_speed);
+}
+
+/// One impact after the other in the order of their times, each as if nothing else happened then:
+/// an impact leaves no more energy than there was, and so does a row of them (Newton's cradle; B.
+/// Smith and others, "Reflections on simultaneous impact", ACM Transactions on Graphics 31(4),
+/// 2012).
+void ContactSolver::collide(const Bodies& bodies) {
+    meetings_.clear();
+    for (std::uint32_t i = 0; i < watched_; ++i) {
+        if (watches_[i].time < kNever) {
+            meetings_.push_back(i);
+        }
     }
+    if (meetings_.empty()) {
+        return;
+    }
+    if (leaps_) {
+        joints_.solve(moving_);
+    }
+    list_watches_of_slots();
+    for (int round = 0; round < kMostRounds && !meetings_.empty(); ++round) {
+        std::sort(meetings_.begin(), meetings_.end(), [this](std::uint32_t a, std::uint32_t b) {
+            return watches_[a].time < watches_[b].time ||
+                   (watches_[a].time == watches_[b].time && a < b);
+        });
+        struck_.clear();
+        for (const std::uint32_t i : meetings_) {
+            const float time = meeting_time(watches_[i]);
+            if (time < kNever) {
+                strike(bodies, watches_[i], time);
+            }
+        }
+        find_next_meetings();
+    }
+}
+
+/// The contacts of each slot, once for all substeps; now all are watched that an impact may reach.
+void ContactSolver::list_watches_of_slots() {
+    if (!first_watch_.empty()) {
+        return;
+    }
+    for (std::uint32_t i = 0; i < batches_.size(); ++i) {
+        for (std::uint32_t lane = 0; lane < kLanes && batches_[i].contact[lane] != kNoIndex;
+             ++lane) {
+            if ((batches_[i].watched >> lane & 1U) == 0) {
+                watches_.push_back({i, lane, 0.0F, kNever});
+            }
+        }
+    }
+    first_watch_.assign(moving_.size() + 1, 0);
+    const auto each_slot = [this](const SolverWatch& w, auto&& visit) {
+        for (const std::uint32_t slot :
+             {batches_[w.batch].a[w.lane], batches_[w.batch].b[w.lane]}) {
+            if (moving_.moved_by_impulses(slot)) {
+                visit(slot);
+            }
+        }
+    };
+    for (const SolverWatch& w : watches_) {
+        each_slot(w, [this](std::uint32_t slot) { ++first_watch_[slot]; });
+    }
+    std::uint32_t sum = 0;
+    for (std::uint32_t& first : first_watch_) {
+        sum += first;
+        first = sum;
+    }
+    watch_of_.resize(sum);
+    for (std::uint32_t i = 0; i < watches_.size(); ++i) {
+        each_slot(watches_[i], [&](std::uint32_t slot) { watch_of_[--first_watch_[slot]] = i; });
+    }
+}
+
+void ContactSolver::find_next_meetings() {
+    meetings_.clear();
+    for (const std::uint32_t slot : struck_) {
+        for (std::uint32_t k = first_watch_[slot]; k < first_watch_[slot + 1]; ++k) {
+            meetings_.push_back(watch_of_[k]);
+        }
+    }
+    std::sort(meetings_.begin(), meetings_.end());
+    meetings_.erase(std::unique(meetings_.begin(), meetings_.end()), meetings_.end());
+    std::erase_if(meetings_, [this](std::uint32_t i) {
+        watches_[i].time = meeting_time(watches_[i]);
+        return watches_[i].time == kNever;
+    });
+}
+
+/// Newton's restitution at one contact, `time` into the substep, with friction within the cone of
+/// all that the impact pushes. First as if there were no joints. With joints the two bodies are
+/// heavier than that: the blow grows until the contact parts as fast as it should, and never gives
+/// back more energy than it takes.
+void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
+    ContactBatch& batch = batches_[w.batch];
+    const Single at(batch, w.lane, moving_, time);
+    const float before = kept_ - time / h_;
+    const auto then = [&](std::uint32_t slot) {
+        return moving_.motion[slot] - before * (moving_.motion[slot] - moving_.start(slot));
+    };
+    const Motions m{then(at.a), then(at.b)};
+    Blow blow;
+    if (!aim(w, at, m, blow)) {
+        return;
+    }
+    hit_.clear();
+    note_hit(at.a);
+    note_hit(at.b);
+    apply(w, at, blow, 1.0F);
+    const Motions change{moving_.motion[at.a] - before_of(at.a),
+                         moving_.motion[at.b] - before_of(at.b)};
+    float wanted = 0.0F;
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        wanted += blow.push[k] * blow.wanted[k];
+    }
+    const float met = blow.power(*this, w, at, m, false);
+    const float parted = blow.power(*this, w, at, change, false);
+    const float taken = blow.power(*this, w, at, m, true);
+    const float given = blow.power(*this, w, at, change, true);
+    float size = parted > 0.0F ? (wanted - met) / parted : 1.0F;
+    size = std::clamp(size, 0.0F, given > 0.0F ? std::max(-2.0F * taken / given, 0.0F) : 1.0F);
+    apply(w, at, blow, size - 1.0F);
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        points_[batch.points + k].total[w.lane] += size * blow.push[k];
+    }
+    for (const auto& [slot, motion] : hit_) {
+        moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time);
+        struck_.push_back(slot);
+    }
+}
+
+/// Remembers how a body moves, and the bodies that joints tie to it.
+void ContactSolver::note_hit(std::uint32_t slot) {
+    const auto note = [this](std::uint32_t s) {
+        const bool known =
+            std::any_of(hit_.begin(), hit_.end(), [s](const auto& hit) { return hit.first == s; });
+        if (!known && moving_.moved_by_impulses(s)) {
+            hit_.emplace_back(s, moving_.motion[s]);
+        }
+    };
+    note(slot);
+    joints_.for_each_tied(slot, note);
+}
+
+Row8 ContactSolver::before_of(std::uint32_t slot) const {
+    for (const auto& [s, motion] : hit_) {
+        if (s == slot) {
+            return motion;
+        }
+    }
+    return moving_.motion[slot];
+}
+
+void ContactSolver::apply(const SolverWatch& w, const Single& at, const Blow& blow, float share) {
+    if (share == 0.0F) {
+        return;
+    }
+    const ContactBatch& batch = batches_[w.batch];
+    Vec3 impulse = blow.shear1 * at.tangent1 + blow.shear2 * at.tangent2;
+    Vec3 moment = batch.grip.get(w.lane).cross(impulse) + blow.twist * at.normal;
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        const Vec3 push = blow.push[k] * at.normal;
+        impulse += push;
+        moment += points_[batch.points + k].arm.get(w.lane).cross(push);
+    }
+    impulse *= share;
+    moment *= share;
+    moving_.apply(at.a, -impulse, -(moment + at.shift_a.cross(impulse)));
+    moving_.apply(at.b, impulse, moment + at.shift_b.cross(impulse));
+    joints_.solve_around(moving_, at.a, at.b);
+}
+
+/// The blow that two bodies without joints would want; false: nothing meets.
+bool ContactSolver::aim(const SolverWatch& w, const Single& at, Motions m, Blow& blow) const {
+    const ContactBatch& batch = batches_[w.batch];
+    const std::uint32_t lane = w.lane;
+    bool any = false;
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        const PointLanes& p = points_[batch.points + k];
+        const Vec3 arm = p.arm.get(lane);
+        if (p.mass[lane] > 0.0F && at.gap(p.separation[lane], arm) <= kMeets) {
+            blow.meets[k] = true;
+            const float speed = at.speed(m, arm);
+            blow.wanted[k] = std::max(-w.restitution * speed, 0.0F);
+            any |= speed < 0.0F;
+        }
+    }
+    const auto push = [&](const Vec3& impulse, const Vec3& moment) {
+        const auto change = [&](Row8& motion, std::uint32_t slot, float sign, const Vec3& shift) {
+            const Vec3 turn = moving_.inverse_times(slot, sign * (moment + shift.cross(impulse)));
+            const Vec3 shove = sign * motion.at[3] * impulse;
+            motion.at +=
+                Lanes{shove.x(), shove.y(), shove.z(), 0.0F, turn.x(), turn.y(), turn.z(), 0.0F};
+        };
+        change(m.a, at.a, -1.0F, at.shift_a);
+        change(m.b, at.b, 1.0F, at.shift_b);
+    };
+    const Vec3 grip = batch.grip.get(lane);
+    const float friction = batch.friction[lane];
+    for (int sweep = 0; any && sweep < kImpactSweeps; ++sweep) {
+        float pushed = 0.0F;
+        float leverage = 0.0F;
+        for (std::size_t k = 0; k < batch.count; ++k) {
+            if (!blow.meets[k]) {
+                continue;
+            }
+            const PointLanes& p = points_[batch.points + k];
+            const Vec3 arm = p.arm.get(lane);
+            const float change = p.mass[lane] * (blow.wanted[k] - at.speed(m, arm));
+            const float after = std::max(blow.push[k] + change, 0.0F);
+            const Vec3 impulse = (after - blow.push[k]) * at.normal;
+            push(impulse, arm.cross(impulse));
+            blow.push[k] = after;
+            pushed += after;
+            leverage += after * p.lever[lane];
+        }
+        const float twist = std::clamp(blow.twist - batch.twist_mass[lane] * at.rate(m),
+                                       -friction * leverage,
+                                       friction * leverage);
+        push(Vec3::Zero(), (twist - blow.twist) * at.normal);
+        blow.twist = twist;
+        const Vec3 slip = at.slip(m, grip);
+        const float v1 = at.tangent1.dot(slip);
+        const float v2 = at.tangent2.dot(slip);
+        float f1 = blow.shear1 - (batch.inv11[lane] * v1 + batch.inv12[lane] * v2);
+        float f2 = blow.shear2 - (batch.inv12[lane] * v1 + batch.inv22[lane] * v2);
+        const float limit = friction * pushed;
+        const float size = std::sqrt(f1 * f1 + f2 * f2);
+        if (size > limit) {
+            f1 *= limit / size;
+            f2 *= limit / size;
+        }
+        const Vec3 shear = (f1 - blow.shear1) * at.tangent1 + (f2 - blow.shear2) * at.tangent2;
+        push(shear, grip.cross(shear));
+        blow.shear1 = f1;
+        blow.shear2 = f2;
+    }
+    return any;
 }
 
 }  // namespace zoned::physics

@@ -67,7 +67,7 @@ void ContactSolver::prepare(Bodies& bodies,
             }
         }
     }
-    joints_.prepare(bodies, table, joints, moving_, h_);
+    joints_.prepare(bodies, table, joints, moving_, h_, 0.5F * h_);
     coloring_.build(bodies, graph, list, moving_.size());
     lay_out(graph);
     team_->run(batches_.size(), kFillGrain, [&](std::size_t begin, std::size_t end) {
@@ -119,7 +119,9 @@ void ContactSolver::fill_batch(std::size_t index, const Bodies& bodies, const Co
         const Pair& pair = graph.pair(batch.contact[lane]);
         const Contact& contact = graph[batch.contact[lane]];
         fill_lane(batch, lane, bodies, pair, contact);
-        const bool watched = contact.grip.restitution > 0.0F || !pair.touching;
+        const float fall = std::abs(contact.normal.dot(parameters_.gravity));
+        const bool watched = contact.grip.restitution > 0.0F || !pair.touching ||
+                             contact.approach_speed > bounce_speed(fall);
         batch.watched |= watched ? 1U << lane : 0U;
     }
     fill_masses(batch, lane, graph);
@@ -127,6 +129,7 @@ void ContactSolver::fill_batch(std::size_t index, const Bodies& bodies, const Co
 
 void ContactSolver::list_watches(const ContactGraph& graph) {
     watches_.clear();
+    first_watch_.clear();
     for (std::size_t i = 0; i < batches_.size(); ++i) {
         for (std::uint32_t lane = 0; batches_[i].watched >> lane != 0; ++lane) {
             if ((batches_[i].watched >> lane & 1U) != 0) {
@@ -137,6 +140,7 @@ void ContactSolver::list_watches(const ContactGraph& graph) {
             }
         }
     }
+    watched_ = watches_.size();
 }
 
 void ContactSolver::fill_lane(ContactBatch& batch,

@@ -45,6 +45,11 @@ void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
     points_.reserve(contacts);
     couplings_.reserve(contacts);
     watches_.reserve(contacts);
+    meetings_.reserve(2 * contacts);
+    watch_of_.reserve(2 * contacts);
+    first_watch_.reserve(bodies + 2);
+    struck_.reserve(bodies);
+    hit_.reserve(bodies);
     joints_.reserve_bodies(bodies);
 }
 
@@ -257,8 +262,9 @@ void ContactSolver::add_totals() {
 void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool last) {
     joints_.update(table, moving_);
     moving_.integrate_velocities(*team_);
-    watch_impacts();
     joints_.warm_start(moving_);
+    watch_impacts();
+    collide(bodies);
     warm_start();
     const int iterations = batches_.empty() ? 1 : parameters_.iterations;
     for (int i = 0; i < iterations; ++i) {
@@ -266,7 +272,6 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         solve_all<true>();
     }
     const float move = leaps_ && last ? 0.5F * h_ : h_;
-    joints_.note_motion(moving_, move);
     moving_.integrate_positions(bodies, move, *team_);
     const bool relax = joints_.relax() || !batches_.empty();
     const int relax_iterations = relax ? parameters_.relax_iterations : 0;
@@ -282,7 +287,6 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     if (!leaps_) {
         moving_.follow_mean_velocity(*team_);
     }
-    forget_impacts();
 }
 
 void ContactSolver::store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken) {
@@ -331,16 +335,15 @@ void ContactSolver::solve(Bodies& bodies,
     h_ = parameters.dt / static_cast<float>(parameters.substeps);
     prepare(bodies, graph, list, table, joints);
     leaps_ = !joints_.empty();
+    kept_ = leaps_ ? 0.5F : 1.0F;
     if (leaps_) {
-        joints_.note_motion(moving_, 0.5F * h_);
         moving_.integrate_positions(bodies, 0.5F * h_, team);
     }
     for (int i = 0; i < parameters.substeps; ++i) {
         substep(bodies, table, i + 1 == parameters.substeps);
     }
-    restitute();
     store(bodies, graph, broken);
-    joints_.store(table);
+    joints_.store(table, moving_);
 }
 
 }  // namespace zoned::physics

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace zoned::physics {
@@ -24,15 +25,15 @@ inline constexpr float kContactRateShare = 0.125F;
 /// The solver follows Box2D 3's "soft step" (E. Catto, "Solver2D", 2024): each substep integrates
 /// velocities, applies the last impulses again, solves with contacts as stiff damped springs,
 /// integrates positions, and solves again without the springs, so that what pushed shapes apart
-/// does not stay in the velocities as energy. Restitution comes last. Beyond it:
+/// does not stay in the velocities as energy. Beyond it:
 /// - An impulse always acts on both bodies at one and the same point in space, although they move
 ///   between substeps, so that angular momentum is conserved to rounding.
 /// - Positions follow the mean velocity of a substep where the change of velocity is due to forces:
 ///   exact under constant acceleration.
 /// - Where joints are, constraints are solved in the middle of each substep instead: see
 ///   JointSolver.
-/// - The speed of impact that restitution uses is that at the moment of contact, from the gap that
-///   was left; and an impulse that stopped an impact is not used for warm starting.
+/// - Impacts come before all else, at their times within the substep and one after the other; see
+///   contact_impacts.cpp.
 class ContactSolver {
   public:
     struct Parameters {
@@ -63,14 +64,12 @@ class ContactSolver {
                std::vector<std::uint32_t>& broken);
 
   private:
-    /// A contact that may bounce: where it stands, and how fast its points met.
+    /// A contact that may see an impact.
     struct SolverWatch {
         std::uint32_t batch = 0;
         std::uint32_t lane = 0;
         float restitution = 0.0F;
-        bool impact = false;  ///< in this substep
-        float pull = 0.0F;    ///< acceleration of b relative to a along the normal, m/s2
-        std::array<float, kMaxManifoldPoints> speed{};
+        float time = 0.0F;  ///< of the next impact, s from the substep's start
     };
 
     /// The contact spring of this step.
@@ -80,8 +79,14 @@ class ContactSolver {
         float impulse_scale = 0.0F;
     };
 
+    /// Velocities of the two bodies of a contact.
+    struct Motions {
+        Row8 a, b;
+    };
+
     struct Arms;
     struct Single;
+    struct Blow;
 
     void prepare(Bodies& bodies,
                  const ContactGraph& graph,
@@ -121,13 +126,16 @@ class ContactSolver {
 
     // contact_impacts.cpp
     void watch_impacts();
-    void watch(SolverWatch& w);
-    void forget_impacts();
-    void forget_impact(SolverWatch& w);
-    void add_totals(const SolverWatch& w);
-    void restitute();
-    void aim(SolverWatch& w);
-    void bounce(SolverWatch& w);
+    [[nodiscard]] float meeting_time(const SolverWatch& w) const;
+    [[nodiscard]] float bounce_speed(float pull) const;
+    void collide(const Bodies& bodies);
+    void list_watches_of_slots();
+    void find_next_meetings();
+    void strike(const Bodies& bodies, SolverWatch& w, float time);
+    void note_hit(std::uint32_t slot);
+    [[nodiscard]] Row8 before_of(std::uint32_t slot) const;
+    void apply(const SolverWatch& w, const Single& at, const Blow& blow, float share);
+    bool aim(const SolverWatch& w, const Single& at, Motions m, Blow& blow) const;
 
     void store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken);
     void store_batch(const ContactBatch& batch, ContactGraph& graph) const;
@@ -138,6 +146,7 @@ class ContactSolver {
     float h_ = 0.0F;
     float tally_ = 0.0F;  ///< 1 in the pass that notes the carried impulses
     bool leaps_ = false;  ///< solves in the middle of substeps
+    float kept_ = 1.0F;   ///< share of a substep's change of velocity that positions have not seen
     SolverBodies moving_;
     JointSolver joints_;
     ContactColoring coloring_;
@@ -145,6 +154,12 @@ class ContactSolver {
     std::vector<PointLanes> points_;
     std::vector<Lanes> couplings_;
     std::vector<SolverWatch> watches_;
+    std::size_t watched_ = 0;  ///< so many of them in each substep, the others once an impact came
+    // Of impacts.
+    std::vector<std::uint32_t> meetings_;                ///< watches that see one next
+    std::vector<std::uint32_t> struck_;                  ///< slots that one moved
+    std::vector<std::pair<std::uint32_t, Row8>> hit_;    ///< slots and how they moved before it
+    std::vector<std::uint32_t> first_watch_, watch_of_;  ///< of slot s, from first_watch_[s]
 };
 
 }  // namespace zoned::physics

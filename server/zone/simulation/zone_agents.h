@@ -12,7 +12,7 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
 /// Returns how many decided.
 std::uint32_t update_agents(ZoneState& state);
 
-/// Moves agents to another difficulty where the players' actions ask for it (ai/difficulty.h), at
+/// Moves agents to another difficulty where the players' actions ask for it (difficulty.h), at
 /// most one change a tick. The report names the change.
 void follow_players(ZoneState& state);
 

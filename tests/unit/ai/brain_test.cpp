@@ -54,7 +54,7 @@ class Eater {
         percept.distance = player;
         ai::decide(agent, brain, percept, Vec2::Zero(), PointsOfInterest(), now, scratch);
         last = now;
-        return brain.states[agent.state_machine.state()].name;
+        return brain.states[agent.state_machine.leaf].name;
     }
 
     /// As of the last decision.

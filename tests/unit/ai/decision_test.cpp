@@ -70,8 +70,8 @@ TEST(Decision, FiresAfterExactlyTheHoldTime) {
     EXPECT_FALSE(decide(agent, brain, near, Vec3::Zero(), 0, kDt));
     EXPECT_FALSE(decide(agent, brain, near, Vec3::Zero(), 6, kDt));
     EXPECT_TRUE(decide(agent, brain, near, Vec3::Zero(), 12, kDt));
-    EXPECT_EQ(agent.state_machine.state(), kOnChase);
-    EXPECT_EQ(agent.state_machine.since[0][0], 12);
+    EXPECT_EQ(agent.state_machine.leaf, kOnChase);
+    EXPECT_EQ(agent.state_machine.since[0], 12);
 }
 
 TEST(Decision, TakesAnImmediateTransitionWhileAnotherIsHeld) {
@@ -88,7 +88,7 @@ TEST(Decision, TakesAnImmediateTransitionWhileAnotherIsHeld) {
         now += 6;
         ASSERT_LT(now, 100);
     }
-    EXPECT_EQ(agent.state_machine.state(), 2);
+    EXPECT_EQ(agent.state_machine.leaf, 2);
     EXPECT_EQ(now, 36);  // the first decision later than 1 s
 }
 

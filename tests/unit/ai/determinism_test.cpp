@@ -166,11 +166,11 @@ TEST(AgentStore, HashSeesEveryField) {
     const std::uint64_t before = hash(agent);
     std::vector<Agent> changed(37, agent);
     changed[0].brain = 1;
-    changed[1].state_machine.leaf[0] = 1;
-    changed[2].state_machine.since[0][0] = 1;
+    changed[1].state_machine.leaf = 1;
+    changed[2].state_machine.since[0] = 1;
     changed[3].next_decision = 1;
-    changed[4].state_machine.since[3][0] = 1;
-    changed[5].state_machine.pending[0] = 1;
+    changed[4].state_machine.since[3] = 1;
+    changed[5].state_machine.pending = 1;
     changed[6].home.x() = 1.0F;
     changed[7].target.z() = 1.0F;
     changed[8].corner = 1;
@@ -183,8 +183,8 @@ TEST(AgentStore, HashSeesEveryField) {
     changed[15].anchor.y() = 1.0F;
     changed[16].anchor_since = 1;
     changed[17].detour_until = 1;
-    changed[18].state_machine.memory[0][0] = 1;
-    changed[19].state_machine.memory[7][0] = 1;
+    changed[18].state_machine.memory[0] = 1;
+    changed[19].state_machine.memory[7] = 1;
     changed[20].variables[7] = 1.0F;
     changed[21].variables_at = 1;
     changed[22].current_action = 1;
@@ -207,9 +207,9 @@ TEST(AgentStore, HashSeesEveryField) {
     }
     // Since when a transition is held counts while one is.
     Agent held = agent;
-    held.state_machine.pending[0] = 1;
+    held.state_machine.pending = 1;
     Agent longer = held;
-    longer.state_machine.pending_since[0] = -5;
+    longer.state_machine.pending_since = -5;
     EXPECT_NE(hash(held), hash(longer));
 }
 

@@ -140,7 +140,7 @@ TEST(DifficultyState, AgentsGoOnWithTheBrainsOfTheNextLevel) {
     Field field;
     fill_difficulty_levels(field);
     field.run(2.0F);
-    const Tick since = field.agents.find(EntityId(1))->state_machine.since[0][0];
+    const Tick since = field.agents.find(EntityId(1))->state_machine.since[0];
     note_outcome(field.steps.difficulty(), field.settings.difficulty, true);
     const LevelChange change =
         change_level(field.agents, field.settings, field.steps.difficulty(), 1, field.now, kDt);
@@ -151,7 +151,7 @@ TEST(DifficultyState, AgentsGoOnWithTheBrainsOfTheNextLevel) {
     EXPECT_EQ(field.settings.difficulty.active, 1);
     EXPECT_EQ(field.settings.brains[0].states[0].transitions[0].threshold, 6.0F);
     EXPECT_EQ(brain_at_level(field.settings, 0, 0).name, "walker") << "what was left is kept";
-    EXPECT_EQ(field.agents.find(EntityId(1))->state_machine.since[0][0], since) << "time goes on";
+    EXPECT_EQ(field.agents.find(EntityId(1))->state_machine.since[0], since) << "time goes on";
     EXPECT_TRUE(field.agents.find(EntityId(1))->fresh);
     EXPECT_FALSE(field.agents.find(EntityId(4))->fresh) << "its brain is the same everywhere";
     const Vec3 from = field.position(1);

@@ -60,7 +60,7 @@ class Field {
     }
 
     [[nodiscard]] std::uint16_t state(std::uint32_t id) const {
-        return agents.find(EntityId(id))->state_machine.state();
+        return agents.find(EntityId(id))->state_machine.leaf;
     }
 
     [[nodiscard]] float distance(std::uint32_t a, std::uint32_t b) {

@@ -16,25 +16,17 @@ class Villager {
   public:
     explicit Villager(StateHistory labour = StateHistory::kNone,
                       StateHistory day = StateHistory::kNone)
-        : machine(compile(villager_def(labour, day), scenario::kVillagerSenses, 1.0F)),
-          states(begin(machine, 1, 0)),
-          sensed(scenario::kVillagerSenses, 1) {}
+        : machine(compile(villager_def(labour, day), scenario::kVillagerSenses, 1.0F)) {}
 
     std::string tick(float alarm, float foe, float hunger, float load) {
-        sensed.at(scenario::kAlarm, 0) = alarm;
-        sensed.at(scenario::kFoe, 0) = foe;
-        sensed.at(scenario::kHunger, 0) = hunger;
-        sensed.at(scenario::kLoad, 0) = load;
-        changes.clear();
-        step(machine, states, sensed.view(), now++, changes);
-        return machine.state_name(states.leaf[0]);
+        const float values[] = {alarm, foe, hunger, load};
+        step(machine, state, values, now++);
+        return machine.state_name(state.leaf);
     }
 
     FlatStateMachine machine;
-    ActiveStates states;
-    Sensed sensed;
+    ActiveState state;
     Tick now = 0;
-    std::vector<StateChange> changes;
 };
 
 TEST(HierarchicalFsm, BeginsAtTheFirstOfTheFirst) {
@@ -98,12 +90,12 @@ TEST(HierarchicalFsm, KeepsTheTimeOfEachLevel) {
     Villager villager;
     villager.tick(0, 50, 0, 0);     // tick 0
     villager.tick(0, 50, 0, 0.9F);  // tick 1: carry
-    EXPECT_EQ(villager.states.since[0][0], 0);
-    EXPECT_EQ(villager.states.since[1][0], 0);
-    EXPECT_EQ(villager.states.since[2][0], 1);
+    EXPECT_EQ(villager.state.since[0], 0);
+    EXPECT_EQ(villager.state.since[1], 0);
+    EXPECT_EQ(villager.state.since[2], 1);
     villager.tick(0, 50, 0.8F, 0);  // tick 2: eat
-    EXPECT_EQ(villager.states.since[0][0], 0);
-    EXPECT_EQ(villager.states.since[1][0], 2);
+    EXPECT_EQ(villager.state.since[0], 0);
+    EXPECT_EQ(villager.state.since[1], 2);
 }
 
 TEST(HierarchicalFsm, KeepsAnOuterHoldThroughInnerTransitions) {
@@ -113,15 +105,12 @@ TEST(HierarchicalFsm, KeepsAnOuterHoldThroughInnerTransitions) {
     StateDef outer{"outer", 0, {{1, {{0, Compare::kAbove, 0.0F}}, 4}}, {a, b}, {}};
     StateDef end{"end", 0, {}, {}, {}};
     const FlatStateMachine machine = compile({"m", {outer, end}}, 2, 1.0F);
-    ActiveStates states = begin(machine, 1, 0);
-    Sensed sensed(2, 1);
-    sensed.at(0, 0) = 1.0F;
+    ActiveState state;
     std::vector<std::string> trace;
-    std::vector<StateChange> changes;
     for (Tick now = 0; now < 5; ++now) {
-        sensed.at(1, 0) = now % 2 == 0 ? 0.0F : 1.0F;
-        step(machine, states, sensed.view(), now, changes);
-        trace.push_back(machine.state_name(states.leaf[0]));
+        const float values[] = {1.0F, now % 2 == 0 ? 0.0F : 1.0F};
+        step(machine, state, values, now);
+        trace.push_back(machine.state_name(state.leaf));
     }
     EXPECT_THAT(trace, testing::ElementsAre("outer/b", "outer/a", "outer/b", "outer/a", "end"));
 }
@@ -131,20 +120,17 @@ TEST(HierarchicalFsm, DropsAnInnerHoldWithItsState) {
     StateDef b{"b", 0, {}, {}, {}};
     StateDef outer{"outer", 0, {{0, {{1, Compare::kAbove, 0.0F}}, 0}}, {a, b}, {}};
     const FlatStateMachine machine = compile({"m", {outer}}, 2, 1.0F);
-    ActiveStates states = begin(machine, 1, 0);
-    Sensed sensed(2, 1);
-    std::vector<StateChange> changes;
-    sensed.at(0, 0) = 1.0F;
-    step(machine, states, sensed.view(), 0, changes);  // holds since 0
-    sensed.at(1, 0) = 1.0F;
-    step(machine, states, sensed.view(), 1, changes);  // outer is entered anew
-    EXPECT_EQ(states.pending[0], kNone);
-    sensed.at(1, 0) = 0.0F;
-    step(machine, states, sensed.view(), 2, changes);
-    step(machine, states, sensed.view(), 3, changes);
-    EXPECT_EQ(machine.state_name(states.leaf[0]), "outer/a");
-    step(machine, states, sensed.view(), 4, changes);
-    EXPECT_EQ(machine.state_name(states.leaf[0]), "outer/b");
+    ActiveState state;
+    const float holding[] = {1.0F, 0.0F};
+    const float leaving[] = {1.0F, 1.0F};
+    step(machine, state, holding, 0);  // holds since 0
+    step(machine, state, leaving, 1);  // outer is entered anew
+    EXPECT_EQ(state.pending, kNone);
+    step(machine, state, holding, 2);
+    step(machine, state, holding, 3);
+    EXPECT_EQ(machine.state_name(state.leaf), "outer/a");
+    step(machine, state, holding, 4);
+    EXPECT_EQ(machine.state_name(state.leaf), "outer/b");
 }
 
 TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
@@ -155,29 +141,21 @@ TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
              {StateHistory::kNone, StateHistory::kShallow, StateHistory::kDeep}) {
             const StateMachineDef def = villager_def(labour, day);
             const FlatStateMachine machine = compile(def, scenario::kVillagerSenses, 1.0F);
-            ActiveStates states = begin(machine, kCount, 0);
+            std::vector<ActiveState> states(kCount);
             std::vector<scenario::WalkedMachine> walked(kCount, scenario::WalkedMachine(def, 1.0F));
-            std::vector<ActiveState> ones(kCount, ActiveState(0));
             Sensed sensed(scenario::kVillagerSenses, kCount);
-            std::vector<StateChange> changes;
+            std::size_t changes = 0;
             core::Rng rng(3);
             for (Tick now = 0; now < 400; ++now) {
                 scenario::villager_walk(sensed, kCount, rng);
-                step(machine, states, sensed.view(), now, changes);
                 for (std::size_t i = 0; i < kCount; ++i) {
-                    walked[i].tick(now, sensed.view(), i);
-                    ASSERT_EQ(machine.state_name(states.leaf[i]), walked[i].name())
+                    changes += step(machine, states[i], sensed.of(i), now) ? 1U : 0U;
+                    walked[i].tick(now, sensed.of(i));
+                    ASSERT_EQ(machine.state_name(states[i].leaf), walked[i].name())
                         << "agent " << i << " tick " << now;
-                    std::array<float, scenario::kVillagerSenses> values{};
-                    for (std::size_t k = 0; k < values.size(); ++k) {
-                        values[k] = sensed.at(k, i);
-                    }
-                    step_one(machine, ones[i], values, now);
-                    ASSERT_EQ(ones[i].state(), states.leaf[i]);
-                    ASSERT_EQ(ones[i].pending[0], states.pending[i]);
                 }
             }
-            EXPECT_GT(changes.size(), 20 * kCount);
+            EXPECT_GT(changes, 20 * kCount);
         }
     }
 }
@@ -186,22 +164,22 @@ TEST(FsmStep, AgreesWithAWalkThroughTheDefinitionWithHoldsToo) {
     constexpr std::size_t kCount = 300;
     const StateMachineDef def = scenario::sentry_def();
     const FlatStateMachine machine = compile(def, scenario::kSentrySenses, scenario::kSentryDt);
-    ActiveStates states = begin(machine, kCount, 0);
+    std::vector<ActiveState> states(kCount);
     std::vector<scenario::WalkedMachine> walked(kCount,
                                                 scenario::WalkedMachine(def, scenario::kSentryDt));
     Sensed sensed(scenario::kSentrySenses, kCount);
-    std::vector<StateChange> changes;
+    std::size_t changes = 0;
     core::Rng rng(9);
     for (Tick now = 0; now < 1000; ++now) {
         scenario::sentry_walk(sensed, kCount, rng);
-        step(machine, states, sensed.view(), now, changes);
         for (std::size_t i = 0; i < kCount; ++i) {
-            walked[i].tick(now, sensed.view(), i);
-            ASSERT_EQ(machine.state_name(states.leaf[i]), walked[i].name())
+            changes += step(machine, states[i], sensed.of(i), now) ? 1U : 0U;
+            walked[i].tick(now, sensed.of(i));
+            ASSERT_EQ(machine.state_name(states[i].leaf), walked[i].name())
                 << "agent " << i << " tick " << now;
         }
     }
-    EXPECT_GT(changes.size(), 5 * kCount);
+    EXPECT_GT(changes, 5 * kCount);
 }
 
 }  // namespace

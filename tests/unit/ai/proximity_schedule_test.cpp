@@ -141,8 +141,8 @@ class Town {
                 continue;
             }
             LivedThrough& life = lives[id];
-            if (life.empty() || life.back().state != agent->state_machine.state()) {
-                life.push_back({field.now, agent->state_machine.state()});
+            if (life.empty() || life.back().state != agent->state_machine.leaf) {
+                life.push_back({field.now, agent->state_machine.leaf});
             }
         }
     }

@@ -239,8 +239,8 @@ class Stores {
         for (std::uint32_t id = 1; id <= count_; ++id) {
             const Agent& agent = *field.agents.find(EntityId(id));
             const CompiledBrain& brain = field.settings.compiled[agent.brain];
-            hash.add(agent.state_machine.state());
-            hash.add(agent.state_machine.since[0][0]);
+            hash.add(agent.state_machine.leaf);
+            hash.add(agent.state_machine.since[0]);
             hash.add(agent.current_action);
             hash.add(agent.wants);
             for (std::size_t v = 0; v < brain.variables.size(); ++v) {

@@ -1,5 +1,5 @@
 #include "server/ai/decision/tree/decision_tree.h"
-#include "tests/scenario/sentry.h"
+#include "shared/core/rng.h"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,6 @@
 namespace zoned::ai::tree::test {
 namespace {
 
-using scenario::Sensed;
 using testing::ElementsAre;
 
 NodeDef ask(SenseIndex sense, Compare compare, float threshold, int yes, int no) {
@@ -32,13 +31,7 @@ TreeDef choice_def() {
 }
 
 std::uint16_t decide(const TreeDef& def, const std::vector<float>& values) {
-    Sensed sensed(values.size(), 1);
-    for (std::size_t k = 0; k < values.size(); ++k) {
-        sensed.at(k, 0) = values[k];
-    }
-    std::uint16_t action = 0;
-    DecisionTree(def, values.size()).decide(sensed.view(), {&action, 1});
-    return action;
+    return DecisionTree(def, values.size()).decide(values);
 }
 
 TEST(DecisionTree, GivesTheAnswersComputedByHand) {
@@ -86,7 +79,7 @@ int grow(TreeDef& def, core::Rng& rng, int depth) {
 
 TEST(DecisionTree, AgreesWithAWalkThroughTheDefinition) {
     core::Rng rng(61);
-    constexpr std::size_t kCount = 500;
+    constexpr int kCount = 500;
     int compared = 0;
     while (compared < 20) {
         TreeDef def;
@@ -95,22 +88,19 @@ TEST(DecisionTree, AgreesWithAWalkThroughTheDefinition) {
             continue;  // asks for a known answer
         }
         ++compared;
-        Sensed sensed(4, kCount);
-        for (std::size_t i = 0; i < kCount; ++i) {
-            for (std::size_t k = 0; k < 4; ++k) {
-                sensed.at(k, i) = rng.range(0, 1);
+        const DecisionTree tree(def, 4);
+        for (int i = 0; i < kCount; ++i) {
+            float values[4];
+            for (float& value : values) {
+                value = rng.range(0, 1);
             }
-        }
-        std::vector<std::uint16_t> actions(kCount);
-        DecisionTree(def, 4).decide(sensed.view(), actions);
-        for (std::size_t i = 0; i < kCount; ++i) {
             std::size_t at = 0;
             while (def.nodes[at].yes >= 0) {
                 const Condition& test = def.nodes[at].test;
-                at = static_cast<std::size_t>(
-                    holds(test, sensed.at(test.sense, i)) ? def.nodes[at].yes : def.nodes[at].no);
+                at = static_cast<std::size_t>(holds(test, values[test.sense]) ? def.nodes[at].yes
+                                                                              : def.nodes[at].no);
             }
-            ASSERT_EQ(actions[i], def.nodes[at].action);
+            ASSERT_EQ(tree.decide(values), def.nodes[at].action);
         }
     }
 }

@@ -1,6 +1,7 @@
 // zoned bake: its output for users and scripts.
 #include "server/app/commands/commands.h"
 #include "server/assets/baked_geometry.h"
+#include "server/assets/geometry_files.h"
 #include "tests/unit/assets/geometry_samples.h"
 
 #include <gmock/gmock.h>
@@ -12,6 +13,10 @@
 
 namespace zoned::app {
 namespace {
+
+core::Result<physics::Shape> load_baked(const std::string& path) {
+    return assets::read_baked(*assets::read_geometry_file(path));
+}
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -92,7 +97,7 @@ TEST_F(Bake, ReportsAMeshAndWritesWhatChecksGood) {
                               "wrote "}) {
         EXPECT_THAT(baked.output, HasSubstr(words));
     }
-    const auto loaded = assets::load_baked(obj() + ".baked");
+    const auto loaded = load_baked(obj() + ".baked");
     ASSERT_TRUE(loaded.ok()) << loaded.error();
     EXPECT_EQ(physics::mesh_of(*loaded).triangle_count(), 128U);
     const Outcome checked = run({"bake", "--check", obj() + ".baked"});
@@ -103,7 +108,7 @@ TEST_F(Bake, ReportsAMeshAndWritesWhatChecksGood) {
 
 TEST_F(Bake, TakesTheOptionsOfItsKindOnly) {
     EXPECT_EQ(run({"bake", obj(), "--scale", "2", "--weld", "0.01", "--out", at("m")}).code, kGood);
-    EXPECT_EQ(physics::mesh_of(*assets::load_baked(at("m"))).box().upper.x(), 10.0F);
+    EXPECT_EQ(physics::mesh_of(*load_baked(at("m"))).box().upper.x(), 10.0F);
     const Outcome field = run({"bake",
                                png(),
                                "--height",
@@ -121,7 +126,7 @@ TEST_F(Bake, TakesTheOptionsOfItsKindOnly) {
     EXPECT_THAT(field.output, HasSubstr("64 x 48"));
     EXPECT_THAT(field.output, HasSubstr("at the pixel of column"));
     EXPECT_THAT(field.output, Not(HasSubstr("warning")));
-    const auto loaded = assets::load_baked(at("f"));
+    const auto loaded = load_baked(at("f"));
     EXPECT_FLOAT_EQ(physics::field_of(*loaded).height(1, 1), -0.49F);
     EXPECT_EQ(physics::field_of(*loaded).box().lower.y(), -4.0F);
     for (const char* option : {"--height", "--spacing", "--offset", "--thickness"}) {

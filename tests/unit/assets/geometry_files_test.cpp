@@ -65,9 +65,6 @@ TEST(HeightfieldFromPng, SaysWhyItRefuses) {
     claim.resize(100);
     EXPECT_EQ(reason(claim),
               "heightfield: the image is broken: 100 bytes cannot hold 1000 x 1000 samples");
-    const auto missing = load_heightfield("/no/such/file.png", 1.0F, spacing(1.0F));
-    ASSERT_FALSE(missing.ok());
-    EXPECT_EQ(missing.error(), "/no/such/file.png: cannot be opened");
 }
 
 TEST(HeightfieldFromPng, SurvivesBrokenImages) {
@@ -112,7 +109,10 @@ TEST(MeshFromObj, SaysWhyItRefuses) {
     EXPECT_EQ(reason("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 7\n"), "mesh: line 4: names vertex 7 of 3");
     EXPECT_EQ(reason("v 0 0 0\nv 1e30 0 0\nv 0 0 1\nf 1 2 3\n"),
               "mesh: line 2: the vertex lies more than 1000000 m out");
-    const auto missing = load_mesh("/no/such/file.obj", 1.0F, {});
+}
+
+TEST(GeometryFiles, NameTheFileThatCannotBeOpened) {
+    const auto missing = read_geometry_file("/no/such/file.obj");
     ASSERT_FALSE(missing.ok());
     EXPECT_EQ(missing.error(), "/no/such/file.obj: cannot be opened");
 }

@@ -54,7 +54,7 @@ TEST(PhysicsScenes, StartWithoutOverlap) {
 
 TEST(PhysicsScenes, HangTheChainOnItsJoints) {
     const Description d = chain();
-    for (const BallJoint& joint : d.joints) {
+    for (const LinkedPair& joint : d.joints) {
         const Body& b = d.bodies[static_cast<std::size_t>(joint.b)];
         EXPECT_NEAR((b.pose.position - joint.anchor).norm(), 0.5, 1e-12);
         if (joint.a != kWorld) {

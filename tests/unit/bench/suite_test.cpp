@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -40,7 +41,17 @@ TEST(Suites, NameThePhysicsScenesAsAgreed) {
                             "S6b",
                             "S7",
                             "S8",
-                            "S9"));
+                            "S9",
+                            "S11",
+                            "S12",
+                            "S13",
+                            "S14",
+                            "S15",
+                            "S16",
+                            "S17a",
+                            "S17b",
+                            "S17c",
+                            "S18"));
     EXPECT_THAT(physics.methods, Contains("default"));
     EXPECT_THAT(physics.methods, Contains("bullet/default"));
     EXPECT_THAT(physics.methods, Contains("ode/exact"));
@@ -68,6 +79,26 @@ TEST(Suites, AddRowsWithErrorsAndRatios) {
     const Row& theirs = session.results.rows[1];
     EXPECT_EQ(theirs.peer, "bullet");
     EXPECT_EQ(*theirs.find_metric("bullet_ratio"), 1.0);
+}
+
+// The cases of a row run side by side: it has the error of each.
+TEST(Suites, GiveTheErrorOfEachCaseOfARow) {
+    Session session;
+    session.quick = true;
+    session.scenes = {"S11"};
+    session.methods = {"bullet"};
+    const std::vector<Suite> suites = all_suites();
+    suite(suites, "physics").run(session);
+    ASSERT_FALSE(session.results.rows.empty());
+    const Row& row = session.results.rows.front();
+    EXPECT_EQ(row.parameter, "pair");
+    double worst = 0.0;
+    for (const int ratio : {1, 2, 5, 10, 20, 50, 100, 200, 1000}) {
+        const double* error = row.find_metric("error_ratio_" + std::to_string(ratio));
+        ASSERT_NE(error, nullptr);
+        worst = std::max(worst, *error);
+    }
+    EXPECT_EQ(row.error, worst);
 }
 
 TEST(Suites, FindNoPairMissingOrTwiceInOurStructures) {

@@ -81,7 +81,7 @@ TEST(AgentStore, DoWhatTheyAreWritten) {
         ai::Percept sight;
         sight.distance = distance;
         ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::PointsOfInterest(), now, scratch);
-        return sentry.states[agent.state_machine.state()].name;
+        return sentry.states[agent.state_machine.leaf].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
     EXPECT_EQ(decide(35, 0, 0), "calm/walk");
@@ -226,12 +226,12 @@ TEST(AgentStore, HaveVariables) {
     ai::Percept sight;
     sight.distance = 5.0F;
     ai::decide(agent, sentry, sight, Vec2::Zero(), ai::PointsOfInterest(), 30, scratch);
-    EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");
+    EXPECT_EQ(sentry.states[agent.state_machine.leaf].name, "hunt");
     EXPECT_NEAR(agent.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
     ai::decide(agent, sentry, sight, Vec2::Zero(), ai::PointsOfInterest(), 30 + 135, scratch);
-    EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");  // 4.5 s: 0.32
+    EXPECT_EQ(sentry.states[agent.state_machine.leaf].name, "hunt");  // 4.5 s: 0.32
     ai::decide(agent, sentry, sight, Vec2::Zero(), ai::PointsOfInterest(), 30 + 150, scratch);
-    EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "calm/walk");
+    EXPECT_EQ(sentry.states[agent.state_machine.leaf].name, "calm/walk");
 }
 
 TEST(AgentStore, FindVariablesThatDoNotExist) {

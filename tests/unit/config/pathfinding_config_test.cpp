@@ -1,6 +1,7 @@
 // Pathfinding in a config: the ground that paths lead over, permitted settings and mistakes.
 #include "server/config/world/pathfinding_config.h"
 
+#include "server/ai/pathfinding/waypoints/waypoint_graph.h"
 #include "server/config/expand/load_settings.h"
 #include "tests/unit/config/config_helpers.h"
 

@@ -141,76 +141,6 @@ TEST(GridPlanner, FindsThePublishedLengthsOfBestWays) {
     }
 }
 
-TEST(Hierarchical, IsNearTheBestOnPublishedMaps) {
-    for (const std::string name : {"arena", "den312d"}) {
-        std::optional<GridMap> map;
-        std::vector<GridInstance> instances;
-        read_published(name, map, instances);
-        GridPlanner planner(std::move(*map));
-        planner.prepare_clusters();
-        double sum = 0.0;
-        for (const GridInstance& i : instances) {
-            const GridAnswer a = planner.plan(from_to(i.start, i.goal), GridMethod::kHierarchical);
-            ASSERT_EQ(a.outcome, PathOutcome::kFound);
-            ASSERT_GE(a.length, i.length - 0.001);
-            ASSERT_LE(a.length, 1.05 * i.length + 0.001) << name << " line " << i.line;
-            sum += i.length > 0.0 ? a.length / i.length - 1.0 : 0.0;
-        }
-        EXPECT_LE(sum / static_cast<double>(instances.size()), 0.01) << name;
-    }
-}
-
-TEST(Hierarchical, FindsLegalWaysExactlyWhereThereAreSome) {
-    core::Rng rng(8);
-    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-        GridPlanner planner(seed % 2 == 0
-                                ? random_map(100, 80, 0.04F * static_cast<float>(seed % 10), seed)
-                                : rooms_map(130, 70, 5 + static_cast<int>(seed % 9), seed));
-        planner.prepare_clusters();
-        const Cell start = any_passable(planner.map(), rng);
-        const std::vector<double> lengths = all_lengths(planner.map(), start);
-        for (int i = 0; i < 60; ++i) {
-            const Cell goal = any_passable(planner.map(), rng);
-            const GridAnswer a = planner.plan(from_to(start, goal), GridMethod::kHierarchical);
-            const double best = length_to(planner.map(), lengths, goal);
-            ASSERT_EQ(a.outcome, best == kNoPath ? PathOutcome::kUnreachable : PathOutcome::kFound);
-            if (best != kNoPath) {
-                ASSERT_GE(a.length, best - kCostError);
-                ASSERT_EQ(
-                    wrong_with(planner.map(), start, goal, a.length, planner.path().corners()), "");
-            }
-        }
-    }
-}
-
-TEST(Hierarchical, AnswersAfterAChangeAsIfBuiltAnew) {
-    core::Rng rng(9);
-    GridPlanner changed(rooms_map(100, 77, 6, 4));
-    changed.prepare_clusters();
-    for (int round = 0; round < 40; ++round) {
-        std::vector<CellChange> changes;
-        for (std::uint32_t n = 1 + rng.below(6); n > 0; --n) {
-            // Every other one on a border of squares.
-            const std::uint32_t x = n % 2 == 0 ? 31 + rng.below(2) : rng.below(100);
-            const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(rng.below(77))};
-            changes.push_back({c, !changed.map().passable(c)});
-        }
-        changed.change(changes);
-        GridPlanner anew(changed.map());
-        anew.prepare_clusters();
-        ASSERT_EQ(changed.clusters()->portals(), anew.clusters()->portals());
-        for (int i = 0; i < 30; ++i) {
-            const GridQuery q =
-                from_to(any_passable(anew.map(), rng), any_passable(anew.map(), rng));
-            const GridAnswer a = changed.plan(q, GridMethod::kHierarchical);
-            const GridAnswer b = anew.plan(q, GridMethod::kHierarchical);
-            ASSERT_EQ(a.outcome, b.outcome);
-            ASSERT_EQ(a.cost, b.cost);
-            ASSERT_EQ(a.work, b.work);
-        }
-    }
-}
-
 TEST(GridPlanner, IsExactRightAfterEachChange) {
     core::Rng rng(3);
     GridPlanner planner(rooms_map(61, 47, 6, 5));
@@ -376,7 +306,6 @@ TEST(WeightedAStar, KeepsItsBoundAndLooksAtLess) {
 TEST(GridPlanner, AllocatesNothingOnceWarm) {
     GridPlanner planner(rooms_map(128, 128, 8, 2));
     planner.prepare();
-    planner.prepare_clusters();
     core::Rng rng(6);
     const auto ask = [&](int times) {
         for (int i = 0; i < times; ++i) {
@@ -385,7 +314,6 @@ TEST(GridPlanner, AllocatesNothingOnceWarm) {
             for (const GridMethod method : kExact) {
                 planner.plan(q, method);
             }
-            planner.plan(q, GridMethod::kHierarchical);
         }
     };
     ask(1);

@@ -76,16 +76,16 @@ TEST(StabilityLimit, HasTheKnownValues) {
 }
 
 TEST(StabilityLimit, IsWhereADragBlowsUp) {
-    constexpr double kDrag = 50.0;
-    const FreeFall<double, 1> air(Line(0.0), kDrag);
+    constexpr double kStrongDrag = 50.0;
+    const FreeFall<double, 1> air(Line(0.0), kStrongDrag);
     for (const IntegratorKind kind : kIntegratorKinds) {
-        const double limit = drag_limit(kind, kDrag).step_s;
+        const double limit = drag_limit(kind, kStrongDrag).step_s;
         const auto speed = [&](double h) {
             const MotionState<Line> start{Line(0.0), Line(1.0)};
             return std::abs(run_motion(kind, start, h, 2000, air).v[0]);
         };
         if (limit == StabilityLimit::kAny) {
-            EXPECT_LE(speed(100.0 / kDrag), 1.0) << name_of(kind);
+            EXPECT_LE(speed(100.0 / kStrongDrag), 1.0) << name_of(kind);
             continue;
         }
         EXPECT_LE(speed(0.97 * limit), 1.0) << name_of(kind);

@@ -201,11 +201,11 @@ class OneJoint {
         SolverBodies moving;
         moving.begin(Vec3::Zero(), kStep, kStep);
         JointSolver solver;
-        solver.prepare(bodies_, table, {&index, 1}, moving, kStep);
+        solver.prepare(bodies_, table, {&index, 1}, moving, kStep, 0.0F);
         solver.update(table, moving);
         solver.warm_start(moving);
         solver.solve(moving);
-        solver.store(table);
+        solver.store(table, moving);
         return table[0].impulse;
     }
 

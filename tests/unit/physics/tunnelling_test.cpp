@@ -1,5 +1,7 @@
 // Passage: no centre goes through static geometry within a step, however a body turns as it hits.
 #include "server/physics/scene/scene.h"
+#include "server/physics/shapes/compound/compound.h"
+#include "server/physics/shapes/mesh.h"
 #include "server/physics/shapes/ranges.h"
 #include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
@@ -99,6 +101,49 @@ TEST(Passage, IsClosedToWhatSpinsInTimeWithTheSteps) {
         ASSERT_GE(scene.state(id).position.y(), 0.0F) << i;
     }
     EXPECT_GE(held_back, 1U);
+}
+
+/// Dumb-bells that fly to the wall of a `Range`. No part of them may get through.
+TEST(Passage, IsClosedToThePartsOfCompounds) {
+    std::vector<CompoundPart> parts(3);
+    parts[0].shape = Shape::box(Vec3(0.3F, 0.02F, 0.02F));
+    parts[1].shape = parts[2].shape = Shape::sphere(0.06F);
+    parts[1].frame.position.x() = 0.3F;
+    parts[2].frame.position = Vec3(-0.3F, 0.05F, 0.0F);
+    const auto built = build_compound(parts);
+    ASSERT_TRUE(built.ok());
+    for (const float speed : {100.0F, 500.0F, 2000.0F}) {
+        Range range(speed, 0xFFFFFFFFU);
+        for (const BodyId rod : range.rods) {
+            ASSERT_TRUE(range.scene.set_shape(rod, Shape::compound(built->compound)).ok());
+        }
+        EXPECT_EQ(range.passed(), 0) << speed;
+    }
+}
+
+/// A plate thinner than contacts may yield lies on a mesh, and a box of ten times its mass falls on
+/// it.
+TEST(Passage, IsClosedToAThinPlateThatIsHitFromAbove) {
+    Scene scene{PhysicsSettings()};
+    const std::vector<Vec3> corners{{-5, 0, -5}, {5, 0, -5}, {5, 0, 5}, {-5, 0, 5}};
+    const std::vector<std::uint32_t> indices{0, 2, 1, 0, 3, 2};
+    BodyDef ground;
+    ground.kind = BodyKind::kStatic;
+    ground.shape = Shape::mesh(build_mesh(corners, indices)->mesh);
+    ASSERT_TRUE(scene.add(ground).ok());
+    BodyDef plate;
+    plate.shape = Shape::box(Vec3(0.3F, 0.001F, 0.2F));
+    plate.position.y() = 0.001F;
+    const BodyId lower = *scene.add(plate);
+    BodyDef box;
+    box.shape = Shape::box(Vec3(0.4F, 0.1F, 0.2F));
+    box.mass = 10.0F;
+    box.position = Vec3(0.2F, 1.5F, -0.1F);
+    ASSERT_TRUE(scene.add(box).ok());
+    for (int i = 0; i < 120; ++i) {
+        scene.step(kFrame);
+        ASSERT_GE(scene.state(lower).position.y(), -1.0e-3F) << i;
+    }
 }
 
 /// An elastic hit, r = 0.05 m off the centre of a rod of 1 kg, with k^2 = (0.12^2 + 0.04^2) / 12.

@@ -48,22 +48,6 @@ TEST(Json, WritesNumbersThatReadBackTheSame) {
               "[\n  null,\n  null,\n  18446744073709551615,\n  -9223372036854775808,\n  true\n]");
 }
 
-TEST(Percentiles, AreNearestRank) {
-    std::vector<double> samples;
-    for (int i = 1000; i >= 1; --i) {
-        samples.push_back(i);
-    }
-    const Percentiles p = percentiles_of(samples);
-    EXPECT_EQ(p.p50, 500.0);
-    EXPECT_EQ(p.p99, 990.0);
-    EXPECT_EQ(p.p999, 999.0);
-    EXPECT_EQ(p.max, 1000.0);
-    std::vector<double> one = {3.0};
-    EXPECT_EQ(percentiles_of(one).p50, 3.0);
-    std::vector<double> none;
-    EXPECT_EQ(percentiles_of(none).max, 0.0);
-}
-
 TEST(ServerReport, HoldsTheFieldsThatScriptsRelyOn) {
     ServerReport report;
     report.world = "valley";

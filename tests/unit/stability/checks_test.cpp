@@ -95,6 +95,21 @@ TEST(StabilityReport, TreatsNotANumberAsAFailure) {
     EXPECT_FALSE(row.passed());
 }
 
+TEST(StabilityReport, FailsKnownRowsBeyondTheirOwnBounds) {
+    Row row;
+    row.know("a reason", {{"depth_m", 3.0}});
+    row.check("depth_m", 2.0, 1.0);
+    EXPECT_FALSE(row.passed());
+    EXPECT_FALSE(row.fails_run());
+    row.checks.front().value = 4.0;
+    EXPECT_TRUE(row.fails_run());
+    row.checks.front().value = std::nan("");
+    EXPECT_TRUE(row.fails_run());
+    row.checks.front().value = 2.0;
+    row.check("drift_m", 2.0, 1.0);
+    EXPECT_TRUE(row.fails_run()) << "nothing is known of its drift";
+}
+
 TEST(StabilityReport, WritesFailedChecksBelowTheirRow) {
     Row row;
     row.name = "a";

@@ -212,18 +212,6 @@ TEST(RacingLine, IsTheLeastBentLineWithinTheWidth) {
     EXPECT_LT(along->length(), track.length());
 }
 
-TEST(ChooseTrack, TakesEachAsOftenAsItsWeightSays) {
-    const double weights[] = {1.0, 0.0, 3.0};
-    int taken[3] = {};
-    for (std::uint64_t id = 0; id < 40'000; ++id) {
-        ++taken[choose_track(7, id, weights)];
-    }
-    // Four standard deviations of a binomial: 4 sqrt(40,000 / 4 * 3 / 4) = 346.
-    EXPECT_NEAR(taken[0], 10'000, 346);
-    EXPECT_EQ(taken[1], 0);
-    EXPECT_EQ(choose_track(7, 5, weights), choose_track(7, 5, weights));
-}
-
 TEST(LaneChange, JumpsNeitherInPlaceNorInVelocity) {
     // Of a curve whose curvature jumps, velocities in a lane jump where it does.
     SplineDef left = winding(Curve::kBSpline, false);

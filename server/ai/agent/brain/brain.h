@@ -156,7 +156,7 @@ inline constexpr std::size_t kMaxBlended = 6;
 
 /// Several actions at a time, each to a degree. The actions are those of the fuzzy states.
 struct BlendChoice {
-    fuzzy::FuzzyStateMachineDef def;  ///< without outputs
+    fuzzy::FuzzyStateMachineDef def;
     std::vector<SenseIndex> inputs;
 };
 

@@ -182,12 +182,6 @@ std::vector<FuzzyDefect> defects_of(const FuzzyDef& def) {
     return std::move(inspection.defects);
 }
 
-std::vector<FuzzyDefect> input_defects(const std::vector<FuzzyVariable>& inputs) {
-    FuzzyInspection inspection;
-    inspection.inputs(inputs);
-    return std::move(inspection.defects);
-}
-
 bool known(const Proposition& proposition, const std::vector<FuzzyVariable>& inputs) {
     return proposition.variable < inputs.size() &&
            proposition.term < inputs[proposition.variable].terms.size();

@@ -117,9 +117,6 @@ struct FuzzyDefect {
 /// All defects of `def`. FuzzySystem accepts a definition without any.
 std::vector<FuzzyDefect> defects_of(const FuzzyDef& def);
 
-/// The defects of inputs and propositions alone, for other users of fuzzy terms.
-std::vector<FuzzyDefect> input_defects(const std::vector<FuzzyVariable>& inputs);
-
 /// True where the proposition's variable and term exist.
 bool known(const Proposition& proposition, const std::vector<FuzzyVariable>& inputs);
 

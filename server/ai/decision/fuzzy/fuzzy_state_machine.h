@@ -1,4 +1,4 @@
-// FuzzyStateMachine: a state machine with several states active to a degree, and blended outputs.
+// FuzzyStateMachine: a state machine with several states active to a degree.
 #pragma once
 
 #include "server/ai/decision/fuzzy/membership.h"
@@ -13,11 +13,6 @@ namespace zoned::ai::fuzzy {
 
 inline constexpr std::size_t kMaxFuzzyStates = 16;
 
-struct FuzzyState {
-    std::string name;
-    std::vector<float> outputs;  ///< the state's value for each output
-};
-
 /// Fires to the smallest degree of its propositions, or to the largest where `any` is set.
 struct FuzzyTransition {
     std::uint16_t from = 0;
@@ -29,16 +24,9 @@ struct FuzzyTransition {
 struct FuzzyStateMachineDef {
     std::string name;
     std::vector<FuzzyVariable> inputs;
-    std::vector<FuzzyState> states;  ///< agents begin in the first state alone
+    std::vector<std::string> states;  ///< names; agents begin in the first state alone
     std::vector<FuzzyTransition> transitions;
     float response_s = 0.0F;  ///< s in which a degree can go from 0 to 1; 0: at once
-};
-
-/// The degrees of an agent's states: columns by state.
-struct FuzzyDegrees {
-    std::array<std::vector<float>, kMaxFuzzyStates> degree;
-
-    void reset(std::size_t states, std::size_t count);
 };
 
 /// Each state has a degree d and each transition a degree c. A state keeps min(d, 1 - c) for the
@@ -51,22 +39,16 @@ struct FuzzyDegrees {
 class FuzzyStateMachine {
   public:
     /// `def` must have inputs without defects, except kGap and kOutside. It must have 1 to
-    /// kMaxFuzzyStates states, all with as many outputs. Transitions lead between states that
-    /// exist, with propositions that exist. `dt` in s, > 0.
+    /// kMaxFuzzyStates states. Transitions lead between states that exist, with propositions that
+    /// exist. `dt` in s, > 0.
     FuzzyStateMachine(const FuzzyStateMachineDef& def, float dt);
 
     [[nodiscard]] std::size_t states() const { return states_; }
 
     [[nodiscard]] std::size_t inputs() const { return inputs_.size(); }
 
-    /// One step of `count` agents.
-    void step(std::span<const float* const> in, std::size_t count, FuzzyDegrees& degrees) const;
-
-    /// One step of one agent: a value for each input, a degree for each state.
-    void step_one(std::span<const float> values, std::span<float> degrees) const;
-
-    /// The outputs of all states, weighted by degree: `out[o][i]` of agent i.
-    void blend(const FuzzyDegrees& degrees, std::size_t count, std::span<float* const> out) const;
+    /// One step of an agent: a value for each input, a degree for each state.
+    void step(std::span<const float> values, std::span<float> degrees) const;
 
   private:
     struct StateMachineInput {
@@ -89,17 +71,12 @@ class FuzzyStateMachine {
         bool negated = false;
     };
 
-    using States = std::array<Lanes, kMaxFuzzyStates>;
-
-    void step_lanes(const std::array<Lanes, kMaxInputs>& in, States& degrees) const;
-
     std::size_t states_;
     float most_per_step_ = 1.0F;
     std::vector<StateMachineInput> inputs_;
     std::vector<FlatTerm> terms_;
     std::vector<FlatFuzzyTransition> transitions_;
     std::vector<StateMachineProposition> propositions_;
-    std::vector<std::vector<float>> wants_;  ///< by output, by state
 };
 
 }  // namespace zoned::ai::fuzzy

@@ -76,7 +76,7 @@ void FuzzySystem::lay_out_samples(const FuzzyOutput& output, FlatOutput& to) con
         to.first_term.push_back(static_cast<std::uint32_t>(to.sample_terms.size()));
         to.position.push_back(at);
         for (std::size_t t = 0; t < output.terms.size(); ++t) {
-            const float degree_here = degree(flat(output.terms[t]), Lanes::Constant(at))[0];
+            const float degree_here = degree(flat(output.terms[t]), at);
             if (degree_here > 0.0F) {
                 to.sample_terms.push_back({static_cast<std::uint16_t>(t), degree_here});
             }
@@ -85,42 +85,7 @@ void FuzzySystem::lay_out_samples(const FuzzyOutput& output, FlatOutput& to) con
     to.first_term.push_back(static_cast<std::uint32_t>(to.sample_terms.size()));
 }
 
-void FuzzySystem::evaluate(std::span<const float* const> in,
-                           std::size_t count,
-                           std::span<float* const> out) const {
-    ZONED_ASSERT(in.size() == inputs_.size() && out.size() == outputs_.size(),
-                 "a column for each input and output");
-    Inputs values;
-    std::array<Lanes, kMaxOutputs> results;
-    const std::span<Lanes> used(results.data(), outputs_.size());
-    std::size_t i = 0;
-    for (; i + kLanes <= count; i += kLanes) {
-        for (std::size_t k = 0; k < in.size(); ++k) {
-            values[k] = Eigen::Map<const Lanes>(in[k] + i);
-        }
-        evaluate_lanes(values, used);
-        for (std::size_t o = 0; o < used.size(); ++o) {
-            Eigen::Map<Lanes>(out[o] + i) = results[o];
-        }
-    }
-    if (i < count) {
-        const auto rest = static_cast<Eigen::Index>(count - i);
-        for (std::size_t k = 0; k < in.size(); ++k) {
-            values[k].setConstant(in[k][i]);
-            for (Eigen::Index lane = 1; lane < rest; ++lane) {
-                values[k][lane] = in[k][i + static_cast<std::size_t>(lane)];
-            }
-        }
-        evaluate_lanes(values, used);
-        for (std::size_t o = 0; o < used.size(); ++o) {
-            for (Eigen::Index lane = 0; lane < rest; ++lane) {
-                out[o][i + static_cast<std::size_t>(lane)] = results[o][lane];
-            }
-        }
-    }
-}
-
-void FuzzySystem::fuzzify(const Inputs& in, Inputs& within, Degrees& degrees) const {
+void FuzzySystem::fuzzify(std::span<const float> in, Inputs& within, Degrees& degrees) const {
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
         const SystemInput& input = inputs_[k];
         within[k] = clamped(in[k], input.low, input.high);
@@ -130,87 +95,82 @@ void FuzzySystem::fuzzify(const Inputs& in, Inputs& within, Degrees& degrees) co
     }
 }
 
-void FuzzySystem::evaluate_lanes(const Inputs& in, std::span<Lanes> out) const {
+void FuzzySystem::evaluate(std::span<const float> in, std::span<float> out) const {
+    ZONED_ASSERT(in.size() == inputs_.size() && out.size() == outputs_.size(),
+                 "a place for each input and output");
     Inputs within;
     Degrees degrees;
     fuzzify(in, within, degrees);
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
         const FlatOutput& output = outputs_[o];
-        const Lanes value = output.inference == Inference::kSugeno ? sugeno(output, within, degrees)
+        const float value = output.inference == Inference::kSugeno ? sugeno(output, within, degrees)
                                                                    : mamdani(output, degrees);
-        out[o] = value.max(output.low).min(output.high);
+        out[o] = clamped(value, output.low, output.high);
     }
 }
 
-Lanes FuzzySystem::fire(const FlatRule& rule, const Degrees& degrees) const {
+float FuzzySystem::fire(const FlatRule& rule, const Degrees& degrees) const {
     const FlatProposition* p = &propositions_[rule.first];
-    Lanes strength = degrees[p->term] * p->sign + p->offset;
+    float strength = degrees[p->term] * p->sign + p->offset;
     for (std::size_t k = 1; k < rule.count; ++k) {
         ++p;
-        const Lanes next = degrees[p->term] * p->sign + p->offset;
-        strength = rule.any ? Lanes(strength.max(next)) : Lanes(strength.min(next));
+        const float next = degrees[p->term] * p->sign + p->offset;
+        strength = rule.any ? std::max(strength, next) : std::min(strength, next);
     }
     return strength * rule.weight;
 }
 
-Lanes FuzzySystem::sugeno(const FlatOutput& output,
+float FuzzySystem::sugeno(const FlatOutput& output,
                           const Inputs& in,
                           const Degrees& degrees) const {
-    Lanes weights = Lanes::Zero();
-    Lanes sum = Lanes::Zero();
+    float weights = 0.0F;
+    float sum = 0.0F;
     for (std::size_t r = output.first_rule; r < output.first_rule + std::size_t{output.rules};
          ++r) {
-        const Lanes strength = fire(rules_[r], degrees);
+        const float strength = fire(rules_[r], degrees);
         const float* line = &output.linear[rules_[r].then * (1 + inputs_.size())];
         weights += strength;
         if (output.constant) {
             sum += strength * *line;
             continue;
         }
-        Lanes value = Lanes::Constant(*line);
+        float value = *line;
         for (std::size_t k = 0; k < inputs_.size(); ++k) {
             value += in[k] * line[1 + k];
         }
         sum += strength * value;
     }
-    return (weights > 0.0F).select(sum / weights.max(1e-30F), output.otherwise);
+    return weights > 0.0F ? sum / std::max(weights, 1e-30F) : output.otherwise;
 }
 
-Lanes FuzzySystem::mamdani(const FlatOutput& output, const Degrees& degrees) const {
-    std::array<Lanes, kMaxOutputTerms> cut;
-    for (std::size_t t = 0; t < output.terms; ++t) {
-        cut[t].setZero();
-    }
+float FuzzySystem::mamdani(const FlatOutput& output, const Degrees& degrees) const {
+    std::array<float, kMaxOutputTerms> cut{};
     for (std::size_t r = output.first_rule; r < output.first_rule + std::size_t{output.rules};
          ++r) {
-        Lanes& highest = cut[rules_[r].then];
-        highest = highest.max(fire(rules_[r], degrees));
+        float& highest = cut[rules_[r].then];
+        highest = std::max(highest, fire(rules_[r], degrees));
     }
-    Lanes area = Lanes::Zero();
-    Lanes moment = Lanes::Zero();
+    float area = 0.0F;
+    float moment = 0.0F;
     for (std::size_t s = 0; s < output.samples; ++s) {
-        Lanes height = Lanes::Zero();
+        float height = 0.0F;
         for (std::size_t k = output.first_term[s]; k < output.first_term[s + 1]; ++k) {
             const SampleTerm& term = output.sample_terms[k];
-            height = height.max(cut[term.term].min(term.degree));
+            height = std::max(height, std::min(cut[term.term], term.degree));
         }
         area += height;
         moment += height * output.position[s];
     }
-    return (area > 0.0F).select(moment / area.max(1e-30F), output.otherwise);
+    return area > 0.0F ? moment / std::max(area, 1e-30F) : output.otherwise;
 }
 
 void FuzzySystem::explain(std::span<const float> in, std::vector<float>& degrees_of_rules) const {
-    Inputs values;
-    for (std::size_t k = 0; k < inputs_.size(); ++k) {
-        values[k].setConstant(in[k]);
-    }
     Inputs within;
     Degrees degrees;
-    fuzzify(values, within, degrees);
+    fuzzify(in, within, degrees);
     degrees_of_rules.assign(rules_.size(), 0.0F);
     for (std::size_t r = 0; r < rules_.size(); ++r) {
-        degrees_of_rules[rule_number_[r]] = fire(rules_[r], degrees)[0];
+        degrees_of_rules[rule_number_[r]] = fire(rules_[r], degrees);
     }
 }
 

@@ -1,4 +1,4 @@
-// FuzzySystem: fuzzy rules compiled to tables, evaluated for eight agents at a time.
+// FuzzySystem: fuzzy rules compiled to tables.
 #pragma once
 
 #include "server/ai/decision/fuzzy/membership.h"
@@ -23,12 +23,9 @@ class FuzzySystem {
 
     [[nodiscard]] std::size_t outputs() const { return outputs_.size(); }
 
-    /// `in[k][i]`: input k of agent i, any value (NaN counts as the low end). `out[o][i]`: always
-    /// within the output's range. An agent's result depends on its inputs alone, not on the agents
-    /// evaluated beside it. Allocates nothing.
-    void evaluate(std::span<const float* const> in,
-                  std::size_t count,
-                  std::span<float* const> out) const;
+    /// `in`: any value for each input (NaN counts as the low end). `out`: a value for each output,
+    /// always within the output's range. Allocates nothing.
+    void evaluate(std::span<const float> in, std::span<float> out) const;
 
     /// The degrees to which the rules of the last definition fire for these inputs; used by
     /// "explain".
@@ -80,18 +77,17 @@ class FuzzySystem {
         std::vector<float> position;            ///< position of each sample
     };
 
-    using Inputs = std::array<Lanes, kMaxInputs>;
-    using Degrees = std::array<Lanes, kMaxTerms>;
+    using Inputs = std::array<float, kMaxInputs>;
+    using Degrees = std::array<float, kMaxTerms>;
 
     void add_output(const FuzzyDef& def, std::size_t index);
     void lay_out_samples(const FuzzyOutput& output, FlatOutput& to) const;
-    void evaluate_lanes(const Inputs& in, std::span<Lanes> out) const;
-    [[nodiscard]] Lanes fire(const FlatRule& rule, const Degrees& degrees) const;
-    [[nodiscard]] Lanes sugeno(const FlatOutput& output,
+    [[nodiscard]] float fire(const FlatRule& rule, const Degrees& degrees) const;
+    [[nodiscard]] float sugeno(const FlatOutput& output,
                                const Inputs& in,
                                const Degrees& degrees) const;
-    [[nodiscard]] Lanes mamdani(const FlatOutput& output, const Degrees& degrees) const;
-    void fuzzify(const Inputs& in, Inputs& within, Degrees& degrees) const;
+    [[nodiscard]] float mamdani(const FlatOutput& output, const Degrees& degrees) const;
+    void fuzzify(std::span<const float> in, Inputs& within, Degrees& degrees) const;
 
     std::vector<SystemInput> inputs_;
     std::vector<FlatTerm> terms_;

@@ -1,15 +1,11 @@
-// Membership: the degrees of eight values at a time in a fuzzy term (a trapezoid).
+// Membership: the degree of a value in a fuzzy term (a trapezoid).
 #pragma once
 
 #include "server/ai/decision/fuzzy/fuzzy_def.h"
-#include "server/spatial/box_lanes.h"
 
-#include <cmath>
+#include <algorithm>
 
 namespace zoned::ai::fuzzy {
-
-using Lanes = spatial::Array8;
-inline constexpr std::size_t kLanes = spatial::kLanes;
 
 /// A trapezoid as two lines that both limit the degree: 1 + (x - b) rise and 1 + (c - x) fall.
 struct FlatTerm {
@@ -29,16 +25,16 @@ inline FlatTerm flat(const Term& term) {
     return {term.b, term.c, slope(term.b - term.a), slope(term.d - term.c)};
 }
 
-/// The degree of each value, [0, 1]; the values must be numbers.
-inline Lanes degree(const FlatTerm& term, const Lanes& x) {
-    const Lanes up = 1.0F + (x - term.b) * term.rise;
-    const Lanes down = 1.0F + (term.c - x) * term.fall;
-    return up.min(down).min(1.0F).max(0.0F);
+/// The degree of a value, [0, 1]; it must be a number.
+inline float degree(const FlatTerm& term, float x) {
+    const float up = 1.0F + (x - term.b) * term.rise;
+    const float down = 1.0F + (term.c - x) * term.fall;
+    return std::max(std::min(std::min(up, down), 1.0F), 0.0F);
 }
 
-/// Values clamped to [low, high]; NaN becomes low.
-inline Lanes clamped(const Lanes& x, float low, float high) {
-    return (x > low).select(x, low).min(high);
+/// The value clamped to [low, high]; NaN becomes low.
+inline float clamped(float x, float low, float high) {
+    return std::min(x > low ? x : low, high);
 }
 
 }  // namespace zoned::ai::fuzzy

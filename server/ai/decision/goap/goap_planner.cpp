@@ -48,7 +48,6 @@ void GoapPlanner::plan(const Actions& actions, FactSet from, const Literals& goa
     plan.size = 0;
     plan.cost = 0;
     plan.created = 0;
-    plan.kernel[0] = goal;
     node_count_ = 0;
     open_.clear();
     too_long_ = false;
@@ -250,10 +249,8 @@ void GoapPlanner::write(std::uint32_t node, Plan& plan) const {
     plan.verdict = Verdict::kPlanned;
     plan.cost = nodes_[node].cost;
     for (; nodes_[node].parent != kNobody; node = nodes_[node].parent) {
-        plan.kernel[plan.size] = nodes_[node].needs;
         plan.action[plan.size++] = nodes_[node].action;
     }
-    plan.kernel[plan.size] = nodes_[node].needs;
 }
 
 }  // namespace zoned::ai::goap

@@ -20,17 +20,13 @@ enum class Verdict : std::uint8_t {
     kCutOff,       ///< the bound on work, or kMaxSteps, was reached before an answer
 };
 
-/// Plan: a sequence of actions, and the conditions on which each rest of it relies. `kernel[k]` is
-/// the condition under which steps k to the last are possible and make the goal true. The last
-/// kernel is the goal. Source for triangle tables: Fikes, Hart, Nilsson, "Learning and executing
-/// generalized robot plans", Artificial Intelligence 3, 1972.
+/// Plan: a sequence of actions.
 struct Plan {
     Verdict verdict = Verdict::kCutOff;
     std::uint8_t size = 0;      ///< number of steps
     std::uint32_t cost = 0;     ///< sum over the steps
     std::uint32_t created = 0;  ///< nodes that the search created: a measure of its work
     std::array<std::uint8_t, kMaxSteps> action{};
-    std::array<Literals, kMaxSteps + 1> kernel;
 };
 
 /// Actions: a domain compiled for planning.

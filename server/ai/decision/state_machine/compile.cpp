@@ -161,10 +161,4 @@ FlatStateMachine compile(const StateMachineDef& def, std::size_t senses, float d
     return Compiler(def, senses, dt).take();
 }
 
-ActiveStates begin(const FlatStateMachine& machine, std::size_t count, Tick now) {
-    ActiveStates states(machine.levels, machine.memories);
-    states.reset(count, 0, now);
-    return states;
-}
-
 }  // namespace zoned::ai::state_machine

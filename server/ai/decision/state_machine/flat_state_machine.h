@@ -1,7 +1,7 @@
-// FlatStateMachine: a state machine compiled to tables, and the step of all agents through it.
+// FlatStateMachine: a state machine compiled to tables, and the step of an agent through it.
 #pragma once
 
-#include "server/ai/decision/state_machine/active_states.h"
+#include "server/ai/decision/state_machine/active_state.h"
 
 #include <cstdint>
 #include <optional>
@@ -83,25 +83,14 @@ Tick hold_ticks(float hold_s, float dt);
 /// `def` must have no defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
 FlatStateMachine compile(const StateMachineDef& def, std::size_t senses, float dt);
 
-/// Puts `count` agents in the state machine's first state, leaf 0.
-ActiveStates begin(const FlatStateMachine& machine, std::size_t count, Tick now);
-
-/// One decision of every agent. Of the transitions of its state, outermost first, the first one
-/// fires that has held long enough. The first transition in order that holds but must hold longer
-/// is stored as pending. A transition without hold fires at once, wherever it stands. A transition
-/// of an inner state leaves the hold of an outer one alone. Appends to `changes` in order of
-/// agents, and allocates only where that grows. `senses` has the state machine's senses and
-/// states.size() agents.
-void step(const FlatStateMachine& machine,
-          ActiveStates& states,
-          const SenseColumns& senses,
-          Tick now,
-          std::vector<StateChange>& changes);
-
-/// The same for one agent, which senses `values`; returns the transition that fired.
-std::optional<StateChange> step_one(const FlatStateMachine& machine,
-                                    ActiveState& state,
-                                    std::span<const float> values,
-                                    Tick now);
+/// One decision of an agent that senses `values`, the state machine's senses; returns the
+/// transition that fired. Of the transitions of its state, outermost first, the first one fires
+/// that has held long enough. The first transition in order that holds but must hold longer is
+/// stored as pending. A transition without hold fires at once, wherever it stands. A transition of
+/// an inner state leaves the hold of an outer one alone. StateChange::agent is left for the caller.
+std::optional<StateChange> step(const FlatStateMachine& machine,
+                                ActiveState& state,
+                                std::span<const float> values,
+                                Tick now);
 
 }  // namespace zoned::ai::state_machine

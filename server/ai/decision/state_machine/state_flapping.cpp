@@ -11,19 +11,6 @@ constexpr std::size_t kPairs = 64;
 
 }  // namespace
 
-void FlappingDetector::reset(std::size_t count) {
-    last_.assign(count, {});
-    found_.clear();
-    found_.reserve(kPairs);
-    lost_ = 0;
-}
-
-void FlappingDetector::watch(std::span<const StateChange> changes, Tick now) {
-    for (const StateChange& change : changes) {
-        watch(last_[change.agent], change, now);
-    }
-}
-
 void FlappingDetector::watch(Trace& last, const StateChange& change, Tick now) {
     const bool back = change.from != change.to && last.from == change.to &&
                       last.to == change.from && now - last.at <= settings_.window;

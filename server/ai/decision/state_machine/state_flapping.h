@@ -1,7 +1,7 @@
 // FlappingDetector: finds agents that switch to and fro between two states, and reports the pair.
 #pragma once
 
-#include "server/ai/decision/state_machine/active_states.h"
+#include "server/ai/decision/state_machine/active_state.h"
 
 #include <span>
 
@@ -39,15 +39,9 @@ class FlappingDetector {
         Tick at = 0;
     };
 
-    /// Prepares for agents 0 to `count` - 1; forgets everything.
-    void reset(std::size_t count);
-
-    /// Watches the changes of one step. An agent that keeps switching is reported once for each
-    /// `changes` changes. An agent that goes on to a third state has stopped. At most 64 pairs are
-    /// kept apart.
-    void watch(std::span<const StateChange> changes, Tick now);
     /// Watches one change of an agent whose trace the caller keeps; `change.agent` is only for
-    /// reports.
+    /// reports. An agent that keeps switching is reported once for each `changes` changes. An agent
+    /// that goes on to a third state has stopped. At most 64 pairs are kept apart.
     void watch(Trace& trace, const StateChange& change, Tick now);
 
     /// The pairs found, ordered by states. Pairs beyond the 64th are only counted, in lost().
@@ -59,7 +53,6 @@ class FlappingDetector {
     void report(const Trace& last, const StateChange& change, Tick now);
 
     FlappingSettings settings_;
-    std::vector<Trace> last_;
     std::vector<FlappingPair> found_;
     std::uint64_t lost_ = 0;
 };

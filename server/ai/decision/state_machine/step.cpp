@@ -10,35 +10,11 @@ namespace zoned::ai::state_machine {
 
 namespace {
 
-/// The number of agents processed together. Their times in state are first written down as one more
-/// column.
-constexpr std::size_t kBlock = 256;
+/// The inputs of an agent: its senses, then its times in its states.
+using Inputs = std::array<float, kMaxSenses + kMaxLevels>;  // written where it is read
 
-/// Block: the inputs of a block of agents.
-struct Block {
-    std::array<const float*, kMaxSenses + kMaxLevels> column{};
-    std::array<std::array<float, kBlock>, kMaxLevels> time;  // written where it is read
-
-    [[nodiscard]] float value(SenseIndex sense, std::size_t i) const { return column[sense][i]; }
-};
-
-/// OneRead: the inputs of one agent.
-struct OneRead {
-    std::array<float, kMaxSenses + kMaxLevels> values;  // written where it is read
-
-    [[nodiscard]] float value(SenseIndex sense, std::size_t /*i*/) const { return values[sense]; }
-};
-
-/// Takes the change of one agent.
-struct OneChange {
-    std::optional<StateChange> change;
-
-    void push_back(const StateChange& taken) { change = taken; }
-};
-
-template <class Read>
-bool test_holds(const FlatTest& test, const Read& read, std::size_t i) {
-    return read.value(test.sense, i) * test.sign < test.threshold;
+bool test_holds(const FlatTest& test, const Inputs& inputs) {
+    return inputs[test.sense] * test.sign < test.threshold;
 }
 
 /// Time in a state, s. 32 bits hold 100 days of ticks, and lanes of them become floats at once.
@@ -46,54 +22,48 @@ float time_since(Tick since, Tick now, float dt) {
     return static_cast<float>(static_cast<std::int32_t>(now - since)) * dt;
 }
 
-/// Takes one agent through a transition.
-template <class States, class Changes>
+/// Takes an agent through a transition.
 class Walker {
   public:
-    Walker(const FlatStateMachine& machine, States& states, Tick now, Changes& to)
+    Walker(const FlatStateMachine& machine, ActiveState& state, const Inputs& inputs, Tick now)
         : machine_(machine),
-          states_(states),
-          now_(now),
-          changes_(to) {}
+          state_(state),
+          inputs_(inputs),
+          now_(now) {}
 
     /// `mask`: whose first conditions hold, bit by test of the agent's leaf.
-    template <class Read>
-    void turn(std::size_t agent, std::uint64_t mask, const Read& block, std::size_t in_block) {
-        const FlatTest* tests = &machine_.tests[states_.leaf[agent] * machine_.width];
+    std::optional<StateChange> turn(std::uint64_t mask) {
+        const FlatTest* tests = &machine_.tests[state_.leaf * machine_.width];
         std::uint16_t pending = kNone;
         for (; mask != 0; mask &= mask - 1) {
             const std::uint16_t number =
                 tests[static_cast<std::size_t>(std::countr_zero(mask))].transition;
             const FlatTransition& transition = machine_.transitions[number];
-            if (!rest_holds(transition, block, in_block)) {
+            if (!rest_holds(transition)) {
                 continue;
             }
             if (transition.hold == 0) {
-                fire(agent, number, pending);
-                return;
+                return fire(number, pending);
             }
             if (pending != kNone) {
                 continue;
             }
             pending = number;
-            if (states_.pending[agent] != number) {
-                states_.pending[agent] = number;
-                states_.pending_since[agent] = now_;
-            } else if (now_ - states_.pending_since[agent] >= transition.hold) {
-                fire(agent, number, kNone);
-                return;
+            if (state_.pending != number) {
+                state_.pending = number;
+                state_.pending_since = now_;
+            } else if (now_ - state_.pending_since >= transition.hold) {
+                return fire(number, kNone);
             }
         }
-        states_.pending[agent] = pending;
+        state_.pending = pending;
+        return std::nullopt;
     }
 
   private:
-    template <class Read>
-    [[nodiscard]] bool rest_holds(const FlatTransition& transition,
-                                  const Read& block,
-                                  std::size_t in_block) const {
+    [[nodiscard]] bool rest_holds(const FlatTransition& transition) const {
         for (std::size_t c = 0; c < transition.more_count; ++c) {
-            if (!test_holds(machine_.more[transition.more + c], block, in_block)) {
+            if (!test_holds(machine_.more[transition.more + c], inputs_)) {
                 return false;
             }
         }
@@ -102,148 +72,71 @@ class Walker {
 
     /// `pending`: the transition that is being held besides. It goes on where it belongs to a state
     /// that is not left.
-    void fire(std::size_t agent, std::uint16_t number, std::uint16_t pending) {
+    StateChange fire(std::uint16_t number, std::uint16_t pending) {
         const FlatTransition& transition = machine_.transitions[number];
-        const std::uint16_t from = states_.leaf[agent];
+        const std::uint16_t from = state_.leaf;
         if (machine_.memories > 0) {
-            remember(agent, from, transition.level);
+            remember(from, transition.level);
         }
-        const std::uint16_t to =
-            transition.leaf != kNone ? transition.leaf : recall(agent, transition.to);
-        states_.leaf[agent] = to;
+        const std::uint16_t to = transition.leaf != kNone ? transition.leaf : recall(transition.to);
+        state_.leaf = to;
         for (std::size_t level = transition.level; level < machine_.levels; ++level) {
-            states_.since[level][agent] = now_;
+            state_.since[level] = now_;
         }
         const bool stays =
             pending != kNone && machine_.transitions[pending].level < transition.level;
-        states_.pending[agent] = stays ? pending : kNone;
-        changes_.push_back({static_cast<std::uint32_t>(agent), from, to, number});
+        state_.pending = stays ? pending : kNone;
+        return {0, from, to, number};
     }
 
-    void remember(std::size_t agent, std::uint16_t leaf, std::size_t level) {
+    void remember(std::uint16_t leaf, std::size_t level) {
         const std::uint16_t* path = &machine_.path[leaf * machine_.levels];
         for (; level < machine_.levels && path[level] != kNone; ++level) {
             const FlatNode& node = machine_.nodes[path[level]];
             if (node.memory != kNone) {
-                states_.memory[node.memory][agent] = node.history == StateHistory::kDeep
-                                                         ? machine_.leaf_node[leaf]
-                                                         : path[level + 1];
+                state_.memory[node.memory] = node.history == StateHistory::kDeep
+                                                 ? machine_.leaf_node[leaf]
+                                                 : path[level + 1];
             }
         }
     }
 
-    [[nodiscard]] std::uint16_t recall(std::size_t agent, std::uint16_t at) const {
+    [[nodiscard]] std::uint16_t recall(std::uint16_t at) const {
         while (machine_.nodes[at].first != kNone) {
             const FlatNode& node = machine_.nodes[at];
-            const std::uint16_t last =
-                node.memory == kNone ? kNone : states_.memory[node.memory][agent];
+            const std::uint16_t last = node.memory == kNone ? kNone : state_.memory[node.memory];
             at = last == kNone ? node.first : last;
         }
         return machine_.nodes[at].leaf;
     }
 
     const FlatStateMachine& machine_;
-    States& states_;
+    ActiveState& state_;
+    const Inputs& inputs_;
     Tick now_;
-    Changes& changes_;
 };
-
-/// Reads the columns of a block from `begin` on.
-void read_block(const FlatStateMachine& machine,
-                const ActiveStates& states,
-                const SenseColumns& senses,
-                Tick now,
-                std::size_t begin,
-                std::size_t count,
-                Block& block) {
-    for (std::size_t k = 0; k < machine.senses; ++k) {
-        block.column[k] = senses.column[k] + begin;
-    }
-    for (std::size_t level = 0; level < machine.levels; ++level) {
-        block.column[machine.senses + level] = block.time[level].data();
-        if (!machine.timed[level]) {
-            continue;
-        }
-        const Tick* since = &states.since[level][begin];
-        for (std::size_t i = 0; i < count; ++i) {
-            block.time[level][i] = time_since(since[i], now, machine.dt);
-        }
-    }
-}
-
-/// Computes `Width` tests of each agent, without a branch; 0: as many as the state machine has.
-template <std::size_t Width>
-void update_agents(const FlatStateMachine& machine,
-                   ActiveStates& states,
-                   const SenseColumns& senses,
-                   Tick now,
-                   std::vector<StateChange>& changes) {
-    Walker walker(machine, states, now, changes);
-    Block block;
-    const std::size_t width = Width == 0 ? machine.width : Width;
-    const FlatTest* const tests = machine.tests.data();
-    const std::size_t count = states.size();
-    for (std::size_t begin = 0; begin < count; begin += kBlock) {
-        const std::size_t in = std::min(kBlock, count - begin);
-        read_block(machine, states, senses, now, begin, in, block);
-        const std::uint16_t* const leaf = &states.leaf[begin];
-        const std::uint16_t* const pending = &states.pending[begin];
-        for (std::size_t i = 0; i < in; ++i) {
-            const FlatTest* const row = tests + leaf[i] * width;
-            std::uint64_t mask = 0;
-            for (std::size_t k = 0; k < width; ++k) {
-                mask |= static_cast<std::uint64_t>(test_holds(row[k], block, i)) << k;
-            }
-            if (mask != 0 || pending[i] != kNone) {
-                walker.turn(begin + i, mask, block, i);
-            }
-        }
-    }
-}
 
 }  // namespace
 
-void step(const FlatStateMachine& machine,
-          ActiveStates& states,
-          const SenseColumns& senses,
-          Tick now,
-          std::vector<StateChange>& changes) {
-    ZONED_ASSERT(senses.column.size() >= machine.senses && senses.count == states.size(),
-                 "agents sense what their machine reads");
-    switch (machine.width) {
-        case 2:
-            return update_agents<2>(machine, states, senses, now, changes);
-        case 4:
-            return update_agents<4>(machine, states, senses, now, changes);
-        case 6:
-            return update_agents<6>(machine, states, senses, now, changes);
-        case 8:
-            return update_agents<8>(machine, states, senses, now, changes);
-        default:
-            return update_agents<0>(machine, states, senses, now, changes);
-    }
-}
-
-std::optional<StateChange> step_one(const FlatStateMachine& machine,
-                                    ActiveState& state,
-                                    std::span<const float> values,
-                                    Tick now) {
+std::optional<StateChange> step(const FlatStateMachine& machine,
+                                ActiveState& state,
+                                std::span<const float> values,
+                                Tick now) {
     ZONED_ASSERT(values.size() >= machine.senses, "an agent senses what its machine reads");
-    OneRead read;
-    std::copy_n(values.begin(), machine.senses, read.values.begin());
+    Inputs inputs;
+    std::copy_n(values.begin(), machine.senses, inputs.begin());
     for (std::size_t level = 0; level < machine.levels; ++level) {
-        read.values[machine.senses + level] = time_since(state.since[level][0], now, machine.dt);
+        inputs[machine.senses + level] = time_since(state.since[level], now, machine.dt);
     }
-    const FlatTest* const row = &machine.tests[state.leaf[0] * machine.width];
+    const FlatTest* const row = &machine.tests[state.leaf * machine.width];
     std::uint64_t mask = 0;
     for (std::size_t k = 0; k < machine.width; ++k) {
-        mask |= static_cast<std::uint64_t>(test_holds(row[k], read, 0)) << k;
+        mask |= static_cast<std::uint64_t>(test_holds(row[k], inputs)) << k;
     }
-    OneChange change;
-    if (mask != 0 || state.pending[0] != kNone) {
-        Walker(machine, state, now, change).turn(0, mask, read, 0);
+    if (mask == 0 && state.pending == kNone) {
+        return std::nullopt;
     }
-    return change.change;
+    return Walker(machine, state, inputs, now).turn(mask);
 }
 
 }  // namespace zoned::ai::state_machine

@@ -138,14 +138,14 @@ std::string text_of(const TreeDefect& defect) {
     return "is wrong";
 }
 
-DecisionTree::DecisionTree(const TreeDef& def, std::size_t senses) : senses_(senses) {
+DecisionTree::DecisionTree(const TreeDef& def, std::size_t senses) {
     ZONED_ASSERT(defects_of(def, senses).empty(), "a tree without defects is compiled");
     // Level by level: siblings come out side by side.
-    std::vector<std::pair<std::size_t, std::size_t>> line{{0, 0}};  // node, depth
+    std::vector<std::size_t> line{0};
     for (std::size_t at = 0; at < line.size(); ++at) {
-        const NodeDef& from = def.nodes[line[at].first];
+        const NodeDef& from = def.nodes[line[at]];
         DecisionNode node;
-        node.number = static_cast<std::uint16_t>(line[at].first);
+        node.number = static_cast<std::uint16_t>(line[at]);
         node.action = from.action;
         node.next = static_cast<std::uint16_t>(at);
         if (!is_answer(from)) {
@@ -153,26 +153,10 @@ DecisionTree::DecisionTree(const TreeDef& def, std::size_t senses) : senses_(sen
             node.threshold = from.test.threshold * node.sign;
             node.sense = from.test.sense;
             node.next = static_cast<std::uint16_t>(line.size());
-            const std::size_t below = line[at].second + 1;
-            line.emplace_back(static_cast<std::size_t>(from.no), below);
-            line.emplace_back(static_cast<std::size_t>(from.yes), below);
-            depth_ = std::max(depth_, below);
+            line.push_back(static_cast<std::size_t>(from.no));
+            line.push_back(static_cast<std::size_t>(from.yes));
         }
         nodes_.push_back(node);
-    }
-}
-
-void DecisionTree::decide(const SenseColumns& senses, std::span<std::uint16_t> actions) const {
-    ZONED_ASSERT(senses.column.size() >= senses_ && actions.size() == senses.count,
-                 "agents sense what their tree reads");
-    for (std::size_t i = 0; i < senses.count; ++i) {
-        std::size_t at = 0;
-        for (std::size_t level = 0; level < depth_; ++level) {
-            const DecisionNode& node = nodes_[at];
-            const bool yes = senses.column[node.sense][i] * node.sign < node.threshold;
-            at = node.next + static_cast<std::size_t>(yes);
-        }
-        actions[i] = nodes_[at].action;
     }
 }
 

@@ -56,17 +56,12 @@ class DecisionTree {
   public:
     DecisionTree(const TreeDef& def, std::size_t senses);
 
-    /// The action of each agent; `actions` has senses.count places.
-    void decide(const SenseColumns& senses, std::span<std::uint16_t> actions) const;
-
-    /// The action of one agent that senses `values`.
+    /// The action of an agent that senses `values`.
     [[nodiscard]] std::uint16_t decide(std::span<const float> values) const;
 
     /// The node of the definition in which the agent that senses `values` ends. `way` gets the
     /// nodes on the path there.
     std::uint16_t explain(std::span<const float> values, std::vector<std::uint16_t>& way) const;
-
-    [[nodiscard]] std::size_t depth() const { return depth_; }
 
   private:
     /// The question is value * sign < threshold. An answer is a question that is never true and
@@ -80,8 +75,6 @@ class DecisionTree {
         std::uint16_t number = 0;  ///< number in the definition
     };
 
-    std::size_t depth_ = 0;
-    std::size_t senses_ = 0;
     std::vector<DecisionNode> nodes_;
 };
 

@@ -33,7 +33,8 @@ struct DensitySettings {
 /// 1971. A step costs the time that it takes. Source: Treuille, Cooper and Popovic, "Continuum
 /// crowds", SIGGRAPH 2006, section 3, for speeds that depend on the density alone.
 /// A cell's crowding changes only where it is off by an eighth (or two sixteenths), so fields that
-/// depend on it change seldom. Empty ground costs nothing once its density has faded.
+/// depend on it change seldom. Empty ground costs nothing once its density has faded. Blocks are
+/// squares of the map itself: nobody is looked up in them, so no grid of server/spatial serves.
 class Density {
   public:
     Density(const GridMap& map, const DensitySettings& settings);

@@ -8,7 +8,7 @@
 
 namespace zoned::ai::pathfinding {
 
-/// GridMethod: the search method. All but kWeightedAStar and kHierarchical are exact.
+/// GridMethod: the search method. All but kWeightedAStar are exact.
 enum class GridMethod : std::uint8_t {
     kDefault,        ///< the method that suits the map as it is
     kAStar,          ///< cell by cell
@@ -16,7 +16,6 @@ enum class GridMethod : std::uint8_t {
     kJumpPoints,     ///< needs no preparation: exact right after a change
     kSubgoals,       ///< A* among the corners of obstacles; needs an index
     kHubLabels,      ///< looks up distances between corners; needs an index with labels
-    kHierarchical,   ///< through portals of squares, renewed with each change: nearly the best path
 };
 
 enum class PathOutcome : std::uint8_t {
@@ -27,7 +26,6 @@ enum class PathOutcome : std::uint8_t {
     kStartBlocked,
     kGoalBlocked,
     kCutOff,  ///< max_work was not enough. The path leads to the visited cell nearest to the goal.
-              ///< kHierarchical: it leads as far as it was put together, or holds the start alone.
 };
 
 struct GridQuery {

@@ -44,8 +44,6 @@ class OpenList {
 
     [[nodiscard]] bool contains(std::uint32_t node) const { return at_[node] != kAbsent; }
 
-    [[nodiscard]] std::uint64_t least_key() const { return heap_.front().key; }
-
     /// Takes out the node with the smallest key; the list must not be empty.
     std::uint32_t pop() {
         const std::uint32_t node = heap_.front().node;

@@ -10,8 +10,6 @@ namespace zoned::ai::pathfinding {
 
 namespace {
 
-/// In a path through portals, this many portals are skipped at a time.
-constexpr std::size_t kPortalsLeftOut = 5;
 /// Jobs within jobs stop where the outer one does, after units of their own.
 constexpr std::uint64_t kIndexPart = 20'000;
 
@@ -51,8 +49,6 @@ const char* to_string(GridMethod method) {
             return "subgoals";
         case GridMethod::kHubLabels:
             return "hub_labels";
-        case GridMethod::kHierarchical:
-            return "hierarchical";
     }
     return "?";
 }
@@ -200,11 +196,6 @@ ResumableTask GridPlanner::index_subgoals(IndexBounds bounds) {
     }
 }
 
-void GridPlanner::prepare_clusters() {
-    clusters_.emplace(map_);
-    through_.reserve(clusters_->portals() * 2 + 2);  // all of them, and both ends
-}
-
 void GridPlanner::change(std::span<const CellChange> changes) {
     bool changed = false;
     for (const CellChange& c : changes) {
@@ -227,10 +218,6 @@ void GridPlanner::change(std::span<const CellChange> changes) {
         indexing_.cancel();
         next_index_.reset();
         retire_index();
-        if (clusters_) {
-            clusters_->update(map_, changes);
-            through_.reserve(clusters_->portals() * 2 + 2);
-        }
     }
 }
 
@@ -253,8 +240,6 @@ bool GridPlanner::can(GridMethod method) const {
             return subgoals_.has_value();
         case GridMethod::kHubLabels:
             return labels_.has_value();
-        case GridMethod::kHierarchical:
-            return clusters_.has_value();
         default:
             return true;
     }
@@ -310,8 +295,6 @@ GridAnswer GridPlanner::route(const GridQuery& query, GridMethod method) {
             return by_subgoals(query, false);
         case GridMethod::kHubLabels:
             return by_subgoals(query, true);
-        case GridMethod::kHierarchical:
-            return by_clusters(query);
         default:
             return by_cells(query, method);
     }
@@ -339,40 +322,6 @@ void GridPlanner::append_chain(Place last) {
     for (auto p = chain_.rbegin(); p != chain_.rend(); ++p) {
         path_.go(map_.cell(*p));
     }
-}
-
-GridAnswer GridPlanner::by_clusters(const GridQuery& query) {
-    if (cells_.size() == 0) {
-        cells_.resize(map_.places());
-    }
-    std::uint32_t work = 0;
-    path_.begin(query.start);
-    if (!clusters_->run(map_, query, through_, work)) {
-        return finished(PathOutcome::kCutOff, work);
-    }
-    // Plans best paths between every n-th of the portals; the portals in between are skipped.
-    GridQuery segment = query;
-    for (std::size_t at = 0; at + 1 < through_.size();) {
-        const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
-        segment.start = through_[at];
-        segment.goal = through_[next];
-        segment.max_work = query.max_work - work;
-        if (segment.max_work == 0) {
-            return finished(PathOutcome::kCutOff, work);
-        }
-        if (free_line(map_, segment.start, segment.goal)) {
-            path_.go(segment.goal);
-        } else {
-            const Reached reached = search_jump_points(map_, segment, cells_);
-            work += reached.work;
-            append_chain(reached.last);
-            if (!reached.goal) {
-                return finished(PathOutcome::kCutOff, work);
-            }
-        }
-        at = next;
-    }
-    return finished(PathOutcome::kFound, work);
 }
 
 GridAnswer GridPlanner::by_subgoals(const GridQuery& query, bool labels) {

@@ -7,7 +7,6 @@
 #include "server/ai/pathfinding/grid/open_list.h"
 #include "server/ai/pathfinding/grid_search/landmarks.h"
 #include "server/ai/pathfinding/grid_search/subgoal_search.h"
-#include "server/ai/pathfinding/hierarchy/hpa_graph.h"
 
 #include <cstddef>
 #include <optional>
@@ -58,9 +57,6 @@ class GridPlanner {
     /// Units that the last advance_index() has taken.
     [[nodiscard]] std::uint64_t index_work() const { return index_work_; }
 
-    /// Builds the clusters that kHierarchical needs. They follow changes by themselves.
-    void prepare_clusters();
-
     /// Changes cells on the map. The index is then out of date and is dropped, unless nothing
     /// changed; answers stay exact.
     void change(std::span<const CellChange> changes);
@@ -89,11 +85,8 @@ class GridPlanner {
 
     [[nodiscard]] const GridMap& map() const { return map_; }
 
-    /// Memory of the index, without clusters.
+    /// Memory of the index, bytes.
     [[nodiscard]] std::size_t index_bytes() const;
-
-    /// Null before prepare_clusters().
-    [[nodiscard]] const HpaGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
 
   private:
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
@@ -106,7 +99,6 @@ class GridPlanner {
     GridAnswer route(const GridQuery& query, GridMethod method);
     GridAnswer by_cells(const GridQuery& query, GridMethod method);
     GridAnswer by_subgoals(const GridQuery& query, bool labels);
-    GridAnswer by_clusters(const GridQuery& query);
 
     /// Null where nothing is known.
     [[nodiscard]] const Landmarks* landmarks() const {
@@ -127,14 +119,12 @@ class GridPlanner {
     std::optional<HubLabels> labels_;
     std::optional<Subgoals> old_subgoals_;  // still to be freed
     std::optional<HubLabels> old_labels_;
-    std::optional<HpaGraph> clusters_;
     SubgoalSearch subgoal_search_;
     LabelLookup lookup_;
     SearchSpace cells_;  // made at its first use
     GridPath path_;
     std::vector<Subgoal> stations_;
     std::vector<Place> chain_;
-    std::vector<Cell> through_;
     std::vector<Subgoal> hub_order_;
     std::optional<GridMap> landmark_map_;   // all cells that were passable since landmarks were
                                             // wanted

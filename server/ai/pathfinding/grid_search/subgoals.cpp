@@ -10,9 +10,9 @@ namespace zoned::ai::pathfinding {
 namespace {
 
 /// Four directions along rows and columns, then the diagonals between each and the next.
-constexpr int kDirections = 8;
-constexpr std::array<int, kDirections> kStepX{1, 0, -1, 0, 1, -1, -1, 1};
-constexpr std::array<int, kDirections> kStepY{0, 1, 0, -1, 1, 1, -1, -1};
+constexpr int kCompass = 8;
+constexpr std::array<int, kCompass> kCompassX{1, 0, -1, 0, 1, -1, -1, 1};
+constexpr std::array<int, kCompass> kCompassY{0, 1, 0, -1, 1, 1, -1, -1};
 
 /// Clearances: the free distance from each place, up to a blocked cell or a subgoal.
 class Clearances {
@@ -22,8 +22,8 @@ class Clearances {
           numbers_(numbers),
           steps_(std::make_unique_for_overwrite<Steps[]>(map.places())) {
         const auto stride = static_cast<std::int32_t>(map.stride());
-        for (std::size_t d = 0; d < kDirections; ++d) {
-            offset_[d] = kStepX[d] + kStepY[d] * stride;
+        for (std::size_t d = 0; d < kCompass; ++d) {
+            offset_[d] = kCompassX[d] + kCompassY[d] * stride;
         }
     }
 
@@ -54,7 +54,7 @@ class Clearances {
         return map_.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
     }
 
-    using Steps = std::array<std::uint16_t, kDirections>;
+    using Steps = std::array<std::uint16_t, kCompass>;
 
     void take(Place p, const std::array<std::size_t, 4>& directions) {
         for (const std::size_t d : directions) {
@@ -78,7 +78,7 @@ class Clearances {
     }
 
     const GridMap& map_;
-    std::array<std::int32_t, kDirections> offset_{};
+    std::array<std::int32_t, kCompass> offset_{};
     std::span<const Subgoal> numbers_;  // by place
     std::unique_ptr<Steps[]> steps_;    // by place; of rows that were taken
 };
@@ -104,14 +104,14 @@ void find_corners(const GridMap& map, int y, std::vector<Place>& found) {
 /// allow (algorithm 1 of the paper).
 template <class Found>
 void look_around(const Clearances& clear, Place p, const Found& found) {
-    for (std::size_t d = 0; d < kDirections; ++d) {
+    for (std::size_t d = 0; d < kCompass; ++d) {
         const int steps = clear.steps(p, d);
         const Place end = clear.moved(p, d, steps);
         if (steps > 0 && clear.subgoal(end)) {
             found(end);
         }
     }
-    for (std::size_t d = 4; d < kDirections; ++d) {
+    for (std::size_t d = 4; d < kCompass; ++d) {
         int far = clear.steps(p, d);
         far -= far > 0 && clear.subgoal(clear.moved(p, d, far)) ? 1 : 0;
         for (const std::size_t side : {d - 4, (d - 3) % 4}) {
@@ -140,7 +140,7 @@ class Rays {
           meets_(std::make_unique_for_overwrite<Meets[]>(map.places())) {
         const auto stride = static_cast<std::int32_t>(map.stride());
         for (std::size_t d = 0; d < 4; ++d) {
-            offset_[d] = kStepX[d] + kStepY[d] * stride;
+            offset_[d] = kCompassX[d] + kCompassY[d] * stride;
         }
     }
 

@@ -143,7 +143,8 @@ class Navmesh {
     std::vector<std::array<Vec3, 3>> relief_;
     std::vector<std::uint32_t> relief_first_;  // by polygon, and one more; or empty
     float rim_m_ = 0.0F;
-    // Polygons by cells over x and z in which their bounds lie.
+    // Polygons by cells over x and z in which their bounds lie. They have their own grid beside
+    // spatial::BoxGrid, whose boxes move: these lists are written once and then only read.
     float min_x_ = 0.0F;
     float min_z_ = 0.0F;
     int across_ = 1;

@@ -25,8 +25,8 @@ std::uint64_t term(pathfinding::Place at, float home, float food) {
     return core::mix(core::mix(static_cast<std::uint64_t>(at) + 1) ^ scents);
 }
 
-constexpr int kStepX[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
-constexpr int kStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
+constexpr int kScentStepX[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
+constexpr int kScentStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
 
 }  // namespace
 
@@ -115,8 +115,8 @@ bool PheromoneTrails::put_scent(pathfinding::Place at, float home, float food) {
 
 pathfinding::Place PheromoneTrails::beside(pathfinding::Place from, unsigned direction) const {
     const auto stride = static_cast<std::int64_t>(map_.stride());
-    return static_cast<pathfinding::Place>(static_cast<std::int64_t>(from) +
-                                           kStepY[direction] * stride + kStepX[direction]);
+    return static_cast<pathfinding::Place>(
+        static_cast<std::int64_t>(from) + kScentStepY[direction] * stride + kScentStepX[direction]);
 }
 
 /// Without cutting corners.

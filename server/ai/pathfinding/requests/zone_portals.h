@@ -35,8 +35,10 @@ struct ZonePathSegment {
 /// best paths in each zone from the portals into it to the portals out of it. It also holds the
 /// cost of the best path through zones between any two portals.
 ///
-/// Plans within a zone are exact; across borders they are the best path through portals (as
-/// HpaGraph does within a zone). Doors are as on the maps from which it is built.
+/// Plans within a zone are exact; across borders they are the best path through portals
+/// (hierarchical planning, HPA*). Source: Botea, Mueller and Schaeffer, "Near optimal hierarchical
+/// path-finding", Journal of Game Development 1, 2004. Doors are as on the maps from which it is
+/// built.
 ///
 /// Immutable, so that zones share it; a zone needs nothing else of the others. Building it takes a
 /// field over its zone and a search for each portal. Memory grows with the square of the portals (4

@@ -5,6 +5,7 @@
 #include "server/physics/shapes/ranges.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -116,13 +117,19 @@ void fill_faces(const std::vector<Vec3d>& corners, const FaceLoops& loops, HullT
         face.offset = -lowest({t.x.data(), t.y.data(), t.z.data(), static_cast<int>(t.x.size())},
                               -face.normal);
         t.faces.push_back(face);
+        t.inner = t.faces.size() == 1 ? face.offset : std::min(t.inner, face.offset);
     }
+    // The planes of faces that were merged lie a little outside of some corners.
+    t.inner *= 0.999F;
     for (const auto& [edge, face] : left) {
         if (edge.first < edge.second) {
             t.edges.push_back({static_cast<std::uint8_t>(edge.first),
                                static_cast<std::uint8_t>(edge.second),
                                face,
                                left[{edge.second, edge.first}]});
+            const HullEdge& added = t.edges.back();
+            const float cosine = t.faces[added.left].normal.dot(t.faces[added.right].normal);
+            t.half_cosines.push_back(std::sqrt(std::max(0.5F * (1.0F + cosine), 0.0F)));
         }
     }
 }
@@ -138,13 +145,18 @@ float thickness(const HullView& view) {
 
 }  // namespace
 
-HullView ConvexHull::view() const {
-    return {{t_.x.data(), t_.y.data(), t_.z.data(), static_cast<int>(t_.x.size())},
+ConvexHull::ConvexHull(HullTables tables)
+    : Geometry(ShapeKind::kHull),
+      t_(std::move(tables)),
+      view_{{t_.x.data(), t_.y.data(), t_.z.data(), static_cast<int>(t_.x.size())},
             t_.faces.data(),
             t_.loops.data(),
             t_.edges.data(),
             static_cast<int>(t_.faces.size()),
-            static_cast<int>(t_.edges.size())};
+            static_cast<int>(t_.edges.size()),
+            t_.half_cosines.data(),
+            Vec3::Zero(),
+            t_.inner} {
 }
 
 core::Result<BuiltHull> build_hull(std::span<const Vec3> points, const HullOptions& options) {

@@ -22,16 +22,18 @@ class ConvexHull final : public Geometry {
         std::vector<HullFace> faces;
         std::vector<std::uint8_t> loops;
         std::vector<HullEdge> edges;
+        std::vector<float> half_cosines;  ///< see HullView
         int vertices = 0;
         float volume = 0.0F;
         float radius = 0.0F;
+        float inner = 0.0F;  ///< of a ball about the centre of mass within the hull, m
         Vec3 moments_per_kg = Vec3::Zero();
         Aabb box;
     };
 
-    explicit ConvexHull(HullTables tables) : Geometry(ShapeKind::kHull), t_(std::move(tables)) {}
+    explicit ConvexHull(HullTables tables);
 
-    [[nodiscard]] HullView view() const;
+    [[nodiscard]] const HullView& view() const { return view_; }
 
     [[nodiscard]] int vertex_count() const { return t_.vertices; }
 
@@ -48,6 +50,7 @@ class ConvexHull final : public Geometry {
 
   private:
     HullTables t_;
+    HullView view_;  // of t_
 };
 
 /// The hull of a shape of kind kHull.

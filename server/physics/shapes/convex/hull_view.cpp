@@ -2,6 +2,8 @@
 
 #include "server/physics/simd/lanes.h"
 
+#include <algorithm>
+
 namespace zoned::physics {
 
 namespace {
@@ -25,6 +27,21 @@ constexpr std::array<HullEdge, 12> kBoxEdges = {{{0, 1, 2, 4},
                                                  {2, 6, 3, 0},
                                                  {3, 7, 1, 3}}};
 
+/// Of 45 degrees.
+constexpr float kHalfRight = 0.70710678F;
+constexpr std::array<float, 12> kBoxHalfCosines = {kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight,
+                                                   kHalfRight};
+
 }  // namespace
 
 BoxHull::BoxHull(const Vec3& half_extents) {
@@ -46,7 +63,10 @@ HullView BoxHull::view() const {
             kBoxLoops.data(),
             kBoxEdges.data(),
             6,
-            12};
+            12,
+            kBoxHalfCosines.data(),
+            Vec3::Zero(),
+            std::min({faces_[0].offset, faces_[2].offset, faces_[4].offset})};
 }
 
 int support(const PointsView& points, const Vec3& direction) {

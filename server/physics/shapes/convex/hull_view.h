@@ -50,6 +50,10 @@ struct HullView {
     const HullEdge* edges = nullptr;
     int face_count = 0;
     int edge_count = 0;
+    /// By edge: the cosine of half the angle between the normals of its faces.
+    const float* half_cosines = nullptr;
+    Vec3 centre = Vec3::Zero();  ///< of a ball within the hull, which need not be the largest
+    float inner = 0.0F;          ///< its radius, m
 
     [[nodiscard]] Vec3 corner(const HullFace& face, int i) const {
         return points[loops[face.first + i]];

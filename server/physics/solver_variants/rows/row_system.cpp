@@ -169,15 +169,4 @@ double RowSystem::coupling(std::size_t i, std::size_t j) const {
     return sum;
 }
 
-double RowSystem::kinetic_energy() const {
-    double sum = 0.0;
-    for (const RowBody& body : bodies) {
-        if (body.inv_mass > 0.0) {
-            sum += body.velocity.squaredNorm() / body.inv_mass +
-                   body.spin.dot(body.inverse.inverse() * body.spin);
-        }
-    }
-    return 0.5 * sum;
-}
-
 }  // namespace zoned::physics

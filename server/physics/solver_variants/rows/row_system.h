@@ -151,9 +151,6 @@ class RowSystem {
     /// The effect of an impulse along row j on the speed of row i, 1/kg.
     [[nodiscard]] double coupling(std::size_t i, std::size_t j) const;
 
-    /// Kinetic energy of the bodies that impulses move, J.
-    [[nodiscard]] double kinetic_energy() const;
-
   private:
     void weigh_cones();
     void share_masses();
