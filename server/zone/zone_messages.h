@@ -4,6 +4,8 @@
 
 #include "server/ai/agent/agent.h"
 #include "server/mailbox/messages.h"
+#include "server/physics/joints/joint_state.h"
+#include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_bodies.h"
 #include "server/replication/replication_settings.h"
 #include "server/world/visibility.h"
@@ -16,6 +18,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace zoned::zone {
@@ -31,15 +34,23 @@ struct ZoneClient {
     std::uint16_t buttons_before = 0;  ///< of the tick before
 };
 
+/// A joint in transfer to another zone.
+struct JointTransfer {
+    EntityJoint joint;
+    physics::JointState state;
+};
+
 /// An entity in transfer to another zone: all of its state.
 struct Handoff {
     ZoneId from;
     ZoneId to;
     EntityState state;
     std::optional<ai::Agent> agent;
-    std::uint16_t level = 0;          ///< of difficulty, by whose brains the agent lived
-    physics::soft::SoftParcel soft;   ///< all nodes of a soft body; empty for others
-    std::vector<EntityJoint> joints;  ///< with the last entity of an island: all
+    std::uint16_t level = 0;         ///< of difficulty, by whose brains the agent lived
+    physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
+    // With the last entity of an island, those of all:
+    std::vector<JointTransfer> joints;
+    std::vector<std::pair<EntityId, physics::BodyHistory>> histories;
     std::optional<Rider> ride;
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;

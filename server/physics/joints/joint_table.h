@@ -3,7 +3,7 @@
 
 #include "server/physics/bodies/bodies.h"
 #include "server/physics/joints/joint_rows.h"
-#include "server/physics/simd/lanes.h"
+#include "server/physics/joints/joint_state.h"
 
 #include <array>
 #include <cstdint>
@@ -11,16 +11,11 @@
 
 namespace zoned::physics {
 
-struct JointEntry {
+struct JointEntry : JointState {
     Joint joint;
     std::uint32_t a = kNoIndex;  ///< body rows; kNoIndex: the world
     std::uint32_t b = kNoIndex;
     std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
-    std::array<float, 9> impulse{};                         ///< per row and substep
-    std::array<float, 9> straight_error{};                  ///< per row, m or rad: see JointSolver
-    std::array<Row8, 2> motion{};                           ///< of a and b when the step ended
-    float substep_s = 0.0F;                                 ///< length of these substeps
-    float force_n = 0.0F;                                   ///< size of the force of the last one
     std::uint16_t generation = 0;
     bool alive = false;
 };

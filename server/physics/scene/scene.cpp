@@ -79,6 +79,22 @@ BodyState Scene::state(BodyId body) const {
             bodies.inv_mass[row] > 0.0F && bodies.awake[row] == 0};
 }
 
+BodyHistory Scene::history(BodyId body) const {
+    const Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "history() of a body that is not in the scene");
+    return {bodies.still_s[row], bodies.substep_level[row], bodies.substep_patience[row]};
+}
+
+void Scene::set_history(BodyId body, const BodyHistory& history) {
+    Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "set_history() of a body that is not in the scene");
+    bodies.still_s[row] = history.still_s;
+    bodies.substep_level[row] = history.substep_level;
+    bodies.substep_patience[row] = history.substep_patience;
+}
+
 void Scene::set_state(BodyId body, const BodyState& state) {
     Bodies& bodies = impl_->bodies;
     const std::uint32_t row = bodies.row_of(body);
@@ -118,12 +134,6 @@ float Scene::response(BodyId body, const Vec3& point, const Vec3& direction) con
     const Mat3 r = bodies.inertia_axes(row, bodies.rotation[row]);
     const Vec3 moment = r.transpose() * (point - bodies.position[row]).cross(direction);
     return bodies.inv_mass[row] + moment.dot(bodies.inv_inertia[row].cwiseProduct(moment));
-}
-
-void Scene::apply_angular_impulse(BodyId body, const Vec3& impulse) {
-    const std::uint32_t row = impl_->bodies.row_of(body);
-    ZONED_ASSERT(row != kNoIndex, "apply_angular_impulse() to a body that is not in the scene");
-    impl_->push(row, Vec3::Zero(), impulse);
 }
 
 void Scene::apply_force(BodyId body, const Vec3& force, const Vec3& point) {

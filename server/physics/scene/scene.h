@@ -22,6 +22,7 @@ class Team;
 namespace zoned::physics {
 
 class RowSystem;
+struct JointState;
 
 /// Times are measured by the caller (no clock in here); counts of one step.
 struct StepStats {
@@ -81,6 +82,13 @@ struct BodyState {
     bool asleep = false;
 };
 
+/// What a body carries over from its steps besides its state.
+struct BodyHistory {
+    float still_s = 0.0F;               ///< how long it has been slower than the sleep speeds
+    std::uint8_t substep_level = 0;     ///< of its island in the last step
+    std::uint8_t substep_patience = 0;  ///< steps until its island may go down a level
+};
+
 /// The simulated form of a body that forces move.
 enum class BodyRepresentation : std::uint8_t {
     kFull,
@@ -107,6 +115,10 @@ class Scene {
     [[nodiscard]] BodyState state(BodyId body) const;
     /// Teleports; wakes the body and those that touched it.
     void set_state(BodyId body, const BodyState& state);
+    /// For a body that goes on in another scene. Joints are made before the history is set, because
+    /// they wake.
+    [[nodiscard]] BodyHistory history(BodyId body) const;
+    void set_history(BodyId body, const BodyHistory& history);
     /// Kinematic and dynamic bodies; wakes a sleeping body unless the change is exactly zero.
     void set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity);
     /// Impulse in N s at a world point; wakes the body. Ignored for static and kinematic bodies.
@@ -120,9 +132,6 @@ class Scene {
     /// How much velocity along the unit vector `direction` the body gets at a world point per
     /// impulse in that direction there, 1/kg; 0 for static and kinematic bodies.
     [[nodiscard]] float response(BodyId body, const Vec3& point, const Vec3& direction) const;
-    /// Impulse of rotation in N m s; wakes the body. Reached by no world yet: torques of game rules
-    /// will use it.
-    void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
     /// Sets which bodies the body meets from the next step on. Contacts that the filters no longer
     /// allow end. A body that it overlaps and now meets is pushed out as other overlaps are. Wakes
@@ -159,6 +168,12 @@ class Scene {
     /// Takes speed and greatest force of a motor; wakes both bodies. Does nothing and says false
     /// where they are not finite or out of range.
     bool set_motor(JointId joint, float speed, float most);
+    /// What a joint carries over, for one like it between the same bodies in another scene. Its
+    /// motor is set before its state.
+    [[nodiscard]] const JointState& joint_state(JointId joint) const;
+    void set_joint_state(JointId joint, const JointState& state);
+    /// Adds the joints whose bodies are awake to a hash: the impulses and errors that they carry.
+    void hash_joints(core::StateHash& hash) const;
     /// Joints that broke in the last step.
     [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
 

@@ -3,6 +3,7 @@
 #include "server/physics/shapes/compound/body_checks.h"
 #include "server/physics/shapes/ranges.h"
 #include "shared/core/assert.h"
+#include "shared/core/block_hash.h"
 
 #include <algorithm>
 #include <utility>
@@ -165,6 +166,33 @@ bool Scene::set_motor(JointId joint, float speed, float most) {
     def.motor_max = most;
     impl_->wake_joint(index);
     return true;
+}
+
+const JointState& Scene::joint_state(JointId joint) const {
+    const std::uint32_t index = impl_->joints.index_of(joint);
+    ZONED_ASSERT(index != kNoIndex, "joint_state() of a joint that is not in the scene");
+    return impl_->joints[index];
+}
+
+void Scene::set_joint_state(JointId joint, const JointState& state) {
+    const std::uint32_t index = impl_->joints.index_of(joint);
+    ZONED_ASSERT(index != kNoIndex, "set_joint_state() of a joint that is not in the scene");
+    static_cast<JointState&>(impl_->joints[index]) = state;
+}
+
+void Scene::hash_joints(core::StateHash& hash) const {
+    for (const std::uint32_t index : impl_->active_joints) {
+        const JointEntry& entry = impl_->joints[index];
+        if (!entry.alive) {
+            continue;  // went after the step
+        }
+        core::BlockHash block;
+        for (std::size_t i = 0; i < entry.impulse.size(); ++i) {
+            block.pack(entry.impulse[i]);
+            block.pack(entry.straight_error[i]);
+        }
+        hash.add(block.value());
+    }
 }
 
 std::span<const JointBreak> Scene::joint_breaks() const {

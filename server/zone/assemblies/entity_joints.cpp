@@ -297,11 +297,11 @@ void add_held_and_touching(const ZoneState& state, std::vector<world::Row>& rows
     grow(state, rows, true);
 }
 
-std::vector<EntityJoint> take_joints(ZoneState& state, const std::vector<EntityId>& entities) {
+std::vector<JointTransfer> take_joints(ZoneState& state, const std::vector<EntityId>& entities) {
     const auto leaves = [&](EntityId entity) {
         return std::binary_search(entities.begin(), entities.end(), entity);
     };
-    std::vector<EntityJoint> taken;
+    std::vector<JointTransfer> taken;
     std::vector<EntityJointId> ids;
     for (const EntityId entity : entities) {
         for_each_joint_of(state, entity, [&](EntityJointId id) {
@@ -313,15 +313,15 @@ std::vector<EntityJoint> take_joints(ZoneState& state, const std::vector<EntityI
     for (const EntityJointId id : ids) {
         const EntityJoint& joint = *find_joint(state, id);
         ZONED_ASSERT(!joint.a || leaves(joint.a), "what joints hold together leaves together");
-        if (state.scene.contains(joint.joint)) {
-            state.scene.remove_joint(joint.joint);
-        }
-        taken.push_back(unlist(state, id));
+        const physics::JointState carried = state.scene.joint_state(joint.joint);
+        state.scene.remove_joint(joint.joint);
+        taken.push_back({unlist(state, id), carried});
     }
     return taken;
 }
 
-void give_joint(ZoneState& state, EntityJoint joint, const Vec3& shift) {
+void give_joint(ZoneState& state, JointTransfer from, const Vec3& shift) {
+    EntityJoint& joint = from.joint;
     if (!joint.a) {
         joint.made_at.position += shift;
     }
@@ -331,6 +331,7 @@ void give_joint(ZoneState& state, EntityJoint joint, const Vec3& shift) {
     if (joint.motor) {
         state.scene.set_motor(joint.joint, joint.speed, joint.most);
     }
+    state.scene.set_joint_state(joint.joint, from.state);
     list(state, std::move(joint));
 }
 
@@ -356,6 +357,9 @@ void hash_assemblies(ZoneState& state, core::StateHash& hash) {
     }
     if (!all.joints.empty()) {
         hash.add(static_cast<std::uint64_t>(all.joints.size()));
+    }
+    if (state.report.plan.has(Pass::kPhysics)) {
+        state.scene.hash_joints(hash);
     }
     for (const Rider& rider : all.riders) {
         hash.add(rider.rider.value);

@@ -53,9 +53,9 @@ void add_held_and_touching(const ZoneState& state, std::vector<world::Row>& rows
 
 /// Takes out the joints whose ends are all among the entities (ascending), for another zone. Their
 /// bodies must still be there.
-std::vector<EntityJoint> take_joints(ZoneState& state, const std::vector<EntityId>& entities);
+std::vector<JointTransfer> take_joints(ZoneState& state, const std::vector<EntityId>& entities);
 /// Takes over a joint whose entities are here; `shift` as of write_entity().
-void give_joint(ZoneState& state, EntityJoint joint, const Vec3& shift);
+void give_joint(ZoneState& state, JointTransfer from, const Vec3& shift);
 
 /// Changes since the last call, chained into the hash.
 void hash_assemblies(ZoneState& state, core::StateHash& hash);

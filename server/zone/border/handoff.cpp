@@ -192,22 +192,37 @@ ZoneId destination(const ZoneState& state,
     return outside > state.settings.handoff_hysteresis_m ? zone_at(state, mean) : ZoneId();
 }
 
+std::vector<std::pair<EntityId, physics::BodyHistory>> histories_of(
+    const ZoneState& state,
+    const std::vector<EntityId>& entities) {
+    std::vector<std::pair<EntityId, physics::BodyHistory>> histories;
+    for (const EntityId entity : entities) {
+        const BodyId body = state.entities.body[state.entities.find(entity)];
+        if (body) {
+            histories.emplace_back(entity, state.scene.history(body));
+        }
+    }
+    return histories;
+}
+
 void leave_together(ZoneState& state, const std::vector<world::Row>& island, ZoneId to) {
     std::vector<EntityId> ids;
     for (const world::Row row : island) {
         ids.push_back(state.entities.id[row]);
     }
     std::sort(ids.begin(), ids.end());
-    std::vector<EntityJoint> joints = take_joints(state, ids);
+    std::vector<std::pair<EntityId, physics::BodyHistory>> histories = histories_of(state, ids);
+    std::vector<JointTransfer> joints = take_joints(state, ids);
     for (const EntityId id : ids) {
         state.out.handoffs.push_back(take(state, state.entities.find(id), to));
     }
     // With the last of them all ends are there. In the order of their ids, the next zone solves
     // them as this one did.
-    std::sort(joints.begin(), joints.end(), [](const EntityJoint& a, const EntityJoint& b) {
-        return a.id < b.id;
+    std::sort(joints.begin(), joints.end(), [](const JointTransfer& a, const JointTransfer& b) {
+        return a.joint.id < b.joint.id;
     });
     state.out.handoffs.back().joints = std::move(joints);
+    state.out.handoffs.back().histories = std::move(histories);
 }
 
 /// A collision is solved in one zone, else each would treat the other's body as immovable: an
@@ -325,8 +340,14 @@ void accept(ZoneState& state, Handoff& handoff) {
         state.replicator.add_client(handoff.transfer);
         continue_hearing(state, handoff.client->client, std::move(handoff.visible));
     }
-    for (EntityJoint& joint : handoff.joints) {
+    for (JointTransfer& joint : handoff.joints) {
         give_joint(state, std::move(joint), shift);
+    }
+    for (const auto& [entity, history] : handoff.histories) {
+        const BodyId body = e.body[e.find(entity)];
+        if (body) {  // a soft body left its rigid form behind
+            state.scene.set_history(body, history);
+        }
     }
     if (handoff.ride) {
         give_ride(state, *handoff.ride);

@@ -55,10 +55,11 @@ TEST(Force, ThatIsNotFiniteStopsTheBodyAndIsCounted) {
     EXPECT_TRUE(scene.state(id).position.allFinite());
 }
 
-TEST(Impulse, OfRotationTurnsAndDoesNotMove) {
+TEST(Impulse, AndItsOppositeBesideItTurnAndDoNotMove) {
     Scene scene = weightless_scene();
     const BodyId id = cube(scene);
-    scene.apply_angular_impulse(id, Vec3(0, 0.5F, 0));
+    scene.apply_impulse(id, Vec3(0.5F, 0, 0), Vec3(0, 0, 0.5F));
+    scene.apply_impulse(id, Vec3(-0.5F, 0, 0), Vec3(0, 0, -0.5F));
     EXPECT_NEAR(scene.state(id).angular_velocity.y(), 1.5F, 1.0e-6F);
     EXPECT_EQ(scene.state(id).velocity, Vec3(Vec3::Zero()));
 }

@@ -137,8 +137,12 @@ TEST(InertiaTensor, ThatIsTiltedTurnsLikeTheSameBodyInPrincipalAxes) {
 TEST(InertiaTensor, ThatIsTiltedTakesImpulsesAsTheTensorSays) {
     Twins t;
     t.scene.set_velocity(t.tilted, Vec3::Zero(), Vec3::Zero());
-    const Vec3 moment(0.3F, -1.0F, 0.6F);
-    t.scene.apply_angular_impulse(t.tilted, moment);
+    const Vec3 arm(0.3F, -0.2F, 0.1F);
+    const Vec3 impulse(0.6F, 1.5F, -1.2F);
+    const Vec3 moment = 2.0F * arm.cross(impulse);
+    const Vec3 centre = t.scene.state(t.tilted).position;
+    t.scene.apply_impulse(t.tilted, impulse, centre + arm);
+    t.scene.apply_impulse(t.tilted, -impulse, centre - arm);
     const Vec3 expected = turned_tensor(t.tilt, t.moments).inverse() * moment;
     EXPECT_LT((t.scene.state(t.tilted).angular_velocity - expected).norm(), 1e-5F);
     EXPECT_LT((t.momentum(t.tilted, t.tilt) - moment.cast<double>()).norm(), 1e-5);
