@@ -22,26 +22,30 @@ ZoneClient* client_of(ZoneState& state, ClientId client) {
     return &state.clients[static_cast<std::size_t>(index)];
 }
 
-void freeze(ZoneState& state, bool on) {
-    state.frozen = on;
+/// Viewers see all at rest; bodies keep their motion.
+void rest_all(ZoneState& state) {
     world::Entities& e = state.entities;
-    if (!on) {
-        // Bodies kept their motion; characters are looked at once and come to rest again by
-        // themselves.
-        for (world::Row row = 0; row < e.size(); ++row) {
-            const physics::soft::SoftId soft = soft_of(state, e.id[row]);
-            const bool sleeps = soft && !e.body[row] ? state.soft->bodies.asleep(soft)
-                                                     : e.body[row] && !e.has(row, world::kGhost) &&
-                                                           state.scene.state(e.body[row]).asleep;
-            e.set(row, world::kAtRest, sleeps || e.has(row, world::kHidden));
-        }
-        return;
-    }
     for (world::Row row = 0; row < e.size(); ++row) {
         e.velocity[row].setZero();
         e.angular_velocity[row].setZero();
         e.acceleration[row].setZero();
         e.set(row, world::kAtRest, true);
+    }
+}
+
+void freeze(ZoneState& state, bool on) {
+    state.frozen = on;
+    if (on) {
+        return;  // apply_inbox() brings all to rest
+    }
+    // Characters are looked at once and come to rest again by themselves.
+    world::Entities& e = state.entities;
+    for (world::Row row = 0; row < e.size(); ++row) {
+        const physics::soft::SoftId soft = soft_of(state, e.id[row]);
+        const bool sleeps = soft && !e.body[row] ? state.soft->bodies.asleep(soft)
+                                                 : e.body[row] && !e.has(row, world::kGhost) &&
+                                                       state.scene.state(e.body[row]).asleep;
+        e.set(row, world::kAtRest, sleeps || e.has(row, world::kHidden));
     }
 }
 
@@ -182,6 +186,11 @@ std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> 
     }
     const auto count = static_cast<std::uint32_t>(inbox.size() + state.messages_in.size());
     state.messages_in.clear();
+    if (state.frozen) {
+        // What the rules spawn or throw at a client's word moves no more than the rest: a kill that
+        // is confirmed now makes a ragdoll.
+        rest_all(state);
+    }
     return count;
 }
 
