@@ -55,12 +55,12 @@ inline const std::string kRagdollText = R"(type {
     part { name: "arm_r" capsule { radius_m: 0.06 length_m: 0.44 } x_m: -0.27 y_m: 1.3 mass_kg: 4 }
     part { name: "leg_l" capsule { radius_m: 0.08 length_m: 0.7 } x_m: 0.11 y_m: 0.45 mass_kg: 10 }
     part { name: "leg_r" capsule { radius_m: 0.08 length_m: 0.7 } x_m: -0.11 y_m: 0.45 mass_kg: 10 }
-    joint { name: "waist" a: "pelvis" b: "chest" anchor { y_m: -0.23 } hinge { axis { x: 1 } min_deg: -30 max_deg: 50 } }
-    joint { name: "neck" a: "chest" b: "head" anchor { y_m: -0.14 } hinge { axis { x: 1 } min_deg: -40 max_deg: 40 } }
-    joint { name: "shoulder_l" a: "chest" b: "arm_l" anchor { y_m: 0.24 } ball { } }
-    joint { name: "shoulder_r" a: "chest" b: "arm_r" anchor { y_m: 0.24 } ball { } }
-    joint { name: "hip_l" a: "pelvis" b: "leg_l" anchor { y_m: 0.4 } ball { } }
-    joint { name: "hip_r" a: "pelvis" b: "leg_r" anchor { y_m: 0.4 } ball { } }
+    joint { name: "waist" a: "pelvis" b: "chest" anchor { y_m: -0.23 } hinge { axis { x: 1 } min_deg: -30 max_deg: 50 friction_nm: 4 } }
+    joint { name: "neck" a: "chest" b: "head" anchor { y_m: -0.14 } hinge { axis { x: 1 } min_deg: -40 max_deg: 40 friction_nm: 1 } }
+    joint { name: "shoulder_l" a: "chest" b: "arm_l" anchor { y_m: 0.24 } ball { friction_nm: 1.5 } }
+    joint { name: "shoulder_r" a: "chest" b: "arm_r" anchor { y_m: 0.24 } ball { friction_nm: 1.5 } }
+    joint { name: "hip_l" a: "pelvis" b: "leg_l" anchor { y_m: 0.4 } ball { friction_nm: 3 } }
+    joint { name: "hip_r" a: "pelvis" b: "leg_r" anchor { y_m: 0.4 } ball { friction_nm: 3 } }
   }
 }
 )";

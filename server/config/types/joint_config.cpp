@@ -59,6 +59,7 @@ class JointReader {
         switch (from.kind_case()) {
             case Joint::kBall:
                 def().kind = physics::JointKind::kBall;
+                read_friction(from.ball().friction_nm(), false, ".ball.friction_nm");
                 return;
             case Joint::kHinge:
                 read_hinge(from.hinge());

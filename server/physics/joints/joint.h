@@ -1,4 +1,4 @@
-// JointDef: a joint between two bodies. Reached by no world yet: joints in worlds will use it.
+// JointDef: a joint between two bodies, as a scene takes it.
 #pragma once
 
 #include "shared/core/ids.h"
@@ -33,7 +33,7 @@ struct JointDef {
     bool limited = false;
     float lower = 0.0F;
     float upper = 0.0F;
-    /// Hinge: rad/s, at most motor_max N m; slider: m/s, at most motor_max N.
+    /// Hinge: rad/s, at most motor_max N m; slider: m/s, N; ball: friction of motor_max N m.
     bool motor = false;
     float motor_speed = 0.0F;
     float motor_max = 0.0F;

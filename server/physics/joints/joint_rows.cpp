@@ -102,6 +102,16 @@ void free_row(const Joint& joint, const Placement& p, float sign, float error, J
     }
 }
 
+/// Friction about all three axes of a; each has the whole torque to itself.
+void friction_rows(const Joint& joint, const JointPose& a, JointRows& out) {
+    for (int i = 0; joint.def.motor && i < 3; ++i) {
+        JointRow& row = out.add(RowKind::kMotor);
+        row.angular_b = a.rotation.col(i);
+        row.angular_a = -row.angular_b;
+        row.most = joint.def.motor_max;
+    }
+}
+
 void free_axis_rows(const Joint& joint, const Placement& p, JointRows& out) {
     const JointDef& def = joint.def;
     if (def.motor) {
@@ -178,6 +188,7 @@ void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, Join
     switch (joint.def.kind) {
         case JointKind::kBall:
             ball_rows(a, p, out);
+            friction_rows(joint, a, out);
             break;
         case JointKind::kHinge:
             ball_rows(a, p, out);

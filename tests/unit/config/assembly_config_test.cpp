@@ -75,6 +75,18 @@ TEST(Assemblies, KeepPosesJointsSeatsAndControls) {
     EXPECT_FALSE(cart.controls[0].sideways);
 }
 
+TEST(Assemblies, GiveBallJointsFriction) {
+    std::string text = kValid + kCart;
+    const std::string slider = "slider { min_m: -0.1 max_m: 0.2 friction_n: 7 }";
+    text.replace(text.find(slider), slider.size(), "ball { friction_nm: 2.5 }");
+    const Outcome out = parse(text);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const physics::JointDef& def = out.settings.assemblies->front().joints[1].plan->def;
+    EXPECT_EQ(def.kind, physics::JointKind::kBall);
+    EXPECT_TRUE(def.motor);
+    EXPECT_EQ(def.motor_max, 2.5F);
+}
+
 TEST(Assemblies, StandOnTheirLowestPart) {
     const Outcome out =
         parse(kValid + kCart + "entity { type: \"cart\" x_m: 10 z_m: 3 yaw_deg: 90 }\n");

@@ -311,5 +311,19 @@ TEST(FixedJoint, BetweenTumblingBodiesConservesMomentum) {
     EXPECT_LT(s.scene.state(a).orientation.angularDistance(s.scene.state(b).orientation), 1e-3F);
 }
 
+/// A sphere that spins on a ball joint at its centre: w falls by M / I a second, and stays at rest.
+TEST(Friction, OfABallJointBrakesAsItsTorqueSays) {
+    JointScene s;
+    const BodyId ball = s.add(Shape::sphere(0.5F), 2.0F, Vec3::Zero(), Vec3::Zero(), {0, 3.0F, 0});
+    JointDef def = joint_of(JointKind::kBall, BodyId(), ball, Vec3::Zero());
+    def.motor = true;
+    def.motor_max = 0.4F;  // I = 2/5 m r^2 = 0.2 kg m2: 2 rad/s2
+    s.join(def);
+    s.run(1.0F);
+    EXPECT_NEAR(s.scene.state(ball).angular_velocity.y(), 1.0F, 1e-4F);
+    s.run(1.0F);
+    EXPECT_LT(s.scene.state(ball).angular_velocity.norm(), 1e-5F);
+}
+
 }  // namespace
 }  // namespace zoned::physics
