@@ -26,6 +26,11 @@ physics::Filter filter_of(const world::EntityType& type) {
     if (type.rewindable) {
         filter.category = kRewindableCategory;
     }
+    if (type.assembly != 0) {
+        filter.category = type.rewindable ? kRewindablePartCategory : kPartCategory;
+    } else if (type.kind == world::EntityKind::kCharacter) {
+        filter.mask = ~(kRewindablePartCategory | kPartCategory);
+    }
     return filter;
 }
 

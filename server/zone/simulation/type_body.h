@@ -15,6 +15,10 @@ inline constexpr std::uint32_t kRewindableCategory = 1u << 1;
 /// Bodies of doors are in this category, all others are not.
 inline constexpr std::uint32_t kDoorCategory = 1u << 2;
 
+/// Bodies of parts of assemblies are in one of these, the second if rewindable; all others are not.
+inline constexpr std::uint32_t kPartCategory = 1u << 3;
+inline constexpr std::uint32_t kRewindablePartCategory = 1u << 4;
+
 /// What the body of an entity of the type meets.
 physics::Filter filter_of(const world::EntityType& type);
 

@@ -103,7 +103,7 @@ RayResult cast_at_rest(const ZoneState& state,
                        EntityId ignore) {
     physics::QueryFilter filter;
     filter.ignore_user = ignore.value;
-    filter.categories = ~(kRewindableCategory | kDoorCategory);
+    filter.categories = ~(kRewindableCategory | kRewindablePartCategory | kDoorCategory);
     physics::QueryHit hit;
     RayResult result;
     result.hit = state.scene.query().ray({origin, direction, max_distance}, filter, hit);

@@ -120,14 +120,11 @@ TEST_F(Joints, OfAnAssemblyHoldItsPartsTogether) {
     EXPECT_LT(widest_gap(world), 1e-5F) << "it is put together as written";
     float widest = 0.0F;
     run(world, 300, [&] { widest = std::max(widest, widest_gap(world)); });
-    // It falls two metres: the solver gives way in the impact, and closes the joints after it.
-    EXPECT_LT(widest, 0.05F);
+    EXPECT_LT(widest, 0.01F) << "in its impacts, two metres down";
     EXPECT_LT(widest_gap(world), kClosed_m);
     EXPECT_LT(state.entities.position[0].y(), 1.0F) << "it fell";
-    run(world, 600);
-    for (const Vec3& velocity : state.entities.velocity) {
-        EXPECT_LT(velocity.norm(), 0.1F) << "and lies still";
-    }
+    run(world, 300);
+    EXPECT_EQ(state.scene.awake_count(), 0U) << "and sleeps";
 }
 
 TEST_F(Joints, AreInTheStateHashAndInReplays) {
@@ -236,6 +233,29 @@ TEST_F(Joints, OfACraneFollowTime) {
     EXPECT_NEAR(context.joint(swing)->position, 0.0F, 0.002F);
 }
 
+/// Kills that clients confirm make ragdolls whenever the message comes.
+TEST_F(Joints, OfWhatIsSpawnedIntoAFrozenWorldRestUntilItGoesOn) {
+    World world(settings_of(machine_world(1) + kRagdollText), 1);
+    zone::ZoneState& state = world.zones()[0]->state();
+    std::vector<mailbox::OutboxItem> out;
+    const mailbox::InboxItem freeze = mailbox::Freeze{true};
+    world.tick({&freeze, 1}, out);
+    zone::ZoneContext context(state);
+    zone::SpawnDef def;
+    def.type = context.type_named("ragdoll");
+    def.position = Vec3(0.0F, 3.0F, 0.0F);
+    def.velocity = Vec3(5.0F, 0.0F, 0.0F);
+    context.spawn(def);
+    world.tick({&freeze, 1}, out);
+    for (world::Row row = 0; row < state.entities.size(); ++row) {
+        EXPECT_TRUE(state.entities.has(row, world::kAtRest));
+        EXPECT_EQ(state.entities.velocity[row], Vec3(Vec3::Zero()));
+    }
+    const mailbox::InboxItem go_on = mailbox::Freeze{false};
+    world.tick({&go_on, 1}, out);
+    EXPECT_NEAR(state.entities.velocity[0].x(), 5.0F, 0.1F);
+}
+
 TEST_F(Joints, GoWithTheirAssembly) {
     World world(settings_of(machine_world(1) + kCartText), 1);
     zone::ZoneState& state = world.zones()[0]->state();
@@ -338,44 +358,53 @@ TEST_F(Joints, OfACartCrossABorderWithIt) {
     EXPECT_LT(widest, kClosed_m);
 }
 
-/// It slides over the border on its back. One that tumbles would say more of the laws of chaos than
-/// of the border: limbs that flail amplify the last bit of a coordinate to centimetres.
+/// Coordinates round by 1e-6 m other than in one zone, and each impact of a limb makes ten times as
+/// much of it. Of forty random throws at 4 and 6 m/s half end within 1 cm. These keep clear of it.
 TEST_F(Joints, OfARagdollCrossABorderWithIt) {
-    Compared worlds(kRagdollText);
-    for (World* world : {&worlds.one, &worlds.two}) {
-        zone::ZoneState& state = world->zones()[0]->state();
-        zone::ZoneContext context(state);
-        zone::SpawnDef def;
-        def.type = context.type_named("ragdoll");
-        def.position = Vec3(28.2F, 0.14F, 2.0F);
-        def.orientation = Quat(Eigen::AngleAxisf(-0.5F * std::numbers::pi_v<float>, Vec3::UnitX()));
-        def.velocity = Vec3(6.0F, 0.0F, 0.0F);
-        context.spawn(def);
+    struct Throw {
+        Vec3 position, velocity, spin;
+        float pitch_rad = 0.0F;
+    };
+
+    const Throw throws[] = {
+        {{28.6F, 0.61F, 2.0F}, {4.0F, 1.6F, 0.0F}, Vec3::Zero(), -0.86F},
+        {{28.6F, 0.5F, 2.0F}, {4.0F, 2.7F, 0.5F}, {0.5F, 1.0F, -2.0F}, -1.2F},
+        {{27.8F, 0.66F, 2.0F}, {6.0F, 2.8F, 0.0F}, Vec3::Zero(), -1.0F},
+        {{28.2F, 0.14F, 2.0F}, {7.5F, 0.0F, 0.0F}, Vec3::Zero(), -1.57F},
+    };
+    for (const Throw& thrown : throws) {
+        Compared worlds(kRagdollText);
+        for (World* world : {&worlds.one, &worlds.two}) {
+            zone::ZoneContext context(world->zones()[0]->state());
+            zone::SpawnDef def;
+            def.type = context.type_named("ragdoll");
+            def.position = thrown.position;
+            def.orientation = Quat(Eigen::AngleAxisf(thrown.pitch_rad, Vec3::UnitX()));
+            def.velocity = thrown.velocity;
+            def.angular_velocity = thrown.spin;
+            context.spawn(def);
+        }
+        float widest = 0.0F;
+        for (int t = 0; t < 300; ++t) {
+            run(worlds.one, 1);
+            run(worlds.two, 1);
+            widest = std::max(widest, widest_gap(worlds.two));
+        }
+        EXPECT_EQ(worlds.two.zones()[1]->state().assemblies.joints.size(), 6U) << "it went over";
+        EXPECT_LT(worlds.apart(), kBorderError_m);
+        EXPECT_LT(widest, kClosed_m);
+        EXPECT_EQ(worlds.two.zones()[1]->state().scene.awake_count(), 0U);
     }
-    float widest_one = 0.0F;
-    float widest = 0.0F;
-    for (int t = 0; t < 300; ++t) {
-        run(worlds.one, 1);
-        run(worlds.two, 1);
-        widest_one = std::max(widest_one, widest_gap(worlds.one));
-        widest = std::max(widest, widest_gap(worlds.two));
-    }
-    EXPECT_EQ(worlds.two.zones()[1]->state().assemblies.joints.size(), 6U) << "it slid over";
-    EXPECT_LT(worlds.apart(), kBorderError_m);
-    EXPECT_LT(widest_gap(worlds.two), kClosed_m);
-    EXPECT_LT(widest, widest_one + kClosed_m) << "the border opens no joint";
 }
 
 TEST_F(Joints, OfABridgeAcrossABorderCarryWhatFallsOnIt) {
     Compared worlds(bridge_text(12) +
                     "entity { type: \"bridge\" x_m: -2.6 z_m: 2 y_m: 4 }\n"
                     "entity { type: \"crate\" x_m: 1.2 z_m: 2.1 y_m: 4.8 }\n");
-    float widest_one = 0.0F;
     float widest = 0.0F;
     for (int t = 0; t < 300; ++t) {
         run(worlds.one, 1);
         run(worlds.two, 1);
-        widest_one = std::max(widest_one, widest_gap(worlds.one));
         widest = std::max(widest, widest_gap(worlds.two));
     }
     EXPECT_GT(places(worlds.two)["crate"][0].y(), 1.0) << "it lies on the bridge";
@@ -386,8 +415,7 @@ TEST_F(Joints, OfABridgeAcrossABorderCarryWhatFallsOnIt) {
                 worlds.two.zones()[1]->state().assemblies.joints.empty())
         << "one zone owns all of it";
     EXPECT_LT(worlds.apart(), kBorderError_m);
-    EXPECT_LT(widest_gap(worlds.two), kClosed_m);
-    EXPECT_LT(widest, widest_one + kClosed_m) << "the border opens no joint";
+    EXPECT_LT(widest, kClosed_m);
 }
 
 TEST_F(Joints, LetADriverSteerWithItsStick) {
