@@ -4,6 +4,7 @@
 #include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
 #include "server/config/types/joint_config.h"
+#include "server/config/types/part_overlaps.h"
 #include "server/config/types/type_shapes.h"
 #include "server/physics/shapes/compound/bounds.h"
 #include "server/zone/simulation/type_body.h"
@@ -145,6 +146,7 @@ class AssemblyReader {
         // A joint with a mistake holds nothing and has no motor: no need to say so too.
         if (diagnostics_.size() == before) {
             report_loose_parts();
+            report_overlaps();
             read_seats();
             read_controls();
         }
@@ -233,6 +235,15 @@ class AssemblyReader {
             if (held_.count(p) == 0 && from_.part_size() > 1) {
                 diagnostics_.add(join_path(path_, "part", p), "no joint holds it");
             }
+        }
+    }
+
+    void report_overlaps() {
+        for (const PartOverlap& one : part_overlaps(out_, settings_.types, settings_.solids)) {
+            diagnostics_.add(join_path(path_, "part", static_cast<int>(one.b)),
+                             "overlaps part '" + out_.parts[one.a].name + "' by " +
+                                 text_of("%.2g m", static_cast<double>(one.depth_m)) +
+                                 ", and no joint between them keeps them from colliding");
         }
     }
 

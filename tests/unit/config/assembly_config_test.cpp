@@ -116,6 +116,10 @@ struct Mistake {
 TEST(Assemblies, AreRefusedWhereTheyMakeNoSense) {
     const std::string text = kValid + kCart;
     const Mistake mistakes[] = {
+        {"z_m: 0.1 } x_m: -0.5",
+         "z_m: 0.1 } x_m: 0.4",
+         "part { name: \"hub\"",
+         "overlaps part 'left' by"},
         {"b: \"left\" hinge", "b: \"lft\" hinge", "b: \"lft\"", "no part named 'lft'"},
         {"b: \"left\" hinge", "b: \"bed\" hinge", "b: \"bed\"", "joined to itself"},
         {"name: \"left\" sphere { radius_m: 0.25 }",
