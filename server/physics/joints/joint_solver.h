@@ -4,6 +4,7 @@
 #include "server/physics/bodies/solver_bodies.h"
 #include "server/physics/joints/envelope_solver.h"
 #include "server/physics/joints/joint_table.h"
+#include "server/physics/simd/lanes.h"
 
 #include <cstdint>
 #include <span>
@@ -45,15 +46,20 @@ class JointSolver {
 
     [[nodiscard]] bool empty() const { return items_.empty(); }
 
+    /// Whether `solve` leaves no row open.
+    [[nodiscard]] bool exact() const { return exact_; }
+
     /// Rows at the present poses, with velocities that no force of this substep has changed yet.
     void update(const JointTable& table, const SolverBodies& moving);
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
-    /// The same for those alone that hang together with these slots.
+    /// The same for those alone that hang together with these slots; not where rows are solved one
+    /// after the other: such a graph is as good as loose for the moment of a blow.
     void solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b);
 
-    /// Calls visit(slot) for all slots that joints tie to this one, some of them several times.
+    /// Calls visit(slot) for all slots that `solve_around` may move with this one, some of them
+    /// several times.
     template <class Visit>
     void for_each_tied(std::uint32_t slot, Visit&& visit) const {
         const std::uint32_t group = group_of(slot);
@@ -65,8 +71,30 @@ class JointSolver {
         }
     }
 
+    /// Remembers the impulses of the joints that `solve_around` would solve.
+    void note_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
+
+    void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
+
+    /// Calls visit(a, b, impulse on b) for these joints: what they gave since then, N s.
+    template <class Visit>
+    void for_each_pull(std::uint32_t slot_a, std::uint32_t slot_b, Visit&& visit) const {
+        for_each_around(slot_a, slot_b, [&](const JointGroup& group) {
+            for (std::uint32_t i = group.first; i < group.end; ++i) {
+                Vec3 pull = Vec3::Zero();
+                for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+                    const Row& row = rows_[r];
+                    pull += (row.impulse - row.noted) * SolverBodies::linear(row.along_b);
+                }
+                visit(items_[i].a, items_[i].b, pull);
+            }
+        });
+    }
+
     /// From now on velocities no longer undo what is left of former errors. True if any did.
     bool relax();
+    /// Impulses act from now on where the bodies went since the last update.
+    void follow(const SolverBodies& moving);
     /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 
@@ -88,18 +116,21 @@ class JointSolver {
 
     /// A row and its equation: J V + soft x impulse = -bias, low <= impulse <= high.
     struct Row {
-        JointRow row;
-        Vec3 turn_a, turn_b;    // inverse inertia times angular part
+        Row8 along_a, along_b;  // J: the row's share in either motion
+        Row8 give_a, give_b;    // M^-1 J^T: what an impulse of 1 changes in either motion
         float response = 0.0F;  // J M^-1 J^T
         float soft = 0.0F;
         float bias = 0.0F;
-        float undo = 0.0F;  // share of the bias that undoes what is left of former errors
+        float undo = 0.0F;  // on top of the bias: undoes what is left of former errors
         float low = 0.0F, high = 0.0F;
         float impulse = 0.0F;
+        float noted = 0.0F;  // impulse before a blow
         /// The error that the row would have at the last update, had it been straight since then.
         float straight_error = 0.0F;
         float sudden = 0.0F;  ///< of the error: what came from outside since the last step
-        bool held = true;     // in the system of equations; otherwise its impulse stays
+        float error = 0.0F;   ///< C at the last update, m or rad
+        RowKind kind = RowKind::kHard;
+        bool held = true;  // in the system of equations; otherwise its impulse stays
     };
 
     /// Joints that hang together through bodies that move.
@@ -111,6 +142,17 @@ class JointSolver {
     };
 
     [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
+
+    template <class Visit>
+    void for_each_around(std::uint32_t slot_a, std::uint32_t slot_b, Visit&& visit) const {
+        const std::uint32_t a = group_of(slot_a);
+        const std::uint32_t b = group_of(slot_b);
+        for (const std::uint32_t group : {a, b == a ? kNoIndex : b}) {
+            if (group != kNoIndex) {
+                visit(groups_[group]);
+            }
+        }
+    }
 
     // joint_order.cpp
     void order(const SolverBodies& moving);
@@ -124,16 +166,24 @@ class JointSolver {
     [[nodiscard]] float moved(const SolverBodies& moving,
                               const JointItem& item,
                               const Row& row) const;
-    void update_row(const SolverBodies& moving, const JointItem& item, float bend, Row& row) const;
+    static void place_row(const SolverBodies& moving,
+                          const JointItem& item,
+                          const JointRow& from,
+                          Row& row);
+    void update_row(const SolverBodies& moving,
+                    const JointItem& item,
+                    const JointRow& from,
+                    float bend,
+                    Row& row) const;
     void aim_hard(float bend, Row& row) const;
-    void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;
+    void update_spring(const SolverBodies& moving,
+                       const JointItem& item,
+                       const JointDef& spring,
+                       Row& row) const;
     void choose_held(const SolverBodies& moving, const JointGroup& group);
-    void factor(const SolverBodies& moving, const JointGroup& group);
-    void assemble(const SolverBodies& moving, const JointItem& item);
-    void add_block(const SolverBodies& moving,
-                   const JointItem& p,
-                   const JointItem& q,
-                   std::uint32_t slot);
+    void factor(const JointGroup& group);
+    void assemble(const JointItem& item);
+    void add_block(const JointItem& p, const JointItem& q, std::uint32_t slot);
     void solve(SolverBodies& moving, const JointGroup& group);
     void solve_group(SolverBodies& moving, const JointGroup& group);
     void find_unknowns(const SolverBodies& moving, const JointGroup& group);
@@ -142,7 +192,11 @@ class JointSolver {
     bool take_hold(const SolverBodies& moving, const JointGroup& group);
     void apply_unknowns(SolverBodies& moving, const JointGroup& group);
     void solve_singly(SolverBodies& moving, const JointGroup& group);
-    [[nodiscard]] static float along(const JointRow& row, const Row8& a, const Row8& b);
+    void solve_joint(SolverBodies& moving, const JointItem& item);
+
+    [[nodiscard]] float bias_of(const Row& row) const { return row.bias + undoing_ * row.undo; }
+
+    [[nodiscard]] static float along(const Row& row, const Lanes& a, const Lanes& b);
     [[nodiscard]] static float speed(const SolverBodies& moving,
                                      const JointItem& item,
                                      const Row& row);
@@ -152,6 +206,8 @@ class JointSolver {
 
     float h_ = 0.0F;
     int substeps_ = 0;  // since `prepare`
+    bool exact_ = true;
+    float undoing_ = 0.0F;  // 1: velocities undo former errors
     std::vector<JointItem> items_;
     std::vector<Row> rows_;
     std::vector<Row8> seen_;  // how far each slot had gone at the last update

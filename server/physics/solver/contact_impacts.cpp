@@ -15,6 +15,14 @@ namespace {
 constexpr int kImpactSweeps = 8;
 /// Impacts of one substep that follow from each other, at most: what is left is the solver's.
 constexpr int kMostRounds = 64;
+/// Where joints leave less than this of a blow's effect they hold the two as one (a motor that
+/// drives a leg into the body that it belongs to): no blow could part them.
+constexpr float kLeastGive = 5.0e-4F;
+/// A blow may make this share of twice the energy of its change of motion: motors work meanwhile. One
+/// that is all rounding makes half of it.
+constexpr float kMostMade = 0.1F;
+/// A blow may part a contact faster than it should by this factor.
+constexpr float kMostOver = 1.001F;
 /// Points this close take part in the impact of a contact, m.
 constexpr float kMeets = 0.0005F;
 /// A bounce that lasts for fewer steps than this is none, twice over: a contact under the pull g
@@ -266,7 +274,7 @@ void ContactSolver::find_next_meetings() {
 /// heavier than that: the blow grows until the contact parts as fast as it should, and never gives
 /// back more energy than it takes.
 void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
-    ContactBatch& batch = batches_[w.batch];
+    const ContactBatch& batch = batches_[w.batch];
     const Single at(batch, w.lane, moving_, time);
     const float before = kept_ - time / h_;
     const auto then = [&](std::uint32_t slot) {
@@ -280,20 +288,18 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
     hit_.clear();
     note_hit(at.a);
     note_hit(at.b);
+    joints_.note_impulses(at.a, at.b);
     apply(w, at, blow, 1.0F);
-    const Motions change{moving_.motion[at.a] - before_of(at.a),
-                         moving_.motion[at.b] - before_of(at.b)};
-    float wanted = 0.0F;
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        wanted += blow.push[k] * blow.wanted[k];
+    const float size = size_of(w, at, m, blow);
+    if (size == 0.0F) {
+        apply(w, at, blow, -1.0F);
+        return;
     }
-    const float met = blow.power(*this, w, at, m, false);
-    const float parted = blow.power(*this, w, at, change, false);
-    const float taken = blow.power(*this, w, at, m, true);
-    const float given = blow.power(*this, w, at, change, true);
-    float size = parted > 0.0F ? (wanted - met) / parted : 1.0F;
-    size = std::clamp(size, 0.0F, given > 0.0F ? std::max(-2.0F * taken / given, 0.0F) : 1.0F);
-    apply(w, at, blow, size - 1.0F);
+    delay_pulls(at, time);
+    if (makes_energy(before)) {
+        take_back(at);
+        return;
+    }
     for (std::size_t k = 0; k < batch.count; ++k) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
     }
@@ -301,6 +307,80 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
         moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time);
         struck_.push_back(slot);
     }
+}
+
+/// Joints pulled at points of bodies where they stand now, but bodies get the change of motion
+/// later: by then the points are apart, and two pulls that cancel each other would turn the whole.
+/// The first body's moment makes up for it.
+void ContactSolver::delay_pulls(const Single& at, float time) {
+    if (time == 0.0F) {
+        return;
+    }
+    bool any = false;
+    joints_.for_each_pull(at.a, at.b, [&](std::uint32_t a, std::uint32_t b, const Vec3& pull) {
+        const Vec3 apart = time * SolverBodies::linear(before_of(b) - before_of(a));
+        moving_.apply(a, Vec3::Zero(), -apart.cross(pull));
+        any = true;
+    });
+    if (any) {
+        joints_.solve_around(moving_, at.a, at.b);
+    }
+}
+
+/// Whether the blow left the bodies with more energy than they had; `before`: the share of this
+/// substep's change of velocity that had not come yet. Where joints contradict each other their
+/// pulls are all rounding.
+bool ContactSolver::makes_energy(float before) const {
+    float made = 0.0F;
+    float moved = 0.0F;
+    for (const auto& [slot, motion] : hit_) {
+        const Row8 change = moving_.motion[slot] - motion;
+        const Row8 gain = motion - moving_.start(slot);
+        const Row8 mean = motion + 0.5F * change - before * gain;
+        const Row8 push = moving_.momentum(slot, change);
+        made += sum_of(push.at * mean.at);
+        moved += sum_of(push.at * change.at);
+    }
+    return !(made <= kMostMade * moved);
+}
+
+void ContactSolver::take_back(const Single& at) {
+    for (const auto& [slot, motion] : hit_) {
+        moving_.motion[slot] = motion;
+    }
+    joints_.restore_impulses(at.a, at.b);
+}
+
+/// How many times the blow is given, which was given once; the rest is given here.
+float ContactSolver::size_of(const SolverWatch& w,
+                             const Single& at,
+                             const Motions& m,
+                             const Blow& blow) {
+    const auto change = [&] {
+        return Motions{moving_.motion[at.a] - before_of(at.a),
+                       moving_.motion[at.b] - before_of(at.b)};
+    };
+    float wanted = -blow.power(*this, w, at, m, false);
+    for (std::size_t k = 0; k < batches_[w.batch].count; ++k) {
+        wanted += blow.push[k] * blow.wanted[k];
+    }
+    const float parted = blow.power(*this, w, at, change(), false);
+    if (!(parted > kLeastGive * wanted)) {
+        return 0.0F;
+    }
+    const float taken = blow.power(*this, w, at, m, true);
+    const float given = blow.power(*this, w, at, change(), true);
+    const float most = given > 0.0F ? std::max(-2.0F * taken / given, 0.0F) : 1.0F;
+    const float size = std::clamp(wanted / parted, 0.0F, most);
+    apply(w, at, blow, size - 1.0F);
+    const float reached = blow.power(*this, w, at, change(), false);
+    if (size <= 1.0F || reached <= kMostOver * wanted) {
+        return size;
+    }
+    // Motors and limits gave way: the more a blow grows, the less they add to the bodies' weight.
+    const float less = 1.0F + (size - 1.0F) * (wanted - parted) / (reached - parted);
+    apply(w, at, blow, less - size);
+    return less;
 }
 
 /// Remembers how a body moves, and the bodies that joints tie to it.
@@ -341,6 +421,8 @@ void ContactSolver::apply(const SolverWatch& w, const Single& at, const Blow& bl
     moment *= share;
     moving_.apply(at.a, -impulse, -(moment + at.shift_a.cross(impulse)));
     moving_.apply(at.b, impulse, moment + at.shift_b.cross(impulse));
+    // The second solve takes out what rounding leaves of a blow that joints hold off almost whole.
+    joints_.solve_around(moving_, at.a, at.b);
     joints_.solve_around(moving_, at.a, at.b);
 }
 

@@ -19,6 +19,9 @@ constexpr int kSweeps = 2;
 /// deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
 constexpr float kSagRate = 0.3F;
 
+/// Passes over contacts where joints are not solved all at once.
+constexpr int kLeastTurns = 2;
+
 /// The work that one thread takes at a time: some microseconds.
 constexpr std::size_t kBatchGrain = 8;
 
@@ -263,10 +266,18 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     joints_.update(table, moving_);
     moving_.integrate_velocities(*team_);
     joints_.warm_start(moving_);
+    // The joints' last impulses balance those of contacts: only together do they show who meets.
+    if (leaps_) {
+        warm_start();
+    }
     watch_impacts();
     collide(bodies);
-    warm_start();
-    const int iterations = batches_.empty() ? 1 : parameters_.iterations;
+    if (!leaps_) {
+        warm_start();
+    }
+    // Joints solved one after the other move again what a contact has stopped: both take turns.
+    const int least = joints_.exact() ? 1 : kLeastTurns;
+    const int iterations = batches_.empty() ? 1 : std::max(parameters_.iterations, least);
     for (int i = 0; i < iterations; ++i) {
         joints_.solve(moving_);
         solve_all<true>();
@@ -275,6 +286,9 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     moving_.integrate_positions(bodies, move, *team_);
     const bool relax = joints_.relax() || !batches_.empty();
     const int relax_iterations = relax ? parameters_.relax_iterations : 0;
+    if (relax_iterations > 0) {
+        joints_.follow(moving_);
+    }
     for (int i = 0; i < relax_iterations; ++i) {
         joints_.solve(moving_);
         tally_ = i + 1 == relax_iterations ? 1.0F : 0.0F;
