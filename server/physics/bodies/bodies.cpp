@@ -5,8 +5,22 @@
 #include "server/physics/shapes/mass_properties.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace zoned::physics {
+
+namespace {
+
+/// A quaternion that is one but for rounding stays as it is: a body that comes from another scene
+/// goes on to the bit. Normalised in double precision and rounded, its square is off by no more
+/// than one unit of each of four components, and summing rounds thrice.
+Quat unit_of(const Quat& q) {
+    constexpr float kRounding = 4.0F * std::numeric_limits<float>::epsilon();
+    return std::abs(q.squaredNorm() - 1.0F) <= kRounding ? q : Quat(q.normalized());
+}
+
+}  // namespace
 
 std::uint32_t Bodies::row_of(BodyId id) const {
     const std::uint32_t number = id.value & 0xFFFFFU;
@@ -157,7 +171,7 @@ void Bodies::clear_forces() {
 
 void Bodies::set_pose(std::uint32_t row, const Vec3& x, const Quat& q) {
     position[row] = x;
-    orientation[row] = q.normalized();
+    orientation[row] = unit_of(q);
     rotation[row] = orientation[row].toRotationMatrix();
     bounds[row] = shape_bounds(shape[row], x, rotation[row]);
 }

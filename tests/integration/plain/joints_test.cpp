@@ -291,9 +291,9 @@ struct Compared {
     World one;
     World two;
 
-    explicit Compared(const std::string& things)
+    explicit Compared(const std::string& things, int zones_of_two = 2)
         : one(settings_of(machine_world(1) + things), 1),
-          two(settings_of(machine_world(2) + things), 1) {}
+          two(settings_of(machine_world(zones_of_two) + things), 1) {}
 
     /// The largest distance between the same entities of both.
     double apart() {
@@ -358,14 +358,44 @@ TEST_F(Joints, OfACartCrossABorderWithIt) {
     EXPECT_LT(widest, kClosed_m);
 }
 
-/// Coordinates round by 1e-6 m other than in one zone, and each impact of a limb makes ten times as
-/// much of it. Of forty random throws at 4 and 6 m/s half end within 1 cm. These keep clear of it.
-TEST_F(Joints, OfARagdollCrossABorderWithIt) {
-    struct Throw {
-        Vec3 position, velocity, spin;
-        float pitch_rad = 0.0F;
-    };
+/// A ragdoll that is thrown along +x.
+struct Throw {
+    Vec3 position, velocity, spin;
+    float pitch_rad = 0.0F;
 
+    void into(World& world) const {
+        zone::ZoneContext context(world.zones()[0]->state());
+        zone::SpawnDef def;
+        def.type = context.type_named("ragdoll");
+        def.position = position;
+        def.orientation = Quat(Eigen::AngleAxisf(pitch_rad, Vec3::UnitX()));
+        def.velocity = velocity;
+        def.angular_velocity = spin;
+        context.spawn(def);
+    }
+
+    /// How far apart it and one that is pushed by 1 cm/s more end, m: the most of six pushes.
+    [[nodiscard]] double sensitivity() const {
+        constexpr float kPush_mps = 0.01F;
+        double most = 0.0;
+        for (int side = 0; side < 6; ++side) {
+            Compared worlds(kRagdollText, 1);
+            Throw pushed = *this;
+            pushed.velocity[side / 2] += side % 2 == 0 ? kPush_mps : -kPush_mps;
+            into(worlds.one);
+            pushed.into(worlds.two);
+            run(worlds.one, 300);
+            run(worlds.two, 300);
+            most = std::max(most, worlds.apart());
+        }
+        return most;
+    }
+};
+
+/// Limbs that hit each other make ten times as much of any difference, so that the place where a
+/// ragdoll comes to rest is a matter of chance. The border's part in it is small: contacts begin
+/// anew, which is less than a push of 1 cm/s.
+TEST_F(Joints, OfARagdollCrossABorderWithIt) {
     const Throw throws[] = {
         {{28.6F, 0.61F, 2.0F}, {4.0F, 1.6F, 0.0F}, Vec3::Zero(), -0.86F},
         {{28.6F, 0.5F, 2.0F}, {4.0F, 2.7F, 0.5F}, {0.5F, 1.0F, -2.0F}, -1.2F},
@@ -374,16 +404,8 @@ TEST_F(Joints, OfARagdollCrossABorderWithIt) {
     };
     for (const Throw& thrown : throws) {
         Compared worlds(kRagdollText);
-        for (World* world : {&worlds.one, &worlds.two}) {
-            zone::ZoneContext context(world->zones()[0]->state());
-            zone::SpawnDef def;
-            def.type = context.type_named("ragdoll");
-            def.position = thrown.position;
-            def.orientation = Quat(Eigen::AngleAxisf(thrown.pitch_rad, Vec3::UnitX()));
-            def.velocity = thrown.velocity;
-            def.angular_velocity = thrown.spin;
-            context.spawn(def);
-        }
+        thrown.into(worlds.one);
+        thrown.into(worlds.two);
         float widest = 0.0F;
         for (int t = 0; t < 300; ++t) {
             run(worlds.one, 1);
@@ -391,7 +413,7 @@ TEST_F(Joints, OfARagdollCrossABorderWithIt) {
             widest = std::max(widest, widest_gap(worlds.two));
         }
         EXPECT_EQ(worlds.two.zones()[1]->state().assemblies.joints.size(), 6U) << "it went over";
-        EXPECT_LT(worlds.apart(), kBorderError_m);
+        EXPECT_LT(worlds.apart(), std::max(kBorderError_m, thrown.sensitivity()));
         EXPECT_LT(widest, kClosed_m);
         EXPECT_EQ(worlds.two.zones()[1]->state().scene.awake_count(), 0U);
     }
