@@ -46,6 +46,7 @@ std::uint32_t Bodies::append_row() {
     inv_inertia.emplace_back(Vec3::Zero());
     round.push_back(0);
     radius.push_back(0.0F);
+    inner.push_back(0.0F);
     rotation.emplace_back(Mat3::Identity());
     bounds.emplace_back();
     fat.emplace_back();
@@ -77,7 +78,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     substep_patience[row] = 0;
     inv_mass_scale[row] = 1.0F;
     awake[row] = 0;
-    shape[row] = def.shape;
+    set_shape(row, def.shape);
     material[row] = def.material;
     filter[row] = def.filter;
     damping[row] = def.damping;
@@ -88,7 +89,6 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     events[row] = def.events;
     reporting += def.events != 0 ? 1 : 0;
     set_inertia(row, def);
-    radius[row] = bounding_radius(def.shape);
     first_contact[row] = kNoIndex;
     first_joint[row] = kNoIndex;
     set_pose(row, def.position, def.orientation);
@@ -126,6 +126,7 @@ void Bodies::set_inertia(std::uint32_t row, const BodyDef& def) {
 void Bodies::set_shape(std::uint32_t row, const Shape& to) {
     shape[row] = to;
     radius[row] = bounding_radius(to);
+    inner[row] = inner_radius(to);
 }
 
 void Bodies::destroy(std::uint32_t row) {

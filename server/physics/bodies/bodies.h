@@ -47,6 +47,7 @@ struct Bodies {
     std::vector<Vec3> inv_inertia;     ///< their inverses; 0 unless dynamic
     std::vector<std::uint8_t> round;   ///< all principal moments equal: its tensor never turns
     std::vector<float> radius;         ///< bounding radius
+    std::vector<float> inner;          ///< see inner_radius
     /// From principal to body axes, as far as there are bodies whose axes differ; empty mostly.
     std::vector<Quat> tilt;
     std::uint32_t reporting = 0;  ///< bodies with `events`

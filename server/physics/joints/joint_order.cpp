@@ -28,9 +28,9 @@ void JointSolver::reserve(std::size_t joints) {
     items_.reserve(joints);
     unordered_.reserve(joints);
     groups_.reserve(joints);
-    rows_.reserve(9 * joints);
-    unknowns_.reserve(9 * joints);
-    starts_.reserve(9 * joints);
+    rows_.reserve(kMostRows * joints);
+    unknowns_.reserve(kMostRows * joints);
+    starts_.reserve(kMostRows * joints);
     joints_of_.reserve(2 * joints);
     visited_.reserve(joints);
     queue_.reserve(joints);
@@ -84,12 +84,13 @@ void JointSolver::prepare(Bodies& bodies,
         const float scale = entry.substep_s > 0.0F ? h_ / entry.substep_s : 0.0F;
         for (std::size_t i = 0; i < rows.count; ++i) {
             rows_.emplace_back();
-            rows_.back().impulse = scale * entry.impulse[i];
-            rows_.back().row = rows.rows[i];
-            rows_.back().straight_error = straight_error(entry, rows.rows[i].error, scale, i);
-            rows_.back().sudden = lead * along(rows.rows[i],
-                                               {moving.motion[item.a].at - entry.motion[0].at},
-                                               {moving.motion[item.b].at - entry.motion[1].at});
+            Row& row = rows_.back();
+            row.impulse = scale * entry.impulse[i];
+            place_row(moving, item, rows.rows[i], row);
+            row.straight_error = straight_error(entry, row.error, scale, i);
+            row.sudden = lead * along(row,
+                                      moving.motion[item.a].at - entry.motion[0].at,
+                                      moving.motion[item.b].at - entry.motion[1].at);
         }
     }
     seen_.assign(moving.size(), Row8());
@@ -169,6 +170,7 @@ void JointSolver::walk(std::uint32_t from) {
 
 void JointSolver::shape_matrix() {
     starts_.clear();
+    exact_ = true;
     for (JointGroup& group : groups_) {
         group.first_row = static_cast<std::uint32_t>(starts_.size());
         for (std::uint32_t i = group.first; i < group.end; ++i) {
@@ -182,13 +184,14 @@ void JointSolver::shape_matrix() {
             }
             starts_.insert(starts_.end(), item.count, item.earliest);
             for (std::uint32_t r = item.first; r < item.first + item.count; ++r) {
-                const RowKind kind = rows_[r].row.kind;
+                const RowKind kind = rows_[r].kind;
                 group.bounded |= kind == RowKind::kLimit || kind == RowKind::kMotor;
             }
         }
         group.end_row = static_cast<std::uint32_t>(starts_.size());
         const auto shape = std::span(starts_).subspan(group.first_row);
         group.direct = EnvelopeSolver::cost(shape, group.first_row) <= kMostWork;
+        exact_ &= group.direct;
         if (!group.direct) {
             for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
                 starts_[r] = r;

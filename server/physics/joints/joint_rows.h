@@ -44,9 +44,11 @@ struct JointRow {
     RowKind kind = RowKind::kHard;
 };
 
-/// Six bind at most; a limit on either side and a motor come on top.
+/// Rows that a joint has at most: six bind, a limit on either side and a motor come on top.
+inline constexpr std::size_t kMostRows = 9;
+
 struct JointRows {
-    std::array<JointRow, 9> rows;
+    std::array<JointRow, kMostRows> rows;
     std::size_t count = 0;
 
     JointRow& add(RowKind kind) {

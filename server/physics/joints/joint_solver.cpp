@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/physics/joints/joint_solver.h"
 
 #include "server/physics/integrator/integrate.h"
@@ -31,6 +32,8 @@ constexpr float kUndoStill = 1.0e-4F;
 constexpr float kLimitSpeed = 1.0F;
 /// How often the set of limits and motors that hold is corrected.
 constexpr int kRounds = 4;
+/// Passes over the rows of a graph whose matrix would be too wide; even.
+constexpr int kSinglePasses = 6;
 /// A limit that closes slower than this does not take hold, m/s and rad/s.
 constexpr float kStill = 1.0e-6F;
 
@@ -78,8 +81,8 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
         for (std::size_t i = 0; i < rows.count; ++i) {
             Row& row = rows_[item.first + i];
             row.straight_error += moved(moving, item, row);
-            row.row = rows.rows[i];
-            update_row(moving, item, bend, row);
+            place_row(moving, item, rows.rows[i], row);
+            update_row(moving, item, rows.rows[i], bend, row);
         }
     }
     seen_ = moving.drift;
@@ -87,41 +90,59 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
 
 /// How far the bodies moved the row since it was last updated, were it straight.
 float JointSolver::moved(const SolverBodies& moving, const JointItem& item, const Row& row) const {
-    return along(row.row,
-                 {moving.drift[item.a].at - seen_[item.a].at},
-                 {moving.drift[item.b].at - seen_[item.b].at});
+    return along(row,
+                 moving.drift[item.a].at - seen_[item.a].at,
+                 moving.drift[item.b].at - seen_[item.b].at);
+}
+
+void JointSolver::place_row(const SolverBodies& moving,
+                            const JointItem& item,
+                            const JointRow& from,
+                            Row& row) {
+    const auto row_of = [](const Vec3& linear, const Vec3& angular) {
+        return Row8{Lanes{
+            linear.x(), linear.y(), linear.z(), 0.0F, angular.x(), angular.y(), angular.z(), 0.0F}};
+    };
+    row.along_a = row_of(-from.linear, from.angular_a);
+    row.along_b = row_of(from.linear, from.angular_b);
+    const auto give = [&](std::uint32_t slot, const Vec3& linear, const Vec3& angular) {
+        return moving.moved_by_impulses(slot)
+                   ? row_of(moving.motion[slot].at[3] * linear, moving.inverse_times(slot, angular))
+                   : Row8();
+    };
+    row.give_a = give(item.a, -from.linear, from.angular_a);
+    row.give_b = give(item.b, from.linear, from.angular_b);
+    row.response = along(row, row.give_a.at, row.give_b.at);
+    row.error = from.error;
+    row.kind = from.kind;
 }
 
 void JointSolver::update_row(const SolverBodies& moving,
                              const JointItem& item,
+                             const JointRow& from,
                              float bend,
                              Row& row) const {
     constexpr float kInfinite = std::numeric_limits<float>::infinity();
-    row.turn_a = moving.inverse_times(item.a, row.row.angular_a);
-    row.turn_b = moving.inverse_times(item.b, row.row.angular_b);
-    const float linear = moving.motion[item.a].at[3] + moving.motion[item.b].at[3];
-    row.response = linear * row.row.linear.squaredNorm() + row.turn_a.dot(row.row.angular_a) +
-                   row.turn_b.dot(row.row.angular_b);
     row.soft = 0.0F;
     row.undo = 0.0F;
     row.low = -kInfinite;
     row.high = kInfinite;
-    switch (row.row.kind) {
+    switch (row.kind) {
         case RowKind::kHard:
             aim_hard(bend, row);
             break;
         case RowKind::kLimit:
-            row.undo = std::clamp(row.row.error / kUndoTime, -kLimitSpeed, 0.0F);
-            row.bias = row.undo + std::max(row.row.error, 0.0F) / h_;
+            row.undo = std::clamp(row.error / kUndoTime, -kLimitSpeed, 0.0F);
+            row.bias = row.undo + std::max(row.error, 0.0F) / h_;
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
-            row.bias = -row.row.target;
-            row.high = row.row.most * h_;
+            row.bias = -from.target;
+            row.high = from.most * h_;
             row.low = -row.high;
             break;
         case RowKind::kSpring:
-            update_spring(moving, item, row);
+            update_spring(moving, item, *from.spring, row);
             break;
     }
 }
@@ -133,12 +154,11 @@ void JointSolver::update_row(const SolverBodies& moving,
 /// substep. It is undone within kUndoTime, by velocities that last for one substep (see `relax`).
 void JointSolver::aim_hard(float bend, Row& row) const {
     const float most = h_ * bend;
-    const float bent = std::clamp(row.row.error - row.straight_error, -most, most) + row.sudden;
+    const float bent = std::clamp(row.error - row.straight_error, -most, most) + row.sudden;
     row.sudden = 0.0F;
-    row.undo =
-        std::clamp((row.row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
+    row.undo = std::clamp((row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
     row.bias = bent / h_ + row.undo;
-    row.straight_error = row.row.error;
+    row.straight_error = row.error;
 }
 
 bool JointSolver::relax() {
@@ -159,10 +179,12 @@ bool JointSolver::relax() {
 /// with m = 0 and t = 1/2, which keeps the energy of an undamped spring however stiff it is. Where
 /// the damping is too strong for the step and the effective mass at the anchors, t and m go up to
 /// 1, implicit Euler's, which do not ring.
-void JointSolver::update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const {
+void JointSolver::update_spring(const SolverBodies& moving,
+                                const JointItem& item,
+                                const JointDef& def,
+                                Row& row) const {
     const float inverse_mass = moving.motion[item.a].at[3] + moving.motion[item.b].at[3];
-    const SpringConstants spring =
-        spring_constants(*row.row.spring, static_cast<double>(inverse_mass));
+    const SpringConstants spring = spring_constants(def, static_cast<double>(inverse_mass));
     const float pull = static_cast<float>(spring.k) * h_;  // impulse per metre
     const float drag = static_cast<float>(spring.c) * h_;
     const float fade = drag * row.response;
@@ -176,7 +198,7 @@ void JointSolver::update_spring(const SolverBodies& moving, const JointItem& ite
     }
     const float before = drag * (1.0F - t) - 0.25F * pull * h_ * (1.0F - m);
     row.soft = 1.0F / after;
-    row.bias = (pull * row.row.error + before * speed(moving, item, row)) / after;
+    row.bias = (pull * row.error + before * speed(moving, item, row)) / after;
 }
 
 void JointSolver::warm_start(SolverBodies& moving) {
@@ -189,7 +211,7 @@ void JointSolver::warm_start(SolverBodies& moving) {
     for (const JointGroup& group : groups_) {
         if (group.direct) {
             choose_held(moving, group);
-            factor(moving, group);
+            factor(group);
         }
     }
 }
@@ -199,19 +221,19 @@ void JointSolver::choose_held(const SolverBodies& moving, const JointGroup& grou
     for (std::uint32_t i = group.first; group.bounded && i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             Row& row = rows_[r];
-            if (row.row.kind == RowKind::kMotor) {
+            if (row.kind == RowKind::kMotor) {
                 row.held = row.impulse > row.low && row.impulse < row.high;
-            } else if (row.row.kind == RowKind::kLimit) {
+            } else if (row.kind == RowKind::kLimit) {
                 row.held = row.impulse > 0.0F || speed(moving, items_[i], row) + row.bias < -kStill;
             }
         }
     }
 }
 
-void JointSolver::factor(const SolverBodies& moving, const JointGroup& group) {
+void JointSolver::factor(const JointGroup& group) {
     matrix_.clear(group.first_row, group.end_row);
     for (std::uint32_t i = group.first; i < group.end; ++i) {
-        assemble(moving, items_[i]);
+        assemble(items_[i]);
     }
     for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
         double& diagonal = matrix_.at(r, r);
@@ -221,60 +243,53 @@ void JointSolver::factor(const SolverBodies& moving, const JointGroup& group) {
     matrix_.factor(group.first_row, group.end_row, kLeastShare);
 }
 
-void JointSolver::assemble(const SolverBodies& moving, const JointItem& item) {
+void JointSolver::assemble(const JointItem& item) {
     for (const std::uint32_t slot : {item.a, item.b}) {
         for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
             const JointItem& other = items_[joints_of_[k]];
             if (other.first <= item.first) {
-                add_block(moving, item, other, slot);
+                add_block(item, other, slot);
             }
         }
     }
 }
 
 /// The effect of impulses of q's rows on the speeds of p's rows through one body.
-void JointSolver::add_block(const SolverBodies& moving,
-                            const JointItem& p,
-                            const JointItem& q,
-                            std::uint32_t slot) {
+void JointSolver::add_block(const JointItem& p, const JointItem& q, std::uint32_t slot) {
     const bool b_of_p = p.b == slot;
     const bool b_of_q = q.b == slot;
-    const float inv_mass = (b_of_p == b_of_q ? 1.0F : -1.0F) * moving.motion[slot].at[3];
     for (std::size_t i = p.first; i < p.first + p.count; ++i) {
         const Row& row = rows_[i];
         if (!row.held) {
             continue;
         }
-        const Vec3& angular = b_of_p ? row.row.angular_b : row.row.angular_a;
+        const Lanes& along = (b_of_p ? row.along_b : row.along_a).at;
         const std::size_t end = p.first == q.first ? i + 1 : q.first + q.count;
         for (std::size_t j = q.first; j < end; ++j) {
             const Row& other = rows_[j];
             if (other.held) {
                 matrix_.at(i, j) +=
-                    static_cast<double>(inv_mass * row.row.linear.dot(other.row.linear)) +
-                    static_cast<double>(angular.dot(b_of_q ? other.turn_b : other.turn_a));
+                    static_cast<double>(sum_of(along * (b_of_q ? other.give_b : other.give_a).at));
             }
         }
     }
 }
 
 /// What motions or shifts of the two bodies are to the row.
-float JointSolver::along(const JointRow& row, const Row8& a, const Row8& b) {
-    return row.linear.dot(SolverBodies::linear(b) - SolverBodies::linear(a)) +
-           row.angular_a.dot(SolverBodies::angular(a)) +
-           row.angular_b.dot(SolverBodies::angular(b));
+float JointSolver::along(const Row& row, const Lanes& a, const Lanes& b) {
+    return sum_of(row.along_a.at * a + row.along_b.at * b);
 }
 
 float JointSolver::speed(const SolverBodies& moving, const JointItem& item, const Row& row) {
-    return along(row.row, moving.motion[item.a], moving.motion[item.b]);
+    return along(row, moving.motion[item.a].at, moving.motion[item.b].at);
 }
 
 void JointSolver::apply(SolverBodies& moving,
                         const JointItem& item,
                         const Row& row,
                         float impulse) {
-    moving.change(item.a, -impulse * row.row.linear, impulse * row.turn_a);
-    moving.change(item.b, impulse * row.row.linear, impulse * row.turn_b);
+    moving.motion[item.a].at += impulse * row.give_a.at;
+    moving.motion[item.b].at += impulse * row.give_b.at;
 }
 
 void JointSolver::move_impulse(SolverBodies& moving,
@@ -312,8 +327,11 @@ void JointSolver::solve_around(SolverBodies& moving, std::uint32_t slot_a, std::
 }
 
 std::uint32_t JointSolver::group_of(std::uint32_t slot) const {
-    const bool tied = !items_.empty() && first_of_[slot] < first_of_[slot + 1];
-    return tied ? items_[joints_of_[first_of_[slot]]].group : kNoIndex;
+    if (items_.empty() || first_of_[slot] == first_of_[slot + 1]) {
+        return kNoIndex;
+    }
+    const std::uint32_t group = items_[joints_of_[first_of_[slot]]].group;
+    return groups_[group].direct ? group : kNoIndex;
 }
 
 /// Of the limits and motors those hold that carry or can still push. Each round ends with hard rows
@@ -323,14 +341,14 @@ void JointSolver::solve_group(SolverBodies& moving, const JointGroup& group) {
     for (int round = 1;; ++round) {
         find_unknowns(moving, group);
         while (group.bounded && release(moving, group)) {  // fewer rows hold each time
-            factor(moving, group);
+            factor(group);
             find_unknowns(moving, group);
         }
         apply_unknowns(moving, group);
         if (!group.bounded || round == kRounds || !take_hold(moving, group)) {
             return;
         }
-        factor(moving, group);
+        factor(group);
     }
 }
 
@@ -418,15 +436,26 @@ void JointSolver::apply_unknowns(SolverBodies& moving, const JointGroup& group) 
     }
 }
 
+/// Joints one after the other, from one end of the graph to the other and back: what happens at one
+/// end is felt at the other in the same visit.
 void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
-    for (std::uint32_t i = group.first; i < group.end; ++i) {
-        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
-            Row& row = rows_[r];
-            const float wanted = speed(moving, items_[i], row) + row.bias + row.soft * row.impulse;
-            const float whole = row.response + row.soft;
-            if (whole > 0.0F) {
-                move_impulse(moving, items_[i], row, row.impulse - wanted / whole);
-            }
+    for (int pass = 0; pass < kSinglePasses; pass += 2) {
+        for (std::uint32_t i = group.first; i < group.end; ++i) {
+            solve_joint(moving, items_[i]);
+        }
+        for (std::uint32_t i = group.end; i-- > group.first;) {
+            solve_joint(moving, items_[i]);
+        }
+    }
+}
+
+void JointSolver::solve_joint(SolverBodies& moving, const JointItem& item) {
+    for (std::size_t r = item.first; r < item.first + item.count; ++r) {
+        Row& row = rows_[r];
+        const float wanted = speed(moving, item, row) + row.bias + row.soft * row.impulse;
+        const float whole = row.response + row.soft;
+        if (whole > 0.0F) {
+            move_impulse(moving, item, row, row.impulse - wanted / whole);
         }
     }
 }
@@ -435,7 +464,7 @@ void JointSolver::add_totals() {
     ++substeps_;
     for (JointItem& item : items_) {
         for (std::size_t r = item.first; r < item.first + item.count; ++r) {
-            item.carried += rows_[r].impulse * rows_[r].row.linear;
+            item.carried += rows_[r].impulse * SolverBodies::linear(rows_[r].along_b);
         }
     }
 }

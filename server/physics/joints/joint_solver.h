@@ -4,6 +4,7 @@
 #include "server/physics/bodies/solver_bodies.h"
 #include "server/physics/joints/envelope_solver.h"
 #include "server/physics/joints/joint_table.h"
+#include "server/physics/simd/lanes.h"
 
 #include <cstdint>
 #include <span>
@@ -45,15 +46,20 @@ class JointSolver {
 
     [[nodiscard]] bool empty() const { return items_.empty(); }
 
+    /// Whether `solve` leaves no row open.
+    [[nodiscard]] bool exact() const { return exact_; }
+
     /// Rows at the present poses, with velocities that no force of this substep has changed yet.
     void update(const JointTable& table, const SolverBodies& moving);
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
-    /// The same for those alone that hang together with these slots.
+    /// The same for those alone that hang together with these slots; not where rows are solved one
+    /// after the other: such a graph is as good as loose for the moment of a blow.
     void solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b);
 
-    /// Calls visit(slot) for all slots that joints tie to this one, some of them several times.
+    /// Calls visit(slot) for all slots that `solve_around` may move with this one, some of them
+    /// several times.
     template <class Visit>
     void for_each_tied(std::uint32_t slot, Visit&& visit) const {
         const std::uint32_t group = group_of(slot);
@@ -88,8 +94,8 @@ class JointSolver {
 
     /// A row and its equation: J V + soft x impulse = -bias, low <= impulse <= high.
     struct Row {
-        JointRow row;
-        Vec3 turn_a, turn_b;    // inverse inertia times angular part
+        Row8 along_a, along_b;  // J: the row's share in either motion
+        Row8 give_a, give_b;    // M^-1 J^T: what an impulse of 1 changes in either motion
         float response = 0.0F;  // J M^-1 J^T
         float soft = 0.0F;
         float bias = 0.0F;
@@ -99,7 +105,9 @@ class JointSolver {
         /// The error that the row would have at the last update, had it been straight since then.
         float straight_error = 0.0F;
         float sudden = 0.0F;  ///< of the error: what came from outside since the last step
-        bool held = true;     // in the system of equations; otherwise its impulse stays
+        float error = 0.0F;   ///< C at the last update, m or rad
+        RowKind kind = RowKind::kHard;
+        bool held = true;  // in the system of equations; otherwise its impulse stays
     };
 
     /// Joints that hang together through bodies that move.
@@ -124,16 +132,24 @@ class JointSolver {
     [[nodiscard]] float moved(const SolverBodies& moving,
                               const JointItem& item,
                               const Row& row) const;
-    void update_row(const SolverBodies& moving, const JointItem& item, float bend, Row& row) const;
+    static void place_row(const SolverBodies& moving,
+                          const JointItem& item,
+                          const JointRow& from,
+                          Row& row);
+    void update_row(const SolverBodies& moving,
+                    const JointItem& item,
+                    const JointRow& from,
+                    float bend,
+                    Row& row) const;
     void aim_hard(float bend, Row& row) const;
-    void update_spring(const SolverBodies& moving, const JointItem& item, Row& row) const;
+    void update_spring(const SolverBodies& moving,
+                       const JointItem& item,
+                       const JointDef& spring,
+                       Row& row) const;
     void choose_held(const SolverBodies& moving, const JointGroup& group);
-    void factor(const SolverBodies& moving, const JointGroup& group);
-    void assemble(const SolverBodies& moving, const JointItem& item);
-    void add_block(const SolverBodies& moving,
-                   const JointItem& p,
-                   const JointItem& q,
-                   std::uint32_t slot);
+    void factor(const JointGroup& group);
+    void assemble(const JointItem& item);
+    void add_block(const JointItem& p, const JointItem& q, std::uint32_t slot);
     void solve(SolverBodies& moving, const JointGroup& group);
     void solve_group(SolverBodies& moving, const JointGroup& group);
     void find_unknowns(const SolverBodies& moving, const JointGroup& group);
@@ -142,7 +158,8 @@ class JointSolver {
     bool take_hold(const SolverBodies& moving, const JointGroup& group);
     void apply_unknowns(SolverBodies& moving, const JointGroup& group);
     void solve_singly(SolverBodies& moving, const JointGroup& group);
-    [[nodiscard]] static float along(const JointRow& row, const Row8& a, const Row8& b);
+    void solve_joint(SolverBodies& moving, const JointItem& item);
+    [[nodiscard]] static float along(const Row& row, const Lanes& a, const Lanes& b);
     [[nodiscard]] static float speed(const SolverBodies& moving,
                                      const JointItem& item,
                                      const Row& row);
@@ -152,6 +169,7 @@ class JointSolver {
 
     float h_ = 0.0F;
     int substeps_ = 0;  // since `prepare`
+    bool exact_ = true;
     std::vector<JointItem> items_;
     std::vector<Row> rows_;
     std::vector<Row8> seen_;  // how far each slot had gone at the last update

@@ -16,8 +16,8 @@ struct JointEntry {
     std::uint32_t a = kNoIndex;  ///< body rows; kNoIndex: the world
     std::uint32_t b = kNoIndex;
     std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
-    std::array<float, 9> impulse{};                         ///< per row and substep
-    std::array<float, 9> straight_error{};                  ///< per row, m or rad: see JointSolver
+    std::array<float, kMostRows> impulse{};                 ///< per row and substep
+    std::array<float, kMostRows> straight_error{};          ///< per row, m or rad: see JointSolver
     std::array<Row8, 2> motion{};                           ///< of a and b when the step ended
     float substep_s = 0.0F;                                 ///< length of these substeps
     float force_n = 0.0F;                                   ///< size of the force of the last one

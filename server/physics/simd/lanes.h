@@ -69,6 +69,12 @@ ZONED_INLINE float lowest_of(const Lanes& a) {
     return c[0] < c[1] ? c[0] : c[1];
 }
 
+ZONED_INLINE float sum_of(const Lanes& a) {
+    const Lanes b = a + __builtin_shufflevector(a, a, 4, 5, 6, 7, 0, 1, 2, 3);
+    const Lanes c = b + __builtin_shufflevector(b, b, 2, 3, 0, 1, 6, 7, 4, 5);
+    return c[0] + c[1];
+}
+
 /// Whether a comparison holds in any lane.
 template <class Mask>
 ZONED_INLINE bool any(const Mask& mask) {

@@ -19,6 +19,9 @@ constexpr int kSweeps = 2;
 /// deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
 constexpr float kSagRate = 0.3F;
 
+/// Passes over contacts where joints are not solved all at once.
+constexpr int kLeastTurns = 2;
+
 /// The work that one thread takes at a time: some microseconds.
 constexpr std::size_t kBatchGrain = 8;
 
@@ -266,7 +269,9 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     watch_impacts();
     collide(bodies);
     warm_start();
-    const int iterations = batches_.empty() ? 1 : parameters_.iterations;
+    // Joints solved one after the other move again what a contact has stopped: both take turns.
+    const int least = joints_.exact() ? 1 : kLeastTurns;
+    const int iterations = batches_.empty() ? 1 : std::max(parameters_.iterations, least);
     for (int i = 0; i < iterations; ++i) {
         joints_.solve(moving_);
         solve_all<true>();

@@ -15,6 +15,9 @@ constexpr float kPatience = 0.5F;
 /// A joint may gape by this share of the budget: a body that it holds swings faster within the step
 /// than when the step began.
 constexpr float kJointShare = 0.02F;
+/// A contact of a thin body may yield by this share of the ball that fits into it: a card that
+/// leans on another slides off where their edges sink in.
+constexpr float kThinShare = 0.1F;
 /// A spring swings by no more than this within a substep, rad: 1 % of its frequency.
 constexpr float kSpringTurn = 0.5F;
 /// A body swings under the force of a joint by no more than this within a substep, rad: chains of
@@ -143,7 +146,13 @@ std::uint8_t SubstepPolicy::level_for(const Bodies& bodies,
         const float lighter = inv_a > 0.0F && inv_b > 0.0F ? std::min(inv_a, inv_b) : inv_a + inv_b;
         force = budget.gravity_mps2 / lighter;
     }
-    const float give = force * (inv_a + inv_b) / budget.error_m;  // 1 / s2
+    float error = budget.error_m;
+    for (const std::uint32_t row : {pair.a, pair.b}) {
+        if (bodies.simulated(row)) {
+            error = std::min(error, kThinShare * bodies.inner[row]);
+        }
+    }
+    const float give = force * (inv_a + inv_b) / error;  // 1 / s2
     const float rate = std::sqrt(give) / (2.0F * std::numbers::pi_v<float> * kContactRateShare);
     return level_of(budget.dt_s * std::max(rate, 1.0F / budget.longest_h_s));
 }

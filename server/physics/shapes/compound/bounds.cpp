@@ -5,6 +5,9 @@
 #include "server/physics/shapes/heightfield.h"
 #include "server/physics/shapes/mesh.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace zoned::physics {
 
 namespace {
@@ -62,6 +65,15 @@ float inner_radius(const Shape& shape) {
             return shape.radius;
         case ShapeKind::kBox:
             return shape.half_extents.minCoeff();
+        case ShapeKind::kHull:
+            return hull_of(shape).view().inner;
+        case ShapeKind::kCompound: {
+            float least = std::numeric_limits<float>::infinity();
+            for (const Compound::CompoundChild& child : compound_of(shape).parts()) {
+                least = std::min(least, inner_radius(child.part.shape));
+            }
+            return least;
+        }
         default:
             return 0.0F;
     }

@@ -21,7 +21,8 @@ struct Ball {
 /// their turned box. A plane has none: it gets the point at its origin.
 Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation);
 
-/// The least distance from the middle of a sphere, capsule or box to its surface, m; 0 of others.
+/// The radius of a ball about the middle of a sphere, capsule, box or hull that lies within it, m;
+/// of a compound that of its thinnest part; 0 of others.
 float inner_radius(const Shape& shape);
 
 /// The box that holds `box` all along a straight move by `motion`.
