@@ -15,6 +15,11 @@ namespace {
 constexpr int kImpactSweeps = 8;
 /// Impacts of one substep that follow from each other, at most: what is left is the solver's.
 constexpr int kMostRounds = 64;
+/// Where joints leave less than this of a blow's effect they hold the two as one (a motor that
+/// drives a leg into the body that it belongs to): no blow could part them.
+constexpr float kLeastGive = 5.0e-4F;
+/// A blow may part a contact faster than it should by this factor.
+constexpr float kMostOver = 1.001F;
 /// Points this close take part in the impact of a contact, m.
 constexpr float kMeets = 0.0005F;
 /// A bounce that lasts for fewer steps than this is none, twice over: a contact under the pull g
@@ -266,7 +271,7 @@ void ContactSolver::find_next_meetings() {
 /// heavier than that: the blow grows until the contact parts as fast as it should, and never gives
 /// back more energy than it takes.
 void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
-    ContactBatch& batch = batches_[w.batch];
+    const ContactBatch& batch = batches_[w.batch];
     const Single at(batch, w.lane, moving_, time);
     const float before = kept_ - time / h_;
     const auto then = [&](std::uint32_t slot) {
@@ -281,19 +286,11 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
     note_hit(at.a);
     note_hit(at.b);
     apply(w, at, blow, 1.0F);
-    const Motions change{moving_.motion[at.a] - before_of(at.a),
-                         moving_.motion[at.b] - before_of(at.b)};
-    float wanted = 0.0F;
-    for (std::size_t k = 0; k < batch.count; ++k) {
-        wanted += blow.push[k] * blow.wanted[k];
+    const float size = size_of(w, at, m, blow);
+    if (size == 0.0F) {
+        apply(w, at, blow, -1.0F);
+        return;
     }
-    const float met = blow.power(*this, w, at, m, false);
-    const float parted = blow.power(*this, w, at, change, false);
-    const float taken = blow.power(*this, w, at, m, true);
-    const float given = blow.power(*this, w, at, change, true);
-    float size = parted > 0.0F ? (wanted - met) / parted : 1.0F;
-    size = std::clamp(size, 0.0F, given > 0.0F ? std::max(-2.0F * taken / given, 0.0F) : 1.0F);
-    apply(w, at, blow, size - 1.0F);
     for (std::size_t k = 0; k < batch.count; ++k) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
     }
@@ -301,6 +298,38 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
         moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time);
         struck_.push_back(slot);
     }
+}
+
+/// How many times the blow is given, which was given once; the rest is given here.
+float ContactSolver::size_of(const SolverWatch& w,
+                             const Single& at,
+                             const Motions& m,
+                             const Blow& blow) {
+    const auto change = [&] {
+        return Motions{moving_.motion[at.a] - before_of(at.a),
+                       moving_.motion[at.b] - before_of(at.b)};
+    };
+    float wanted = -blow.power(*this, w, at, m, false);
+    for (std::size_t k = 0; k < batches_[w.batch].count; ++k) {
+        wanted += blow.push[k] * blow.wanted[k];
+    }
+    const float parted = blow.power(*this, w, at, change(), false);
+    if (!(parted > kLeastGive * wanted)) {
+        return 0.0F;
+    }
+    const float taken = blow.power(*this, w, at, m, true);
+    const float given = blow.power(*this, w, at, change(), true);
+    const float most = given > 0.0F ? std::max(-2.0F * taken / given, 0.0F) : 1.0F;
+    const float size = std::clamp(wanted / parted, 0.0F, most);
+    apply(w, at, blow, size - 1.0F);
+    const float reached = blow.power(*this, w, at, change(), false);
+    if (size <= 1.0F || reached <= kMostOver * wanted) {
+        return size;
+    }
+    // Motors and limits gave way: the more a blow grows, the less they add to the bodies' weight.
+    const float less = 1.0F + (size - 1.0F) * (wanted - parted) / (reached - parted);
+    apply(w, at, blow, less - size);
+    return less;
 }
 
 /// Remembers how a body moves, and the bodies that joints tie to it.
@@ -341,6 +370,8 @@ void ContactSolver::apply(const SolverWatch& w, const Single& at, const Blow& bl
     moment *= share;
     moving_.apply(at.a, -impulse, -(moment + at.shift_a.cross(impulse)));
     moving_.apply(at.b, impulse, moment + at.shift_b.cross(impulse));
+    // The second solve takes out what rounding leaves of a blow that joints hold off almost whole.
+    joints_.solve_around(moving_, at.a, at.b);
     joints_.solve_around(moving_, at.a, at.b);
 }
 

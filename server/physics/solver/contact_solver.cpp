@@ -266,9 +266,15 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     joints_.update(table, moving_);
     moving_.integrate_velocities(*team_);
     joints_.warm_start(moving_);
+    // The joints' last impulses balance those of contacts: only together do they show who meets.
+    if (leaps_) {
+        warm_start();
+    }
     watch_impacts();
     collide(bodies);
-    warm_start();
+    if (!leaps_) {
+        warm_start();
+    }
     // Joints solved one after the other move again what a contact has stopped: both take turns.
     const int least = joints_.exact() ? 1 : kLeastTurns;
     const int iterations = batches_.empty() ? 1 : std::max(parameters_.iterations, least);
