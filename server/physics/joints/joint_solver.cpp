@@ -11,11 +11,11 @@ namespace zoned::physics {
 
 namespace {
 
-/// Added to the diagonal, as a share of it. Redundant rows of loops differ by the rounding of
-/// floats, 1e-7: without this share that difference would be divided by itself. A joint that
-/// carries R times the weight of its own bodies gives by this times R g h^2: with R = 1e5 and 240
-/// substeps a second 17 micrometres.
-constexpr double kGive = 1.0e-6;
+/// A row gives way under its impulse by this share of what its bodies would. Redundant rows of loops
+/// differ by the rounding of floats, 1e-7: without this share that difference would be divided by
+/// itself, and impulses that cancel each other would grow for ever. Under R times the weight of its
+/// own bodies a joint gapes by this times R g h kUndoTime: with R = 1e5 by 0.2 mm.
+constexpr float kGive = 1.0e-6F;
 /// A row of which others leave no larger share follows from them: twice kGive is left of the
 /// diagonal of one that stands twice. It gets no impulse. If it contradicts them, no impulse could
 /// help, and the attempt would drown velocities in rounding.
@@ -129,6 +129,7 @@ void JointSolver::update_row(const SolverBodies& moving,
     row.high = kInfinite;
     switch (row.kind) {
         case RowKind::kHard:
+            row.soft = kGive * row.response;
             aim_hard(bend, row);
             break;
         case RowKind::kLimit:
@@ -237,8 +238,7 @@ void JointSolver::factor(const JointGroup& group) {
     }
     for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
         double& diagonal = matrix_.at(r, r);
-        diagonal =
-            rows_[r].held ? diagonal * (1.0 + kGive) + static_cast<double>(rows_[r].soft) : 1.0;
+        diagonal = rows_[r].held ? diagonal + static_cast<double>(rows_[r].soft) : 1.0;
     }
     matrix_.factor(group.first_row, group.end_row, kLeastShare);
 }
