@@ -37,6 +37,17 @@ constexpr int kSinglePasses = 6;
 /// A limit that closes slower than this does not take hold, m/s and rad/s.
 constexpr float kStill = 1.0e-6F;
 
+Row8 row_of(const Vec3& v, const Vec3& w) {
+    return {Lanes{v.x(), v.y(), v.z(), 0.0F, w.x(), w.y(), w.z(), 0.0F}};
+}
+
+/// The change of motion by an impulse and a moment.
+Row8 give(const SolverBodies& moving, std::uint32_t slot, const Vec3& push, const Vec3& moment) {
+    return moving.moved_by_impulses(slot)
+               ? row_of(moving.motion[slot].at[3] * push, moving.inverse_times(slot, moment))
+               : Row8();
+}
+
 }  // namespace
 
 /// How fast a point leaves its place because its body turns: in a substep of h at w, the arm's end
@@ -99,19 +110,10 @@ void JointSolver::place_row(const SolverBodies& moving,
                             const JointItem& item,
                             const JointRow& from,
                             Row& row) {
-    const auto row_of = [](const Vec3& linear, const Vec3& angular) {
-        return Row8{Lanes{
-            linear.x(), linear.y(), linear.z(), 0.0F, angular.x(), angular.y(), angular.z(), 0.0F}};
-    };
     row.along_a = row_of(-from.linear, from.angular_a);
     row.along_b = row_of(from.linear, from.angular_b);
-    const auto give = [&](std::uint32_t slot, const Vec3& linear, const Vec3& angular) {
-        return moving.moved_by_impulses(slot)
-                   ? row_of(moving.motion[slot].at[3] * linear, moving.inverse_times(slot, angular))
-                   : Row8();
-    };
-    row.give_a = give(item.a, -from.linear, from.angular_a);
-    row.give_b = give(item.b, from.linear, from.angular_b);
+    row.give_a = give(moving, item.a, -from.linear, from.angular_a);
+    row.give_b = give(moving, item.b, from.linear, from.angular_b);
     row.response = along(row, row.give_a.at, row.give_b.at);
     row.error = from.error;
     row.kind = from.kind;
@@ -170,6 +172,24 @@ bool JointSolver::relax() {
         row.undo = 0.0F;
     }
     return any;
+}
+
+/// An impulse acts on both bodies at one point, and the point is b's. Arms that were left where the
+/// bodies stood before would make momentum. What the rows say about speeds stays: it is true for the
+/// middle of the substep.
+void JointSolver::follow(const SolverBodies& moving) {
+    for (const JointItem& item : items_) {
+        const Vec3 apart =
+            SolverBodies::linear({moving.drift[item.b].at - seen_[item.b].at}) -
+            SolverBodies::linear({moving.drift[item.a].at - seen_[item.a].at});
+        for (std::size_t r = item.first; r < item.first + item.count; ++r) {
+            Row& row = rows_[r];
+            const Vec3 linear = SolverBodies::linear(row.along_b);
+            const Vec3 angular_a = SolverBodies::angular(row.along_a) - apart.cross(linear);
+            row.give_a = give(moving, item.a, -linear, angular_a);
+            row.give_b = give(moving, item.b, linear, SolverBodies::angular(row.along_b));
+        }
+    }
 }
 
 /// The implicit midpoint rule for a spring of stiffness k and damping c: with x in the middle of

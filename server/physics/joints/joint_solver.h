@@ -73,6 +73,8 @@ class JointSolver {
 
     /// From now on velocities no longer undo what is left of former errors. True if any did.
     bool relax();
+    /// Impulses act from now on where the bodies went since the last update.
+    void follow(const SolverBodies& moving);
     /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 

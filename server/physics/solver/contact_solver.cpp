@@ -286,6 +286,9 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     moving_.integrate_positions(bodies, move, *team_);
     const bool relax = joints_.relax() || !batches_.empty();
     const int relax_iterations = relax ? parameters_.relax_iterations : 0;
+    if (relax_iterations > 0) {
+        joints_.follow(moving_);
+    }
     for (int i = 0; i < relax_iterations; ++i) {
         joints_.solve(moving_);
         tally_ = i + 1 == relax_iterations ? 1.0F : 0.0F;
