@@ -336,14 +336,15 @@ void JointSolver::solve(SolverBodies& moving, const JointGroup& group) {
 }
 
 void JointSolver::solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b) {
-    const std::uint32_t a = group_of(slot_a);
-    const std::uint32_t b = group_of(slot_b);
-    if (a != kNoIndex) {
-        solve(moving, groups_[a]);
-    }
-    if (b != kNoIndex && b != a) {
-        solve(moving, groups_[b]);
-    }
+    for_each_around(slot_a, slot_b, [&](const JointGroup& group) { solve(moving, group); });
+}
+
+void JointSolver::note_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {
+    for_each_around(slot_a, slot_b, [this](const JointGroup& group) {
+        for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
+            rows_[r].noted = rows_[r].impulse;
+        }
+    });
 }
 
 std::uint32_t JointSolver::group_of(std::uint32_t slot) const {

@@ -71,6 +71,24 @@ class JointSolver {
         }
     }
 
+    /// Remembers the impulses of the joints that `solve_around` would solve.
+    void note_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
+
+    /// Calls visit(a, b, impulse on b) for these joints: what they gave since then, N s.
+    template <class Visit>
+    void for_each_pull(std::uint32_t slot_a, std::uint32_t slot_b, Visit&& visit) const {
+        for_each_around(slot_a, slot_b, [&](const JointGroup& group) {
+            for (std::uint32_t i = group.first; i < group.end; ++i) {
+                Vec3 pull = Vec3::Zero();
+                for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+                    const Row& row = rows_[r];
+                    pull += (row.impulse - row.noted) * SolverBodies::linear(row.along_b);
+                }
+                visit(items_[i].a, items_[i].b, pull);
+            }
+        });
+    }
+
     /// From now on velocities no longer undo what is left of former errors. True if any did.
     bool relax();
     /// Impulses act from now on where the bodies went since the last update.
@@ -104,6 +122,7 @@ class JointSolver {
         float undo = 0.0F;  // share of the bias that undoes what is left of former errors
         float low = 0.0F, high = 0.0F;
         float impulse = 0.0F;
+        float noted = 0.0F;  // impulse before a blow
         /// The error that the row would have at the last update, had it been straight since then.
         float straight_error = 0.0F;
         float sudden = 0.0F;  ///< of the error: what came from outside since the last step
@@ -121,6 +140,17 @@ class JointSolver {
     };
 
     [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
+
+    template <class Visit>
+    void for_each_around(std::uint32_t slot_a, std::uint32_t slot_b, Visit&& visit) const {
+        const std::uint32_t a = group_of(slot_a);
+        const std::uint32_t b = group_of(slot_b);
+        for (const std::uint32_t group : {a, b == a ? kNoIndex : b}) {
+            if (group != kNoIndex) {
+                visit(groups_[group]);
+            }
+        }
+    }
 
     // joint_order.cpp
     void order(const SolverBodies& moving);

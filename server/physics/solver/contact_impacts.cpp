@@ -285,18 +285,38 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
     hit_.clear();
     note_hit(at.a);
     note_hit(at.b);
+    joints_.note_impulses(at.a, at.b);
     apply(w, at, blow, 1.0F);
     const float size = size_of(w, at, m, blow);
     if (size == 0.0F) {
         apply(w, at, blow, -1.0F);
         return;
     }
+    delay_pulls(at, time);
     for (std::size_t k = 0; k < batch.count; ++k) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
     }
     for (const auto& [slot, motion] : hit_) {
         moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time);
         struck_.push_back(slot);
+    }
+}
+
+/// Joints pulled at points of bodies where they stand now, but bodies get the change of motion
+/// later: by then the points are apart, and two pulls that cancel each other would turn the whole.
+/// The first body's moment makes up for it.
+void ContactSolver::delay_pulls(const Single& at, float time) {
+    if (time == 0.0F) {
+        return;
+    }
+    bool any = false;
+    joints_.for_each_pull(at.a, at.b, [&](std::uint32_t a, std::uint32_t b, const Vec3& pull) {
+        const Vec3 apart = time * SolverBodies::linear(before_of(b) - before_of(a));
+        moving_.apply(a, Vec3::Zero(), -apart.cross(pull));
+        any = true;
+    });
+    if (any) {
+        joints_.solve_around(moving_, at.a, at.b);
     }
 }
 
