@@ -273,6 +273,16 @@ void SolverBodies::apply(std::uint32_t slot, const Vec3& impulse, const Vec3& mo
     change(slot, impulse, inverse_times(slot, moment));
 }
 
+Row8 SolverBodies::momentum(std::uint32_t slot, const Row8& of) const {
+    if (!moved_by_impulses(slot)) {
+        return {};
+    }
+    const Lanes& t = tensor[slot].at;
+    Mat3 inverse;
+    inverse << t[0], t[1], t[2], t[1], t[3], t[4], t[2], t[4], t[5];
+    return row_of(linear(of) / motion[slot].at[3], 0.0F, inverse.inverse() * angular(of));
+}
+
 void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin) {
     if (!moved_by_impulses(slot)) {
         return;

@@ -49,6 +49,10 @@ class SolverBodies {
     /// Inverse inertia times a moment, world; zero for a body that impulses do not move.
     [[nodiscard]] Vec3 inverse_times(std::uint32_t slot, const Vec3& moment) const;
 
+    /// Momentum (N s) and angular momentum (N m s) of a motion; zero for a body that impulses do
+    /// not move.
+    [[nodiscard]] Row8 momentum(std::uint32_t slot, const Row8& of) const;
+
     /// Gives a body an impulse and a change of spin.
     void change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin);
 

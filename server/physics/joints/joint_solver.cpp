@@ -11,10 +11,10 @@ namespace zoned::physics {
 
 namespace {
 
-/// A row gives way under its impulse by this share of what its bodies would. Redundant rows of loops
-/// differ by the rounding of floats, 1e-7: without this share that difference would be divided by
-/// itself, and impulses that cancel each other would grow for ever. Under R times the weight of its
-/// own bodies a joint gapes by this times R g h kUndoTime: with R = 1e5 by 0.2 mm.
+/// A row gives way under its impulse by this share of what its bodies would. Redundant rows of
+/// loops differ by the rounding of floats, 1e-7: without this share that difference would be
+/// divided by itself, and impulses that cancel each other would grow for ever. Under R times the
+/// weight of its own bodies a joint gapes by this times R g h kUndoTime: with R = 1e5 by 0.2 mm.
 constexpr float kGive = 1.0e-6F;
 /// A row of which others leave no larger share follows from them: twice kGive is left of the
 /// diagonal of one that stands twice. It gets no impulse. If it contradicts them, no impulse could
@@ -68,6 +68,7 @@ float JointSolver::swing(const SolverBodies& moving, const JointItem& item, floa
 }
 
 void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
+    undoing_ = 1.0F;
     const auto pose = [&](const JointPose& start, const Quat& q, std::uint32_t slot) {
         if (slot == 0) {
             return start;
@@ -136,7 +137,7 @@ void JointSolver::update_row(const SolverBodies& moving,
             break;
         case RowKind::kLimit:
             row.undo = std::clamp(row.error / kUndoTime, -kLimitSpeed, 0.0F);
-            row.bias = row.undo + std::max(row.error, 0.0F) / h_;
+            row.bias = std::max(row.error, 0.0F) / h_;
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
@@ -160,28 +161,23 @@ void JointSolver::aim_hard(float bend, Row& row) const {
     const float bent = std::clamp(row.error - row.straight_error, -most, most) + row.sudden;
     row.sudden = 0.0F;
     row.undo = std::clamp((row.error - bent) / std::max(kUndoTime, h_), -kUndoSpeed, kUndoSpeed);
-    row.bias = bent / h_ + row.undo;
+    row.bias = bent / h_;
     row.straight_error = row.error;
 }
 
 bool JointSolver::relax() {
-    bool any = false;
-    for (Row& row : rows_) {
-        any |= std::abs(row.undo) > kUndoStill;
-        row.bias -= row.undo;
-        row.undo = 0.0F;
-    }
-    return any;
+    undoing_ = 0.0F;
+    return std::any_of(
+        rows_.begin(), rows_.end(), [](const Row& row) { return std::abs(row.undo) > kUndoStill; });
 }
 
 /// An impulse acts on both bodies at one point, and the point is b's. Arms that were left where the
-/// bodies stood before would make momentum. What the rows say about speeds stays: it is true for the
-/// middle of the substep.
+/// bodies stood before would make momentum. What the rows say about speeds stays: it is true for
+/// the middle of the substep.
 void JointSolver::follow(const SolverBodies& moving) {
     for (const JointItem& item : items_) {
-        const Vec3 apart =
-            SolverBodies::linear({moving.drift[item.b].at - seen_[item.b].at}) -
-            SolverBodies::linear({moving.drift[item.a].at - seen_[item.a].at});
+        const Vec3 apart = SolverBodies::linear({moving.drift[item.b].at - seen_[item.b].at}) -
+                           SolverBodies::linear({moving.drift[item.a].at - seen_[item.a].at});
         for (std::size_t r = item.first; r < item.first + item.count; ++r) {
             Row& row = rows_[r];
             const Vec3 linear = SolverBodies::linear(row.along_b);
@@ -245,7 +241,8 @@ void JointSolver::choose_held(const SolverBodies& moving, const JointGroup& grou
             if (row.kind == RowKind::kMotor) {
                 row.held = row.impulse > row.low && row.impulse < row.high;
             } else if (row.kind == RowKind::kLimit) {
-                row.held = row.impulse > 0.0F || speed(moving, items_[i], row) + row.bias < -kStill;
+                row.held =
+                    row.impulse > 0.0F || speed(moving, items_[i], row) + bias_of(row) < -kStill;
             }
         }
     }
@@ -347,6 +344,14 @@ void JointSolver::note_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {
     });
 }
 
+void JointSolver::restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {
+    for_each_around(slot_a, slot_b, [this](const JointGroup& group) {
+        for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
+            rows_[r].impulse = rows_[r].noted;
+        }
+    });
+}
+
 std::uint32_t JointSolver::group_of(std::uint32_t slot) const {
     if (items_.empty() || first_of_[slot] == first_of_[slot + 1]) {
         return kNoIndex;
@@ -379,7 +384,7 @@ void JointSolver::find_unknowns(const SolverBodies& moving, const JointGroup& gr
         const JointItem& item = items_[i];
         for (std::size_t r = item.first; r < item.first + item.count; ++r) {
             const Row& row = rows_[r];
-            unknowns_[r] = row.held ? -static_cast<double>(speed(moving, item, row) + row.bias +
+            unknowns_[r] = row.held ? -static_cast<double>(speed(moving, item, row) + bias_of(row) +
                                                            row.soft * row.impulse)
                                     : 0.0;
         }
@@ -433,7 +438,7 @@ bool JointSolver::take_hold(const SolverBodies& moving, const JointGroup& group)
             if (row.held || row.low == row.high) {
                 continue;
             }
-            const float over = speed(moving, items_[i], row) + row.bias;
+            const float over = speed(moving, items_[i], row) + bias_of(row);
             if ((row.impulse <= row.low && over < -kStill) ||
                 (row.impulse >= row.high && over > kStill)) {
                 row.held = true;
@@ -473,7 +478,7 @@ void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
 void JointSolver::solve_joint(SolverBodies& moving, const JointItem& item) {
     for (std::size_t r = item.first; r < item.first + item.count; ++r) {
         Row& row = rows_[r];
-        const float wanted = speed(moving, item, row) + row.bias + row.soft * row.impulse;
+        const float wanted = speed(moving, item, row) + bias_of(row) + row.soft * row.impulse;
         const float whole = row.response + row.soft;
         if (whole > 0.0F) {
             move_impulse(moving, item, row, row.impulse - wanted / whole);

@@ -74,6 +74,8 @@ class JointSolver {
     /// Remembers the impulses of the joints that `solve_around` would solve.
     void note_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
 
+    void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
+
     /// Calls visit(a, b, impulse on b) for these joints: what they gave since then, N s.
     template <class Visit>
     void for_each_pull(std::uint32_t slot_a, std::uint32_t slot_b, Visit&& visit) const {
@@ -119,7 +121,7 @@ class JointSolver {
         float response = 0.0F;  // J M^-1 J^T
         float soft = 0.0F;
         float bias = 0.0F;
-        float undo = 0.0F;  // share of the bias that undoes what is left of former errors
+        float undo = 0.0F;  // on top of the bias: undoes what is left of former errors
         float low = 0.0F, high = 0.0F;
         float impulse = 0.0F;
         float noted = 0.0F;  // impulse before a blow
@@ -191,6 +193,9 @@ class JointSolver {
     void apply_unknowns(SolverBodies& moving, const JointGroup& group);
     void solve_singly(SolverBodies& moving, const JointGroup& group);
     void solve_joint(SolverBodies& moving, const JointItem& item);
+
+    [[nodiscard]] float bias_of(const Row& row) const { return row.bias + undoing_ * row.undo; }
+
     [[nodiscard]] static float along(const Row& row, const Lanes& a, const Lanes& b);
     [[nodiscard]] static float speed(const SolverBodies& moving,
                                      const JointItem& item,
@@ -202,6 +207,7 @@ class JointSolver {
     float h_ = 0.0F;
     int substeps_ = 0;  // since `prepare`
     bool exact_ = true;
+    float undoing_ = 0.0F;  // 1: velocities undo former errors
     std::vector<JointItem> items_;
     std::vector<Row> rows_;
     std::vector<Row8> seen_;  // how far each slot had gone at the last update

@@ -18,6 +18,9 @@ constexpr int kMostRounds = 64;
 /// Where joints leave less than this of a blow's effect they hold the two as one (a motor that
 /// drives a leg into the body that it belongs to): no blow could part them.
 constexpr float kLeastGive = 5.0e-4F;
+/// A blow may make this share of twice the energy of its change of motion: motors work meanwhile. One
+/// that is all rounding makes half of it.
+constexpr float kMostMade = 0.1F;
 /// A blow may part a contact faster than it should by this factor.
 constexpr float kMostOver = 1.001F;
 /// Points this close take part in the impact of a contact, m.
@@ -293,6 +296,10 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
         return;
     }
     delay_pulls(at, time);
+    if (makes_energy(before)) {
+        take_back(at);
+        return;
+    }
     for (std::size_t k = 0; k < batch.count; ++k) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
     }
@@ -318,6 +325,30 @@ void ContactSolver::delay_pulls(const Single& at, float time) {
     if (any) {
         joints_.solve_around(moving_, at.a, at.b);
     }
+}
+
+/// Whether the blow left the bodies with more energy than they had; `before`: the share of this
+/// substep's change of velocity that had not come yet. Where joints contradict each other their
+/// pulls are all rounding.
+bool ContactSolver::makes_energy(float before) const {
+    float made = 0.0F;
+    float moved = 0.0F;
+    for (const auto& [slot, motion] : hit_) {
+        const Row8 change = moving_.motion[slot] - motion;
+        const Row8 gain = motion - moving_.start(slot);
+        const Row8 mean = motion + 0.5F * change - before * gain;
+        const Row8 push = moving_.momentum(slot, change);
+        made += sum_of(push.at * mean.at);
+        moved += sum_of(push.at * change.at);
+    }
+    return !(made <= kMostMade * moved);
+}
+
+void ContactSolver::take_back(const Single& at) {
+    for (const auto& [slot, motion] : hit_) {
+        moving_.motion[slot] = motion;
+    }
+    joints_.restore_impulses(at.a, at.b);
 }
 
 /// How many times the blow is given, which was given once; the rest is given here.

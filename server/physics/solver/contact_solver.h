@@ -133,6 +133,8 @@ class ContactSolver {
     void find_next_meetings();
     void strike(const Bodies& bodies, SolverWatch& w, float time);
     float size_of(const SolverWatch& w, const Single& at, const Motions& m, const Blow& blow);
+    [[nodiscard]] bool makes_energy(float before) const;
+    void take_back(const Single& at);
     void delay_pulls(const Single& at, float time);
     void note_hit(std::uint32_t slot);
     [[nodiscard]] Row8 before_of(std::uint32_t slot) const;
