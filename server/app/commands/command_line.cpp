@@ -192,7 +192,7 @@ int run_command_line(int argc, char** argv) {
     google::protobuf::SetLogHandler(nullptr);
     CLI::App app("zoned: a dedicated authoritative multiplayer game server", "zoned");
     app.require_subcommand(1);
-    app.set_version_flag("--version", std::string("zoned 0.1.0, built for ") + ZONED_TARGET_NAME);
+    app.set_version_flag("--version", "zoned " ZONED_VERSION ", built for " ZONED_TARGET_NAME);
     ServeArguments serve_arguments;
     ServeArguments check_arguments;
     ExplainArguments explain_arguments;
