@@ -6,6 +6,8 @@ namespace zoned::admin {
 
 const char* status_phrase(unsigned status) {
     switch (status) {
+        case 101:
+            return "Switching Protocols";
         case 200:
             return "OK";
         case 400:
@@ -28,6 +30,8 @@ const char* status_phrase(unsigned status) {
             return "Unsupported Media Type";
         case 421:
             return "Misdirected Request";
+        case 426:
+            return "Upgrade Required";
         case 429:
             return "Too Many Requests";
         case 431:

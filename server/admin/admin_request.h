@@ -18,6 +18,7 @@ struct AdminRequest {
     std::string authorization;
     std::string content_type;
     std::string body;
+    bool upgrade = false;  ///< asks for a WebSocket
 };
 
 struct AdminResponse {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/admin/admin_router.h"
+#include "server/admin/spectator_hub.h"
 
 #include <cstdint>
 #include <functional>
@@ -26,11 +27,25 @@ struct AdminSettings {
     double requests_per_s = 200.0;    ///< of one connection; twice as many at once
 };
 
+/// Where viewers get the world from.
+struct SpectatorSource {
+    double rate_hz = 20.0;
+    /// What never changes, as JSON; called on the server's thread.
+    std::function<std::string()> scene;
+    /// Asks for the state after one of the next ticks; the answer may come from any thread. False
+    /// when that is impossible just now.
+    std::function<bool(std::function<void(SpectatorSample)>)> sample;
+};
+
+/// So many viewers look at a time.
+inline constexpr std::size_t kMostViewers = 16;
+
 /// Figures of the server itself; read them on its thread.
 struct AdminStats {
     std::uint64_t accepted = 0;
     std::uint64_t bytes_out = 0;  ///< bodies
     std::size_t connections = 0;
+    std::size_t viewers = 0;
     std::map<unsigned, std::uint64_t> answers;  ///< by status
 };
 
@@ -40,7 +55,11 @@ class AdminServer {
   public:
     /// Binds and listens; throws std::system_error or std::invalid_argument with a text for the
     /// operator.
-    AdminServer(AdminSettings settings, std::vector<AdminRoute> routes);
+    /// With a source, viewers look at the world on /api/v1/spectate (a WebSocket; the token is its
+    /// second protocol, after "zoned").
+    AdminServer(AdminSettings settings,
+                std::vector<AdminRoute> routes,
+                SpectatorSource source = {});
     ~AdminServer();
     AdminServer(const AdminServer&) = delete;
     AdminServer& operator=(const AdminServer&) = delete;

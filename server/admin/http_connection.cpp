@@ -4,6 +4,7 @@
 #include <boost/beast/http/error.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 
 #include <chrono>
 #include <utility>
@@ -29,6 +30,12 @@ std::chrono::steady_clock::duration seconds(double s) {
 double now_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
+}
+
+/// Of "zoned, TOKEN".
+std::string bearer_of(const std::string& protocols) {
+    constexpr std::string_view kFront = "zoned, ";
+    return protocols.starts_with(kFront) ? "Bearer " + protocols.substr(kFront.size()) : "";
 }
 
 std::string text_of(beast::string_view text) {
@@ -128,6 +135,11 @@ void HttpConnection::dispatch() {
     request_.authorization = text_of(message[http::field::authorization]);
     request_.content_type = text_of(message[http::field::content_type]);
     request_.body = std::move(message.body());
+    request_.upgrade = beast::websocket::is_upgrade(message);
+    if (request_.upgrade) {
+        // Pages cannot send an Authorization header with a WebSocket, but protocols.
+        request_.authorization = bearer_of(text_of(message[http::field::sec_websocket_protocol]));
+    }
     const std::uint64_t number = ++asked_;
     answer_timer_.expires_after(seconds(context_.settings.answer_timeout_s));
     answer_timer_.async_wait([weak = weak_from_this(), number](Error error) {
@@ -158,7 +170,19 @@ void HttpConnection::on_answer(std::uint64_t request, AdminResponse response) {
     }
     answered_ = request;
     answer_timer_.cancel();
-    write(std::move(response));
+    if (response.status == 101) {
+        upgrade();
+    } else {
+        write(std::move(response));
+    }
+}
+
+void HttpConnection::upgrade() {
+    ++context_.stats.answers[101];
+    closed_ = true;
+    const auto self = shared_from_this();
+    context_.closed(number_);
+    context_.upgraded(std::move(stream_), parser_->release());
 }
 
 void HttpConnection::write(AdminResponse response) {

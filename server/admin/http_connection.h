@@ -23,6 +23,10 @@ struct ConnectionContext {
     AdminRouter& router;
     AdminStats& stats;
     std::function<void(std::uint64_t number)> closed;
+    /// Takes over a connection that is to become a WebSocket.
+    std::function<void(boost::beast::tcp_stream,
+                       boost::beast::http::request<boost::beast::http::string_body>)>
+        upgraded;
 };
 
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
@@ -48,6 +52,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     void answer_broken(Error error);
     void dispatch();
     void on_answer(std::uint64_t request, AdminResponse response);
+    void upgrade();
     void write(AdminResponse response);
     void on_write(Error error);
     void linger();

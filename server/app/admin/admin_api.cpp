@@ -2,8 +2,10 @@
 
 #include "server/admin/json_body.h"
 #include "server/admin/metrics_text.h"
+#include "server/admin/viewer_assets.h"
 #include "server/app/admin/admin_figures.h"
 #include "server/app/admin/admin_files.h"
+#include "server/app/admin/spectator_source.h"
 #include "proto/admin.pb.h"
 
 #include <asio/post.hpp>
@@ -72,7 +74,7 @@ AdminApi::AdminApi(const config::Settings& settings,
       network_(network),
       actions_(std::move(actions)),
       start_s_(steady_seconds()),
-      server_(admin_settings(settings), routes()) {
+      server_(admin_settings(settings), routes(), spectator_source(settings, loop)) {
     const std::string& folder = settings.server.session.state_folder;
     for (session::AccountBan& ban : load_bans(folder)) {
         network_.host().ban(std::move(ban));
@@ -92,6 +94,18 @@ std::vector<admin::AdminRoute> AdminApi::routes() {
     const auto get = [&](const char* path, bool open, auto handle) {
         out.push_back({"GET", path, open, handle});
     };
+    for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
+        get(std::string(asset.path).c_str(), true, [&asset](const Call&, const Reply& reply) {
+            AdminResponse response = plain(std::string(asset.content), "");
+            response.content_type = asset.type;
+            // Nothing but the page's own files may run or be asked.
+            response.headers.emplace_back(
+                "Content-Security-Policy",
+                "default-src 'self'; img-src data:; frame-ancestors 'none'");
+            response.headers.emplace_back("Referrer-Policy", "no-referrer");
+            reply(std::move(response));
+        });
+    }
     get("/healthz", true, [this](const Call& call, const Reply& reply) {
         health(call, reply, false);
     });

@@ -185,6 +185,8 @@ void write_admin(MetricsText& out, const AdminFigures& f) {
     for (const auto& [reason, count] : f.router.refused()) {
         out.sample(number(count), {{"reason", reason}});
     }
+    out.single(
+        "zoned_viewers", "gauge", "Viewers that look at the world.", number(f.stats.viewers));
     out.single("zoned_admin_connections",
                "gauge",
                "Open connections of the admin server.",
