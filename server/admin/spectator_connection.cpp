@@ -39,6 +39,7 @@ void SpectatorConnection::accept(const UpgradeRequest& request, std::string scen
     socket_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
         response.set(beast::http::field::sec_websocket_protocol, "zoned");
     }));
+    socket_.auto_fragment(false);
     socket_.read_message_max(kMostBytesFromViewer);
     socket_.async_accept(
         request, [self = shared_from_this(), moved = std::move(scene)](Error error) mutable {

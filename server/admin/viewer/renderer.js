@@ -115,8 +115,8 @@ export function typeColour(type, dim) {
     const h = (hue + offset) % 1;
     return Math.min(1, Math.max(0, Math.abs(6 * h - 3) - 1));
   };
-  const light = dim ? 0.45 : 0.95;
-  return [part(0), part(2 / 3), part(1 / 3)].map((c) => Math.round(255 * light * (0.35 + 0.65 * c)));
+  const [light, pale] = dim ? [0.62, 0.75] : [1, 0.3];
+  return [part(0), part(2 / 3), part(1 / 3)].map((c) => Math.round(255 * light * (pale + (1 - pale) * c)));
 }
 
 export class Renderer {
@@ -201,7 +201,17 @@ export class Renderer {
     const bounds = [edge(Math.min, 'min_x'), edge(Math.min, 'min_z'), edge(Math.max, 'max_x'), edge(Math.max, 'max_z')];
     this.origin = [(bounds[0] + bounds[2]) / 2, 0, (bounds[1] + bounds[3]) / 2];
     this.camera.frame(...bounds);
-    this.#fill(this.staticBoxes, scene.boxes.map((box) => ({ ...box, colour: [150, 150, 145] })));
+    const boxes = scene.boxes.map((box) => ({ ...box, colour: [150, 150, 145] }));
+    for (const zone of zones) {
+      // The ground, as a flat box.
+      boxes.push({
+        p: [(zone.min_x + zone.max_x) / 2, scene.ground_height_m - 0.5, (zone.min_z + zone.max_z) / 2],
+        size: [(zone.max_x - zone.min_x) / 2, 0.5, (zone.max_z - zone.min_z) / 2],
+        q: [0, 0, 0, 1],
+        colour: [196, 202, 190],
+      });
+    }
+    this.#fill(this.staticBoxes, boxes);
     const line = [];
     for (const zone of zones) {
       const y = scene.ground_height_m + 0.03;

@@ -115,6 +115,18 @@ class Ctl {
         return kGood;
     }
 
+    /// The page of the viewer, with the token where no server sees it.
+    int viewer() const {
+        const bool six = target_.host.find(':') != std::string::npos;
+        std::printf("http://%s%s%s:%u/#token=%s\n",
+                    six ? "[" : "",
+                    target_.host.c_str(),
+                    six ? "]" : "",
+                    static_cast<unsigned>(target_.port),
+                    target_.token.c_str());
+        return kGood;
+    }
+
     /// A table that renews itself; `a_.count` times, or until a signal.
     int top() {
         for (unsigned n = 0; a_.count == 0 || n < a_.count; ++n) {
@@ -219,6 +231,9 @@ int ctl(const CtlArguments& a) {
     }
     if (a.command == "metrics") {
         return ctl.metrics();
+    }
+    if (a.command == "viewer") {
+        return ctl.viewer();
     }
     if (a.command == "top") {
         return ctl.top();

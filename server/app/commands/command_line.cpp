@@ -206,6 +206,8 @@ void add_looks(CLI::App& c, CtlArguments& a, std::function<int()>& run) {
     add_order(c, a, run, "zones", "Zones, what they hold and what they cost");
     add_order(c, a, run, "bans", "Accounts that may not log in");
     add_order(c, a, run, "metrics", "All figures, as Prometheus reads them");
+    add_order(
+        c, a, run, "viewer", "The address at which a browser shows the world; it holds the token");
     add_order(c, a, run, "inspect", "One entity, and why its agent does what it does")
         ->add_option("ENTITY", a.entity)
         ->required()

@@ -216,6 +216,8 @@ TEST_F(Admin, ShowsTheServerByCtl) {
     expect_said({"zoned_sessions 2\n"});
     EXPECT_EQ(ctl({"bans"}), 0) << complained;
     expect_said({"account"});
+    EXPECT_EQ(ctl({"viewer"}), 0) << complained;
+    EXPECT_EQ(said, "http://127.0.0.1:" + std::to_string(admin_port) + "/#token=" + token() + "\n");
     EXPECT_EQ(ctl({"--json", "sessions"}), 0) << complained;
     expect_said({"\"total\": 2", "\"account\": \"development\""});
     EXPECT_EQ(ctl({"--json", "inspect", "12"}), 0) << complained;

@@ -292,6 +292,112 @@ TEST_F(Served, RefusesNewcomersWhileEveryConnectionIsBusy) {
     expect_alive();
 }
 
+/// A world in which every entity of many moves all the time.
+class Spectated : public Served {
+  protected:
+    void SetUp() override {
+        AdminSettings settings;
+        settings.token = kToken;
+        SpectatorSource source;
+        source.rate_hz = 200.0;
+        source.scene = [] {
+            return "{\"world\": \"test\"}";
+        };
+        source.sample = [this](const std::function<void(SpectatorSample)>& take) {
+            SpectatorSample sample{++samples_, std::vector<SpectatorRow>(20000)};
+            for (std::uint32_t i = 0; i < sample.rows.size(); ++i) {
+                sample.rows[i].id = i + 1;
+                sample.rows[i].position[0] = static_cast<float>(samples_);
+            }
+            take(std::move(sample));
+            return true;
+        };
+        server_ = std::make_unique<AdminServer>(settings, std::vector<AdminRoute>{}, source);
+        server_->start();
+    }
+
+    static std::string upgrade(const std::string& token, const std::string& more = "") {
+        return "GET /api/v1/spectate HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\n"
+               "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+               "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+               "Sec-WebSocket-Protocol: zoned, " +
+               token + "\r\n" + more + "\r\n";
+    }
+
+    std::size_t viewers() const {
+        std::promise<std::size_t> count;
+        server_->post([&] { count.set_value(server_->stats().viewers); });
+        return count.get_future().get();
+    }
+
+    std::int64_t samples_ = 0;
+};
+
+TEST_F(Spectated, ShowsTheWorldToWhoeverHasTheToken) {
+    const RawSocket viewer(port());
+    viewer.send(upgrade(kToken));
+    const std::string head = viewer.receive_until("\r\n\r\n");
+    EXPECT_EQ(status_of(head), 101) << head;
+    EXPECT_NE(viewer.receive_until("}").find("\"world\": \"test\""), std::string::npos);
+    EXPECT_EQ(viewers(), 1U);
+    // A binary frame (0x82) with a length of 64 bits: 16 + 28 x 20,000 bytes (RFC 6455, 5.2).
+    const std::string frame = viewer.receive_until(std::string("\x01\0\0\0", 4));
+    EXPECT_EQ(frame.substr(0, 2), "\x82\x7F");
+    EXPECT_EQ(static_cast<unsigned char>(frame[9]), (16U + 28U * 20000U) & 0xFFU);
+}
+
+TEST_F(Spectated, RefusesForeignPagesAndWrongTokens) {
+    const RawSocket wrong(port());
+    wrong.send(upgrade("x"));
+    EXPECT_EQ(status_of(wrong.receive_until("\r\n\r\n")), 401);
+    for (const char* origin : {"http://evil.example", "null", "http://127.0.0.1:1"}) {
+        const RawSocket viewer(port());
+        viewer.send(upgrade(kToken, std::string("Origin: ") + origin + "\r\n"));
+        EXPECT_EQ(status_of(viewer.receive_until("\r\n\r\n")), 403) << origin;
+    }
+    EXPECT_EQ(viewers(), 0U);
+}
+
+TEST_F(Spectated, SkipsWhatASlowViewerDoesNotTake) {
+    const RawSocket slow(port(), 4096);
+    slow.send(upgrade(kToken));
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (refused("slow_viewer") == 0 && std::chrono::steady_clock::now() < patience) {
+    }
+    EXPECT_EQ(refused("slow_viewer"), 1U);
+    EXPECT_EQ(viewers(), 1U);
+}
+
+TEST_F(Spectated, ClosesAViewerThatTalks) {
+    const RawSocket viewer(port());
+    viewer.send(upgrade(kToken));
+    viewer.receive_until("\r\n\r\n");
+    // A masked text frame of 65,535 bytes; then bytes that are no frame at all.
+    viewer.send("\x81\xFE\xFF\xFF" + std::string(4, '\x01') + std::string(65535, 'x'));
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (viewers() != 0 && std::chrono::steady_clock::now() < patience) {
+    }
+    EXPECT_EQ(viewers(), 0U);
+}
+
+TEST_F(Spectated, HasRoomForSoManyViewersAndForgetsThoseThatLeave) {
+    {
+        std::vector<RawSocket> all;
+        for (std::size_t i = 0; i < kMostViewers; ++i) {
+            all.emplace_back(port());
+            all.back().send(upgrade(kToken));
+            EXPECT_EQ(status_of(all.back().receive_until("\r\n\r\n")), 101);
+        }
+        const RawSocket late(port());
+        late.send(upgrade(kToken));
+        EXPECT_EQ(status_of(late.receive_until("\r\n\r\n")), 503);
+    }
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (viewers() != 0 && std::chrono::steady_clock::now() < patience) {
+    }
+    EXPECT_EQ(viewers(), 0U);
+}
+
 TEST(AdminServer, BindsLoopbackAddressesOnly) {
     for (const char* address : {"0.0.0.0", "::", "192.0.2.1", "localhost", ""}) {
         AdminSettings settings;
