@@ -2,8 +2,12 @@
 
 import { Camera } from './camera.js';
 
-/** So many are drawn as shapes; software rendering is slow with more. */
+/** So many are drawn as shapes where the machine keeps up, and where it does not. */
 const MOST_SHAPES = 1000;
+const FEWEST_SHAPES = 50;
+/** Times between frames, ms: above the first fewer shapes are drawn, below the second more. */
+const SLOW_MS = 40;
+const FAST_MS = 20;
 const INSTANCE_FLOATS = 11; // position 3, orientation 4, half sizes 3, colour as RGBA8
 
 const SHAPE_VERTEX = `#version 300 es
@@ -140,6 +144,18 @@ export class Renderer {
     this.far = this.#instances(null);
     this.borders = { vao: gl.createVertexArray(), buffer: gl.createBuffer(), count: 0 };
     this.types = [];
+    this.mostShapes = MOST_SHAPES;
+    this.frameMs = (SLOW_MS + FAST_MS) / 2;
+  }
+
+  /** Learns from the time between two frames that were drawn one after the other, ms. */
+  adapt(ms) {
+    this.frameMs += 0.2 * (ms - this.frameMs);
+    if (this.frameMs > SLOW_MS || this.frameMs < FAST_MS) {
+      const factor = this.frameMs > SLOW_MS ? 0.7 : 1.1;
+      this.mostShapes = Math.round(Math.min(MOST_SHAPES, Math.max(FEWEST_SHAPES, factor * this.mostShapes)));
+      this.frameMs = (SLOW_MS + FAST_MS) / 2;
+    }
   }
 
   #mesh(data) {
@@ -244,13 +260,19 @@ export class Renderer {
       row.colour = row.id === chosen ? [255, 255, 255] : typeColour(row.type, (row.flags & 1) !== 0);
       row.far = (row.p[0] - eye[0]) ** 2 + (row.p[1] - eye[1]) ** 2 + (row.p[2] - eye[2]) ** 2;
     }
-    if (rows.length > MOST_SHAPES) {
+    if (rows.length > this.mostShapes) {
       rows.sort((a, b) => a.far - b.far);
     }
-    const near = rows.slice(0, MOST_SHAPES);
+    const near = [];
+    const far = [];
+    rows.forEach((row, i) => {
+      // What would be smaller than three pixels is seen better as a point.
+      const large = Math.max(...row.size) * this.canvas.height > 3 * Math.sqrt(row.far);
+      (large && i < this.mostShapes ? near : far).push(row);
+    });
     this.#fill(this.boxes, near.filter((row) => !this.types[row.type].round));
     this.#fill(this.rounds, near.filter((row) => this.types[row.type].round));
-    this.#fill(this.far, rows.slice(MOST_SHAPES));
+    this.#fill(this.far, far);
   }
 
   draw() {

@@ -157,8 +157,14 @@ element('login').addEventListener('submit', (event) => {
 });
 window.addEventListener('resize', () => { changed = true; });
 
-function frame() {
-  if (changed && renderer.types.length > 0) {
+let drawnAt = 0; // of the frame before, where it drew; else 0
+function frame(now) {
+  const draws = changed && renderer.types.length > 0;
+  if (draws && drawnAt > 0) {
+    renderer.adapt(now - drawnAt);
+  }
+  drawnAt = draws ? now : 0;
+  if (draws) {
     changed = false;
     renderer.place(entities, chosen);
     renderer.draw();

@@ -3,14 +3,15 @@
 #include "shared/core/json.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace zoned::app {
 
 namespace {
 
+/// Cut off rather than rounded: it runs for every entity between two ticks.
 std::int16_t part_of(float unit) {
-    return static_cast<std::int16_t>(std::lround(std::clamp(unit, -1.0F, 1.0F) * 32767.0F));
+    return static_cast<std::int16_t>(std::clamp(unit, -1.0F, 1.0F) * 32767.0F);
 }
 
 template <class Values>
