@@ -120,6 +120,8 @@ TEST_F(Admin, KeepsItsTokenSecretAndAcrossRestarts) {
     Child careless("zoned", {"serve", "--config", minimal(), "--set", state_set()});
     EXPECT_EQ(careless.wait(kPatience), 3);
     EXPECT_NE(careless.errors().find("chmod 600"), std::string::npos) << careless.errors();
+    // The folder is that of all tests of this process.
+    ASSERT_EQ(::chmod((scratch_folder() + "/admin.token").c_str(), 0600), 0);
 }
 
 TEST_F(Admin, MayBeSwitchedOff) {
