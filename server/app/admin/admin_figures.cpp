@@ -14,7 +14,7 @@ namespace zoned::app {
 
 namespace {
 
-constexpr std::array<std::pair<const char*, spdlog::level::level_enum>, 4> kLevels{
+constexpr std::array<std::pair<const char*, spdlog::level::level_enum>, 4> kLogLevels{
     {{"debug", spdlog::level::debug},
      {"info", spdlog::level::info},
      {"warning", spdlog::level::warn},
@@ -63,7 +63,7 @@ std::string hex_of(std::uint64_t number) {
 
 std::string current_log_level() {
     const auto now = spdlog::get_level();
-    for (const auto& [name, level] : kLevels) {
+    for (const auto& [name, level] : kLogLevels) {
         if (level == now) {
             return name;
         }
@@ -72,7 +72,7 @@ std::string current_log_level() {
 }
 
 bool set_log_level(const std::string& level) {
-    for (const auto& [name, value] : kLevels) {
+    for (const auto& [name, value] : kLogLevels) {
         if (level == name) {
             spdlog::set_level(value);
             return true;

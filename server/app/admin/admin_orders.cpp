@@ -60,7 +60,7 @@ bool good_text(const std::string& text,
     return false;
 }
 
-std::string sessions_text(std::size_t count) {
+std::string count_of_sessions(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " session" : " sessions");
 }
 
@@ -100,8 +100,8 @@ void AdminApi::kick(const Call& call, const Reply& reply) {
     const std::string reason = body.reason().empty() ? "kicked by the operator" : body.reason();
     on_network([this, reply, who, reason] {
         const std::size_t count = network_.host().kick(who, reason);
-        spdlog::info("admin: kicked {}: {}", sessions_text(count), session::printable(reason, 256));
-        reply(count > 0 ? done_with("kicked " + sessions_text(count), count)
+        spdlog::info("admin: kicked {}: {}", count_of_sessions(count), session::printable(reason, 256));
+        reply(count > 0 ? done_with("kicked " + count_of_sessions(count), count)
                         : problem(404, "no such session"));
     });
 }
@@ -143,9 +143,9 @@ void AdminApi::ban(const Call& call, const Reply& reply) {
         const std::size_t count = network_.host().ban(ban);
         spdlog::info("admin: banned account {}: {} ended",
                      session::printable(ban.account),
-                     sessions_text(count));
+                     count_of_sessions(count));
         keep_bans(
-            network_.host().bans(), "banned; " + sessions_text(count) + " ended", count, reply);
+            network_.host().bans(), "banned; " + count_of_sessions(count) + " ended", count, reply);
     });
 }
 
@@ -186,9 +186,9 @@ void AdminApi::say(const Call& call, const Reply& reply) {
     }
     on_network([this, reply, client = ClientId(body.client()), text = body.text()] {
         const std::size_t count = network_.host().notify(client, text);
-        spdlog::info("admin: said to {}: {}", sessions_text(count), session::printable(text, 256));
+        spdlog::info("admin: said to {}: {}", count_of_sessions(count), session::printable(text, 256));
         reply(client && count == 0 ? problem(404, "no such session")
-                                   : done_with("said to " + sessions_text(count), count));
+                                   : done_with("said to " + count_of_sessions(count), count));
     });
 }
 
@@ -204,8 +204,8 @@ void AdminApi::drain(const Call& call, const Reply& reply) {
     set_draining();
     on_network([this, reply, grace_s = body.grace_s()] {
         const std::uint32_t count = network_.sessions().sessions;
-        spdlog::info("admin: draining {} for at most {} s", sessions_text(count), grace_s);
-        reply(done_with("draining " + sessions_text(count), count));
+        spdlog::info("admin: draining {} for at most {} s", count_of_sessions(count), grace_s);
+        reply(done_with("draining " + count_of_sessions(count), count));
         actions_.drain(grace_s);
     });
 }

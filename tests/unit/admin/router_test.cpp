@@ -8,7 +8,7 @@
 namespace zoned::admin {
 namespace {
 
-const std::string kToken(64, 'a');
+const std::string kRouterToken(64, 'a');
 
 /// Routes that say which of them was called.
 std::vector<AdminRoute> routes() {
@@ -33,7 +33,7 @@ AdminRequest get(const std::string& target) {
     request.method = "GET";
     request.target = target;
     request.host = "127.0.0.1:7900";
-    request.authorization = "Bearer " + kToken;
+    request.authorization = "Bearer " + kRouterToken;
     return request;
 }
 
@@ -66,7 +66,7 @@ class Router : public ::testing::Test {
         return response.status;
     }
 
-    AdminRouter router{kToken, routes()};
+    AdminRouter router{kRouterToken, routes()};
 };
 
 TEST_F(Router, CallsTheRouteOfThePathWithItsNumberAndQuery) {
@@ -82,9 +82,9 @@ TEST_F(Router, LetsNobodyInWithoutTheToken) {
     EXPECT_EQ(refused(request, "token_missing"), 401U);
     request.authorization = "Bearer " + std::string(64, 'b');
     EXPECT_EQ(refused(request, "token_wrong"), 401U);
-    request.authorization = "Bearer " + kToken + "a";
+    request.authorization = "Bearer " + kRouterToken + "a";
     EXPECT_EQ(ask(request).status, 401U);
-    request.authorization = "Basic " + kToken;
+    request.authorization = "Basic " + kRouterToken;
     EXPECT_EQ(ask(request).status, 401U);
     request.target = "/open";
     EXPECT_EQ(ask(request).status, 200U);
@@ -122,7 +122,7 @@ TEST_F(Router, RefusesPathTricks) {
     EXPECT_EQ(refused(get("/closed/"), "not_found"), 404U);
     EXPECT_EQ(ask(get("/Closed")).status, 404U);
     EXPECT_EQ(refused(get("/" + std::string(2000, 'a')), "target_long"), 414U);
-    EXPECT_EQ(refused(get("/closed?token=" + kToken), "token_in_target"), 400U);
+    EXPECT_EQ(refused(get("/closed?token=" + kRouterToken), "token_in_target"), 400U);
 }
 
 TEST_F(Router, TakesOnlyNumbersFromOneOnForAnId) {
