@@ -1,10 +1,10 @@
 # The build folder as a CMake package: games, clients and tests of one's own find what was built here with
 # find_package(zoned) and zoned_DIR=build (config/guides). CMakeLists.txt includes this once all libraries are known.
-set(ZONED_PACKAGED zoned_asio zoned_proto zoned_config_proto
+set(ZONED_PACKAGED zoned_asio zoned_beast zoned_proto zoned_config_proto
   zoned_shared_core zoned_shared_math zoned_shared_clock zoned_shared_motion zoned_shared_wire
   zoned_server_compute zoned_server_spatial zoned_server_mailbox zoned_server_world zoned_server_physics zoned_server_ai
   zoned_server_interest zoned_server_replication zoned_server_zone zoned_server_assets zoned_server_recording
-  zoned_server_config zoned_server_rules zoned_server_net zoned_server_session zoned_server_app
+  zoned_server_config zoned_server_rules zoned_server_net zoned_server_session zoned_server_admin zoned_server_app
   zoned_client_sim_link zoned_client_sim_view zoned_client_sim_bot zoned_client_sim_measure zoned_client_sim_app)
 if(ZONED_TESTS)
   list(APPEND ZONED_PACKAGED zoned_tests_harness)

@@ -104,6 +104,11 @@ say "$ready"
 port="$(sed -n 's/.* tcp=\([0-9]*\).*/\1/p' <<<"$ready")"
 [[ -n "$port" ]] || { say "the ready line names no tcp port"; exit 3; }
 
+admin="$(sed -n 's/.* admin=\([0-9]*\).*/\1/p' <<<"$ready")"
+if [[ -r "$run/admin.token" ]]; then
+    say "look at the world: http://127.0.0.1:$admin/#token=$(<"$run/admin.token")"
+fi
+
 say "$bots bots play for $seconds s"
 verdict=0
 "$build/client-sim" --connect "127.0.0.1:$port" --bots "$bots" --seconds "$seconds" --report "$run/client.json" \

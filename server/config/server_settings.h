@@ -23,6 +23,9 @@ struct ListenSettings {
     std::size_t socket_buffer_bytes = 4194304;
     std::size_t max_frame_bytes = 65536;
     double silence_timeout_s = 15.0;
+    bool admin = true;
+    std::string admin_address = "127.0.0.1";
+    std::uint16_t admin_port = 0;  ///< 0: any free one
 
     bool operator==(const ListenSettings&) const = default;
 };

@@ -39,6 +39,7 @@ enum class Reject : std::uint8_t {
     kLoginFull,
     kLoginResume,
     kLoginShutdown,
+    kLoginBanned,
     kCommandGap,
     kCommandDuplicate,
     kCommandFlood,

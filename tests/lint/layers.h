@@ -53,6 +53,7 @@ inline constexpr std::array kLayers{
     Layer{"server/rules", 11, Side::kServer},
     Layer{"server/net", 12, Side::kServer},
     Layer{"server/session", 13, Side::kServer},
+    Layer{"server/admin", 13, Side::kServer},
     Layer{"server/app", 14, Side::kServer},
     Layer{"server", 15, Side::kServer},  // server/main.cpp
     Layer{"client-sim/link", 11, Side::kClient},

@@ -1,16 +1,12 @@
-#include "server/ai/explain.h"
-#include "server/ai/perception/perception.h"
-#include "server/ai/steering/path_following.h"
 #include "server/app/calibration/measure_codec.h"
 #include "server/app/calibration/particle_device.h"
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
-#include "server/app/runtime/difficulty_log.h"
+#include "server/app/runtime/agent_report.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/parameters.h"
-#include "server/zone/simulation/zone_agents.h"
 
 #include <cstdio>
 #include <string>
@@ -164,40 +160,11 @@ void print_zone(const config::ZoneRegion& region,
 /// Explains the actions of an NPC; false where no zone owns an entity of that id with an agent.
 bool print_why(const config::Settings& settings, World& world, EntityId entity, Tick now) {
     for (const auto& zone : world.zones()) {
-        zone::ZoneState& state = zone->state();
-        const ai::Agent* agent = zone->owns(entity) ? state.agents.find(entity) : nullptr;
-        if (agent == nullptr) {
-            continue;
+        const std::string text = agent_report(settings, *zone, entity, now);
+        if (!text.empty()) {
+            std::fputs(text.c_str(), stdout);
+            return true;
         }
-        const world::Row row = state.entities.find(entity);
-        const ai::AiSettings& agents = state.settings.ai;
-        const ai::CompiledBrain& compiled = agents.compiled[agent->brain];
-        spatial::PointGrid grid;
-        grid.build(state.entities.position, 8.0F);
-        const physics::Query statics = state.scene.query();
-        compute::Team alone;
-        ai::AiContext ai = zone::context_of(state, alone, &statics);
-        ai.now = now;
-        ai.near = &grid;
-        const ai::Percept percept = ai::perceive(ai, row, *agent, compiled);
-        const Vec3& at = state.entities.position[row];
-        const Vec2 here = ai::whereabouts(*agent, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
-        std::printf("entity %u, a %s in zone %u, after tick %lld\n%s%s",
-                    entity.value,
-                    settings.types[state.entities.type[row]].name.c_str(),
-                    static_cast<unsigned>(state.settings.id.value),
-                    static_cast<long long>(now),
-                    difficulty_text(state).c_str(),
-                    ai::explain(*agent,
-                                agents.brains[agent->brain],
-                                compiled,
-                                percept,
-                                here,
-                                state.points_of_interest,
-                                now,
-                                state.settings.dt)
-                        .c_str());
-        return true;
     }
     std::fprintf(stderr, "zoned: no entity %u with an agent is in the world\n", entity.value);
     return false;

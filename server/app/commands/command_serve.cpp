@@ -1,9 +1,11 @@
+#include "server/app/admin/admin_api.h"
 #include "server/app/calibration/measure_codec.h"
 #include "server/app/calibration/particle_device.h"
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 #include "server/app/commands/serve_report.h"
 #include "server/app/runtime/host_settings.h"
+#include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/agent_reload.h"
@@ -15,6 +17,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -26,6 +29,11 @@ namespace {
 
 constexpr auto kFarewell = std::chrono::seconds(2);
 constexpr auto kStatusEvery = std::chrono::seconds(10);
+constexpr auto kDrainLook = std::chrono::milliseconds(50);
+/// How old the admin server's figures of the tick loop may be.
+constexpr double kPublishEvery_s = 0.25;
+
+using Outcome = core::Result<std::string>;
 
 unsigned thread_count(const config::Settings& settings) {
     const unsigned asked = settings.server.run.threads;
@@ -63,6 +71,7 @@ class Server {
           reload_signal_(io_, SIGHUP),
           stop_timer_(io_),
           status_timer_(io_),
+          drain_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
           network_(io_, settings, [this](mailbox::InboxItem item) {
               loop_->post(std::move(item));
@@ -73,6 +82,7 @@ class Server {
         loop.rate_hz = settings.tick_rate_hz;
         loop.max_catch_up = settings.server.run.max_catch_up_ticks;
         loop.mailbox_capacity = settings.server.run.mailbox_capacity * settings.zones.size();
+        loop.publish_every_s = settings.server.network.admin ? kPublishEvery_s : 0.0;
         loop_ = std::make_unique<TickLoop>(
             world_,
             loop,
@@ -84,6 +94,9 @@ class Server {
             recorder_.get());
         if (settings.replication.codec == replication::Codec::kAuto) {
             loop_->post(price_of_coding());
+        }
+        if (settings.server.network.admin) {
+            admin_ = std::make_unique<AdminApi>(settings, *loop_, io_, network_, admin_actions());
         }
     }
 
@@ -106,6 +119,9 @@ class Server {
         }
         network_.start();
         loop_->start();
+        if (admin_) {
+            admin_->start();
+        }
         announce();
         if (settings_.replication.meter) {
             log_status();
@@ -126,37 +142,127 @@ class Server {
     void await_reload() {
         reload_signal_.async_wait([this](const asio::error_code& error, int) {
             if (!error) {
-                reload();
+                reload([](const Outcome&) {});
                 await_reload();
             }
         });
     }
 
-    /// Reads the config on a thread of its own: sockets are served meanwhile.
-    void reload() {
+    AdminActions admin_actions() {
+        AdminActions actions;
+        actions.drain = [this](double grace_s) {
+            drain(grace_s);
+        };
+        actions.reload = [this](AdminDone done) {
+            reload(std::move(done));
+        };
+        actions.set = [this](const std::string& path, const std::string& value, AdminDone done) {
+            change(path, value, std::move(done));
+        };
+        return actions;
+    }
+
+    /// Runs `read` on a thread of its own, and goes on with its result here: sockets are served
+    /// meanwhile. False when another one runs.
+    template <class Read, class Then>
+    bool read_aside(Read read, Then then) {
         if (reloading_) {
-            spdlog::warn("the config is being read already");
-            return;
+            return false;
         }
         reloading_ = true;
         if (reader_.joinable()) {
             reader_.join();
         }
-        reader_ = std::thread([this] {
-            auto brains = std::make_shared<core::Result<mailbox::NewBrains>>(
-                load_brains(arguments_.config, arguments_.sets, settings_));
-            asio::post(io_, [this, brains] {
+        reader_ = std::thread([this, read = std::move(read), then = std::move(then)] {
+            asio::post(io_, [this, result = std::make_shared<decltype(read())>(read()), then] {
                 reloading_ = false;
-                if (!brains->ok()) {
-                    spdlog::error("{} is not taken, everything stays as it was: {}",
-                                  arguments_.config,
-                                  brains->error());
-                } else if (loop_->post(**brains)) {
-                    spdlog::info("brains are as {} says now", arguments_.config);
-                } else {
-                    spdlog::error("no room for new brains in the mailbox: try again");
-                }
+                then(*result);
             });
+        });
+        return true;
+    }
+
+    void reload(AdminDone done) {
+        const auto read = [this] {
+            return load_brains(arguments_.config, arguments_.sets, settings_);
+        };
+        const auto take = [this, done](const core::Result<mailbox::NewBrains>& brains) {
+            Outcome outcome = Outcome::failure("no room for new brains in the mailbox: try again");
+            if (!brains.ok()) {
+                outcome = Outcome::failure(
+                    arguments_.config +
+                    " is not taken, everything stays as it was: " + brains.error());
+            } else if (loop_->post(*brains)) {
+                outcome = "brains are as " + arguments_.config + " says now";
+            }
+            tell(outcome, done);
+        };
+        if (!read_aside(read, take)) {
+            tell(Outcome::failure("the config is being read already"), done);
+        }
+    }
+
+    /// Changes a setting for as long as the process lives.
+    void change(const std::string& path, const std::string& value, AdminDone done) {
+        const auto read = [this, path, value] {
+            return changed_limits(arguments_.config, arguments_.sets, path, value);
+        };
+        const auto take = [this, path, value, done](const core::Result<LiveChange>& change) {
+            if (!change.ok()) {
+                tell(Outcome::failure(change.error()), done);
+                return;
+            }
+            session::HostLimits limits = network_.host().limits();
+            (*change)(limits);
+            if (limits.max_sessions > settings_.server.network.max_clients) {
+                tell(Outcome::failure("network.max_clients: a running server has sockets for at "
+                                      "most " +
+                                      std::to_string(settings_.server.network.max_clients) +
+                                      " clients, as it was started with"),
+                     done);
+                return;
+            }
+            network_.host().set_limits(limits);
+            tell(path + " is " + value + " now, until the server stops", done);
+        };
+        if (!read_aside(read, take)) {
+            tell(Outcome::failure("the config is being read already; try again"), done);
+        }
+    }
+
+    static void tell(const Outcome& outcome, const AdminDone& done) {
+        if (outcome.ok()) {
+            spdlog::info("{}", *outcome);
+        } else {
+            spdlog::error("{}", outcome.error());
+        }
+        done(outcome);
+    }
+
+    /// No logins any more; the server stops when the last session has gone, or after this long.
+    void drain(double grace_s) {
+        const std::string text = "the server is draining: try another one, or later";
+        network_.host().set_draining(text);
+        network_.host().notify(
+            ClientId{},
+            "the server closes in at most " + std::to_string(std::llround(grace_s)) + " s");
+        drain_end_s_ = steady_seconds() + grace_s;
+        await_drained();
+    }
+
+    void await_drained() {
+        if (stopping_) {
+            return;
+        }
+        if (network_.sessions().sessions == 0 || steady_seconds() >= drain_end_s_) {
+            stop("drained");
+            return;
+        }
+        drain_timer_.expires_after(kDrainLook);
+        drain_timer_.async_wait([this](const asio::error_code& error) {
+            if (!error) {
+                await_drained();
+            }
         });
     }
 
@@ -197,7 +303,7 @@ class Server {
         std::printf("ready tcp=%u udp=%u admin=%u zones=%zu\n",
                     static_cast<unsigned>(network_.tcp_port()),
                     static_cast<unsigned>(network_.udp_port()),
-                    0U,
+                    admin_ ? static_cast<unsigned>(admin_->port()) : 0U,
                     settings_.zones.size());
         std::fflush(stdout);
     }
@@ -216,7 +322,15 @@ class Server {
 
     /// First the clients hear why, then the sockets close; a second signal does not wait.
     void stop(const std::string& why) {
+        if (stopping_) {
+            return;
+        }
+        stopping_ = true;
         spdlog::info("stopping: {}", why);
+        if (admin_) {
+            admin_->set_draining();
+        }
+        drain_timer_.cancel();
         stop_timer_.cancel();
         status_timer_.cancel();
         network_.shutdown("the server closes: " + why);
@@ -231,6 +345,9 @@ class Server {
 
     void say_farewell() {
         if (network_.connections() == 0 || std::chrono::steady_clock::now() >= farewell_end_) {
+            if (admin_) {
+                admin_->stop();
+            }
             loop_->stop();
             network_.close();
             signals_.cancel();
@@ -272,6 +389,9 @@ class Server {
     bool reloading_ = false;
     asio::steady_timer stop_timer_;
     asio::steady_timer status_timer_;
+    asio::steady_timer drain_timer_;
+    double drain_end_s_ = 0.0;
+    bool stopping_ = false;
     wire::TrafficTable logged_traffic_;
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
@@ -279,6 +399,7 @@ class Server {
     Network network_;
     std::unique_ptr<recording::RecordingWriter> recorder_;
     std::unique_ptr<TickLoop> loop_;
+    std::unique_ptr<AdminApi> admin_;
 };
 
 }  // namespace

@@ -70,6 +70,25 @@ struct TrainArguments {
     unsigned threads = 1;
 };
 
+/// What `zoned ctl` asks of a running server.
+struct CtlArguments {
+    std::string admin;       ///< HOST:PORT; empty: as `state` says
+    std::string token_file;  ///< empty: the one in `state`
+    std::string state = "state";
+    bool json = false;
+    std::string command;
+    std::string account;
+    std::string name;
+    std::string reason;
+    std::string text;  ///< to say, PATH=VALUE to set, a log level
+    std::uint32_t client = 0;
+    std::uint32_t entity = 0;
+    double hours = 0.0;
+    double grace_s = 30.0;
+    double every_s = 1.0;
+    unsigned count = 0;
+};
+
 int serve(const ServeArguments& arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
@@ -79,6 +98,7 @@ int keygen(const std::string& base);
 int ticket(const TicketArguments& arguments);
 int replay(const ReplayArguments& arguments);
 int train(const TrainArguments& arguments);
+int ctl(const CtlArguments& arguments);
 
 /// Parses and dispatches; never throws.
 int run_command_line(int argc, char** argv);

@@ -167,9 +167,9 @@ void write_serve_report(const std::string& file, const ServeFigures& figures) {
     if (loop.traffic.packets() > 0) {
         report.traffic = traffic_figures(figures, loop);
     }
-    for (std::size_t i = 0; i < figures.settings.zones.size() && i < loop.zone_hashes.size(); ++i) {
+    for (std::size_t i = 0; i < figures.settings.zones.size() && i < loop.zones.size(); ++i) {
         report.zones.push_back(
-            {figures.settings.zones[i].name, loop.zone_entities[i], loop.zone_hashes[i]});
+            {figures.settings.zones[i].name, loop.zones[i].entities, loop.zones[i].state_hash});
     }
     const auto written = recording::write_report(file, report);
     if (!written.ok()) {

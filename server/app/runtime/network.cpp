@@ -44,11 +44,12 @@ Network::Network(asio::io_context& io,
 net::TlsCallbacks Network::callbacks() {
     net::TlsCallbacks callbacks;
     callbacks.on_open = [this](net::StreamNumber stream,
-                               const mailbox::Address&,
+                               const mailbox::Address& from,
                                bool loopback,
                                const net::DatagramKeys& keys) {
         host_.on_stream_open(
             session::StreamId(stream), loopback, keys.down, keys.up, steady_seconds());
+        host_.set_peer(session::StreamId(stream), from);
     };
     callbacks.on_frame = [this](net::StreamNumber stream, std::span<const std::uint8_t> frame) {
         host_.on_frame(session::StreamId(stream), frame, steady_seconds());

@@ -27,6 +27,10 @@ class Network {
     void start();
     /// Called on the network thread with the output of a tick.
     void deliver(TickResult result);
+
+    /// The sessions, for what an operator asks; on the network thread only.
+    [[nodiscard]] session::SessionHost& host() { return host_; }
+
     /// Tells all clients why the server closes.
     void shutdown(const std::string& text);
     /// Closes the sockets.

@@ -4,8 +4,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <iterator>
 #include <utility>
 
 namespace zoned::app {
@@ -115,6 +117,31 @@ void TickLoop::run_tick(double due_s) {
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
     count_tick(begin - due_s, steady_seconds() - begin, cpu_end - cpu_begin);
+    publish();
+    answer_visit();
+}
+
+void TickLoop::publish() {
+    const double now = steady_seconds();
+    if (settings_.publish_every_s <= 0.0 || now < publish_due_s_) {
+        return;
+    }
+    publish_due_s_ = now + settings_.publish_every_s;
+    auto copy = std::make_shared<LoopStats>(stats());
+    copy->published_s = now;
+    published_.publish(std::move(copy));
+}
+
+void TickLoop::answer_visit() {
+    if (waiting_visits_.size() < kMostVisits) {
+        visits_.take_all(taken_visits_);
+        std::move(taken_visits_.begin(), taken_visits_.end(), std::back_inserter(waiting_visits_));
+        taken_visits_.clear();
+    }
+    if (!waiting_visits_.empty()) {
+        waiting_visits_.front()(world_);
+        waiting_visits_.pop_front();
+    }
 }
 
 void TickLoop::record_tick() {
@@ -152,8 +179,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.entities = 0;
     s.awake_bodies = 0;
     s.particles = 0;
-    s.zone_hashes.clear();
-    s.zone_entities.clear();
+    s.zones.clear();
     zone_ran_.resize(world_.zones().size());
     for (std::size_t i = 0; i < world_.zones().size(); ++i) {
         count_zone(i);
@@ -180,6 +206,7 @@ void TickLoop::count_zone(std::size_t index) {
     const zone::Zone& zone = *world_.zones()[index];
     const zone::StepReport& r = zone.report();
     log_difficulty(zone);
+    std::uint64_t step_ns = 0;
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
         PassTotals& total = s.passes[p];
         const bool ran = r.passes[p].ran;
@@ -188,6 +215,7 @@ void TickLoop::count_zone(std::size_t index) {
         total.ran += ran ? 1 : 0;
         total.skipped += ran ? 0 : 1;
         total.ns += r.passes[p].ns;
+        step_ns += r.passes[p].ns;
         total.count += r.passes[p].count;
         if (!ran) {
             total.skip_reason = r.plan.reason[p];
@@ -215,8 +243,12 @@ void TickLoop::count_zone(std::size_t index) {
         spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
                      r.particles.fault);
     }
-    s.zone_hashes.push_back(zone.state_hash());
-    s.zone_entities.push_back(r.census.entities);
+    s.zones.push_back({r.census.entities,
+                       r.census.ghosts,
+                       r.census.awake_bodies,
+                       r.census.viewers,
+                       step_ns,
+                       zone.state_hash()});
 }
 
 }  // namespace zoned::app

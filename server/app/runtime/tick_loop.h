@@ -6,6 +6,7 @@
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
+#include "server/mailbox/latest.h"
 #include "server/recording/recorder.h"
 #include "server/recording/report.h"
 #include "shared/core/histogram.h"
@@ -13,6 +14,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -46,8 +48,19 @@ struct PassTotals {
     std::string skip_reason;  ///< of the last skip; empty when it always ran
 };
 
+/// A zone after its last tick.
+struct ZoneSample {
+    std::uint32_t entities = 0;
+    std::uint32_t ghosts = 0;
+    std::uint32_t awake_bodies = 0;
+    std::uint32_t viewers = 0;
+    std::uint64_t step_ns = 0;  ///< sum of its passes
+    std::uint64_t state_hash = 0;
+};
+
 struct LoopStats {
     Tick ticks = 0;
+    double published_s = 0.0;    ///< steady clock, of a published copy
     core::Histogram wall_ms;     ///< from a tick's start to its end
     core::Histogram cpu_ms;      ///< the same in thread CPU time, all threads of the world
     core::Histogram late_ms;     ///< from when a tick was due to its start
@@ -82,8 +95,7 @@ struct LoopStats {
     std::uint32_t entities = 0;
     std::uint32_t awake_bodies = 0;
     std::uint64_t state_hash = 0;
-    std::vector<std::uint64_t> zone_hashes;
-    std::vector<std::uint64_t> zone_entities;
+    std::vector<ZoneSample> zones;
     std::vector<recording::FlappingFigures> state_flapping;  ///< as old as `traffic`
     wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
@@ -92,7 +104,14 @@ struct LoopSettings {
     double rate_hz = 30.0;
     unsigned max_catch_up = 3;
     std::size_t mailbox_capacity = 65536;
+    double publish_every_s = 0.0;  ///< figures for published(); 0: never
 };
+
+/// Reads the world between two ticks, on the loop's thread; changes nothing and takes at most a
+/// millisecond.
+using WorldVisit = std::function<void(const World&)>;
+/// So many wait at most.
+inline constexpr std::size_t kMostVisits = 16;
 
 class TickLoop {
   public:
@@ -110,6 +129,14 @@ class TickLoop {
     /// From any thread; false when the mailbox is full (counted).
     bool post(mailbox::InboxItem item) { return inbox_.push(std::move(item)); }
 
+    /// Has the world visited after one of the next ticks, one visit a tick; from any thread. False
+    /// when too many visits wait already.
+    bool visit(WorldVisit visit) { return visits_.push(std::move(visit)); }
+
+    /// The sums as they were a moment ago (LoopSettings::publish_every_s), null before the first
+    /// tick; from any thread. The loop never waits for its readers.
+    [[nodiscard]] std::shared_ptr<const LoopStats> published() const { return published_.get(); }
+
     /// A copy of the sums so far; from any thread.
     [[nodiscard]] LoopStats stats() const;
 
@@ -120,6 +147,8 @@ class TickLoop {
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
     void count_zone(std::size_t index);
     void count_traffic();
+    void publish();
+    void answer_visit();
     void wait_until(double time_s);
 
     World& world_;
@@ -136,6 +165,11 @@ class TickLoop {
     LoggedBands logged_bands_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
+    mailbox::Latest<LoopStats> published_;
+    double publish_due_s_ = 0.0;
+    mailbox::BoundedQueue<WorldVisit> visits_{kMostVisits};
+    std::vector<WorldVisit> taken_visits_;
+    std::deque<WorldVisit> waiting_visits_;
 };
 
 }  // namespace zoned::app

@@ -144,6 +144,15 @@ bool serves_loopback(const std::string& address) {
            (four.s_addr == htonl(INADDR_ANY) || ntohl(four.s_addr) >> 24U == 127U);
 }
 
+bool is_loopback(const std::string& address) {
+    in6_addr six{};
+    if (inet_pton(AF_INET6, address.c_str(), &six) == 1) {
+        return IN6_IS_ADDR_LOOPBACK(&six);
+    }
+    in_addr four{};
+    return inet_pton(AF_INET, address.c_str(), &four) == 1 && ntohl(four.s_addr) >> 24U == 127U;
+}
+
 /// At least one kind of client must be able to log in: by a ticket, or in development mode by
 /// loopback with the right to play.
 void check_entrance(const proto::config::Config& config, Diagnostics& diagnostics) {
@@ -257,6 +266,13 @@ void check_server(const proto::config::Config& config,
     const auto& network = config.network();
     check_address(network.bind_address(), "network.bind_address", diagnostics);
     check_address(network.admin_address(), "network.admin_address", diagnostics);
+    if (is_address(network.admin_address()) && !is_loopback(network.admin_address())) {
+        diagnostics.add(
+            "network.admin_address",
+            "'" + network.admin_address() +
+                "' is no loopback address: the admin server has no TLS; leave it at "
+                "127.0.0.1 and reach it from elsewhere through a tunnel such as ssh -L");
+    }
     if (network.tcp_port() != 0 && network.tcp_port() == network.admin_port()) {
         diagnostics.add("network.admin_port", "is the same as tcp_port");
     }

@@ -16,6 +16,9 @@ ListenSettings expand_network(const proto::config::Network& from) {
     out.socket_buffer_bytes = from.socket_buffer_bytes();
     out.max_frame_bytes = from.max_frame_bytes();
     out.silence_timeout_s = from.silence_timeout_s();
+    out.admin = from.admin();
+    out.admin_address = from.admin_address();
+    out.admin_port = static_cast<std::uint16_t>(from.admin_port());
     return out;
 }
 

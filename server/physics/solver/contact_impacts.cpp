@@ -14,10 +14,10 @@ namespace {
 /// Passes over the points of a contact that an impact takes.
 constexpr int kImpactSweeps = 8;
 /// Impacts of one substep that follow from each other, at most: what is left is the solver's.
-constexpr int kMostRounds = 64;
+constexpr int kMostImpactRounds = 64;
 /// Where joints leave less than this of a blow's effect they hold the two as one (a motor that
 /// drives a leg into the body that it belongs to): no blow could part them.
-constexpr float kLeastGive = 5.0e-4F;
+constexpr float kLeastImpactGive = 5.0e-4F;
 /// A blow may make this share of twice the energy of its change of motion: motors work meanwhile. One
 /// that is all rounding makes half of it.
 constexpr float kMostMade = 0.1F;
@@ -33,7 +33,7 @@ constexpr float kSlowestBounce = 0.01F;
 /// Contacts that one thread watches at a time.
 constexpr std::size_t kWatchGrain = 64;
 
-constexpr float kNever = std::numeric_limits<float>::infinity();
+constexpr float kNoImpact = std::numeric_limits<float>::infinity();
 
 Row8 operator+(const Row8& a, const Row8& b) {
     return {a.at + b.at};
@@ -49,7 +49,7 @@ Row8 operator*(float s, const Row8& a) {
 
 /// When two surfaces meet, s from now, and how fast, m/s.
 struct Meeting {
-    float time = kNever;
+    float time = kNoImpact;
     float speed = 0.0F;
 };
 
@@ -57,11 +57,11 @@ struct Meeting {
 /// m/s2.
 Meeting meeting_of(float gap, float speed, float pull) {
     if (gap <= 0.0F) {
-        return {speed < 0.0F ? 0.0F : kNever, -speed};
+        return {speed < 0.0F ? 0.0F : kNoImpact, -speed};
     }
     const float square = speed * speed - 2.0F * pull * gap;
     const float root = std::sqrt(std::max(square, 0.0F));
-    return {square > 0.0F && root > speed ? 2.0F * gap / (root - speed) : kNever, root};
+    return {square > 0.0F && root > speed ? 2.0F * gap / (root - speed) : kNoImpact, root};
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ float ContactSolver::meeting_time(const SolverWatch& w) const {
     const Motions m{moving_.motion[at.a], moving_.motion[at.b]};
     const Motions gain{m.a - moving_.start(at.a), m.b - moving_.start(at.b)};
     const float weight = std::abs(at.normal.dot(parameters_.gravity));
-    float earliest = kNever;
+    float earliest = kNoImpact;
     for (std::size_t k = 0; k < batch.count; ++k) {
         const PointLanes& p = points_[batch.points + k];
         if (p.mass[w.lane] == 0.0F) {
@@ -175,7 +175,7 @@ float ContactSolver::meeting_time(const SolverWatch& w) const {
             earliest = std::min(earliest, meeting.time);
         }
     }
-    return earliest < h_ ? earliest : kNever;
+    return earliest < h_ ? earliest : kNoImpact;
 }
 
 /// The slowest impact that bounces under this pull, m/s2.
@@ -191,7 +191,7 @@ float ContactSolver::bounce_speed(float pull) const {
 void ContactSolver::collide(const Bodies& bodies) {
     meetings_.clear();
     for (std::uint32_t i = 0; i < watched_; ++i) {
-        if (watches_[i].time < kNever) {
+        if (watches_[i].time < kNoImpact) {
             meetings_.push_back(i);
         }
     }
@@ -202,7 +202,7 @@ void ContactSolver::collide(const Bodies& bodies) {
         joints_.solve(moving_);
     }
     list_watches_of_slots();
-    for (int round = 0; round < kMostRounds && !meetings_.empty(); ++round) {
+    for (int round = 0; round < kMostImpactRounds && !meetings_.empty(); ++round) {
         std::sort(meetings_.begin(), meetings_.end(), [this](std::uint32_t a, std::uint32_t b) {
             return watches_[a].time < watches_[b].time ||
                    (watches_[a].time == watches_[b].time && a < b);
@@ -210,7 +210,7 @@ void ContactSolver::collide(const Bodies& bodies) {
         struck_.clear();
         for (const std::uint32_t i : meetings_) {
             const float time = meeting_time(watches_[i]);
-            if (time < kNever) {
+            if (time < kNoImpact) {
                 strike(bodies, watches_[i], time);
             }
         }
@@ -227,7 +227,7 @@ void ContactSolver::list_watches_of_slots() {
         for (std::uint32_t lane = 0; lane < kLanes && batches_[i].contact[lane] != kNoIndex;
              ++lane) {
             if ((batches_[i].watched >> lane & 1U) == 0) {
-                watches_.push_back({i, lane, 0.0F, kNever});
+                watches_.push_back({i, lane, 0.0F, kNoImpact});
             }
         }
     }
@@ -265,7 +265,7 @@ void ContactSolver::find_next_meetings() {
     meetings_.erase(std::unique(meetings_.begin(), meetings_.end()), meetings_.end());
     std::erase_if(meetings_, [this](std::uint32_t i) {
         watches_[i].time = meeting_time(watches_[i]);
-        return watches_[i].time == kNever;
+        return watches_[i].time == kNoImpact;
     });
 }
 
@@ -365,7 +365,7 @@ float ContactSolver::size_of(const SolverWatch& w,
         wanted += blow.push[k] * blow.wanted[k];
     }
     const float parted = blow.power(*this, w, at, change(), false);
-    if (!(parted > kLeastGive * wanted)) {
+    if (!(parted > kLeastImpactGive * wanted)) {
         return 0.0F;
     }
     const float taken = blow.power(*this, w, at, m, true);

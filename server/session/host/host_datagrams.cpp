@@ -28,6 +28,7 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
     }
     session->last_heard_s = now_s;
     session->last_datagram_s = now_s;
+    session->bytes_in += datagram.size();
     if (opened->newest) {
         follow_address(*session, from);
     }

@@ -25,6 +25,7 @@ struct ClientStream {
     wire::SealKey down;
     wire::SealKey up;
     bool logged_in = false;
+    mailbox::Address peer;
 };
 
 struct SessionHost::Impl {
@@ -99,6 +100,9 @@ struct SessionHost::Impl {
     RejectCounters rejects;
     SessionTable table;
     NonceSet nonces;
+    BanList bans;
+    std::string draining;  ///< why logins are refused; empty: they are not
+    std::uint64_t notices = 0;
     std::unordered_map<StreamId, ClientStream> streams;
     /// In the order in which the streams opened, which is the order of their deadlines.
     std::deque<std::pair<double, StreamId>> login_deadlines;

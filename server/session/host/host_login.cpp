@@ -36,6 +36,17 @@ void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, doubl
         refuse(stream, identity.error());
         return;
     }
+    if (const AccountBan* ban = bans.find(identity->account, unix_time(now_s))) {
+        refuse(stream,
+               {proto::REFUSED_BANNED,
+                Reject::kLoginBanned,
+                "the account is banned" + (ban->reason.empty() ? "" : ": " + ban->reason)});
+        return;
+    }
+    if (!draining.empty()) {
+        refuse(stream, {proto::REFUSED_SHUTTING_DOWN, Reject::kLoginShutdown, draining});
+        return;
+    }
     if (table.all().size() >= settings.max_sessions) {
         refuse(stream,
                {proto::REFUSED_FULL,
@@ -47,6 +58,7 @@ void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, doubl
     Session& session = table.create(settings, state.down, state.up, stream);
     session.identity = std::move(*identity);
     session.last_heard_s = now_s;
+    session.peer = state.peer;
     if (session.identity.nonce) {
         nonces.insert(*session.identity.nonce, session.identity.expires_s);
     }
@@ -86,6 +98,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     table.attach(*session, stream);
     session->path.rekey(state.down, state.up);
     session->last_heard_s = now_s;
+    session->peer = state.peer;
     session->command_ack_due = false;  // Welcome says it
     ++stats.resumed;
     session->events.acknowledge(hello.last_event());

@@ -97,6 +97,7 @@ void SessionHost::Impl::send_state(Session& session,
     }
     Bytes datagram = take_buffer();
     session.path.seal(session.connection, sequence, body, now_s, server_time_s, plain, datagram);
+    session.bytes_out += datagram.size();
     if (tunnel) {
         ++stats.tunnelled;
         stats.tunnelled_bytes += datagram.size();

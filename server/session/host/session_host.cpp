@@ -180,7 +180,7 @@ void SessionHost::on_stream_open(StreamId stream,
                                  const wire::SealKey& down,
                                  const wire::SealKey& up,
                                  double now_s) {
-    impl_->streams[stream] = ClientStream{loopback, down, up, false};
+    impl_->streams[stream] = ClientStream{loopback, down, up, false, {}};
     impl_->login_deadlines.emplace_back(now_s + impl_->settings.login_timeout_s, stream);
 }
 

@@ -4,6 +4,8 @@
 
 #include "server/mailbox/address.h"
 #include "server/mailbox/messages.h"
+#include "server/session/host/session_figures.h"
+#include "server/session/login/ban_list.h"
 #include "server/session/session_settings.h"
 #include "shared/core/ids.h"
 #include "shared/wire/seal.h"
@@ -35,6 +37,13 @@ struct SessionOutput {
     std::function<void(mailbox::InboxItem)> to_zones;
     std::function<std::size_t(StreamId)>
         stream_backlog;  ///< bytes that wait in a stream; may be empty: never any
+};
+
+/// The sessions that an operator means: those for which any of these holds that is set.
+struct SessionChoice {
+    ClientId client;
+    std::string account;
+    std::string name;
 };
 
 /// Round trips over all sessions that have measured one.
@@ -82,6 +91,8 @@ class SessionHost {
                         const wire::SealKey& down,
                         const wire::SealKey& up,
                         double now_s);
+    /// The address of a stream that is open, for figures.
+    void set_peer(StreamId stream, const mailbox::Address& address);
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
     void on_stream_closed(StreamId stream, double now_s);
     void on_datagram(const mailbox::Address& from,
@@ -112,6 +123,28 @@ class SessionHost {
     /// Notifies every client that the server closes, and closes the streams. Later clients are
     /// refused.
     void shutdown(const std::string& text);
+
+    // ---- host_control.cpp: what an operator asks for
+    /// Sessions with numbers above `after`, ascending, at most so many.
+    [[nodiscard]] std::vector<SessionFigures> figures(ClientId after,
+                                                      std::size_t most,
+                                                      double now_s) const;
+    /// Ends these sessions, whose clients are told why; returns how many there were.
+    std::size_t kick(const SessionChoice& who, const std::string& reason);
+    /// Ends the account's sessions and refuses its logins; returns how many sessions there were.
+    std::size_t ban(AccountBan ban);
+    /// False when the account was not banned.
+    bool unban(const std::string& account);
+    [[nodiscard]] std::vector<AccountBan> bans() const;
+    /// Sends a text of the operator as a reliable event to one client, or to all (none); returns to
+    /// how many.
+    std::size_t notify(ClientId client, const std::string& text);
+    /// From now on new logins are refused with this text; sessions go on, and may come back within
+    /// their grace time. Empty: logins are taken again.
+    void set_draining(const std::string& text);
+    [[nodiscard]] HostLimits limits() const;
+    /// Holds from now on; sessions beyond a smaller number of places stay.
+    void set_limits(const HostLimits& limits);
 
     void set_udp_port(std::uint16_t port);
     [[nodiscard]] const HostStats& stats() const;

@@ -7,7 +7,7 @@
 #include "server/session/host/session_host.h"
 #include "server/session/input_gate.h"
 #include "server/session/login/login.h"
-#include "server/session/token_bucket.h"
+#include "shared/core/token_bucket.h"
 
 #include <array>
 #include <cstdint>
@@ -57,18 +57,21 @@ struct Session {
     std::vector<PacedState> paced;  ///< ascending by due_s and sequence
     Route route = Route::kStream;
     mailbox::Address address;
-    bool has_address = false;  ///< a datagram came by UDP once
+    bool has_address = false;     ///< a datagram came by UDP once
+    mailbox::Address peer;        ///< of its newest stream
+    std::uint64_t bytes_in = 0;   ///< datagrams that authenticated
+    std::uint64_t bytes_out = 0;  ///< datagrams
     EventQueue events;
     std::set<std::uint64_t> unconfirmed;  ///< events that asked for a confirmation
     std::uint64_t last_command = 0;
     bool command_ack_due = false;
     std::optional<mailbox::Joined> joined;  ///< sent again when the client comes back
     InputGate gate;
-    TokenBucket commands;
-    TokenBucket datagrams;
-    TokenBucket frames;
-    TokenBucket view_resets;
-    TokenBucket audits;
+    core::TokenBucket commands;
+    core::TokenBucket datagrams;
+    core::TokenBucket frames;
+    core::TokenBucket view_resets;
+    core::TokenBucket audits;
 
     [[nodiscard]] bool may(mailbox::Right right) const { return (identity.rights & right) != 0; }
 };

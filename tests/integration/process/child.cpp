@@ -41,7 +41,7 @@ Child::Child(const std::string& program, const std::vector<std::string>& argumen
     const std::string base = scratch_folder() + "/" + std::to_string(++count);
     out_file_ = base + ".out";
     err_file_ = base + ".err";
-    std::string path = ZONED_BINARY_DIR "/" + program;
+    std::string path = program.starts_with('/') ? program : ZONED_BINARY_DIR "/" + program;
     std::vector<std::string> copies = arguments;
     std::vector<char*> argv{path.data()};
     for (std::string& argument : copies) {

@@ -11,7 +11,7 @@ namespace zoned::testing_process {
 /// Starts at construction; killed at destruction if it still runs.
 class Child {
   public:
-    /// `program` is a name within the build folder. Standard output and error go to files of the
+    /// `program` is a name within the build folder, or a path from the root. Standard output and error go to files of the
     /// test's own folder.
     Child(const std::string& program, const std::vector<std::string>& arguments);
     ~Child();

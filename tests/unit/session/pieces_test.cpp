@@ -3,9 +3,9 @@
 #include "server/session/login/nonce_set.h"
 #include "server/session/login/secrets.h"
 #include "server/session/login/ticket.h"
-#include "server/session/token_bucket.h"
 #include "shared/core/hex.h"
 #include "shared/core/rng.h"
+#include "shared/core/token_bucket.h"
 
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ TEST(InputGate, LetsNoTickThroughTwiceInALongRandomRun) {
 }
 
 TEST(TokenBucket, AllowsTheBurstThenTheRate) {
-    TokenBucket bucket(10.0, 5.0);
+    core::TokenBucket bucket(10.0, 5.0);
     int taken = 0;
     for (int i = 0; i < 100; ++i) {
         taken += bucket.take(1.0) ? 1 : 0;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace zoned::session {
+namespace zoned::core {
 
 /// Full at the start. `rate_per_s` > 0, `burst` >= 1.
 class TokenBucket {
@@ -35,4 +35,4 @@ class TokenBucket {
     bool started_ = false;
 };
 
-}  // namespace zoned::session
+}  // namespace zoned::core

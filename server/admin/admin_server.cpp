@@ -1,0 +1,312 @@
+#include "server/admin/admin_server.h"
+
+#include "server/admin/http_connection.h"
+#include "server/admin/spectator_connection.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace zoned::admin {
+
+namespace asio = boost::asio;
+using tcp = boost::asio::ip::tcp;
+
+namespace {
+
+/// Without free file descriptors the listener tries again after this long.
+constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
+
+asio::ip::address loopback_address(const std::string& text) {
+    boost::system::error_code error;
+    const asio::ip::address address = asio::ip::make_address(text, error);
+    if (error || !address.is_loopback()) {
+        throw std::invalid_argument(
+            "network.admin_address: '" + text +
+            "' is no loopback address; the admin server has no TLS: leave it at 127.0.0.1, and "
+            "reach it from elsewhere through a tunnel such as ssh -L");
+    }
+    return address;
+}
+
+std::system_error listen_error(const boost::system::error_code& error,
+                               const AdminSettings& settings) {
+    return std::system_error(error.value(),
+                             std::generic_category(),
+                             "cannot listen on TCP " + settings.address + ":" +
+                                 std::to_string(settings.port) +
+                                 " for network.admin_port (choose another port, or 0 for any free "
+                                 "one)");
+}
+
+}  // namespace
+
+struct AdminServer::Impl {
+    Impl(AdminSettings settings_in, std::vector<AdminRoute> routes, SpectatorSource source_in)
+        : settings(std::move(settings_in)),
+          source(std::move(source_in)),
+          router(settings.token, with_spectators(std::move(routes))),
+          acceptor(io),
+          accept_timer(io),
+          sample_timer(io) {
+        listen();
+    }
+
+    /// A request that ends in an exception, such as for want of memory, ends nothing else.
+    void run() {
+        for (;;) {
+            try {
+                io.run();
+                return;
+            } catch (const std::exception&) {
+                router.count("exception");
+            }
+        }
+    }
+
+    void listen() {
+        const tcp::endpoint endpoint(loopback_address(settings.address), settings.port);
+        boost::system::error_code error;
+        const auto check = [&] {
+            if (error) {
+                throw listen_error(error, settings);
+            }
+        };
+        acceptor.open(endpoint.protocol(), error);
+        check();
+        acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+        check();
+        acceptor.bind(endpoint, error);
+        check();
+        acceptor.listen(asio::socket_base::max_listen_connections, error);
+        check();
+        port = acceptor.local_endpoint().port();
+    }
+
+    std::vector<AdminRoute> with_spectators(std::vector<AdminRoute> routes) {
+        if (source.sample) {
+            routes.push_back({"GET",
+                              "/api/v1/spectate",
+                              false,
+                              [this](const AdminCall& call, const AdminReply& reply) {
+                                  reply(admit_viewer(call.request));
+                              }});
+        }
+        return routes;
+    }
+
+    AdminResponse admit_viewer(const AdminRequest& request) const {
+        if (!request.upgrade) {
+            AdminResponse response = problem(426, "this path speaks WebSocket alone");
+            response.headers.emplace_back("Upgrade", "websocket");
+            return response;
+        }
+        if (viewers.size() >= kMostViewers) {
+            return problem(503, "as many viewers as there may be look already");
+        }
+        AdminResponse response;
+        response.status = 101;
+        return response;
+    }
+
+    void add_viewer(boost::beast::tcp_stream stream,
+                    const SpectatorConnection::UpgradeRequest& request) {
+        const std::uint64_t number = ++last_number;
+        const auto viewer = std::make_shared<SpectatorConnection>(
+            std::move(stream), number, router, [this](std::uint64_t gone) {
+                viewers.erase(gone);
+                stats.viewers = viewers.size();
+            });
+        viewers[number] = viewer;
+        stats.viewers = viewers.size();
+        viewer->accept(request, source.scene());
+        if (!sampling) {
+            sampling = true;
+            sample();
+        }
+    }
+
+    /// Goes on for as long as somebody looks.
+    void sample() {
+        if (viewers.empty()) {
+            sampling = false;
+            hub.clear();
+            return;
+        }
+        sample_timer.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
+            std::chrono::duration<double>(1.0 / source.rate_hz)));
+        sample_timer.async_wait([this](boost::system::error_code error) {
+            if (!error) {
+                sample();
+            }
+        });
+        if (sample_asked) {
+            return;
+        }
+        sample_asked = source.sample([this](SpectatorSample taken) {
+            asio::post(io, [this, moved = std::make_shared<SpectatorSample>(std::move(taken))] {
+                sample_asked = false;
+                show(*moved);
+            });
+        });
+    }
+
+    void show(const SpectatorSample& taken) {
+        const SpectatorMessage change = hub.update(taken);
+        const auto everything = [this] {
+            return hub.everything();
+        };
+        // A viewer that is gone leaves the map while it is told.
+        const auto all = viewers;
+        for (const auto& [number, viewer] : all) {
+            viewer->send(change, everything);
+        }
+    }
+
+    void accept() {
+        acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
+            if (error == asio::error::operation_aborted) {
+                return;
+            }
+            if (error) {
+                router.count("accept");
+                accept_timer.expires_after(kAcceptAgain);
+                accept_timer.async_wait([this](boost::system::error_code late) {
+                    if (!late) {
+                        accept();
+                    }
+                });
+                return;
+            }
+            admit(std::move(socket));
+            accept();
+        });
+    }
+
+    void admit(tcp::socket socket) {
+        ++stats.accepted;
+        if (connections.size() >= 2 * settings.max_connections) {
+            router.count("connections");  // not even room to say why: the socket closes here
+            return;
+        }
+        const bool full = connections.size() >= settings.max_connections && !make_room();
+        const std::uint64_t number = ++last_number;
+        const auto connection = std::make_shared<HttpConnection>(
+            std::move(socket),
+            number,
+            ConnectionContext{settings,
+                              router,
+                              stats,
+                              [this](std::uint64_t gone) {
+                                  connections.erase(gone);
+                                  stats.connections = connections.size();
+                              },
+                              [this](boost::beast::tcp_stream stream,
+                                     SpectatorConnection::UpgradeRequest request) {
+                                  add_viewer(std::move(stream), request);
+                              }});
+        connections[number] = connection;
+        stats.connections = connections.size();
+        if (full) {
+            router.count("connections");
+            connection->refuse("all connections of the admin server are in use; try again");
+        } else {
+            connection->start();
+        }
+    }
+
+    /// Closes the connection that has waited longest for a request of its client, so that idle
+    /// ones cannot lock out an operator.
+    bool make_room() {
+        const auto waiting = std::find_if(connections.begin(),
+                                          connections.end(),
+                                          [](const auto& c) { return c.second->waiting(); });
+        if (waiting == connections.end()) {
+            return false;
+        }
+        router.count("evicted");
+        const std::shared_ptr<HttpConnection> connection = waiting->second;
+        connection->abort();
+        return true;
+    }
+
+    void close() {
+        boost::system::error_code ignored;
+        acceptor.close(ignored);
+        accept_timer.cancel();
+        while (!connections.empty()) {
+            const std::shared_ptr<HttpConnection> connection = connections.begin()->second;
+            connection->abort();
+        }
+        sample_timer.cancel();
+        while (!viewers.empty()) {
+            const std::shared_ptr<SpectatorConnection> viewer = viewers.begin()->second;
+            viewer->abort();
+        }
+    }
+
+    AdminSettings settings;
+    SpectatorSource source;
+    AdminRouter router;
+    AdminStats stats;
+    asio::io_context io{1};
+    tcp::acceptor acceptor;
+    asio::steady_timer accept_timer;
+    std::map<std::uint64_t, std::shared_ptr<HttpConnection>> connections;  ///< oldest first
+    asio::steady_timer sample_timer;
+    std::map<std::uint64_t, std::shared_ptr<SpectatorConnection>> viewers;
+    SpectatorHub hub;
+    bool sampling = false;      ///< the timer runs
+    bool sample_asked = false;  ///< and an answer has not come yet
+    std::uint64_t last_number = 0;
+    std::uint16_t port = 0;
+    std::thread thread;
+};
+
+AdminServer::AdminServer(AdminSettings settings,
+                         std::vector<AdminRoute> routes,
+                         SpectatorSource source)
+    : impl_(std::make_unique<Impl>(std::move(settings), std::move(routes), std::move(source))) {
+}
+
+AdminServer::~AdminServer() {
+    stop();
+}
+
+void AdminServer::start() {
+    impl_->accept();
+    impl_->thread = std::thread([this] { impl_->run(); });
+}
+
+void AdminServer::stop() {
+    if (impl_->thread.joinable()) {
+        post([this] { impl_->close(); });
+        impl_->thread.join();
+    }
+}
+
+void AdminServer::post(std::function<void()> work) {
+    asio::post(impl_->io, std::move(work));
+}
+
+std::uint16_t AdminServer::port() const {
+    return impl_->port;
+}
+
+const AdminStats& AdminServer::stats() const {
+    return impl_->stats;
+}
+
+const AdminRouter& AdminServer::router() const {
+    return impl_->router;
+}
+
+}  // namespace zoned::admin

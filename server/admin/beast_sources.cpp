@@ -1,0 +1,5 @@
+// The parts of Boost.Asio and Boost.Beast that are compiled once.
+#include "server/admin/admin_server.h"
+
+#include <boost/asio/impl/src.hpp>
+#include <boost/beast/src.hpp>

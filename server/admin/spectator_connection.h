@@ -1,0 +1,65 @@
+// SpectatorConnection: one viewer's WebSocket; what it does not take in time is dropped.
+#pragma once
+
+#include "server/admin/admin_router.h"
+#include "server/admin/spectator_hub.h"
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/websocket/stream.hpp>
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace zoned::admin {
+
+/// So many messages may wait for a viewer; with more it skips to the newest state.
+inline constexpr std::size_t kMostQueuedMessages = 4;
+
+class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnection> {
+  public:
+    using UpgradeRequest = boost::beast::http::request<boost::beast::http::string_body>;
+
+    SpectatorConnection(boost::beast::tcp_stream stream,
+                        std::uint64_t number,
+                        AdminRouter& router,
+                        std::function<void(std::uint64_t number)> closed);
+
+    /// Answers the request and sends `scene`; messages follow once the handshake is done.
+    void accept(const UpgradeRequest& request, std::string scene);
+
+    /// Sends what changed; or everything, to a viewer that misses something.
+    void send(const SpectatorMessage& change, const std::function<SpectatorMessage()>& everything);
+
+    /// Closes at once.
+    void abort();
+
+  private:
+    struct Queued {
+        SpectatorMessage bytes;
+        bool text = false;
+    };
+
+    void read();
+    void push(Queued message);
+    void write();
+    void finish();
+
+    std::uint64_t number_;
+    AdminRouter& router_;
+    std::function<void(std::uint64_t)> closed_callback_;
+    boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+    boost::beast::flat_buffer buffer_;
+    std::deque<Queued> queue_;
+    bool open_ = false;
+    bool needs_everything_ = true;
+    bool closed_ = false;
+};
+
+}  // namespace zoned::admin

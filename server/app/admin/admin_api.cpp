@@ -1,0 +1,255 @@
+#include "server/app/admin/admin_api.h"
+
+#include "server/admin/json_body.h"
+#include "server/admin/metrics_text.h"
+#include "server/admin/viewer_assets.h"
+#include "server/app/admin/admin_figures.h"
+#include "server/app/admin/admin_files.h"
+#include "server/app/admin/spectator_source.h"
+#include "proto/admin.pb.h"
+
+#include <asio/post.hpp>
+
+#include <charconv>
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+using admin::AdminResponse;
+using admin::json_response;
+using admin::problem;
+
+/// Without a tick for so long the server counts as dead.
+constexpr double kDeadAfter_s = 10.0;
+/// How old figures of the tick loop may be.
+constexpr double kPublishedAge_s = 5.0;
+constexpr std::size_t kMostSessions = 1000;
+
+admin::AdminSettings admin_settings(const config::Settings& settings) {
+    admin::AdminSettings out;
+    out.address = settings.server.network.admin_address;
+    out.port = settings.server.network.admin_port;
+    out.token = admin_token(settings.server.session.state_folder);
+    return out;
+}
+
+AdminResponse plain(const std::string& text, const char* type = "text/plain; charset=utf-8") {
+    AdminResponse response;
+    response.content_type = type;
+    response.body = text;
+    return response;
+}
+
+AdminResponse no_figures() {
+    return problem(503, "the first tick has not run yet; try again in a moment");
+}
+
+/// A number of the query, `otherwise` without one; false for anything but digits.
+bool query_number(const admin::AdminCall& call,
+                  const char* name,
+                  std::uint32_t otherwise,
+                  std::uint32_t& out) {
+    const auto it = call.query.find(name);
+    out = otherwise;
+    if (it == call.query.end()) {
+        return true;
+    }
+    const std::string& text = it->second;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+    return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+AdminApi::AdminApi(const config::Settings& settings,
+                   TickLoop& loop,
+                   asio::io_context& io,
+                   Network& network,
+                   AdminActions actions)
+    : settings_(settings),
+      loop_(loop),
+      io_(io),
+      network_(network),
+      actions_(std::move(actions)),
+      start_s_(steady_seconds()),
+      server_(admin_settings(settings), routes(), spectator_source(settings, loop)) {
+    const std::string& folder = settings.server.session.state_folder;
+    for (session::AccountBan& ban : load_bans(folder)) {
+        network_.host().ban(std::move(ban));
+    }
+    const std::string& address = settings.server.network.admin_address;
+    write_admin_address(folder,
+                        (address.find(':') == std::string::npos ? address : "[" + address + "]") +
+                            ":" + std::to_string(server_.port()));
+}
+
+void AdminApi::set_draining() {
+    draining_.store(true);
+}
+
+std::vector<admin::AdminRoute> AdminApi::routes() {
+    std::vector<admin::AdminRoute> out = orders();
+    const auto get = [&](const char* path, bool open, auto handle) {
+        out.push_back({"GET", path, open, handle});
+    };
+    for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
+        get(std::string(asset.path).c_str(), true, [&asset](const Call&, const Reply& reply) {
+            AdminResponse response = plain(std::string(asset.content), "");
+            response.content_type = asset.type;
+            // Nothing but the page's own files may run or be asked.
+            response.headers.emplace_back(
+                "Content-Security-Policy",
+                "default-src 'self'; img-src data:; frame-ancestors 'none'");
+            response.headers.emplace_back("Referrer-Policy", "no-referrer");
+            reply(std::move(response));
+        });
+    }
+    get("/healthz", true, [this](const Call& call, const Reply& reply) {
+        health(call, reply, false);
+    });
+    get("/readyz", true, [this](const Call& call, const Reply& reply) {
+        health(call, reply, true);
+    });
+    get("/version", true, [this](const Call&, const Reply& reply) {
+        proto::admin::VersionFigures version;
+        version.set_version(ZONED_VERSION);
+        version.set_target(ZONED_TARGET_NAME);
+        version.set_protocol_version(session::HostSettings{}.protocol_version);
+        reply(json_response(version));
+    });
+    get("/metrics", true, [this](const Call&, const Reply& reply) { metrics(reply); });
+    get("/api/v1/status", false, [this](const Call&, const Reply& reply) { status(reply); });
+    get("/api/v1/sessions", false, [this](const Call& call, const Reply& reply) {
+        sessions(call, reply);
+    });
+    get("/api/v1/zones", false, [this](const Call&, const Reply& reply) { zones(reply); });
+    get("/api/v1/entities/{id}", false, [this](const Call& call, const Reply& reply) {
+        entity(call.id, reply);
+    });
+    get("/api/v1/bans", false, [this](const Call&, const Reply& reply) { bans(reply); });
+    return out;
+}
+
+void AdminApi::on_network(std::function<void()> work) {
+    asio::post(io_, std::move(work));
+}
+
+void AdminApi::with_sample(std::function<void(const NetworkSample&)> work) {
+    on_network([this, work = std::move(work)] {
+        const auto sample = std::make_shared<NetworkSample>();
+        sample->host = network_.sessions();
+        sample->rtt = network_.rtt();
+        sample->udp = network_.udp();
+        sample->tls = network_.tls();
+        sample->connections = network_.connections();
+        server_.post([sample, work] { work(*sample); });
+    });
+}
+
+/// A server that hangs is not healthy; one that drains is healthy, but not ready.
+void AdminApi::health(const Call&, const Reply& reply, bool ready) {
+    const auto loop = loop_.published();
+    const double now = steady_seconds();
+    if (loop ? now - loop->published_s > kDeadAfter_s
+             : ready || now - start_s_ > 6.0 * kDeadAfter_s) {
+        reply(loop ? problem(503, "no tick has ended for more than 10 s") : no_figures());
+    } else if (ready && draining_.load()) {
+        reply(problem(503, "the server is draining: it takes no logins"));
+    } else {
+        reply(plain("ok\n"));
+    }
+}
+
+void AdminApi::status(const Reply& reply) {
+    with_sample([this, reply](const NetworkSample& sample) {
+        const auto loop = loop_.published();
+        if (!loop) {
+            reply(no_figures());
+            return;
+        }
+        const double now = steady_seconds();
+        proto::admin::Status out;
+        fill_status({settings_,
+                     *loop,
+                     sample,
+                     server_.stats(),
+                     server_.router(),
+                     now - start_s_,
+                     now,
+                     draining_.load()},
+                    out);
+        reply(json_response(out));
+    });
+}
+
+void AdminApi::metrics(const Reply& reply) {
+    with_sample([this, reply](const NetworkSample& sample) {
+        const auto loop = loop_.published();
+        if (!loop) {
+            reply(no_figures());
+            return;
+        }
+        const double now = steady_seconds();
+        reply(plain(metrics_of({settings_,
+                                *loop,
+                                sample,
+                                server_.stats(),
+                                server_.router(),
+                                now - start_s_,
+                                now,
+                                draining_.load()}),
+                    admin::kMetricsType));
+    });
+}
+
+void AdminApi::sessions(const Call& call, const Reply& reply) {
+    std::uint32_t after = 0;
+    std::uint32_t limit = 0;
+    if (!query_number(call, "after", 0, after) ||
+        !query_number(call, "limit", kMostSessions, limit) || limit == 0 || limit > kMostSessions) {
+        reply(problem(400, "after is a client's number, limit is 1 to 1000"));
+        return;
+    }
+    on_network([this, reply, after, limit] {
+        const auto found = std::make_shared<std::vector<session::SessionFigures>>(
+            network_.host().figures(ClientId(after), limit, steady_seconds()));
+        const std::uint32_t total = network_.sessions().sessions;
+        server_.post([reply, found, total] {
+            proto::admin::SessionList out;
+            for (const session::SessionFigures& figures : *found) {
+                fill_session(figures, *out.add_sessions());
+            }
+            out.set_total(total);
+            reply(json_response(out));
+        });
+    });
+}
+
+void AdminApi::zones(const Reply& reply) {
+    const auto loop = loop_.published();
+    if (!loop || steady_seconds() - loop->published_s > kPublishedAge_s) {
+        reply(no_figures());
+        return;
+    }
+    proto::admin::ZoneList out;
+    fill_zones(settings_, *loop, out);
+    reply(json_response(out));
+}
+
+void AdminApi::entity(std::uint32_t id, const Reply& reply) {
+    const bool waits = loop_.visit([this, id, reply](const World& world) {
+        proto::admin::EntityFigures out;
+        const bool found = fill_entity(settings_, world, EntityId(id), out);
+        server_.post([found, id, reply, out] {
+            reply(found ? json_response(out)
+                        : problem(404, "no entity " + std::to_string(id) + " is in the world"));
+        });
+    });
+    if (!waits) {
+        reply(problem(503, "too many look at entities at the same time; try again"));
+    }
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,106 @@
+// AdminApi: what the admin server answers, wired to the tick loop, the sessions and the process.
+#pragma once
+
+#include "server/admin/admin_server.h"
+#include "server/app/runtime/network.h"
+#include "server/app/runtime/tick_loop.h"
+#include "server/config/settings.h"
+#include "shared/core/result.h"
+
+#include <asio/io_context.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace zoned::app {
+
+/// What became of a request that takes a while: a text for the operator, or why not.
+using AdminDone = std::function<void(core::Result<std::string>)>;
+
+/// What the process does for an operator; called on the network thread.
+struct AdminActions {
+    /// Takes no logins any more, and stops when the last session has gone or the grace is over.
+    std::function<void(double grace_s)> drain;
+    /// Reads the config again.
+    std::function<void(AdminDone)> reload;
+    /// Changes one setting, "path" and value as for --set.
+    std::function<void(std::string path, std::string value, AdminDone)> set;
+};
+
+/// Figures of the network thread at one moment.
+struct NetworkSample {
+    session::HostStats host;
+    session::RttPercentiles rtt;
+    net::UdpStats udp;
+    net::TlsStats tls;
+    std::size_t connections = 0;
+};
+
+/// Requests are answered on the admin server's own thread, from what the tick loop publishes.
+/// Questions and orders to sessions go to the network thread; a look at an entity goes to the tick
+/// loop, which answers between two ticks.
+class AdminApi {
+  public:
+    /// Binds; makes the token. Throws std::system_error or std::runtime_error with a text for the
+    /// operator.
+    AdminApi(const config::Settings& settings,
+             TickLoop& loop,
+             asio::io_context& io,
+             Network& network,
+             AdminActions actions);
+
+    void start() { server_.start(); }
+
+    void stop() { server_.stop(); }
+
+    /// From now on the server is not ready; from any thread.
+    void set_draining();
+
+    [[nodiscard]] std::uint16_t port() const { return server_.port(); }
+
+  private:
+    using Call = admin::AdminCall;
+    using Reply = admin::AdminReply;
+
+    std::vector<admin::AdminRoute> routes();
+    std::vector<admin::AdminRoute> orders();
+    void health(const Call& call, const Reply& reply, bool ready);
+    void status(const Reply& reply);
+    void metrics(const Reply& reply);
+    void sessions(const Call& call, const Reply& reply);
+    void zones(const Reply& reply);
+    void entity(std::uint32_t id, const Reply& reply);
+    void kick(const Call& call, const Reply& reply);
+    void ban(const Call& call, const Reply& reply);
+    void unban(const Call& call, const Reply& reply);
+    void bans(const Reply& reply);
+    void say(const Call& call, const Reply& reply);
+    void drain(const Call& call, const Reply& reply);
+    void set(const Call& call, const Reply& reply);
+    void reload(const Reply& reply);
+    void log_level(const Call& call, const Reply& reply);
+
+    /// Takes a sample on the network thread, and goes on with it on the admin server's.
+    void with_sample(std::function<void(const NetworkSample&)> work);
+    /// Runs the work on the network thread.
+    void on_network(std::function<void()> work);
+    /// Writes the bans, on the admin server's thread, and replies.
+    void keep_bans(const std::vector<session::AccountBan>& bans,
+                   const std::string& text,
+                   std::size_t count,
+                   const Reply& reply);
+    [[nodiscard]] AdminDone done(const Reply& reply);
+
+    const config::Settings& settings_;
+    TickLoop& loop_;
+    asio::io_context& io_;
+    Network& network_;
+    AdminActions actions_;
+    double start_s_;
+    std::atomic<bool> draining_{false};
+    admin::AdminServer server_;
+};
+
+}  // namespace zoned::app

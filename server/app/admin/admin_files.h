@@ -1,0 +1,28 @@
+// Admin files: what the admin server keeps in the state folder: token, address, bans.
+#pragma once
+
+#include "server/session/login/ban_list.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::app {
+
+/// The token of `folder`/admin.token; made on first use, 64 hexadecimal digits, mode 0600. Throws
+/// std::runtime_error that names the file and the remedy, also where others may read the file.
+std::string admin_token(const std::string& folder);
+
+/// Writes `folder`/admin.address, from which `zoned ctl` knows the port. Throws as above.
+void write_admin_address(const std::string& folder, const std::string& address);
+
+/// The bans of `folder`/bans.json; none when there is no such file. Throws as above.
+std::vector<session::AccountBan> load_bans(const std::string& folder);
+
+/// Replaces the file as a whole: after a crash it holds the old bans or the new. Throws as above.
+void save_bans(const std::string& folder, const std::vector<session::AccountBan>& bans);
+
+/// The text of a file, for files of this size at most; throws std::runtime_error.
+std::string read_small_file(const std::string& path, std::size_t most_bytes);
+
+}  // namespace zoned::app

@@ -1,0 +1,235 @@
+#include "server/admin/metrics_text.h"
+#include "server/app/admin/admin_figures.h"
+#include "server/replication/packer.h"
+#include "proto/session.pb.h"
+
+#include <unistd.h>
+
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+
+namespace zoned::app {
+
+namespace {
+
+using admin::MetricsText;
+
+double number(std::uint64_t count) {
+    return static_cast<double>(count);
+}
+
+/// The histogram's samples are ms.
+void summary(MetricsText& out,
+             const char* name,
+             const char* help,
+             const core::Histogram& histogram) {
+    out.family(name, "summary", help);
+    out.sample(1e-3 * histogram.percentile(0.5), {{"quantile", "0.5"}});
+    out.sample(1e-3 * histogram.percentile(0.99), {{"quantile", "0.99"}});
+    out.sample(1e-3 * histogram.max(), {{"quantile", "1"}});
+    out.sample_of("_sum", 1e-3 * histogram.mean() * number(histogram.count()));
+    out.sample_of("_count", number(histogram.count()));
+}
+
+void write_ticks(MetricsText& out, const LoopStats& loop) {
+    out.single("zoned_ticks_total",
+               "counter",
+               "Ticks of the world.",
+               number(static_cast<std::uint64_t>(loop.ticks)));
+    summary(out,
+            "zoned_tick_seconds",
+            "Time of a tick from its start to its end, since the start of the server.",
+            loop.wall_ms);
+    summary(out,
+            "zoned_tick_cpu_seconds",
+            "Time of a tick in CPU time of all threads that step zones.",
+            loop.cpu_ms);
+    summary(out,
+            "zoned_tick_late_seconds",
+            "Time from when a tick was due to its start.",
+            loop.late_ms);
+    out.family("zoned_tick_overruns_total",
+               "counter",
+               "Ticks that took longer than their period, by cause.");
+    for (const auto& [cause, count] : loop.overrun_causes) {
+        out.sample(number(count), {{"cause", cause}});
+    }
+    out.single("zoned_ticks_dropped_total",
+               "counter",
+               "Ticks left out because the loop was too far behind.",
+               number(loop.dropped_ticks));
+}
+
+void write_passes(MetricsText& out, const LoopStats& loop) {
+    const auto each = [&](auto value) {
+        for (std::size_t p = 0; p < zone::kPasses; ++p) {
+            const std::string name(zone::pass_name(static_cast<zone::Pass>(p)));
+            out.sample(value(loop.passes[p]), {{"pass", name}});
+        }
+    };
+    out.family("zoned_pass_seconds_total", "counter", "CPU time of a pass over all zones.");
+    each([](const PassTotals& pass) { return 1e-9 * number(pass.ns); });
+    out.family("zoned_pass_runs_total", "counter", "Ticks and zones in which a pass ran.");
+    each([](const PassTotals& pass) { return number(pass.ran); });
+    out.family("zoned_pass_skips_total", "counter", "Ticks and zones that did not need a pass.");
+    each([](const PassTotals& pass) { return number(pass.skipped); });
+}
+
+void write_world(MetricsText& out, const config::Settings& settings, const LoopStats& loop) {
+    const auto each = [&](auto value) {
+        for (std::size_t i = 0; i < loop.zones.size(); ++i) {
+            out.sample(value(loop.zones[i]), {{"zone", settings.zones[i].name}});
+        }
+    };
+    out.family("zoned_zone_entities", "gauge", "Entities that a zone owns.");
+    each([](const ZoneSample& zone) { return number(zone.entities); });
+    out.family("zoned_zone_ghosts", "gauge", "Copies of entities that neighbour zones own.");
+    each([](const ZoneSample& zone) { return number(zone.ghosts); });
+    out.family("zoned_zone_awake_bodies", "gauge", "Dynamic bodies of a zone that are awake.");
+    each([](const ZoneSample& zone) { return number(zone.awake_bodies); });
+    out.family("zoned_zone_viewers", "gauge", "Clients whose avatar is in a zone.");
+    each([](const ZoneSample& zone) { return number(zone.viewers); });
+    out.family("zoned_zone_step_seconds", "gauge", "Time of the passes of a zone's last tick.");
+    each([](const ZoneSample& zone) { return 1e-9 * number(zone.step_ns); });
+    out.single("zoned_handoffs_total",
+               "counter",
+               "Entities that changed their zone.",
+               number(loop.handoffs));
+    out.single("zoned_limit_exceeded_total",
+               "counter",
+               "Entities and ticks beyond the declared acceleration or velocity jump.",
+               number(loop.limit_exceeded));
+    out.single("zoned_inbox_dropped_total",
+               "counter",
+               "Messages to zones for which the mailbox had no room.",
+               number(loop.inbox_dropped));
+    out.single("zoned_undeliverable_total",
+               "counter",
+               "Messages for clients or entities that nobody owns.",
+               number(loop.undeliverable));
+    out.single("zoned_quarantined_bodies_total",
+               "counter",
+               "Bodies whose state was not finite.",
+               number(loop.quarantined));
+    out.single("zoned_inputs_missing_total",
+               "counter",
+               "Commands of players that were not there in time.",
+               number(loop.inputs_missing));
+    out.single("zoned_publications_total",
+               "counter",
+               "Encoded states of entities.",
+               number(loop.publications));
+    out.single("zoned_records_resent_total",
+               "counter",
+               "Records sent again after a lost packet.",
+               number(loop.records_resent));
+}
+
+void write_network(MetricsText& out, const NetworkSample& n) {
+    const session::HostStats& host = n.host;
+    out.single("zoned_sessions", "gauge", "Clients that are logged in.", number(host.sessions));
+    out.single(
+        "zoned_connections", "gauge", "Open TCP connections of clients.", number(n.connections));
+    out.family("zoned_datagrams_total", "counter", "Datagrams, by direction.");
+    out.sample(number(host.packets_in), {{"direction", "in"}});
+    out.sample(number(host.packets_out), {{"direction", "out"}});
+    out.family("zoned_datagram_bytes_total", "counter", "UDP payload, by direction.");
+    out.sample(number(host.bytes_in), {{"direction", "in"}});
+    out.sample(number(host.bytes_out), {{"direction", "out"}});
+    out.family("zoned_frames_total", "counter", "Messages over TCP, by direction.");
+    out.sample(number(host.frames_in), {{"direction", "in"}});
+    out.sample(number(host.frames_out), {{"direction", "out"}});
+    out.family("zoned_frame_bytes_total", "counter", "Bytes of messages over TCP, by direction.");
+    out.sample(number(host.frame_bytes_in), {{"direction", "in"}});
+    out.sample(number(host.frame_bytes_out), {{"direction", "out"}});
+    out.family("zoned_rejected_total",
+               "counter",
+               "What came from clients or zones and was not carried out, by reason.");
+    for (const auto& [reason, count] : host.rejected) {
+        out.sample(number(count), {{"reason", reason}});
+    }
+    out.family("zoned_rtt_seconds", "gauge", "Round trips of sessions, now.");
+    out.sample(1e-3 * n.rtt.p50_ms, {{"percentile", "50"}});
+    out.sample(1e-3 * n.rtt.p99_ms, {{"percentile", "99"}});
+    out.single("zoned_tls_handshakes_failed_total",
+               "counter",
+               "TLS handshakes that failed.",
+               number(n.tls.handshake_failed));
+    out.single("zoned_udp_dropped_total",
+               "counter",
+               "Datagrams that the system did not take.",
+               number(n.udp.dropped_full + n.udp.dropped_error));
+}
+
+/// The table is empty where nothing meters the bytes.
+void write_traffic(MetricsText& out, const wire::TrafficTable& traffic) {
+    if (traffic.packets() == 0) {
+        return;
+    }
+    out.family("zoned_state_bytes_total", "counter", "Bytes of state packets, by reason.");
+    for (std::size_t r = 0; r < wire::kTrafficReasons; ++r) {
+        const auto reason = static_cast<wire::TrafficReason>(r);
+        out.sample(number(traffic.bits(reason)) / 8.0, {{"reason", wire::kTrafficReasonNames[r]}});
+    }
+}
+
+void write_admin(MetricsText& out, const AdminFigures& f) {
+    out.family("zoned_admin_answers_total", "counter", "Answers of the admin server, by status.");
+    for (const auto& [status, count] : f.stats.answers) {
+        out.sample(number(count), {{"status", std::to_string(status)}});
+    }
+    out.family("zoned_admin_refused_total",
+               "counter",
+               "Requests and connections that the admin server refused, by reason.");
+    for (const auto& [reason, count] : f.router.refused()) {
+        out.sample(number(count), {{"reason", reason}});
+    }
+    out.single(
+        "zoned_viewers", "gauge", "Viewers that look at the world.", number(f.stats.viewers));
+    out.single("zoned_admin_connections",
+               "gauge",
+               "Open connections of the admin server.",
+               number(f.stats.connections));
+}
+
+void write_process(MetricsText& out, const AdminFigures& f) {
+    timespec cpu{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
+    out.single("process_cpu_seconds_total",
+               "counter",
+               "CPU time of the process.",
+               static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec));
+    std::ifstream statm("/proc/self/statm");
+    double pages = 0.0;
+    double resident = 0.0;
+    if (statm >> pages >> resident) {
+        out.single("process_resident_memory_bytes",
+                   "gauge",
+                   "Memory of the process in RAM.",
+                   resident * static_cast<double>(sysconf(_SC_PAGESIZE)));
+    }
+    out.single("zoned_uptime_seconds", "gauge", "Since the start of the server.", f.uptime_s);
+    out.family("zoned_build_info", "gauge", "Always 1; version, target and world as labels.");
+    out.sample(1.0,
+               {{"version", ZONED_VERSION},
+                {"target", ZONED_TARGET_NAME},
+                {"world", f.settings.world_name}});
+    out.single("zoned_draining", "gauge", "1 while no logins are taken.", f.draining ? 1.0 : 0.0);
+}
+
+}  // namespace
+
+std::string metrics_of(const AdminFigures& f) {
+    MetricsText out;
+    write_ticks(out, f.loop);
+    write_passes(out, f.loop);
+    write_world(out, f.settings, f.loop);
+    write_network(out, f.network);
+    write_traffic(out, f.loop.traffic);
+    write_admin(out, f);
+    write_process(out, f);
+    return out.text();
+}
+
+}  // namespace zoned::app

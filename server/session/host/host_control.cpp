@@ -1,0 +1,126 @@
+// What an operator asks of the sessions: who is there, kick, ban, notices, drain, limits.
+#include "server/session/host/host_impl.h"
+#include "server/session/login/display_names.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace zoned::session {
+
+namespace {
+
+/// Events of the host itself: zones have the numbers from 1 on, the world 0.
+constexpr std::uint64_t kHostZone = 0xFFFF;
+
+SessionFigures figures_of(const Session& session, double now_s) {
+    SessionFigures out;
+    out.client = session.client;
+    out.account = session.identity.account;
+    out.name = session.identity.name;
+    out.team = session.identity.team;
+    out.address = session.has_address ? session.address : session.peer;
+    if (session.joined) {
+        out.zone = session.joined->zone;
+        out.avatar = session.joined->avatar;
+    }
+    out.connected = static_cast<bool>(session.stream);
+    out.udp = session.route == Route::kAddress;
+    out.rtt_ms = session.path.rtt_us() * 1e-3;
+    out.bytes_in = session.bytes_in;
+    out.bytes_out = session.bytes_out;
+    out.silent_s = std::max(0.0, now_s - session.last_heard_s);
+    out.waiting_events = session.events.waiting().size();
+    return out;
+}
+
+}  // namespace
+
+void SessionHost::set_peer(StreamId stream, const mailbox::Address& address) {
+    const auto it = impl_->streams.find(stream);
+    if (it != impl_->streams.end()) {
+        it->second.peer = address;
+    }
+}
+
+std::vector<SessionFigures> SessionHost::figures(ClientId after,
+                                                 std::size_t most,
+                                                 double now_s) const {
+    std::vector<SessionFigures> out;
+    const auto& all = impl_->table.all();
+    auto it =
+        std::upper_bound(all.begin(), all.end(), after, [](ClientId client, const auto& session) {
+            return client < session->client;
+        });
+    for (; it != all.end() && out.size() < most; ++it) {
+        out.push_back(figures_of(**it, now_s));
+    }
+    return out;
+}
+
+std::size_t SessionHost::kick(const SessionChoice& who, const std::string& reason) {
+    std::vector<Session*> chosen;
+    for (const auto& session : impl_->table.all()) {
+        if ((who.client && session->client == who.client) ||
+            (!who.account.empty() && session->identity.account == who.account) ||
+            (!who.name.empty() && session->identity.name == who.name)) {
+            chosen.push_back(session.get());
+        }
+    }
+    for (Session* session : chosen) {
+        impl_->end(*session, proto::CLOSING_KICKED, reason, mailbox::LeaveReason::kKicked);
+    }
+    return chosen.size();
+}
+
+std::size_t SessionHost::ban(AccountBan ban) {
+    const std::string reason = ban.reason.empty() ? "banned" : "banned: " + ban.reason;
+    SessionChoice who;
+    who.account = ban.account;
+    impl_->bans.ban(std::move(ban));
+    return kick(who, reason);
+}
+
+bool SessionHost::unban(const std::string& account) {
+    return impl_->bans.unban(account);
+}
+
+std::vector<AccountBan> SessionHost::bans() const {
+    return impl_->bans.all();
+}
+
+std::size_t SessionHost::notify(ClientId client, const std::string& text) {
+    proto::Notice notice;
+    notice.set_text(text);
+    mailbox::EventOut event;
+    event.event = EventId((++impl_->notices << 16U) | kHostZone);
+    event.tick = impl_->current_tick;
+    event.kind = proto::CORE_EVENT_NOTICE;
+    event.payload.resize(notice.ByteSizeLong());
+    notice.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
+    for (const auto& session : impl_->table.all()) {
+        if (!client || session->client == client) {
+            event.recipients.push_back(session->client);
+        }
+    }
+    impl_->on_event(event);
+    return event.recipients.size();
+}
+
+void SessionHost::set_draining(const std::string& text) {
+    impl_->draining = text;
+}
+
+HostLimits SessionHost::limits() const {
+    const HostSettings& s = impl_->settings;
+    return {s.max_sessions, s.grace_s, s.login_timeout_s, s.silence_timeout_s};
+}
+
+void SessionHost::set_limits(const HostLimits& limits) {
+    HostSettings& s = impl_->settings;
+    s.max_sessions = limits.max_sessions;
+    s.grace_s = limits.grace_s;
+    s.login_timeout_s = limits.login_timeout_s;
+    s.silence_timeout_s = limits.silence_timeout_s;
+}
+
+}  // namespace zoned::session

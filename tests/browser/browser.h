@@ -1,0 +1,51 @@
+// Browser: Chromium without a window, driven over its DevTools protocol.
+#pragma once
+
+#include "tests/integration/process/child.h"
+
+#include <google/protobuf/struct.pb.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace zoned::testing_browser {
+
+/// True where the browser is installed (config/packages.txt).
+bool has_browser();
+
+/// One page. Failures fail the test that runs.
+class Browser {
+  public:
+    Browser();
+    ~Browser();
+    Browser(const Browser&) = delete;
+    Browser& operator=(const Browser&) = delete;
+
+    void open(const std::string& url);
+    /// The value of an expression, as text.
+    std::string evaluate(const std::string& expression);
+    /// Waits until an expression is true; false after so many seconds.
+    bool wait_until(const std::string& expression, double seconds = 20.0);
+    void click(double x, double y);
+    void set_dark(bool dark);
+    void set_size(int width, int height);
+    void screenshot(const std::string& file);
+
+    /// What the page complained of so far: exceptions, errors on its console, failed loads.
+    [[nodiscard]] const std::vector<std::string>& errors() const { return errors_; }
+
+  private:
+    struct Socket;
+
+    /// Sends a command and returns its answer; `parameters` is a JSON object.
+    google::protobuf::Struct command(const std::string& method, const std::string& parameters);
+
+    std::unique_ptr<testing_process::Child> process_;
+    std::unique_ptr<Socket> socket_;
+    std::string session_;
+    int last_id_ = 0;
+    std::vector<std::string> errors_;
+};
+
+}  // namespace zoned::testing_browser

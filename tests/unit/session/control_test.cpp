@@ -1,0 +1,130 @@
+// What an operator asks of the sessions.
+#include "tests/unit/session/fake_client.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::session {
+namespace {
+
+SessionChoice by_client(std::uint32_t number) {
+    SessionChoice who;
+    who.client = ClientId(number);
+    return who;
+}
+
+TEST(Control, TellsWhoIsThere) {
+    TestHost host(dev_settings());
+    FakeClient first(host);
+    FakeClient second(host);
+    ASSERT_TRUE(first.log_in());
+    ASSERT_TRUE(second.log_in());
+    host.host.on_outbox(
+        mailbox::Joined{ClientId(2), EntityId(9), ZoneId(1), host.tick}, host.now_s, 0.0);
+    const auto all = host.host.figures(ClientId{}, 10, host.now_s + 0.5);
+    ASSERT_EQ(all.size(), 2U);
+    EXPECT_EQ(all[0].client, ClientId(1));
+    EXPECT_EQ(all[0].account, "development");
+    EXPECT_EQ(all[0].zone, ZoneId{});
+    EXPECT_DOUBLE_EQ(all[0].silent_s, 0.5);
+    EXPECT_TRUE(all[0].connected);
+    EXPECT_EQ(all[1].avatar, EntityId(9));
+    EXPECT_EQ(all[1].zone, ZoneId(1));
+    EXPECT_EQ(host.host.figures(ClientId{}, 1, host.now_s).size(), 1U);
+    EXPECT_EQ(host.host.figures(ClientId(1), 10, host.now_s).at(0).client, ClientId(2));
+    EXPECT_TRUE(host.host.figures(ClientId(2), 10, host.now_s).empty());
+    host.host.on_stream_closed(first.stream, host.now_s);
+    EXPECT_FALSE(host.host.figures(ClientId{}, 1, host.now_s).at(0).connected);
+}
+
+TEST(Control, KicksTheChosenAlone) {
+    TestHost host(dev_settings());
+    FakeClient first(host);
+    FakeClient second(host);
+    ASSERT_TRUE(first.log_in());
+    ASSERT_TRUE(second.log_in());
+    EXPECT_EQ(host.host.kick(SessionChoice{}, "nobody"), 0U);
+    EXPECT_EQ(host.host.kick(by_client(7), "nobody"), 0U);
+    EXPECT_EQ(host.host.kick(by_client(1), "be kind"), 1U);
+    EXPECT_EQ(host.frames[first.stream].back().closing().reason(), proto::CLOSING_KICKED);
+    EXPECT_EQ(host.frames[first.stream].back().closing().text(), "be kind");
+    EXPECT_EQ(host.take<mailbox::Leave>().at(0).reason, mailbox::LeaveReason::kKicked);
+    EXPECT_EQ(host.host.sessions(), std::vector{ClientId(2)});
+    SessionChoice account;
+    account.account = "development";
+    EXPECT_EQ(host.host.kick(account, "all"), 1U);
+    EXPECT_EQ(host.host.stats().sessions, 0U);
+}
+
+TEST(Control, RefusesABannedAccountUntilItsTimeIsOver) {
+    TestHost host(dev_settings());
+    host.host.set_unix_time(5000.0, host.now_s);
+    FakeClient first(host);
+    ASSERT_TRUE(first.log_in());
+    EXPECT_EQ(host.host.ban({"development", 5010, "cheats"}), 1U);
+    EXPECT_EQ(host.frames[first.stream].back().closing().text(), "banned: cheats");
+    EXPECT_FALSE(FakeClient(host).log_in());
+    EXPECT_EQ(host.rejected("login_banned"), 1U);
+    EXPECT_EQ(host.host.bans().size(), 1U);
+    host.advance(11.0);
+    EXPECT_TRUE(FakeClient(host).log_in());
+    EXPECT_TRUE(host.host.bans().empty());
+    EXPECT_EQ(host.host.ban({"development", 0, ""}), 1U);
+    host.advance(1000.0);
+    EXPECT_FALSE(FakeClient(host).log_in());
+    EXPECT_TRUE(host.host.unban("development"));
+    EXPECT_FALSE(host.host.unban("development"));
+    EXPECT_TRUE(FakeClient(host).log_in());
+}
+
+TEST(Control, NotifiesByAReliableEvent) {
+    TestHost host(dev_settings());
+    FakeClient first(host);
+    FakeClient second(host);
+    ASSERT_TRUE(first.log_in());
+    ASSERT_TRUE(second.log_in());
+    EXPECT_EQ(host.host.notify(ClientId{}, "noon"), 2U);
+    EXPECT_EQ(host.host.notify(ClientId(2), "you"), 1U);
+    EXPECT_EQ(host.host.notify(ClientId(3), "nobody"), 0U);
+    const proto::Event all = host.frames[first.stream].back().event();
+    const proto::Event one = host.frames[second.stream].back().event();
+    EXPECT_EQ(all.kind(), static_cast<std::uint32_t>(proto::CORE_EVENT_NOTICE));
+    proto::Notice notice;
+    ASSERT_TRUE(notice.ParseFromString(all.payload()));
+    EXPECT_EQ(notice.text(), "noon");
+    ASSERT_TRUE(notice.ParseFromString(one.payload()));
+    EXPECT_EQ(notice.text(), "you");
+    EXPECT_EQ(one.number(), 2U);
+    EXPECT_NE(all.event_id(), one.event_id());
+    EXPECT_EQ(host.host.figures(ClientId(1), 1, host.now_s).at(0).waiting_events, 2U);
+}
+
+TEST(Control, DrainsByRefusingLoginsAlone) {
+    TestHost host(dev_settings());
+    FakeClient first(host);
+    ASSERT_TRUE(first.log_in());
+    host.host.set_draining("draining");
+    EXPECT_FALSE(FakeClient(host).log_in());
+    EXPECT_EQ(host.rejected("login_shutdown"), 1U);
+    EXPECT_EQ(host.host.stats().sessions, 1U);
+    host.host.set_draining("");
+    EXPECT_TRUE(FakeClient(host).log_in());
+}
+
+TEST(Control, ChangesLimitsLive) {
+    TestHost host(dev_settings());
+    FakeClient first(host);
+    ASSERT_TRUE(first.log_in());
+    HostLimits limits = host.host.limits();
+    EXPECT_EQ(limits.max_sessions, 20000U);
+    limits.max_sessions = 1;
+    limits.grace_s = 1.0;
+    host.host.set_limits(limits);
+    EXPECT_FALSE(FakeClient(host).log_in());
+    EXPECT_EQ(host.rejected("login_full"), 1U);
+    host.host.on_stream_closed(first.stream, host.now_s);
+    host.advance(1.1);
+    EXPECT_EQ(host.host.stats().sessions, 0U);
+}
+
+}  // namespace
+}  // namespace zoned::session
