@@ -20,6 +20,10 @@ constexpr float kGive = 1.0e-6F;
 /// diagonal of one that stands twice. It gets no impulse. If it contradicts them, no impulse could
 /// help, and the attempt would drown velocities in rounding.
 constexpr double kLeastShare = 3.0e-6;
+/// The same for limits and motors, and more: a motor that drives into a limit, or against the other
+/// motors of a loop, contradicts them. It has to reach its bound and let go, so that neither row
+/// may follow from the other.
+constexpr float kBoundedGive = 1.0e-5F;
 /// What contacts and other joints left of an error is undone within this time, s, and no faster
 /// than this, m/s and rad/s: a torn joint (a body that was teleported) closes within sight, not at
 /// once.
@@ -96,6 +100,7 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
             place_row(moving, item, rows.rows[i], row);
             update_row(moving, item, rows.rows[i], bend, row);
         }
+        restrain_motor(item);
     }
     seen_ = moving.drift;
 }
@@ -115,6 +120,8 @@ void JointSolver::place_row(const SolverBodies& moving,
     row.along_b = row_of(from.linear, from.angular_b);
     row.give_a = give(moving, item.a, -from.linear, from.angular_a);
     row.give_b = give(moving, item.b, from.linear, from.angular_b);
+    row.push_a = row.give_a;
+    row.push_b = row.give_b;
     row.response = along(row, row.give_a.at, row.give_b.at);
     row.error = from.error;
     row.kind = from.kind;
@@ -136,11 +143,13 @@ void JointSolver::update_row(const SolverBodies& moving,
             aim_hard(bend, row);
             break;
         case RowKind::kLimit:
+            row.soft = kBoundedGive * row.response;
             row.undo = std::clamp(row.error / kUndoTime, -kLimitSpeed, 0.0F);
             row.bias = std::max(row.error, 0.0F) / h_;
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
+            row.soft = kBoundedGive * row.response;
             row.bias = -from.target;
             row.high = from.most * h_;
             row.low = -row.high;
@@ -149,6 +158,27 @@ void JointSolver::update_row(const SolverBodies& moving,
             update_spring(moving, item, *from.spring, row);
             break;
     }
+}
+
+/// A motor drives no further than its own limits: what it wants agrees with what they grant. If the
+/// two rows contradicted each other, either would give way by as much as it is soft.
+void JointSolver::restrain_motor(const JointItem& item) {
+    const auto rows = std::span(rows_).subspan(item.first, item.count);
+    const auto motor = std::find_if(
+        rows.begin(), rows.end(), [](const Row& row) { return row.kind == RowKind::kMotor; });
+    if (motor == rows.end()) {
+        return;
+    }
+    float target = -motor->bias;
+    float undone = target;  // the same while velocities undo errors
+    float way = 1.0F;  // of the lower limit, then of the upper one
+    for (auto limit = motor + 1; limit != rows.end() && limit->kind == RowKind::kLimit; ++limit) {
+        target = way * std::max(way * target, -limit->bias);
+        undone = way * std::max(way * undone, -limit->bias - limit->undo);
+        way = -way;
+    }
+    motor->bias = -target;
+    motor->undo = target - undone;
 }
 
 /// An error has two parts. One is new: bodies went in straight lines where their joints bend, by no
@@ -173,7 +203,7 @@ bool JointSolver::relax() {
 
 /// An impulse acts on both bodies at one point, and the point is b's. Arms that were left where the
 /// bodies stood before would make momentum. What the rows say about speeds stays: it is true for
-/// the middle of the substep.
+/// the middle of the substep. So does the matrix, which has to stay symmetric.
 void JointSolver::follow(const SolverBodies& moving) {
     for (const JointItem& item : items_) {
         const Vec3 apart = SolverBodies::linear({moving.drift[item.b].at - seen_[item.b].at}) -
@@ -182,8 +212,8 @@ void JointSolver::follow(const SolverBodies& moving) {
             Row& row = rows_[r];
             const Vec3 linear = SolverBodies::linear(row.along_b);
             const Vec3 angular_a = SolverBodies::angular(row.along_a) - apart.cross(linear);
-            row.give_a = give(moving, item.a, -linear, angular_a);
-            row.give_b = give(moving, item.b, linear, SolverBodies::angular(row.along_b));
+            row.push_a = give(moving, item.a, -linear, angular_a);
+            row.push_b = give(moving, item.b, linear, SolverBodies::angular(row.along_b));
         }
     }
 }
@@ -305,8 +335,8 @@ void JointSolver::apply(SolverBodies& moving,
                         const JointItem& item,
                         const Row& row,
                         float impulse) {
-    moving.motion[item.a].at += impulse * row.give_a.at;
-    moving.motion[item.b].at += impulse * row.give_b.at;
+    moving.motion[item.a].at += impulse * row.push_a.at;
+    moving.motion[item.b].at += impulse * row.push_b.at;
 }
 
 void JointSolver::move_impulse(SolverBodies& moving,
@@ -438,7 +468,8 @@ bool JointSolver::take_hold(const SolverBodies& moving, const JointGroup& group)
             if (row.held || row.low == row.high) {
                 continue;
             }
-            const float over = speed(moving, items_[i], row) + bias_of(row);
+            const float over =
+                speed(moving, items_[i], row) + bias_of(row) + row.soft * row.impulse;
             if ((row.impulse <= row.low && over < -kStill) ||
                 (row.impulse >= row.high && over > kStill)) {
                 row.held = true;

@@ -118,6 +118,7 @@ class JointSolver {
     struct Row {
         Row8 along_a, along_b;  // J: the row's share in either motion
         Row8 give_a, give_b;    // M^-1 J^T: what an impulse of 1 changes in either motion
+        Row8 push_a, push_b;    // the same where the bodies are by now: see `follow`
         float response = 0.0F;  // J M^-1 J^T
         float soft = 0.0F;
         float bias = 0.0F;
@@ -175,6 +176,7 @@ class JointSolver {
                     const JointRow& from,
                     float bend,
                     Row& row) const;
+    void restrain_motor(const JointItem& item);
     void aim_hard(float bend, Row& row) const;
     void update_spring(const SolverBodies& moving,
                        const JointItem& item,
