@@ -16,7 +16,7 @@
 namespace zoned::app {
 namespace {
 
-config::InitialEntity initial(TypeIndex type, const Vec3d& place) {
+config::InitialEntity hull_at(TypeIndex type, const Vec3d& place) {
     config::InitialEntity entity;
     entity.type = type;
     entity.position = place;
@@ -50,8 +50,8 @@ struct SoftField {
         type.single_beyond_m = reducible ? kSoftFar : 0.0F;
         settings.types.push_back(type);
         settings.softs.push_back(std::make_shared<const soft::SoftDef>(def));
-        settings.initial.push_back(initial(kSoft, at));
-        settings.initial.push_back(initial(scenario::kPlayer, Vec3d(-90, 0.9, 90)));
+        settings.initial.push_back(hull_at(kSoft, at));
+        settings.initial.push_back(hull_at(scenario::kPlayer, Vec3d(-90, 0.9, 90)));
         world = std::make_unique<World>(settings, 1);
     }
 
