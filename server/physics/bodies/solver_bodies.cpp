@@ -6,6 +6,7 @@
 #include "server/physics/shapes/ranges.h"
 
 #include <algorithm>
+#include <utility>
 #include <cmath>
 
 namespace zoned::physics {
@@ -147,8 +148,7 @@ void SolverBodies::take_spin(const Bodies& bodies, std::uint32_t row, std::uint3
             spinners_.push_back({slot, bodies.orientation[row], true});
         } else if (turn2 > 0.25F * kNoTurn * kNoTurn) {
             const Mat3 before = axes;
-            axes =
-                bodies.inertia_axes(row, turned(bodies.orientation[row], turn).toRotationMatrix());
+            axes = middle_axes(bodies, row);
             const Vec3 mid = spin_after(before, axes, bodies.inertia[row], spin);
             for (std::size_t i = 0; i < 3; ++i) {
                 motion[slot].at[4 + i] = mid[static_cast<Eigen::Index>(i)];
@@ -156,6 +156,16 @@ void SolverBodies::take_spin(const Bodies& bodies, std::uint32_t row, std::uint3
         }
     }
     take_tensor(bodies, row, slot, axes);
+}
+
+/// Axes of inertia as `take_spin` has them.
+Mat3 SolverBodies::middle_axes(const Bodies& bodies, std::uint32_t row) const {
+    const Vec3 half = (0.5F * dt_) * bodies.angular_velocity[row];
+    return bodies.inertia_axes(
+        row,
+        half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
+            ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
+            : bodies.rotation[row]);
 }
 
 void SolverBodies::take_tensor(const Bodies& bodies,
@@ -222,6 +232,53 @@ void SolverBodies::turn(const Bodies& bodies, float seconds, Spinner& s) {
         d[4 + k] += went[axis] - plain[axis];
         start_[s.slot].at[4 + k] += spin[axis] - m[4 + k];  // nobody's impulse
         m[4 + k] = spin[axis];
+    }
+}
+
+void SolverBodies::turn_freely(const Bodies& bodies, std::uint32_t slot, float time) {
+    const std::uint32_t row = row_[slot];
+    if (time == 0.0F || !turns_fast(slot) || bodies.round[row] != 0) {
+        return;
+    }
+    Quat& orientation = spinners_[spinner_of_[slot]].orientation;
+    Vec3 spin = angular(motion[slot]);
+    rotate_body(bodies, row, time, orientation, spin);
+    set_spin(slot, spin);
+    take_tensor(
+        bodies, row, slot, bodies.inertia_axes(row, orientation.toRotationMatrix()));
+}
+
+/// Whether the body turns far by now, and did not before; `turn`: since the step began, rad. From
+/// now on its free rotation is computed with care.
+bool SolverBodies::begin_to_spin(const Bodies& bodies, std::uint32_t slot, const Vec3& turn) {
+    const std::uint32_t row = row_[slot];
+    if (!moved_by_impulses(slot) || bodies.round[row] != 0) {
+        return false;
+    }
+    const float rate = angular(motion[slot]).norm();
+    if (spinner_of_[slot] != kNoIndex) {
+        bool& fast = spinners_[spinner_of_[slot]].fast;
+        return !std::exchange(fast, fast || h_ * rate > kFastTurn) && fast;
+    }
+    if (dt_ * rate <= kFastTurn) {
+        return false;
+    }
+    const Quat orientation = turned(bodies.orientation[row], turn);
+    spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
+    spinners_.push_back({slot, orientation, true});
+    const Mat3 axes = bodies.inertia_axes(row, orientation.toRotationMatrix());
+    const Vec3 spin = angular(motion[slot]);
+    set_spin(slot, spin_after(middle_axes(bodies, row), axes, bodies.inertia[row], spin));
+    take_tensor(bodies, row, slot, axes);
+    return true;
+}
+
+/// Not by anybody's impulse.
+void SolverBodies::set_spin(std::uint32_t slot, const Vec3& spin) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        const float more = spin[static_cast<Eigen::Index>(k)] - motion[slot].at[4 + k];
+        motion[slot].at[4 + k] += more;
+        start_[slot].at[4 + k] += more;
     }
 }
 
@@ -298,30 +355,33 @@ void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& s
                0.0F};
 }
 
-void SolverBodies::shift_change(const Bodies& bodies,
+bool SolverBodies::shift_change(const Bodies& bodies,
                                 std::uint32_t slot,
                                 const Row8& change,
                                 float time) {
     start_[slot].at += change.at;
+    const Vec3 before = angular(motion[slot]) - angular(change);
+    const Vec3 turn = angular(drift[slot]) + time * before;
     drift[slot].at -= time * change.at;
+    const bool begins = begin_to_spin(bodies, slot, turn);
+    if (turns_fast(slot)) {
+        turn_freely(bodies, slot, -time);
+        return begins;
+    }
     if (spinner_of_[slot] == kNoIndex) {
-        return;
+        return begins;
     }
-    Spinner& s = spinners_[spinner_of_[slot]];
-    const Mat3 before = bodies.inertia_axes(row_[slot], s.orientation.toRotationMatrix());
-    s.orientation = turned(s.orientation, Vec3(-time * angular(change)));
-    if (bodies.round[row_[slot]] != 0) {
-        return;
+    const std::uint32_t row = row_[slot];
+    Quat& orientation = spinners_[spinner_of_[slot]].orientation;
+    const Mat3 axes = bodies.inertia_axes(row, orientation.toRotationMatrix());
+    orientation = turned(orientation, Vec3(-time * angular(change)));
+    if (bodies.round[row] == 0) {
+        const Mat3 after = bodies.inertia_axes(row, orientation.toRotationMatrix());
+        const Vec3 spin = angular(motion[slot]);
+        set_spin(slot, spin_after(axes, after, bodies.inertia[row], spin));
+        take_tensor(bodies, row, slot, after);
     }
-    const Mat3 after = bodies.inertia_axes(row_[slot], s.orientation.toRotationMatrix());
-    const Vec3 spin = angular(motion[slot]);
-    const Vec3 kept = spin_after(before, after, bodies.inertia[row_[slot]], spin);
-    take_tensor(bodies, row_[slot], slot, after);
-    for (std::size_t k = 0; k < 3; ++k) {
-        const float more = kept[static_cast<Eigen::Index>(k)] - spin[static_cast<Eigen::Index>(k)];
-        motion[slot].at[4 + k] += more;
-        start_[slot].at[4 + k] += more;
-    }
+    return begins;
 }
 
 void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::uint32_t>& broken) {
@@ -355,11 +415,7 @@ SolverBodies::StoreOutcome SolverBodies::store_body(Bodies& bodies, std::size_t 
         orientation = turned(orientation, turn);
         const float turn2 = turn.squaredNorm();
         if (bodies.round[row] == 0 && turn2 > kNoTurn * kNoTurn) {
-            const Vec3 half = (0.5F * dt_) * bodies.angular_velocity[row];
-            const Mat3 middle = half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
-                                    ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
-                                    : bodies.rotation[row];
-            spin = spin_after(bodies.inertia_axes(row, middle),
+            spin = spin_after(middle_axes(bodies, row),
                               bodies.inertia_axes(row, orientation.toRotationMatrix()),
                               bodies.inertia[row],
                               spin);

@@ -69,9 +69,14 @@ class SolverBodies {
     /// Motion when the substep began.
     [[nodiscard]] const Row8& start(std::size_t slot) const { return start_[slot]; }
 
+    /// A body that turns fast stands as it will `time` from now, s, if nothing pushes it; negative:
+    /// as it did.
+    void turn_freely(const Bodies& bodies, std::uint32_t slot, float time);
+
     /// The motion changed by `change` not at the start of the substep but `time` later, s: until
-    /// then the body goes as it went before.
-    void shift_change(const Bodies& bodies, std::uint32_t slot, const Row8& change, float time);
+    /// then the body goes as it went before. One that turns fast stands as it does then, and as it
+    /// would have stood at the start afterwards. True: it begins to turn fast.
+    bool shift_change(const Bodies& bodies, std::uint32_t slot, const Row8& change, float time);
 
     /// Writes poses and velocities of the bodies back that impulses move. A body whose result is
     /// not finite or out of range keeps its pose, stops, and is appended to `broken`.
@@ -103,6 +108,9 @@ class SolverBodies {
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
+    bool begin_to_spin(const Bodies& bodies, std::uint32_t slot, const Vec3& turn);
+    void set_spin(std::uint32_t slot, const Vec3& spin);
+    [[nodiscard]] Mat3 middle_axes(const Bodies& bodies, std::uint32_t row) const;
     void take_tensor(const Bodies& bodies, std::uint32_t row, std::size_t slot, const Mat3& axes);
 
     Vec3 gravity_ = Vec3::Zero();

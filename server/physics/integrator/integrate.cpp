@@ -78,7 +78,7 @@ Vec3 rotate_freely(const Vec3& moments, float h, Quat& orientation, Vec3& spin) 
     body.momentum = principal.cwiseProduct(start.conjugate() * spin.cast<double>());
     body.inverse = principal.cwiseInverse();
     const double pieces =
-        std::clamp(std::ceil(body.fastest_rate() * h / kLongestTurn), 1.0, kMostPieces);
+        std::clamp(std::ceil(body.fastest_rate() * std::abs(h) / kLongestTurn), 1.0, kMostPieces);
     for (int i = 0; i < static_cast<int>(pieces); ++i) {
         body.advance(h / pieces);
     }

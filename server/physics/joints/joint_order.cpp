@@ -186,6 +186,7 @@ void JointSolver::shape_matrix() {
             for (std::uint32_t r = item.first; r < item.first + item.count; ++r) {
                 const RowKind kind = rows_[r].kind;
                 group.bounded |= kind == RowKind::kLimit || kind == RowKind::kMotor;
+                group.springy |= kind == RowKind::kSpring;
             }
         }
         group.end_row = static_cast<std::uint32_t>(starts_.size());

@@ -366,12 +366,30 @@ void JointSolver::solve_around(SolverBodies& moving, std::uint32_t slot_a, std::
     for_each_around(slot_a, slot_b, [&](const JointGroup& group) { solve(moving, group); });
 }
 
-void JointSolver::note_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {
+void JointSolver::begin_blow(std::uint32_t slot_a, std::uint32_t slot_b) {
     for_each_around(slot_a, slot_b, [this](const JointGroup& group) {
+        hold_springs(group, false);
         for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
             rows_[r].noted = rows_[r].impulse;
         }
     });
+}
+
+void JointSolver::end_blow(std::uint32_t slot_a, std::uint32_t slot_b) {
+    for_each_around(
+        slot_a, slot_b, [this](const JointGroup& group) { hold_springs(group, true); });
+}
+
+void JointSolver::hold_springs(const JointGroup& group, bool held) {
+    if (!group.springy) {
+        return;
+    }
+    for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
+        if (rows_[r].kind == RowKind::kSpring) {
+            rows_[r].held = held;
+        }
+    }
+    factor(group);
 }
 
 void JointSolver::restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b) {

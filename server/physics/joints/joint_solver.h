@@ -71,8 +71,10 @@ class JointSolver {
         }
     }
 
-    /// Remembers the impulses of the joints that `solve_around` would solve.
-    void note_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
+    /// Remembers the impulses of the joints that `solve_around` would solve. Until `end_blow` no
+    /// spring is among them: its force is finite, and a blow takes no time.
+    void begin_blow(std::uint32_t slot_a, std::uint32_t slot_b);
+    void end_blow(std::uint32_t slot_a, std::uint32_t slot_b);
 
     void restore_impulses(std::uint32_t slot_a, std::uint32_t slot_b);
 
@@ -140,6 +142,7 @@ class JointSolver {
         std::uint32_t first_row = 0, end_row = 0;  // of rows
         bool direct = true;
         bool bounded = false;  // has rows with bounds
+        bool springy = false;  // has springs
     };
 
     [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
@@ -182,6 +185,7 @@ class JointSolver {
                        const JointItem& item,
                        const JointDef& spring,
                        Row& row) const;
+    void hold_springs(const JointGroup& group, bool held);
     void choose_held(const SolverBodies& moving, const JointGroup& group);
     void factor(const JointGroup& group);
     void assemble(const JointItem& item);

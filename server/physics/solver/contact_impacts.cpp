@@ -25,6 +25,8 @@ constexpr float kMostMade = 0.1F;
 constexpr float kMostOver = 1.001F;
 /// Points this close take part in the impact of a contact, m.
 constexpr float kMeets = 0.0005F;
+/// Steps to the time of a meeting.
+constexpr int kTimeSteps = 6;
 /// A bounce that lasts for fewer steps than this is none, twice over: a contact under the pull g
 /// bounces from kShortBounce g dt on.
 constexpr float kShortBounce = 3.0F;
@@ -178,6 +180,41 @@ float ContactSolver::meeting_time(const SolverWatch& w) const {
     return earliest < h_ ? earliest : kNoImpact;
 }
 
+/// The same where bodies turn and slide on the way, which a straight line to the meeting leaves
+/// out: Newton's method from there.
+float ContactSolver::arrival(const SolverWatch& w, float time) const {
+    const ContactBatch& batch = batches_[w.batch];
+    for (int i = 0; i < kTimeSteps && time < h_; ++i) {
+        const Single at(batch, w.lane, moving_, time);
+        const Motions m = motions_at(at, time);
+        float wait = kNoImpact;
+        for (std::size_t k = 0; k < batch.count; ++k) {
+            const PointLanes& p = points_[batch.points + k];
+            if (p.mass[w.lane] == 0.0F) {
+                continue;
+            }
+            const Vec3 arm = p.arm.get(w.lane);
+            const float gap = at.gap(p.separation[w.lane], arm);
+            if (gap <= kMeets) {
+                return time;
+            }
+            const float speed = -at.speed(m, arm);
+            wait = speed > 0.0F ? std::min(wait, gap / speed) : wait;
+        }
+        time += wait;
+    }
+    return kNoImpact;
+}
+
+/// Velocities `time` into the substep.
+ContactSolver::Motions ContactSolver::motions_at(const Single& at, float time) const {
+    const float ahead = kept_ - time / h_;
+    const auto then = [&](std::uint32_t slot) {
+        return moving_.motion[slot] - ahead * (moving_.motion[slot] - moving_.start(slot));
+    };
+    return {then(at.a), then(at.b)};
+}
+
 /// The slowest impact that bounces under this pull, m/s2.
 float ContactSolver::bounce_speed(float pull) const {
     const float least = std::max(kShortBounce * pull * parameters_.dt, kSlowestBounce);
@@ -199,6 +236,7 @@ void ContactSolver::collide(const Bodies& bodies) {
         return;
     }
     if (leaps_) {
+        take_back_pushes();
         joints_.solve(moving_);
     }
     list_watches_of_slots();
@@ -209,12 +247,42 @@ void ContactSolver::collide(const Bodies& bodies) {
         });
         struck_.clear();
         for (const std::uint32_t i : meetings_) {
-            const float time = meeting_time(watches_[i]);
+            const float time = arrival(watches_[i], meeting_time(watches_[i]));
             if (time < kNoImpact) {
                 strike(bodies, watches_[i], time);
             }
         }
         find_next_meetings();
+    }
+}
+
+/// Contacts gave their last impulses again before anybody knew who flies apart by now. Where that
+/// drives surfaces apart faster than any part that rest, it is taken back: the contact solver would
+/// take the energy out again, but an impact gives it on.
+void ContactSolver::take_back_pushes() {
+    const float rest = bounce_speed(parameters_.gravity.norm());
+    for (ContactBatch& batch : batches_) {
+        for (std::size_t lane = 0; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
+            const Single at(batch, lane, moving_, 0.0F);
+            const Motions m{moving_.motion[at.a], moving_.motion[at.b]};
+            Blow blow{{}, {}, {}, batch.impulse1[lane], batch.impulse2[lane], batch.twist[lane]};
+            float push = 0.0F;
+            float power = 0.0F;
+            for (std::size_t k = 0; k < batch.count; ++k) {
+                const PointLanes& p = points_[batch.points + k];
+                blow.push[k] = p.impulse[lane];
+                push += blow.push[k];
+                power += blow.push[k] * at.speed(m, p.arm.get(lane));
+            }
+            if (!(power > rest * push)) {
+                continue;
+            }
+            shove(batch, lane, at, blow, -1.0F);
+            for (std::size_t k = 0; k < batch.count; ++k) {
+                points_[batch.points + k].impulse[lane] = 0.0F;
+            }
+            batch.impulse1[lane] = batch.impulse2[lane] = batch.twist[lane] = 0.0F;
+        }
     }
 }
 
@@ -277,35 +345,50 @@ void ContactSolver::strike(const Bodies& bodies, SolverWatch& w, float time) {
     const ContactBatch& batch = batches_[w.batch];
     const Single at(batch, w.lane, moving_, time);
     const float before = kept_ - time / h_;
-    const auto then = [&](std::uint32_t slot) {
-        return moving_.motion[slot] - before * (moving_.motion[slot] - moving_.start(slot));
-    };
-    const Motions m{then(at.a), then(at.b)};
+    hit_.clear();
+    moving_.turn_freely(bodies, at.a, time);
+    moving_.turn_freely(bodies, at.b, time);
+    const Motions m = motions_at(at, time);
     Blow blow;
     if (!aim(w, at, m, blow)) {
+        moving_.turn_freely(bodies, at.a, -time);
+        moving_.turn_freely(bodies, at.b, -time);
         return;
     }
-    hit_.clear();
-    note_hit(at.a);
-    note_hit(at.b);
-    joints_.note_impulses(at.a, at.b);
+    note_hit(bodies, at, at.a, time);
+    note_hit(bodies, at, at.b, time);
+    joints_.begin_blow(at.a, at.b);
     apply(w, at, blow, 1.0F);
     const float size = size_of(w, at, m, blow);
-    if (size == 0.0F) {
-        apply(w, at, blow, -1.0F);
-        return;
+    if (size > 0.0F) {
+        delay_pulls(at, time);
     }
-    delay_pulls(at, time);
-    if (makes_energy(before)) {
+    const bool given = size > 0.0F && !makes_energy(before);
+    if (!given) {
         take_back(at);
-        return;
     }
-    for (std::size_t k = 0; k < batch.count; ++k) {
+    joints_.end_blow(at.a, at.b);
+    for (std::size_t k = 0; given && k < batch.count; ++k) {
         points_[batch.points + k].total[w.lane] += size * blow.push[k];
     }
     for (const auto& [slot, motion] : hit_) {
-        moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time);
+        if (!given) {
+            moving_.turn_freely(bodies, slot, -time);
+            continue;
+        }
+        if (moving_.shift_change(bodies, slot, moving_.motion[slot] - motion, time)) {
+            follow_turns(slot);
+        }
         struck_.push_back(slot);
+    }
+}
+
+/// The masses of a body's contacts follow its turns from now on.
+void ContactSolver::follow_turns(std::uint32_t slot) {
+    for (std::uint32_t k = first_watch_[slot]; k < first_watch_[slot + 1]; ++k) {
+        ContactBatch& batch = batches_[watches_[watch_of_[k]].batch];
+        batch.turns = true;
+        batch.strays = true;
     }
 }
 
@@ -383,12 +466,18 @@ float ContactSolver::size_of(const SolverWatch& w,
     return less;
 }
 
-/// Remembers how a body moves, and the bodies that joints tie to it.
-void ContactSolver::note_hit(std::uint32_t slot) {
-    const auto note = [this](std::uint32_t s) {
+/// Remembers how a body moves at the time of the blow, and the bodies that joints tie to it.
+void ContactSolver::note_hit(const Bodies& bodies,
+                             const Single& at,
+                             std::uint32_t slot,
+                             float time) {
+    const auto note = [&](std::uint32_t s) {
         const bool known =
             std::any_of(hit_.begin(), hit_.end(), [s](const auto& hit) { return hit.first == s; });
         if (!known && moving_.moved_by_impulses(s)) {
+            if (s != at.a && s != at.b) {
+                moving_.turn_freely(bodies, s, time);
+            }
             hit_.emplace_back(s, moving_.motion[s]);
         }
     };
@@ -409,21 +498,29 @@ void ContactSolver::apply(const SolverWatch& w, const Single& at, const Blow& bl
     if (share == 0.0F) {
         return;
     }
-    const ContactBatch& batch = batches_[w.batch];
+    shove(batches_[w.batch], w.lane, at, blow, share);
+    // The second solve takes out what rounding leaves of a blow that joints hold off almost whole.
+    joints_.solve_around(moving_, at.a, at.b);
+    joints_.solve_around(moving_, at.a, at.b);
+}
+
+/// Gives a share of the blow to the two bodies.
+void ContactSolver::shove(const ContactBatch& batch,
+                          std::size_t lane,
+                          const Single& at,
+                          const Blow& blow,
+                          float share) {
     Vec3 impulse = blow.shear1 * at.tangent1 + blow.shear2 * at.tangent2;
-    Vec3 moment = batch.grip.get(w.lane).cross(impulse) + blow.twist * at.normal;
+    Vec3 moment = batch.grip.get(lane).cross(impulse) + blow.twist * at.normal;
     for (std::size_t k = 0; k < batch.count; ++k) {
         const Vec3 push = blow.push[k] * at.normal;
         impulse += push;
-        moment += points_[batch.points + k].arm.get(w.lane).cross(push);
+        moment += points_[batch.points + k].arm.get(lane).cross(push);
     }
     impulse *= share;
     moment *= share;
     moving_.apply(at.a, -impulse, -(moment + at.shift_a.cross(impulse)));
     moving_.apply(at.b, impulse, moment + at.shift_b.cross(impulse));
-    // The second solve takes out what rounding leaves of a blow that joints hold off almost whole.
-    joints_.solve_around(moving_, at.a, at.b);
-    joints_.solve_around(moving_, at.a, at.b);
 }
 
 /// The blow that two bodies without joints would want; false: nothing meets.

@@ -127,8 +127,12 @@ class ContactSolver {
     // contact_impacts.cpp
     void watch_impacts();
     [[nodiscard]] float meeting_time(const SolverWatch& w) const;
+    [[nodiscard]] float arrival(const SolverWatch& w, float time) const;
+    [[nodiscard]] Motions motions_at(const Single& at, float time) const;
     [[nodiscard]] float bounce_speed(float pull) const;
     void collide(const Bodies& bodies);
+    void take_back_pushes();
+    void follow_turns(std::uint32_t slot);
     void list_watches_of_slots();
     void find_next_meetings();
     void strike(const Bodies& bodies, SolverWatch& w, float time);
@@ -136,8 +140,13 @@ class ContactSolver {
     [[nodiscard]] bool makes_energy(float before) const;
     void take_back(const Single& at);
     void delay_pulls(const Single& at, float time);
-    void note_hit(std::uint32_t slot);
+    void note_hit(const Bodies& bodies, const Single& at, std::uint32_t slot, float time);
     [[nodiscard]] Row8 before_of(std::uint32_t slot) const;
+    void shove(const ContactBatch& batch,
+               std::size_t lane,
+               const Single& at,
+               const Blow& blow,
+               float share);
     void apply(const SolverWatch& w, const Single& at, const Blow& blow, float share);
     bool aim(const SolverWatch& w, const Single& at, Motions m, Blow& blow) const;
 

@@ -103,6 +103,8 @@ void run(World& world, int ticks, const std::function<void()>& each = {}) {
 
 /// Zone-local coordinates round to 2e-6 m; five seconds of impacts and rolling let that grow.
 constexpr double kBorderError_m = 0.01;
+/// What a limb on the ground opens when its contacts begin anew in the other zone, m.
+constexpr float kBorderGap_m = 0.02F;
 constexpr float kClosed_m = 0.005F;
 
 class Joints : public ::testing::Test {
@@ -414,7 +416,7 @@ TEST_F(Joints, OfARagdollCrossABorderWithIt) {
         }
         EXPECT_EQ(worlds.two.zones()[1]->state().assemblies.joints.size(), 6U) << "it went over";
         EXPECT_LT(worlds.apart(), std::max(kBorderError_m, thrown.sensitivity()));
-        EXPECT_LT(widest, kClosed_m);
+        EXPECT_LT(widest, kBorderGap_m);
         EXPECT_EQ(worlds.two.zones()[1]->state().scene.awake_count(), 0U);
     }
 }
