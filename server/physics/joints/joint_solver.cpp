@@ -34,6 +34,8 @@ constexpr float kUndoStill = 1.0e-4F;
 /// A limit that is passed is left no faster than this besides. A limit that a graph's other joints
 /// hold passed would throw the body that it pushes.
 constexpr float kLimitSpeed = 1.0F;
+/// Joints that contacts open by more than this in a substep are solved again, m and rad.
+constexpr float kOpens = 5.0e-4F;
 /// How often the set of limits and motors that hold is corrected.
 constexpr int kRounds = 4;
 /// Passes over the rows of a graph whose matrix would be too wide; even.
@@ -533,6 +535,30 @@ void JointSolver::solve_joint(SolverBodies& moving, const JointItem& item) {
             move_impulse(moving, item, row, row.impulse - wanted / whole);
         }
     }
+}
+
+bool JointSolver::close(SolverBodies& moving) {
+    bool any = false;
+    for (const JointGroup& group : groups_) {
+        if (opens(moving, group)) {
+            solve(moving, group);
+            any = true;
+        }
+    }
+    return any;
+}
+
+bool JointSolver::opens(const SolverBodies& moving, const JointGroup& group) const {
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+            const Row& row = rows_[r];
+            const float left = speed(moving, items_[i], row) + bias_of(row) + row.soft * row.impulse;
+            if (row.kind == RowKind::kHard && std::abs(left) * h_ > kOpens) {
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 void JointSolver::add_totals() {

@@ -54,6 +54,8 @@ class JointSolver {
     /// Gives the last impulses again and prepares the systems.
     void warm_start(SolverBodies& moving);
     void solve(SolverBodies& moving);
+    /// Solves those alone of which a joint would open visibly in this substep; true: there are any.
+    bool close(SolverBodies& moving);
     /// The same for those alone that hang together with these slots; not where rows are solved one
     /// after the other: such a graph is as good as loose for the moment of a blow.
     void solve_around(SolverBodies& moving, std::uint32_t slot_a, std::uint32_t slot_b);
@@ -191,6 +193,7 @@ class JointSolver {
     void assemble(const JointItem& item);
     void add_block(const JointItem& p, const JointItem& q, std::uint32_t slot);
     void solve(SolverBodies& moving, const JointGroup& group);
+    [[nodiscard]] bool opens(const SolverBodies& moving, const JointGroup& group) const;
     void solve_group(SolverBodies& moving, const JointGroup& group);
     void find_unknowns(const SolverBodies& moving, const JointGroup& group);
     [[nodiscard]] static double share_to_bound(const Row& row, double unknown);

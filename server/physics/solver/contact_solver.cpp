@@ -21,6 +21,8 @@ constexpr float kSagRate = 0.3F;
 
 /// Passes over contacts where joints are not solved all at once.
 constexpr int kLeastTurns = 2;
+/// The most of them while contacts open joints.
+constexpr int kMostTurns = 8;
 
 /// The work that one thread takes at a time: some microseconds.
 constexpr std::size_t kBatchGrain = 8;
@@ -280,6 +282,9 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
     const int iterations = batches_.empty() ? 1 : std::max(parameters_.iterations, least);
     for (int i = 0; i < iterations; ++i) {
         joints_.solve(moving_);
+        solve_all<true>();
+    }
+    for (int i = iterations; i < kMostTurns && joints_.close(moving_); ++i) {
         solve_all<true>();
     }
     const float move = leaps_ && last ? 0.5F * h_ : h_;
