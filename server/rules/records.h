@@ -160,7 +160,7 @@ struct PropRecord {
     }
 };
 
-/// What is left of a killed character.
+/// The remains of a killed character.
 struct RagdollRecord {
     Tick gone_at = 0;
 

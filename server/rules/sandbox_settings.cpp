@@ -13,7 +13,7 @@ namespace {
 
 struct Number {
     std::string_view name;
-    float GameSettings::* field;
+    float GameSettings::*field;
     float least;
     float most;
 };

@@ -22,8 +22,8 @@ enum EntityFlag : std::uint8_t {
                           ///< velocities are exactly zero
     kGrounded = 1u << 2,  ///< characters: carried by the ground
     kHidden = 1u << 3,    ///< no viewer hears of it (carried in an inventory, dead and waiting)
-    kCarried = 1u << 5,  ///< characters: a rider, which its carrier moves
-    kDozing = 1u << 4,   ///< its agent is suspended and goes from event to event: nothing else moves
+    kCarried = 1u << 5,   ///< characters: a rider, which its carrier moves
+    kDozing = 1u << 4,  ///< its agent is suspended and goes from event to event: nothing else moves
                         ///< it, and code that writes one of its columns calls Entities::touch()
 };
 

@@ -74,7 +74,7 @@ struct EntityType {
     /// Number of the part. The root, 0, stands for the whole: `stands` is how the root is turned,
     /// and `standing` holds all parts, about the root's centre.
     std::uint16_t part = 0;
-    motion::CharacterLimits character;  ///< kCharacter only
+    motion::CharacterLimits character;     ///< kCharacter only
     std::array<float, kStances> aura_m{};  ///< how far the entity is heard, by stance, m
     std::array<float, kStances>
         nimbus_m{};  ///< how far a viewer with this avatar listens, by stance, m

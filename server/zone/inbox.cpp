@@ -187,7 +187,7 @@ std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> 
     const auto count = static_cast<std::uint32_t>(inbox.size() + state.messages_in.size());
     state.messages_in.clear();
     if (state.frozen) {
-        // What the rules spawn or throw at a client's word moves no more than the rest: a kill that
+        // Bodies that the rules spawn or throw at a client's word rest like all others: a kill that
         // is confirmed now makes a ragdoll.
         rest_all(state);
     }

@@ -284,7 +284,7 @@ class RulesContext {
         (void)position;
     }
 
-    /// What carries a character; none: nothing.
+    /// The part that carries a character; none: nothing.
     [[nodiscard]] virtual EntityId carrier_of(EntityId rider) const {
         (void)rider;
         return {};

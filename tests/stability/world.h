@@ -19,10 +19,10 @@ using physics::JointKind;
 using physics::Shape;
 
 inline constexpr float kFrame = 1.0F / 60.0F;
-inline constexpr double kG = 9.81;      ///< m/s2
-inline constexpr double kGive = 0.005;  ///< of a contact (Settings::error_budget_m), m
-inline constexpr double kPush = 3.0;    ///< speed at which a contact undoes an overlap, m/s
-inline constexpr double kUndo = 20.0;   ///< speed at which a joint undoes its gap, m/s
+inline constexpr double kG = 9.81;           ///< m/s2
+inline constexpr double kGive = 0.005;       ///< of a contact (Settings::error_budget_m), m
+inline constexpr double kPush = 3.0;         ///< speed at which a contact undoes an overlap, m/s
+inline constexpr double kUndo = 20.0;        ///< speed at which a joint undoes its gap, m/s
 inline constexpr float kUndoTime_s = 0.05F;  ///< within which it undoes a small one
 
 /// The limits of a world; a limit that is not set is not checked. Two checks always run: all values

@@ -100,7 +100,8 @@ void AdminApi::kick(const Call& call, const Reply& reply) {
     const std::string reason = body.reason().empty() ? "kicked by the operator" : body.reason();
     on_network([this, reply, who, reason] {
         const std::size_t count = network_.host().kick(who, reason);
-        spdlog::info("admin: kicked {}: {}", count_of_sessions(count), session::printable(reason, 256));
+        spdlog::info(
+            "admin: kicked {}: {}", count_of_sessions(count), session::printable(reason, 256));
         reply(count > 0 ? done_with("kicked " + count_of_sessions(count), count)
                         : problem(404, "no such session"));
     });
@@ -186,7 +187,8 @@ void AdminApi::say(const Call& call, const Reply& reply) {
     }
     on_network([this, reply, client = ClientId(body.client()), text = body.text()] {
         const std::size_t count = network_.host().notify(client, text);
-        spdlog::info("admin: said to {}: {}", count_of_sessions(count), session::printable(text, 256));
+        spdlog::info(
+            "admin: said to {}: {}", count_of_sessions(count), session::printable(text, 256));
         reply(client && count == 0 ? problem(404, "no such session")
                                    : done_with("said to " + count_of_sessions(count), count));
     });

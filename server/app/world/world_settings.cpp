@@ -137,7 +137,7 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
 void populate(const config::Settings& settings,
               const std::vector<zone::Region>& regions,
               std::span<const std::unique_ptr<zone::Zone>> zones) {
-    // What joints hold together begins in one zone: that of the first of them.
+    // Entities that joints hold together begin in one zone: that of the first of them.
     core::UnionFind groups;
     groups.reset(settings.initial.size());
     for (const config::PlacedJoint& joint : settings.placed_joints) {

@@ -6,8 +6,8 @@
 #include "server/physics/shapes/ranges.h"
 
 #include <algorithm>
-#include <utility>
 #include <cmath>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -161,11 +161,10 @@ void SolverBodies::take_spin(const Bodies& bodies, std::uint32_t row, std::uint3
 /// Axes of inertia as `take_spin` has them.
 Mat3 SolverBodies::middle_axes(const Bodies& bodies, std::uint32_t row) const {
     const Vec3 half = (0.5F * dt_) * bodies.angular_velocity[row];
-    return bodies.inertia_axes(
-        row,
-        half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
-            ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
-            : bodies.rotation[row]);
+    return bodies.inertia_axes(row,
+                               half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
+                                   ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
+                                   : bodies.rotation[row]);
 }
 
 void SolverBodies::take_tensor(const Bodies& bodies,
@@ -244,8 +243,7 @@ void SolverBodies::turn_freely(const Bodies& bodies, std::uint32_t slot, float t
     Vec3 spin = angular(motion[slot]);
     rotate_body(bodies, row, time, orientation, spin);
     set_spin(slot, spin);
-    take_tensor(
-        bodies, row, slot, bodies.inertia_axes(row, orientation.toRotationMatrix()));
+    take_tensor(bodies, row, slot, bodies.inertia_axes(row, orientation.toRotationMatrix()));
 }
 
 /// Whether the body turns far by now, and did not before; `turn`: since the step began, rad. From

@@ -40,7 +40,8 @@ Eigen::Quaternion<Real, kOptions> turned(const Eigen::Quaternion<Real, kOptions>
 /// fiftieth of a radian are cut into several.
 ///
 /// In doubles, because the rounding of a float rotation would enter the momentum several times per
-/// call. `h`: s, negative: backwards. In and out: orientation, spin (rad/s, world). Returns the turn, rad, to first order.
+/// call. `h`: s, negative: backwards. In and out: orientation, spin (rad/s, world). Returns the
+/// turn, rad, to first order.
 Vec3 rotate_freely(const Vec3& moments, float h, Quat& orientation, Vec3& spin);
 
 }  // namespace zoned::physics

@@ -173,7 +173,7 @@ void JointSolver::restrain_motor(const JointItem& item) {
     }
     float target = -motor->bias;
     float undone = target;  // the same while velocities undo errors
-    float way = 1.0F;  // of the lower limit, then of the upper one
+    float way = 1.0F;       // of the lower limit, then of the upper one
     for (auto limit = motor + 1; limit != rows.end() && limit->kind == RowKind::kLimit; ++limit) {
         target = way * std::max(way * target, -limit->bias);
         undone = way * std::max(way * undone, -limit->bias - limit->undo);
@@ -378,8 +378,7 @@ void JointSolver::begin_blow(std::uint32_t slot_a, std::uint32_t slot_b) {
 }
 
 void JointSolver::end_blow(std::uint32_t slot_a, std::uint32_t slot_b) {
-    for_each_around(
-        slot_a, slot_b, [this](const JointGroup& group) { hold_springs(group, true); });
+    for_each_around(slot_a, slot_b, [this](const JointGroup& group) { hold_springs(group, true); });
 }
 
 void JointSolver::hold_springs(const JointGroup& group, bool held) {
@@ -552,7 +551,8 @@ bool JointSolver::opens(const SolverBodies& moving, const JointGroup& group) con
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             const Row& row = rows_[r];
-            const float left = speed(moving, items_[i], row) + bias_of(row) + row.soft * row.impulse;
+            const float left =
+                speed(moving, items_[i], row) + bias_of(row) + row.soft * row.impulse;
             if (row.kind == RowKind::kHard && std::abs(left) * h_ > kOpens) {
                 return true;
             }

@@ -82,7 +82,7 @@ struct BodyState {
     bool asleep = false;
 };
 
-/// What a body carries over from its steps besides its state.
+/// The past of a body that its next steps depend on, besides its state.
 struct BodyHistory {
     float still_s = 0.0F;               ///< how long it has been slower than the sleep speeds
     std::uint8_t substep_level = 0;     ///< of its island in the last step
@@ -168,8 +168,8 @@ class Scene {
     /// Takes speed and greatest force of a motor; wakes both bodies. Does nothing and says false
     /// where they are not finite or out of range.
     bool set_motor(JointId joint, float speed, float most);
-    /// What a joint carries over, for one like it between the same bodies in another scene. Its
-    /// motor is set before its state.
+    /// The state that a joint carries from step to step, for one like it between the same bodies in
+    /// another scene. Its motor is set before its state.
     [[nodiscard]] const JointState& joint_state(JointId joint) const;
     void set_joint_state(JointId joint, const JointState& state);
     /// Adds the joints whose bodies are awake to a hash: the impulses and errors that they carry.

@@ -18,8 +18,8 @@ constexpr int kMostImpactRounds = 64;
 /// Where joints leave less than this of a blow's effect they hold the two as one (a motor that
 /// drives a leg into the body that it belongs to): no blow could part them.
 constexpr float kLeastImpactGive = 5.0e-4F;
-/// A blow may make this share of twice the energy of its change of motion: motors work meanwhile. One
-/// that is all rounding makes half of it.
+/// A blow may make this share of twice the energy of its change of motion: motors work meanwhile.
+/// One that is all rounding makes half of it.
 constexpr float kMostMade = 0.1F;
 /// A blow may part a contact faster than it should by this factor.
 constexpr float kMostOver = 1.001F;

@@ -29,7 +29,7 @@ bool may_ride(const ZoneState& state, world::Row rider, world::Row carrier) {
            state.agents.find(e.id[rider]) == nullptr;
 }
 
-/// What moves does not push a rider, nor is pushed: its seat would throw it out.
+/// Moving bodies and a rider do not push each other: its seat would throw the rider out.
 void meet_nothing(ZoneState& state, world::Row row, bool on) {
     const BodyId body = state.entities.body[row];
     if (!body) {

@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kDoorCategory = 1u << 2;
 inline constexpr std::uint32_t kPartCategory = 1u << 3;
 inline constexpr std::uint32_t kRewindablePartCategory = 1u << 4;
 
-/// What the body of an entity of the type meets.
+/// The bodies that one of an entity of the type meets.
 physics::Filter filter_of(const world::EntityType& type);
 
 /// The body that an owned entity of the type has: shape, material, mass and kind (dynamic for

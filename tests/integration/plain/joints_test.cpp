@@ -103,7 +103,7 @@ void run(World& world, int ticks, const std::function<void()>& each = {}) {
 
 /// Zone-local coordinates round to 2e-6 m; five seconds of impacts and rolling let that grow.
 constexpr double kBorderError_m = 0.01;
-/// What a limb on the ground opens when its contacts begin anew in the other zone, m.
+/// The gap that a limb on the ground opens when its contacts begin anew in the other zone, m.
 constexpr float kBorderGap_m = 0.01F;
 constexpr float kClosed_m = 0.005F;
 
