@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace zoned::physics {
 
@@ -212,7 +211,7 @@ void SolverBodies::turn(const Bodies& bodies, float seconds, Spinner& s) {
     const Vec3 plain = seconds * spin;
     Vec3 went = plain;
     const bool round = bodies.round[row] != 0;
-    if (s.fast && !round) {
+    if (s.fast) {
         went = rotate_body(bodies, row, seconds, s.orientation, spin);
     } else {
         const Mat3 before = bodies.inertia_axes(row, s.orientation.toRotationMatrix());
@@ -236,7 +235,7 @@ void SolverBodies::turn(const Bodies& bodies, float seconds, Spinner& s) {
 
 void SolverBodies::turn_freely(const Bodies& bodies, std::uint32_t slot, float time) {
     const std::uint32_t row = row_[slot];
-    if (time == 0.0F || !turns_fast(slot) || bodies.round[row] != 0) {
+    if (time == 0.0F || !turns_fast(slot)) {
         return;
     }
     Quat& orientation = spinners_[spinner_of_[slot]].orientation;
@@ -246,22 +245,27 @@ void SolverBodies::turn_freely(const Bodies& bodies, std::uint32_t slot, float t
     take_tensor(bodies, row, slot, bodies.inertia_axes(row, orientation.toRotationMatrix()));
 }
 
-/// Whether the body turns far by now, and did not before; `turn`: since the step began, rad. From
-/// now on its free rotation is computed with care.
-bool SolverBodies::begin_to_spin(const Bodies& bodies, std::uint32_t slot, const Vec3& turn) {
+/// Whether the body turns far by now, and did not before; `way`: its turn since the substep began,
+/// rad. From now on its free rotation is computed with care.
+bool SolverBodies::begin_to_spin(const Bodies& bodies, std::uint32_t slot, const Vec3& way) {
     const std::uint32_t row = row_[slot];
     if (!moved_by_impulses(slot) || bodies.round[row] != 0) {
         return false;
     }
     const float rate = angular(motion[slot]).norm();
     if (spinner_of_[slot] != kNoIndex) {
-        bool& fast = spinners_[spinner_of_[slot]].fast;
-        return !std::exchange(fast, fast || h_ * rate > kFastTurn) && fast;
+        Spinner& spinner = spinners_[spinner_of_[slot]];
+        if (spinner.fast || h_ * rate <= kFastTurn) {
+            return false;
+        }
+        spinner.fast = true;
+        spinner.orientation = turned(spinner.orientation, way);
+        return true;
     }
     if (dt_ * rate <= kFastTurn) {
         return false;
     }
-    const Quat orientation = turned(bodies.orientation[row], turn);
+    const Quat orientation = turned(bodies.orientation[row], Vec3(angular(drift[slot]) + way));
     spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
     spinners_.push_back({slot, orientation, true});
     const Mat3 axes = bodies.inertia_axes(row, orientation.toRotationMatrix());
@@ -359,9 +363,8 @@ bool SolverBodies::shift_change(const Bodies& bodies,
                                 float time) {
     start_[slot].at += change.at;
     const Vec3 before = angular(motion[slot]) - angular(change);
-    const Vec3 turn = angular(drift[slot]) + time * before;
+    const bool begins = begin_to_spin(bodies, slot, time * before);
     drift[slot].at -= time * change.at;
-    const bool begins = begin_to_spin(bodies, slot, turn);
     if (turns_fast(slot)) {
         turn_freely(bodies, slot, -time);
         return begins;

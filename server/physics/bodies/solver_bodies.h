@@ -108,7 +108,7 @@ class SolverBodies {
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
-    bool begin_to_spin(const Bodies& bodies, std::uint32_t slot, const Vec3& turn);
+    bool begin_to_spin(const Bodies& bodies, std::uint32_t slot, const Vec3& way);
     void set_spin(std::uint32_t slot, const Vec3& spin);
     [[nodiscard]] Mat3 middle_axes(const Bodies& bodies, std::uint32_t row) const;
     void take_tensor(const Bodies& bodies, std::uint32_t row, std::size_t slot, const Mat3& axes);
