@@ -100,6 +100,8 @@ Correction OwnAvatar::reconcile(const wire::OwnState& own, ZoneId zone) {
     put_state(own.input_tick, zone, own.state);
     if (s.command_tick != own.input_tick) {
         // The command of a tick that was never sent: standing still is what the server began with.
+        // The ring may hold the command of another tick here, which must not pass for this one.
+        s.command_tick = -1;
         s.command = {};
         s.command.yaw = own.state.yaw;
     }

@@ -9,10 +9,9 @@ namespace zoned::replication {
 
 namespace {
 
-constexpr std::uint64_t kReorderTolerance = 3;  // packets, as RFC 9002, section 6.1.1
-constexpr double kDefaultRtt_us = 100e3;        // before the session has measured one
-constexpr std::uint32_t kLossMemory = 64;       // packets; the first ones count for more ...
-constexpr std::uint32_t kLossPrior = 8;         // ... beside a guess that counts as so many
+constexpr double kDefaultRtt_us = 100e3;   // before the session has measured one
+constexpr std::uint32_t kLossMemory = 64;  // packets; the first ones count for more ...
+constexpr std::uint32_t kLossPrior = 8;    // ... beside a guess that counts as so many
 // A new client's network is taken for a poor one until its acks tell otherwise.
 constexpr double kLossAtFirst = 0.02;
 constexpr double kNegligibleLoss = 1e-3;
@@ -238,6 +237,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
         if (packet == nullptr || packet->status == DeliveryStatus::kAcked) {
             continue;
         }
+        note_acked(*packet);
         packet->status = DeliveryStatus::kAcked;
         if (packet->coded && coder != nullptr) {
             coder->acknowledge(static_cast<wire::entropy::PacketNumber>(packet->sequence));
@@ -251,26 +251,43 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
     newest_acked_ = std::max(newest_acked_, acks.newest);
 }
 
-/// A packet is given up when one sent three packets later has arrived, or after
-/// wire::resend_timeout_ticks. It counts as lost only after three times that: a merely late packet
-/// must not raise the estimate.
+void ClientState::note_acked(const SentPacket& packet) {
+    ack_delay_.on_acked({packet.sequence,
+                         packet.tick,
+                         packet.sequence < newest_acked_ ? newest_acked_ - packet.sequence : 0,
+                         packet.status == DeliveryStatus::kLost,
+                         away_});
+}
+
+void ClientState::give_up(SentPacket& packet) {
+    packet.status = DeliveryStatus::kLost;
+    for (const SentEntry& entry : packet.entries) {
+        lose(entry);
+    }
+}
+
+/// Loss is inferred from the acknowledgement of later packets, as in RFC 9002, section 6.1: one
+/// sent as many packets later as reordering explains, or any later one once the packet is older
+/// than acknowledgements are. Without a later one only a probe goes out (section 6.2): the newest
+/// state of what is overdue, at intervals that double. A packet counts as lost only after three
+/// times the resend time: a merely late packet must not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
     look_for_outage(now, tick_s);
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
     const Tick patience = wire::resend_timeout_ticks(1e-6 * rtt_us, static_cast<double>(tick_s));
+    ack_delay_.begin_tick(now, tick_s, patience);
     bool resolved_so_far = true;
     for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
         SentPacket* packet = log_.find(sequence);
         if (packet != nullptr) {
             const Tick age = now - packet->tick;
             if (packet->status == DeliveryStatus::kOpen &&
-                (newest_acked_ >= sequence + kReorderTolerance || age > patience)) {
-                packet->status = DeliveryStatus::kLost;
-                for (const SentEntry& entry : packet->entries) {
-                    lose(entry);
-                }
+                (newest_acked_ > sequence ? ack_delay_.passed_over(newest_acked_ - sequence, age)
+                                          : ack_delay_.probe(now, age))) {
+                give_up(*packet);
             }
-            if (packet->status == DeliveryStatus::kLost && age > 3 * patience) {
+            if (packet->status == DeliveryStatus::kLost && newest_acked_ > sequence &&
+                age > 3 * patience) {
                 sample_loss(*packet, true);
             }
             resolved_so_far = resolved_so_far && packet->counted;
@@ -311,10 +328,7 @@ void ClientState::begin_away() {
             continue;
         }
         if (packet->status == DeliveryStatus::kOpen) {
-            packet->status = DeliveryStatus::kLost;
-            for (const SentEntry& entry : packet->entries) {
-                lose(entry);
-            }
+            give_up(*packet);
         }
         packet->counted = true;
     }
@@ -467,6 +481,7 @@ void ClientState::hash(core::StateHash& hash) const {
     hash.add(next_sequence_);
     hash.add(newest_acked_);
     hash.add(loss_estimate_);
+    ack_delay_.hash(hash);
     hash.add(tokens);
     hash.add(rate_bytes_per_s_);
     hash.add(away_);

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "server/mailbox/messages.h"
-#include "server/replication/sent_log.h"
+#include "server/replication/delivery/ack_delay.h"
+#include "server/replication/delivery/sent_log.h"
 #include "server/replication/stream_table.h"
 #include "server/world/visibility.h"
 #include "shared/core/state_hash.h"
@@ -103,7 +104,8 @@ class ClientState {
     [[nodiscard]] const Subscription* subscription(EntityId entity) const;
 
     void on_acks(const mailbox::Acks& acks);
-    /// Gives up packets that must be lost by now, or all when the client has gone silent.
+    /// Gives up packets that the client has passed over, probes where acknowledgements stay out,
+    /// and gives up all when the client has gone silent.
     void expire(Tick now, float tick_s);
 
     /// True in an outage: the client acknowledged packets before, but none for a second and two
@@ -184,6 +186,8 @@ class ClientState {
     void add_removal(EntityId entity, Tick now);
     void deliver(const SentEntry& entry);
     void lose(const SentEntry& entry);
+    void note_acked(const SentPacket& packet);
+    void give_up(SentPacket& packet);
     void look_for_outage(Tick now, float tick_s);
     void begin_away();
     void sample_loss(SentPacket& packet, bool lost);
@@ -195,6 +199,7 @@ class ClientState {
     std::uint64_t first_sequence_ = 1;  // sent from here
     std::uint64_t oldest_open_ = 1;     // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
+    AckDelay ack_delay_;
     double loss_estimate_ = 0.0;
     std::uint32_t loss_samples_ = 0;  ///< packets that the estimate stands for
     std::uint32_t rtt_us_ = 0;

@@ -15,6 +15,7 @@ enum class Reject : std::uint8_t {
     kDatagramShort,
     kDatagramLong,
     kConnectionUnknown,
+    kConnectionForeign,  // another session's datagram inside a stream
     kReplayed,
     kNotAuthentic,
     kTransportMalformed,

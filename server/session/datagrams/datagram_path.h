@@ -66,6 +66,9 @@ class DatagramPath {
     /// The known acks, again, when the rate fell because the client is silent; else nothing.
     std::optional<AckUpdate> take_silence(double now_s);
 
+    /// This process did not run for so long: the client's silence meanwhile says nothing.
+    void excuse_stall(double stall_s) { rate_.excuse_stall(stall_s); }
+
     /// Smoothed round trip without the client's delay, us; 0 before the first measurement.
     [[nodiscard]] std::uint32_t rtt_us() const { return static_cast<std::uint32_t>(rtt_us_); }
 

@@ -59,6 +59,9 @@ class RateControl {
     /// True when the rate was halved because datagrams leave and no feedback comes.
     bool on_silence(double now_s);
 
+    /// Moves the time since which no feedback came by a stall of this process.
+    void excuse_stall(double stall_s) { unheard_s_ += unheard_s_ < 0.0 ? 0.0 : stall_s; }
+
     /// Within floor and ceiling.
     [[nodiscard]] double bytes_per_s() const { return rate_; }
 

@@ -5,6 +5,7 @@ namespace zoned::session {
 // Before a datagram authenticates, nothing is answered and nothing but a counter changes: else the
 // server could be used against others, or a session taken over by guessing.
 void SessionHost::Impl::on_datagram(const mailbox::Address* from,
+                                    const Session* carrier,
                                     std::span<const std::uint8_t> datagram,
                                     double now_s) {
     if (datagram.size() > wire::kMaxDatagramBytes) {
@@ -19,6 +20,10 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
     Session* session = table.by_connection(header->connection);
     if (session == nullptr) {
         reject(Reject::kConnectionUnknown);
+        return;
+    }
+    if (from == nullptr && session != carrier) {
+        reject(Reject::kConnectionForeign);
         return;
     }
     const auto opened = session->path.open(*header, datagram, now_s, plain);

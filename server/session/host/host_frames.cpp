@@ -94,6 +94,7 @@ void SessionHost::Impl::on_message(Session& session,
         case Case::kDatagram: {
             const std::string& sealed = message.datagram().sealed();
             on_datagram(nullptr,
+                        &session,
                         {reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()},
                         now_s);
             break;

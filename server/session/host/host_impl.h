@@ -49,7 +49,9 @@ struct SessionHost::Impl {
     void on_quit(Session& session);
 
     // ---- host_datagrams.cpp
+    /// `from` is null where `carrier`'s stream brought it.
     void on_datagram(const mailbox::Address* from,
+                     const Session* carrier,
                      std::span<const std::uint8_t> datagram,
                      double now_s);
     void send_acks(const Session& session, const DatagramPath::AckUpdate& acks);
@@ -86,6 +88,8 @@ struct SessionHost::Impl {
              const std::string& text,
              mailbox::LeaveReason leave);
     void tick(double now_s, Tick tick_now);
+    /// Moves all deadlines by a time in which this host did not run.
+    void excuse_stall(double stall_s);
     void shutdown(const std::string& text);
 
     [[nodiscard]] std::int64_t unix_time(double now_s) const;
@@ -110,6 +114,7 @@ struct SessionHost::Impl {
     std::vector<std::pair<double, ClientId>> releases;
     core::Rng fault_rng;
     Tick current_tick = 0;
+    double ticked_s = -1.0;  ///< when tick() last ran; below 0: never
     double unix_offset_s = 0.0;
     std::uint16_t udp_port = 0;
     bool shutting_down = false;

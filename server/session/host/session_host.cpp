@@ -14,6 +14,9 @@ namespace {
 
 constexpr std::size_t kSpareBuffers = 256;
 
+/// tick() comes ten times a second; a gap longer than this is a stall of this process.
+constexpr double kStall_s = 0.5;
+
 HostSettings checked(HostSettings settings) {
     if (settings.input_window_ticks < 1 || settings.input_window_ticks > kMaxInputWindowTicks) {
         throw std::invalid_argument("the input window must be 1 to " +
@@ -94,8 +97,25 @@ void SessionHost::Impl::end(Session& session,
     stats.sessions = static_cast<std::uint32_t>(table.all().size());
 }
 
+/// The silence of a stalled server is not the silence of its clients: what they sent meanwhile may
+/// still wait in the sockets.
+void SessionHost::Impl::excuse_stall(double stall_s) {
+    for (auto& deadline : login_deadlines) {
+        deadline.first += stall_s;
+    }
+    for (const auto& session : table.all()) {
+        session->last_heard_s += stall_s;
+        session->grace_ends_s += stall_s;
+        session->path.excuse_stall(stall_s);
+    }
+}
+
 void SessionHost::Impl::tick(double now_s, Tick tick_now) {
     current_tick = tick_now;
+    if (ticked_s >= 0.0 && now_s - ticked_s > kStall_s) {
+        excuse_stall(now_s - ticked_s);
+    }
+    ticked_s = now_s;
     nonces.prune(unix_time(now_s));
     while (!login_deadlines.empty() && login_deadlines.front().first <= now_s) {
         const StreamId stream = login_deadlines.front().second;
@@ -201,7 +221,7 @@ void SessionHost::on_datagram(const mailbox::Address& from,
                               double now_s) {
     ++impl_->stats.packets_in;
     impl_->stats.bytes_in += datagram.size();
-    impl_->on_datagram(&from, datagram, now_s);
+    impl_->on_datagram(&from, nullptr, datagram, now_s);
 }
 
 void SessionHost::on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s) {

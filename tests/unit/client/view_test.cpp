@@ -440,6 +440,27 @@ TEST_F(OwnAvatarTest, StaysInPlaceWhenItChangesZones) {
     EXPECT_EQ(avatar.zone(), ZoneId(2));
 }
 
+/// A server may send a state of any tick. Its place in the ring may hold the newest command.
+TEST_F(OwnAvatarTest, SendsOnlyConsecutiveCommandsAfterAStateAWholeRingAway) {
+    const auto ring = static_cast<Tick>(OwnAvatar::kRing);
+    for (const Tick away : {-ring, ring, 2 * ring, 1000 * ring}) {
+        OwnAvatar own(*fake_world());
+        motion::InputCommand command;
+        for (command.tick = 1; command.tick <= 2 * ring; ++command.tick) {
+            own.push(command);
+        }
+        wire::OwnState state;
+        state.avatar = EntityId(7);
+        state.input_tick = 2 * ring + away;
+        own.reconcile(state, ZoneId(1));
+        const auto commands = own.newest_commands(wire::kMaxCommandsPerPacket);
+        for (std::size_t i = 0; i < commands.size(); ++i) {
+            EXPECT_EQ(commands[i].tick, 2 * ring + 1 - static_cast<Tick>(commands.size() - i))
+                << away;
+        }
+    }
+}
+
 TEST_F(OwnAvatarTest, SendsTheNewestCommandsInOrder) {
     for (Tick t = 101; t <= 110; ++t) {
         avatar.push(command(t));

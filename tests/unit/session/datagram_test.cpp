@@ -87,6 +87,45 @@ TEST_F(Datagrams, AreRefusedWhenShortLongOrOfNoSession) {
     EXPECT_EQ(host.rejected("connection_unknown"), 1U);
 }
 
+/// Otherwise a datagram caught on its way would move its session from UDP to the stream.
+TEST_F(Datagrams, AreRefusedInTheStreamOfAnotherSession) {
+    FakeClient other{host};
+    ASSERT_TRUE(other.log_in(hello_message("bob")));
+    const auto carried_by = [&](const FakeClient& carrier, std::uint64_t sequence) {
+        const Bytes sealed = client.make_datagram(sequence, commands_at(host.tick, 1));
+        proto::ClientMessage message;
+        message.mutable_datagram()->set_sealed(sealed.data(), sealed.size());
+        host.send(carrier.stream, message);
+        return input_ticks().size();
+    };
+    EXPECT_EQ(carried_by(other, 1), 0U);
+    EXPECT_EQ(host.rejected("connection_foreign"), 1U);
+    EXPECT_EQ(carried_by(client, 2), 1U);
+}
+
+/// The timers of a process that was stopped run before its sockets are read.
+TEST_F(Datagrams, ThatWaitWhileTheServerIsStoppedKeepTheirSessionAlive) {
+    for (const double stall_s : {1.0, 3.0, 6.0, 20.0, 120.0}) {
+        host.now_s += stall_s;
+        host.host.tick(host.now_s, ++host.tick);
+        client.send_datagram(commands_at(host.tick, 1));
+        host.advance(1.0);
+        client.send_datagram(commands_at(host.tick, 1));
+        EXPECT_EQ(host.rejected("silence"), 0U) << stall_s;
+        EXPECT_TRUE(host.closed.empty()) << stall_s;
+    }
+    host.advance(20.0);  // this is the client's silence
+    EXPECT_EQ(host.rejected("silence"), 1U);
+}
+
+TEST_F(Datagrams, AndTheGraceTimeOutlastAStopOfTheServer) {
+    client.drop();
+    host.advance(1.0);
+    host.now_s += 60.0;
+    host.host.tick(host.now_s, ++host.tick);
+    EXPECT_TRUE(client.resume(0));
+}
+
 TEST_F(Datagrams, AreCountedWhenTheyAuthenticateButMakeNoSense) {
     deliver(client.seal(1, Bytes(3, 0)));
     EXPECT_EQ(host.rejected("transport_malformed"), 1U);
