@@ -15,6 +15,26 @@ namespace zoned::config {
 
 // Defaults are those of the schema (a test compares them).
 
+/// Where players reach the server when it is not where it listens.
+struct AdvertiseSettings {
+    std::string address;         ///< empty: none is named
+    std::uint16_t tcp_port = 0;  ///< 0: the one that it listens at
+    std::uint16_t udp_port = 0;
+
+    bool operator==(const AdvertiseSettings&) const = default;
+};
+
+/// The Agones sidecar.
+struct AgonesSettings {
+    bool enabled = false;
+    double health_every_s = 2.0;
+    double patience_s = 30.0;
+    std::string tcp_port_name = "tcp";  ///< of the GameServer's ports
+    std::string udp_port_name = "udp";
+
+    bool operator==(const AgonesSettings&) const = default;
+};
+
 struct ListenSettings {
     std::string bind_address = "::";
     std::uint16_t tcp_port = 0;  ///< 0: any free one
@@ -26,6 +46,7 @@ struct ListenSettings {
     bool admin = true;
     std::string admin_address = "127.0.0.1";
     std::uint16_t admin_port = 0;  ///< 0: any free one
+    AdvertiseSettings advertise;
 
     bool operator==(const ListenSettings&) const = default;
 };
@@ -111,9 +132,11 @@ struct ServerSettings {
     ListenSettings network;
     SessionSettings session;
     RunSettings run;
+    AgonesSettings agones;
     ComputeSettings compute;
     std::vector<interest::HistoryRule> topics;  ///< topics that keep events for late subscribers
     std::string recording_file;                 ///< empty: nothing is recorded
+    double ring_s = 60.0;                       ///< inputs kept for after a crash; 0: none
     TestingSettings testing;
 };
 

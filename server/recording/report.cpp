@@ -2,9 +2,7 @@
 
 #include "shared/wire/packet.h"
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 
 namespace zoned::recording {
 
@@ -129,20 +127,6 @@ std::string to_json(const ServerReport& report) {
     }
     json.end_object();
     return json.text() + "\n";
-}
-
-core::Result<bool> write_report(const std::string& file, const ServerReport& report) {
-    const std::string text = to_json(report);
-    errno = 0;
-    std::FILE* out = std::fopen(file.c_str(), "wb");
-    const bool written =
-        out != nullptr && std::fwrite(text.data(), 1, text.size(), out) == text.size();
-    const bool closed = out != nullptr && std::fclose(out) == 0;
-    if (!written || !closed) {
-        return core::Result<bool>::failure("cannot write the report '" + file +
-                                           "': " + std::strerror(errno));
-    }
-    return true;
 }
 
 }  // namespace zoned::recording

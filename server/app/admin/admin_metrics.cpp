@@ -126,6 +126,18 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                number(loop.records_resent));
 }
 
+void write_recording(MetricsText& out, const recording::RecorderFigures& recording) {
+    out.single("zoned_recorded_ticks_total",
+               "counter",
+               "Ticks whose inputs were written.",
+               number(recording.ticks));
+    out.single("zoned_recording_bytes", "gauge", "Size of the recording.", number(recording.bytes));
+    out.single("zoned_recording_failures_total",
+               "counter",
+               "Times that a recording could not be written.",
+               number(recording.failures));
+}
+
 void write_network(MetricsText& out, const NetworkSample& n) {
     const session::HostStats& host = n.host;
     out.single("zoned_sessions", "gauge", "Clients that are logged in.", number(host.sessions));
@@ -225,6 +237,7 @@ std::string metrics_of(const AdminFigures& f) {
     write_ticks(out, f.loop);
     write_passes(out, f.loop);
     write_world(out, f.settings, f.loop);
+    write_recording(out, f.loop.recording);
     write_network(out, f.network);
     write_traffic(out, f.loop.traffic);
     write_admin(out, f);

@@ -145,11 +145,23 @@ void add_keys(CLI::App& app, std::string& base, TicketArguments& a, std::functio
 void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
     CLI::App* c =
         app.add_subcommand("replay", "Re-simulate a recording and compare every tick's state hash");
-    c->add_option("FILE", a.file)->required();
+    c->add_option("FILE", a.file, "A recording, or a folder with the last inputs of a server")
+        ->required();
     c->add_option("--threads", a.threads, "Threads that step zones")->check(CLI::Range(1U, 256U));
+    c->add_option("--from", a.from, "First tick to compare (all before are simulated) or to copy")
+        ->check(CLI::PositiveNumber);
+    c->add_option("--to", a.to, "Last tick")->check(CLI::PositiveNumber);
+    CLI::Option* out =
+        c->add_option("--out", a.out, "Copy these ticks into a recording; simulates nothing");
+    c->add_flag("--info", a.info, "Say what FILE holds and whether it is whole; simulates nothing")
+        ->excludes(out);
     c->footer(
-        "Example:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
-        "  zoned replay run.zrec --threads 4   # it lies beside world.txtpb");
+        "Exit 1: a hash differs or the file is damaged; all before the damage is replayed.\n"
+        "Examples:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
+        "  zoned replay run.zrec --threads 4   # it lies beside world.txtpb\n"
+        "  zoned replay run.zrec --info\n"
+        "  zoned replay run.zrec --to 900 --out begin.zrec\n"
+        "  zoned replay state/ring-20260131T120000   # after a crash");
     c->callback([&] {
         run = [&a] {
             return replay(a);

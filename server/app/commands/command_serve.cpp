@@ -7,10 +7,12 @@
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
+#include "server/app/runtime/supervision.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/agent_reload.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/stability_report.h"
+#include "server/recording/report_file.h"
 
 #include <asio/post.hpp>
 #include <asio/signal_set.hpp>
@@ -73,9 +75,13 @@ class Server {
           status_timer_(io_),
           drain_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
-          network_(io_, settings, [this](mailbox::InboxItem item) {
-              loop_->post(std::move(item));
+          network_(io_,
+                   settings,
+                   [this](mailbox::InboxItem item) { loop_->post(std::move(item)); }),
+          supervision_(io_, settings.server, [this] {
+              return static_cast<std::uint64_t>(loop_->stats().ticks);
           }) {
+        reserve_report();
         open_recording();
         open_device();
         LoopSettings loop;
@@ -116,6 +122,10 @@ class Server {
                     stop("its time is over");
                 }
             });
+        }
+        advertised_ = supervision_.find_address();
+        if (advertised_.udp_port != 0) {
+            network_.host().set_udp_port(advertised_.udp_port);
         }
         network_.start();
         loop_->start();
@@ -267,14 +277,35 @@ class Server {
     }
 
     void open_recording() {
-        const std::string& file = settings_.server.recording_file;
-        if (file.empty()) {
+        recording::RecorderSettings recorder;
+        recorder.file = settings_.server.recording_file;
+        recorder.ring_folder = settings_.server.session.state_folder + "/ring";
+        recorder.ring_s = settings_.server.ring_s;
+        recorder.rate_hz = settings_.tick_rate_hz;
+        recorder.header = record_header(settings_);
+        if (recorder.file.empty() && recorder.ring_s <= 0.0) {
             return;
         }
-        recorder_ = std::make_unique<recording::RecordingWriter>();
-        const auto opened = recorder_->open(file, record_header(settings_));
+        recorder_ = std::make_unique<recording::Recorder>(
+            std::move(recorder), [](const std::string& problem) { spdlog::error("{}", problem); });
+        const auto opened = recorder_->open();
         if (!opened.ok()) {
             throw std::runtime_error(opened.error());
+        }
+        if (!recorder_->kept_ring().empty()) {
+            spdlog::warn("an earlier run did not end in good order; its last inputs: zoned replay {}",
+                         recorder_->kept_ring());
+        }
+    }
+
+    /// Before anything runs: a report that cannot be written is worth a word now.
+    void reserve_report() {
+        if (arguments_.report.empty()) {
+            return;
+        }
+        const auto reserved = report_.reserve(arguments_.report);
+        if (!reserved.ok()) {
+            throw std::runtime_error(reserved.error());
         }
     }
 
@@ -300,12 +331,27 @@ class Server {
                      settings_.initial.size(),
                      world_.pool().threads(),
                      network_.fingerprint());
-        std::printf("ready tcp=%u udp=%u admin=%u zones=%zu\n",
-                    static_cast<unsigned>(network_.tcp_port()),
-                    static_cast<unsigned>(network_.udp_port()),
-                    admin_ ? static_cast<unsigned>(admin_->port()) : 0U,
-                    settings_.zones.size());
+        const std::string line = fmt::format("ready tcp={} udp={} admin={} zones={}{}",
+                                             network_.tcp_port(),
+                                             network_.udp_port(),
+                                             admin_ ? admin_->port() : 0,
+                                             settings_.zones.size(),
+                                             advertised_text());
+        std::printf("%s\n", line.c_str());
         std::fflush(stdout);
+        supervision_.ready(line);
+    }
+
+    /// Empty where players reach the server as it listens.
+    [[nodiscard]] std::string advertised_text() const {
+        if (advertised_ == config::AdvertiseSettings{}) {
+            return {};
+        }
+        return fmt::format(
+            " address={} public_tcp={} public_udp={}",
+            advertised_.address.empty() ? "-" : advertised_.address,
+            advertised_.tcp_port == 0 ? network_.tcp_port() : advertised_.tcp_port,
+            advertised_.udp_port == 0 ? network_.udp_port() : advertised_.udp_port);
     }
 
     void log_status() {
@@ -327,6 +373,7 @@ class Server {
         }
         stopping_ = true;
         spdlog::info("stopping: {}", why);
+        supervision_.stopping(why);
         if (admin_) {
             admin_->set_draining();
         }
@@ -352,6 +399,7 @@ class Server {
             network_.close();
             signals_.cancel();
             reload_signal_.cancel();
+            supervision_.stopped();
             return;
         }
         stop_timer_.expires_after(std::chrono::milliseconds(20));
@@ -366,16 +414,23 @@ class Server {
         if (reader_.joinable()) {
             reader_.join();
         }
+        Outcome recorded = std::string();
         if (recorder_) {
             const auto closed = recorder_->close();
             if (!closed.ok()) {
-                throw std::runtime_error(closed.error());
+                recorded = Outcome::failure(closed.error());
             }
         }
         const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
         log_summary(figures);
         if (!arguments_.report.empty()) {
-            write_serve_report(arguments_.report, figures);
+            const auto written = report_.commit(serve_report(figures));
+            if (!written.ok()) {
+                throw std::runtime_error(written.error());
+            }
+        }
+        if (!recorded.ok()) {
+            throw std::runtime_error(recorded.error());
         }
         return kGood;
     }
@@ -397,7 +452,10 @@ class Server {
     ParticleDevice particle_device_;  // outlives the world
     World world_;
     Network network_;
-    std::unique_ptr<recording::RecordingWriter> recorder_;
+    Supervision supervision_;
+    config::AdvertiseSettings advertised_;
+    recording::ReportFile report_;
+    std::unique_ptr<recording::Recorder> recorder_;
     std::unique_ptr<TickLoop> loop_;
     std::unique_ptr<AdminApi> admin_;
 };

@@ -44,8 +44,12 @@ struct TicketArguments {
 };
 
 struct ReplayArguments {
-    std::string file;
+    std::string file;  ///< or a folder with the pieces of a ring
     unsigned threads = 1;
+    std::int64_t from = 0;  ///< first tick that is compared, or copied to `out`
+    std::int64_t to = 0;    ///< last tick; 0: all
+    std::string out;        ///< a recording of these ticks; nothing is simulated
+    bool info = false;      ///< says what the file holds; nothing is simulated
 };
 
 struct BakeArguments {

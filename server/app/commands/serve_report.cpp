@@ -8,7 +8,6 @@
 
 #include <cstdio>
 #include <ctime>
-#include <stdexcept>
 
 namespace zoned::app {
 
@@ -48,6 +47,12 @@ void add_loop(const LoopStats& loop, recording::ServerReport& report) {
         to.count = from.count;
         to.skip_reason = from.skip_reason;
     }
+    report.extra["recorded_ticks"] = static_cast<double>(loop.recording.ticks);
+    report.extra["recording_bytes"] = static_cast<double>(loop.recording.bytes);
+    report.extra["recording_failures"] = static_cast<double>(loop.recording.failures);
+    report.extra["recording_behind_ticks_max"] =
+        static_cast<double>(loop.recording.behind_ticks_max);
+    report.extra["recording_cpu_ms"] = 1e-6 * static_cast<double>(loop.recording.writer_cpu_ns);
     report.extra["undeliverable"] = static_cast<double>(loop.undeliverable);
     report.extra["inbox_dropped"] = static_cast<double>(loop.inbox_dropped);
     report.extra["limit_exceeded"] = static_cast<double>(loop.limit_exceeded);
@@ -152,7 +157,7 @@ void log_summary(const ServeFigures& figures) {
                stderr);
 }
 
-void write_serve_report(const std::string& file, const ServeFigures& figures) {
+std::string serve_report(const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
     recording::ServerReport report;
     report.world = figures.settings.world_name;
@@ -171,10 +176,7 @@ void write_serve_report(const std::string& file, const ServeFigures& figures) {
         report.zones.push_back(
             {figures.settings.zones[i].name, loop.zones[i].entities, loop.zones[i].state_hash});
     }
-    const auto written = recording::write_report(file, report);
-    if (!written.ok()) {
-        throw std::runtime_error(written.error());
-    }
+    return recording::to_json(report);
 }
 
 }  // namespace zoned::app

@@ -5,11 +5,13 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 
 namespace zoned::app {
@@ -104,6 +106,33 @@ std::string receive_all(int fd, const AdminTarget& target) {
     }
 }
 
+/// A body in chunks (RFC 9112, 7.1), as Agones' sidecar sends it.
+std::string joined_chunks(std::string_view rest, const AdminTarget& target) {
+    std::string body;
+    for (;;) {
+        std::size_t length = 0;
+        const std::size_t line = rest.find("\r\n");
+        const auto [end, error] =
+            std::from_chars(rest.data(), rest.data() + std::min(line, rest.size()), length, 16);
+        if (line == std::string_view::npos || error != std::errc() || end == rest.data() ||
+            length > rest.size() - line - 2) {
+            throw std::runtime_error(address_text(target) + " sends a body that is cut off");
+        }
+        if (length == 0) {
+            return body;
+        }
+        body += rest.substr(line + 2, length);
+        rest.remove_prefix(std::min(line + 2 + length + 2, rest.size()));
+    }
+}
+
+bool comes_in_chunks(std::string headers) {
+    std::transform(headers.begin(), headers.end(), headers.begin(), [](char c) {
+        return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c;
+    });
+    return headers.find("\r\ntransfer-encoding: chunked") != std::string::npos;
+}
+
 /// The server closes after its answer: the body is what follows the headers.
 AdminAnswer parse_answer(const std::string& text, const AdminTarget& target) {
     AdminAnswer answer;
@@ -115,6 +144,9 @@ AdminAnswer parse_answer(const std::string& text, const AdminTarget& target) {
                                  " does not answer in HTTP: is this a server's admin port?");
     }
     answer.body = text.substr(body + 4);
+    if (comes_in_chunks(text.substr(0, body))) {
+        answer.body = joined_chunks(answer.body, target);
+    }
     return answer;
 }
 

@@ -47,7 +47,7 @@ std::uint64_t thread_cpu_ns() {
 TickLoop::TickLoop(World& world,
                    const LoopSettings& settings,
                    std::function<void(TickResult)> deliver,
-                   recording::RecordingWriter* recorder)
+                   recording::Recorder* recorder)
     : world_(world),
       settings_(settings),
       deliver_(std::move(deliver)),
@@ -78,6 +78,9 @@ LoopStats TickLoop::stats() const {
     const std::lock_guard lock(stats_mutex_);
     LoopStats copy = stats_;
     copy.inbox_dropped = inbox_.dropped();
+    if (recorder_ != nullptr) {
+        copy.recording = recorder_->figures();
+    }
     return copy;
 }
 
@@ -107,13 +110,11 @@ void TickLoop::wait_until(double time_s) {
 void TickLoop::run_tick(double due_s) {
     const double begin = steady_seconds();
     const std::uint64_t cpu_begin = thread_cpu_ns() + world_.pool().cpu_ns();
-    inbox_.take_all(items_);
     TickResult result;
-    world_.tick(items_, result.items);
+    step_world(result.items);
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
     result.clock_origin_s = begin - schedule_.server_time(begin);
-    record_tick();
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
     count_tick(begin - due_s, steady_seconds() - begin, cpu_end - cpu_begin);
@@ -144,18 +145,22 @@ void TickLoop::answer_visit() {
     }
 }
 
-void TickLoop::record_tick() {
+void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
     if (recorder_ == nullptr) {
+        inbox_.take_all(items_);
+        world_.tick(items_, out);
         return;
     }
-    std::vector<recording::ZoneTick> ticks;
-    const auto inboxes = world_.inboxes();
-    for (std::size_t i = 0; i < inboxes.size(); ++i) {
-        ticks.push_back({ZoneId(static_cast<std::uint16_t>(i + 1)),
-                         inboxes[i],
-                         world_.zones()[i]->state_hash()});
+    const std::shared_ptr<recording::Inputs> inputs = recorder_->lend();
+    inbox_.take_all(*inputs);
+    recorder_->begin_tick(world_.now() + 1, inputs);
+    world_.tick(*inputs, out);
+    std::vector<std::uint64_t> hashes;
+    hashes.reserve(world_.zones().size());
+    for (const auto& zone : world_.zones()) {
+        hashes.push_back(zone->state_hash());
     }
-    recorder_->add_tick(world_.now(), ticks);
+    recorder_->end_tick(world_.now(), std::move(hashes));
 }
 
 void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {

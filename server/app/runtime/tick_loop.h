@@ -94,6 +94,7 @@ struct LoopStats {
     std::uint64_t device_faults = 0;     ///< systems that lost their device
     std::uint32_t entities = 0;
     std::uint32_t awake_bodies = 0;
+    recording::RecorderFigures recording;
     std::uint64_t state_hash = 0;
     std::vector<ZoneSample> zones;
     std::vector<recording::FlappingFigures> state_flapping;  ///< as old as `traffic`
@@ -119,7 +120,7 @@ class TickLoop {
     TickLoop(World& world,
              const LoopSettings& settings,
              std::function<void(TickResult)> deliver,
-             recording::RecordingWriter* recorder);
+             recording::Recorder* recorder);
     ~TickLoop();
 
     void start();
@@ -143,7 +144,7 @@ class TickLoop {
   private:
     void loop();
     void run_tick(double due_s);
-    void record_tick();
+    void step_world(std::vector<mailbox::OutboxItem>& out);
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
     void count_zone(std::size_t index);
     void count_traffic();
@@ -154,7 +155,7 @@ class TickLoop {
     World& world_;
     LoopSettings settings_;
     std::function<void(TickResult)> deliver_;
-    recording::RecordingWriter* recorder_;
+    recording::Recorder* recorder_;
     TickSchedule schedule_;
     mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> items_;

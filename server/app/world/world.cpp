@@ -175,19 +175,6 @@ void World::tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox:
     step(out);
 }
 
-void World::replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out) {
-    ZONED_ASSERT(inboxes.size() == inboxes_.size(), "a recording has one inbox for each zone");
-    for (std::size_t i = 0; i < inboxes.size(); ++i) {
-        inboxes_[i] = inboxes[i];
-        for (const mailbox::InboxItem& item : inboxes_[i]) {
-            if (const auto* join = std::get_if<mailbox::Join>(&item)) {
-                zone_of_[join->client] = i;
-            }
-        }
-    }
-    step(out);
-}
-
 void World::for_each_zone(void (World::*work)(std::size_t)) {
     if (idle()) {
         // Waking the workers would cost more than there is to do.

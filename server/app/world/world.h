@@ -18,7 +18,7 @@ namespace zoned::app {
 
 class WorldFaults;
 
-/// One tick of one zone as a recording holds it.
+/// What a zone is given before a tick.
 using ZoneInbox = std::vector<mailbox::InboxItem>;
 
 /// Knows the zones and topics of clients. Decides the order of everything that crosses zones, so
@@ -35,15 +35,10 @@ class World {
 
     /// One tick: routes `items` to the zones in their order, steps, collects the output.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
-    /// One tick from a recording: the inbox of each zone as inboxes() was.
-    void replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out);
 
     [[nodiscard]] Tick now() const { return now_; }
 
     [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
-
-    /// The input of each zone in the last tick, for the recorder.
-    [[nodiscard]] std::span<const ZoneInbox> inboxes() const { return inboxes_; }
 
     /// Hash over all zones' hashes.
     [[nodiscard]] std::uint64_t state_hash() const;

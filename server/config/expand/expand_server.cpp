@@ -19,7 +19,18 @@ ListenSettings expand_network(const proto::config::Network& from) {
     out.admin = from.admin();
     out.admin_address = from.admin_address();
     out.admin_port = static_cast<std::uint16_t>(from.admin_port());
+    out.advertise = {from.advertise().address(),
+                     static_cast<std::uint16_t>(from.advertise().tcp_port()),
+                     static_cast<std::uint16_t>(from.advertise().udp_port())};
     return out;
+}
+
+AgonesSettings expand_agones(const proto::config::Agones& from) {
+    return {from.enabled(),
+            from.health_every_s(),
+            from.patience_s(),
+            from.tcp_port_name(),
+            from.udp_port_name()};
 }
 
 SessionSettings expand_session(const proto::config::Session& from,
@@ -118,11 +129,13 @@ ServerSettings expand_server(const proto::config::Config& config) {
     out.network = expand_network(config.network());
     out.session = expand_session(config.session(), config.replication());
     out.run = expand_run(config.run());
+    out.agones = expand_agones(config.network().agones());
     out.compute = {config.compute().device(), config.compute().cache_folder()};
     for (const proto::config::Topic& topic : config.topic()) {
         out.topics.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
     }
     out.recording_file = config.recording().file();
+    out.ring_s = config.recording().ring_s();
     out.testing = expand_testing(config.testing());
     return out;
 }
