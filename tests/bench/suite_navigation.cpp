@@ -25,7 +25,7 @@ using ai::pathfinding::PathOutcome;
 using scenario::GridInstance;
 
 /// Frames take every so many-th query of the scene in turn.
-constexpr std::size_t kShares = 16;
+constexpr std::size_t kQueryShares = 16;
 /// Slow methods take one in so many of these.
 constexpr std::size_t kSlowShare = 16;
 /// Of the times of one query, the median of this many counts.
@@ -64,13 +64,13 @@ class PathTrial final : public JudgedTrial {
           method_(method) {}
 
     void frame() override {
-        for_queries(turn_++ % kShares, [this](const GridInstance& i) { sum_ += method_.ask(i); });
+        for_queries(turn_++ % kQueryShares, [this](const GridInstance& i) { sum_ += method_.ask(i); });
     }
 
     /// Queries that all frames take together.
     [[nodiscard]] std::size_t queries() const {
         std::size_t n = 0;
-        for (std::size_t turn = 0; turn < kShares; ++turn) {
+        for (std::size_t turn = 0; turn < kQueryShares; ++turn) {
             for_queries(turn, [&n](const GridInstance&) { ++n; });
         }
         return n;
@@ -106,7 +106,7 @@ class PathTrial final : public JudgedTrial {
   private:
     template <class Take>
     void for_queries(std::size_t turn, const Take& take) const {
-        const std::size_t step = kShares * (method_.slow ? kSlowShare : 1);
+        const std::size_t step = kQueryShares * (method_.slow ? kSlowShare : 1);
         for (std::size_t i = turn; i < scene_.instances.size(); i += step) {
             take(scene_.instances[i]);
         }
@@ -137,7 +137,7 @@ class PathTrial final : public JudgedTrial {
     /// GridQuery by query, on the wall.
     void time_each(Row& row) {
         std::vector<double> times;
-        for (std::size_t turn = 0; turn < kShares; ++turn) {
+        for (std::size_t turn = 0; turn < kQueryShares; ++turn) {
             for_queries(turn, [&](const GridInstance& i) {
                 std::vector<double> tries;
                 for (int n = 0; n < kTimesEach; ++n) {
@@ -295,7 +295,7 @@ std::vector<PathTrialMethod> path_methods(const GridScene& scene) {
 void per_query(Row& row, double queries) {
     for (auto& [name, value] : row.metrics) {
         if (name == "time_us_mean") {
-            value = value * static_cast<double>(kShares) / queries;
+            value = value * static_cast<double>(kQueryShares) / queries;
             row.time_us_p50 = value;
             row.time_us_p99 = *row.find_metric("p99_us");
         }
@@ -333,7 +333,7 @@ void run_path_scene(Session& session, const GridScene& scene) {
     if (methods.empty()) {
         return;
     }
-    const Plan plan{0, static_cast<int>(kShares), session.quick ? 1 : session.repeats};
+    const Plan plan{0, static_cast<int>(kQueryShares), session.quick ? 1 : session.repeats};
     std::vector<Row> rows = compare("navigation", scene.name, "", methods, plan);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         per_query(rows[i], static_cast<double>(queries[i]));

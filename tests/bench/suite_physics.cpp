@@ -14,7 +14,7 @@ namespace zoned::bench {
 
 namespace {
 
-constexpr double kFrame = 1.0 / 60.0;
+constexpr double kFrameSeconds = 1.0 / 60.0;
 
 /// Bytes that the program has taken of the heap.
 double heap_in_use() {
@@ -23,7 +23,7 @@ double heap_in_use() {
 }
 
 int steps_per_frame(const scenario::Description& description) {
-    return std::max(static_cast<int>(std::lround(kFrame / description.dt)), 1);
+    return std::max(static_cast<int>(std::lround(kFrameSeconds / description.dt)), 1);
 }
 
 /// The cases of a row, described once for all engines.

@@ -148,7 +148,7 @@ void run_scene(Session& session,
 
 /// The published task: positions to a hundredth of a metre, components of quaternions to a
 /// thousandth. A component changes by half the angle at most.
-void run_bodies(Session& session) {
+void run_many_bodies(Session& session) {
     const MotionTrace trace = orbit_trace(250, session.quick ? 60 : 1800);
     replication::ReplicationSettings settings = settings_for_bound(trace, {0.01F, 0.002F}, 8.0);
     settings.quantization.orientation_bits = 13;
@@ -171,7 +171,7 @@ void run_crowds(Session& session) {
 
 void run_scenes(Session& session) {
     if (session.wants_scene("bodies250")) {
-        run_bodies(session);
+        run_many_bodies(session);
     }
     if (session.wants_scene("crowd200") || session.wants_scene("crowd100")) {
         run_crowds(session);

@@ -11,36 +11,6 @@ namespace zoned::lint {
 
 namespace {
 
-struct Token {
-    std::string_view text;  ///< an identifier, a number or one character
-    int line = 0;
-};
-
-/// Of code without comments and literals; lines of the preprocessor are left out.
-std::vector<Token> tokens_of(std::string_view code) {
-    std::vector<Token> tokens;
-    int number = 0;
-    bool goes_on = false;  // a line of the preprocessor
-    for (const std::string_view line : lines_of(code)) {
-        ++number;
-        const std::size_t first = line.find_first_not_of(" \t");
-        const bool directive = goes_on || (first != std::string_view::npos && line[first] == '#');
-        goes_on = directive && line.ends_with('\\');
-        for (std::size_t i = 0; !directive && i < line.size();) {
-            std::size_t end = i + 1;
-            while (is_word_character(line[i]) && end < line.size() &&
-                   is_word_character(line[end])) {
-                ++end;
-            }
-            if (line[i] != ' ' && line[i] != '\t' && line[i] != '\r') {
-                tokens.push_back({line.substr(i, end - i), number});
-            }
-            i = end;
-        }
-    }
-    return tokens;
-}
-
 /// Reads the scopes of a source: what each brace opens.
 class TypeReader {
   public:

@@ -1,5 +1,6 @@
 #include "tests/lint/check.h"
 #include "tests/lint/layers.h"
+#include "tests/lint/local_names.h"
 #include "tests/lint/names.h"
 #include "tests/lint/pages.h"
 #include "tests/lint/reach.h"
@@ -135,6 +136,10 @@ TEST(Repository, IncludesOnlyUpTheOrderOfItsRooms) {
 
 TEST(Repository, NamesEachHeaderOnce) {
     expect_clean_tree([](const auto& files) { return check_header_names(files); });
+}
+
+TEST(Repository, CompilesSeveralSourcesAsOne) {
+    expect_clean_tree([](const auto& files) { return check_local_names(files); });
 }
 
 TEST(Repository, NamesEachTypeOnce) {

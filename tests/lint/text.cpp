@@ -120,6 +120,30 @@ std::string code_of(std::string_view text, bool hash) {
     return code;
 }
 
+std::vector<Token> tokens_of(std::string_view code) {
+    std::vector<Token> tokens;
+    int number = 0;
+    bool goes_on = false;  // a line of the preprocessor
+    for (const std::string_view line : lines_of(code)) {
+        ++number;
+        const std::size_t first = line.find_first_not_of(" \t");
+        const bool directive = goes_on || (first != std::string_view::npos && line[first] == '#');
+        goes_on = directive && line.ends_with('\\');
+        for (std::size_t i = 0; !directive && i < line.size();) {
+            std::size_t end = i + 1;
+            while (is_word_character(line[i]) && end < line.size() &&
+                   is_word_character(line[end])) {
+                ++end;
+            }
+            if (line[i] != ' ' && line[i] != '\t' && line[i] != '\r') {
+                tokens.push_back({line.substr(i, end - i), number});
+            }
+            i = end;
+        }
+    }
+    return tokens;
+}
+
 std::string_view opening_comment(std::string_view text) {
     std::size_t end = 0;
     for (const std::string_view line : lines_of(text)) {

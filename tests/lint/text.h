@@ -23,6 +23,15 @@ struct Include {
 /// literals, so that places stay what they are. `hash`: comments begin with # (text configs).
 [[nodiscard]] std::string code_of(std::string_view text, bool hash = false);
 
+/// An identifier, a number or one character.
+struct Token {
+    std::string_view text;
+    int line = 0;  ///< counted from 1
+};
+
+/// Of code without comments and literals; lines of the preprocessor are left out.
+[[nodiscard]] std::vector<Token> tokens_of(std::string_view code);
+
 /// The comment that a file begins with; empty: it begins with something else.
 [[nodiscard]] std::string_view opening_comment(std::string_view text);
 

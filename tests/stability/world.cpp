@@ -3,6 +3,7 @@
 #include "server/physics/shapes/compound/inertia.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/scenario/overlaps.h"
+#include "tests/stability/finite_state.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,11 +30,6 @@ scenario::Solid solid_of(const Shape& shape) {
         default:
             return scenario::Solid::box(2.0 * shape.half_extents.cast<double>());
     }
-}
-
-bool finite(const BodyState& s) {
-    return s.position.allFinite() && s.velocity.allFinite() && s.angular_velocity.allFinite() &&
-           s.orientation.coeffs().allFinite();
 }
 
 /// A body with one number changed by the fault.
@@ -200,7 +196,7 @@ void World::look() {
     for (const Known& body : bodies_) {
         states.push_back(read(body, spoilt));
         const BodyState& s = states.back();
-        if (!finite(s)) {
+        if (!is_finite(s)) {
             ++not_finite_;
             continue;
         }

@@ -13,7 +13,7 @@ namespace zoned::physics {
 namespace {
 
 /// Rounding of a spectral radius that is one.
-constexpr double kRounding = 1.0e-13;
+constexpr double kGrowthRounding = 1.0e-13;
 
 /// Trace and determinant of the matrix that takes (x, h v) over a step.
 struct StepMatrix {
@@ -22,7 +22,7 @@ struct StepMatrix {
 
     /// Both eigenvalues within the unit circle (Jury's criterion).
     [[nodiscard]] bool bounded() const {
-        return determinant <= 1.0 + kRounding && std::abs(trace) <= 1.0 + determinant + kRounding;
+        return determinant <= 1.0 + kGrowthRounding && std::abs(trace) <= 1.0 + determinant + kGrowthRounding;
     }
 };
 
@@ -49,8 +49,8 @@ double growth(const std::array<double, kDegree>& coefficients, std::complex<doub
 template <std::size_t kDegree>
 bool runge_kutta_bounded(const std::array<double, kDegree>& coefficients, double w, double z) {
     const std::complex<double> root = std::sqrt(std::complex<double>(z * z - 1.0, 0.0));
-    return growth(coefficients, w * (-z + root)) <= 1.0 + kRounding &&
-           growth(coefficients, w * (-z - root)) <= 1.0 + kRounding;
+    return growth(coefficients, w * (-z + root)) <= 1.0 + kGrowthRounding &&
+           growth(coefficients, w * (-z - root)) <= 1.0 + kGrowthRounding;
 }
 
 constexpr std::array<double, 2> kRk2Growth{1.0, 0.5};
@@ -113,7 +113,7 @@ double largest_product(IntegratorKind kind, double z) {
 /// The largest drag x h.
 double largest_decay(IntegratorKind kind) {
     const auto on_axis = [](const auto& coefficients) {
-        return first_failure([&](double s) { return growth(coefficients, -s) <= 1.0 + kRounding; },
+        return first_failure([&](double s) { return growth(coefficients, -s) <= 1.0 + kGrowthRounding; },
                              0.0);
     };
     switch (kind) {

@@ -1,6 +1,7 @@
 #include "tests/stability/random/scene_invariants.h"
 
 #include "server/physics/joints/joint_rows.h"
+#include "tests/stability/finite_state.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,11 +27,6 @@ constexpr double kThrough = 0.02;     ///< m beyond a surface, as far as solids 
 constexpr double kStill = 1.0e-3;
 /// The engine's effort counts as given up for this long after it said so, s.
 constexpr double kGaveUpSeconds = 1.0;
-
-bool finite(const BodyState& s) {
-    return s.position.allFinite() && s.velocity.allFinite() && s.angular_velocity.allFinite() &&
-           s.orientation.coeffs().allFinite();
-}
 
 double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
     return a.angularDistance(b);
@@ -152,7 +148,7 @@ void SceneInvariants::look(const Observation& now) {
     ++steps_;
     time_ = static_cast<double>(scene_.dt) * static_cast<double>(steps_);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        if (!finite(now.states[i])) {
+        if (!is_finite(now.states[i])) {
             report(Invariant::kFinite, 1.0, 0.0, i);
             return;  // nothing else can be said
         }

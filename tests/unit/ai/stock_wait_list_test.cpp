@@ -357,7 +357,7 @@ Brain taker() {
     return m;
 }
 
-class Herd : public testing::Test {
+class HerdAtADepot : public testing::Test {
   protected:
     void fill(std::uint32_t count) {
         field.settings.brains = {taker()};
@@ -377,7 +377,7 @@ class Herd : public testing::Test {
     Field field;
 };
 
-TEST_F(Herd, IsNotCalledUpAsAWhole) {
+TEST_F(HerdAtADepot, IsNotCalledUpAsAWhole) {
     fill(3'000);
     field.settings.max_decisions_per_tick = 100'000;
     field.run(3.0F);
@@ -393,7 +393,7 @@ TEST_F(Herd, IsNotCalledUpAsAWhole) {
     EXPECT_EQ(events, trades) << "who gets one comes up, nobody else";
 }
 
-TEST_F(Herd, WaitsItsTurnWhereDecisionsAreFew) {
+TEST_F(HerdAtADepot, WaitsItsTurnWhereDecisionsAreFew) {
     fill(100);
     field.settings.max_decisions_per_tick = 3;
     field.run(30.0F);
