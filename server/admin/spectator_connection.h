@@ -20,7 +20,7 @@
 namespace zoned::admin {
 
 /// So many messages may wait for a viewer; with more it skips to the newest state.
-inline constexpr std::size_t kMostQueuedMessages = 4;
+inline constexpr std::size_t kMostQueuedMessages = 8;
 
 class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnection> {
   public:
@@ -37,6 +37,14 @@ class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnect
     /// Sends what changed; or everything, to a viewer that misses something.
     void send(const SpectatorMessage& change, const std::function<SpectatorMessage()>& everything);
 
+    /// Sends a layer that this viewer asked for; drops it where messages wait already.
+    void send_layer(SpectatorLayer layer, const SpectatorMessage& message);
+
+    /// Whether the viewer has said what it looks at, and that: see SpectatorConnection::on_wish.
+    [[nodiscard]] bool has_wish() const { return has_wish_; }
+
+    [[nodiscard]] const SpectatorWish& wish() const { return wish_; }
+
     /// Closes at once.
     void abort();
 
@@ -47,6 +55,8 @@ class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnect
     };
 
     void read();
+    /// 16 bytes, little-endian: u32 layers, f32 x, y, z of the eye; others are counted and ignored.
+    void on_wish();
     void push(Queued message);
     void write();
     void finish();
@@ -57,6 +67,8 @@ class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnect
     boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
     boost::beast::flat_buffer buffer_;
     std::deque<Queued> queue_;
+    SpectatorWish wish_;
+    bool has_wish_ = false;
     bool open_ = false;
     bool needs_everything_ = true;
     bool closed_ = false;

@@ -1,69 +1,103 @@
 // SpectatorHub: turns samples of the world into messages for viewers: everything once, then what
-// changed.
+// left its prediction.
 #pragma once
 
-#include <array>
-#include <cstdint>
+#include "server/admin/spectator_sample.h"
+
 #include <memory>
+#include <span>
 #include <string>
 #include <unordered_map>
-#include <vector>
 
 namespace zoned::admin {
 
-enum SpectatorFlag : std::uint8_t {
-    kSpectatorAtRest = 1u << 0,
-    kSpectatorAvatar = 1u << 1,  ///< a client's
-};
-
-/// An entity as a viewer draws it.
+/// An entity as it is told, and as the page's vertex shader reads it. Until it is told again it
+/// goes on with its velocity from its tick on.
 struct SpectatorRow {
-    std::uint32_t id = 0;
-    std::array<float, 3> position{};            ///< world coordinates, m
+    std::array<float, 3> position{};  ///< world coordinates, m
+    std::uint32_t tick = 0;
     std::array<std::int16_t, 4> orientation{};  ///< x, y, z, w times 32767
+    std::array<std::uint16_t, 3> velocity{};    ///< half floats, m/s
     std::uint16_t type = 0;
-    std::uint8_t flags = 0;  ///< SpectatorFlag bits
-    std::uint8_t zone = 0;   ///< number of the zone, modulo 256
-
-    bool operator==(const SpectatorRow&) const = default;
+    std::uint32_t id = 0;
+    std::uint8_t flags = 0;      ///< SpectatorFlag bits
+    std::uint8_t zone = 0;       ///< number of the zone, modulo 256
+    std::uint16_t reserved = 0;  ///< 0
 };
 
-struct SpectatorSample {
-    std::int64_t tick = 0;
-    std::vector<SpectatorRow> rows;  ///< each entity once, in any order
-};
+static_assert(sizeof(SpectatorRow) == 40, "rows are sent as they lie");
 
 using SpectatorMessage = std::shared_ptr<const std::string>;
 
 /// Messages, little-endian: u32 kind (1: everything, 2: changes), u32 tick, u32 removed, u32 rows;
-/// then the numbers of removed entities, u32 each; then the rows, 28 bytes each: u32 id, f32 x, y,
-/// z, i16 orientation x, y, z, w, u16 type, u8 flags, u8 zone. Each message is encoded once for all
-/// viewers.
+/// then the slots removed (u32), then rows: u32 slot, SpectatorRow. A slot is a small number that
+/// stands for an entity until it is removed. Kinds from 3 on: spectator_layers.h.
+///
+/// A row is told when the truth has left its prediction by more than a viewer could see: half a
+/// thousandth of the distance to the nearest eye, at least kLeastError_m and at most kMostError_m.
 class SpectatorHub {
   public:
     static constexpr std::size_t kHeadBytes = 16;
-    static constexpr std::size_t kRowBytes = 28;
+    static constexpr std::size_t kRowBytes = 4 + sizeof(SpectatorRow);
+    static constexpr float kLeastError_m = 0.005F;
+    static constexpr float kMostError_m = 0.5F;
+    static constexpr float kErrorPerMetre = 0.0005F;
 
-    /// Takes a sample; the message leads a viewer from the sample before to this one. Null where
-    /// nothing changed.
-    SpectatorMessage update(const SpectatorSample& sample);
+    /// Takes a sample and returns what changed, never null: its head tells the tick. `wishes` are
+    /// those of all viewers; without any the least error counts everywhere.
+    SpectatorMessage update(const SpectatorSample& sample, std::span<const SpectatorWish> wishes);
 
-    /// Everything as of the newest sample.
+    /// All that viewers have been told.
     [[nodiscard]] SpectatorMessage everything();
 
-    /// Forgets the samples: nobody looks.
+    [[nodiscard]] std::size_t size() const { return slot_of_.size(); }
+
+    /// As before the first sample.
     void clear();
 
   private:
-    struct Known {
+    /// What viewers believe of an entity.
+    struct Told {
         SpectatorRow row;
-        std::uint64_t seen = 0;  ///< number of the sample that had it last
+        std::array<float, 3> velocity{};  ///< as `row` rounds it
+        std::uint64_t seen = 0;           ///< the update that met it last; 0: the slot is free
     };
 
-    std::unordered_map<std::uint32_t, Known> known_;
-    SpectatorMessage everything_;  ///< of the newest sample, once somebody asked
+    struct Truth {
+        EntityId id;
+        Vec3d position;
+        Quat orientation;
+        Vec3 velocity;
+        std::uint16_t type = 0;
+        std::uint8_t flags = 0;
+        std::uint8_t zone = 0;
+    };
+
+    void take_zone(const SpectatorSample& sample, std::size_t zone);
+    void take_row(const Truth& truth);
+    [[nodiscard]] bool left(const Told& told, const Truth& truth) const;
+    [[nodiscard]] float error_at(const Truth& truth) const;
+    [[nodiscard]] std::uint32_t slot_for(EntityId id);
+    void tell(Told& told, const Truth& truth) const;
+    [[nodiscard]] std::string remove_unseen();
+
+    std::vector<Told> told_;  // by slot
+    std::vector<std::uint32_t> free_;
+    std::unordered_map<EntityId, std::uint32_t> slot_of_;
+    std::span<const SpectatorWish> wishes_;  // of the update that runs
+    std::vector<std::uint32_t> walker_of_;   // by row of a zone: 1 + its walker, or 0
+    std::string changes_;
+    std::uint32_t changed_ = 0;
+    std::uint64_t updates_ = 0;
     std::int64_t tick_ = 0;
-    std::uint64_t samples_ = 0;
+    float tick_s_ = 0.0F;
+    SpectatorMessage everything_;
 };
+
+/// Little-endian, as it lies in memory.
+template <class T>
+void put_bytes(std::string& out, const T& value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
 
 }  // namespace zoned::admin
