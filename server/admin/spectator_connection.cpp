@@ -22,7 +22,7 @@ constexpr std::size_t kMostBytesFromViewer = 1024;
 
 }  // namespace
 
-SpectatorConnection::SpectatorConnection(beast::tcp_stream stream,
+SpectatorConnection::SpectatorConnection(AdminStream stream,
                                          std::uint64_t number,
                                          AdminRouter& router,
                                          std::function<void(std::uint64_t)> closed)

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "server/admin/admin_router.h"
-#include "server/admin/spectator_hub.h"
+#include "server/admin/admin_stream.h"
+#include "server/admin/spectator/spectator_hub.h"
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -26,7 +27,7 @@ class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnect
   public:
     using UpgradeRequest = boost::beast::http::request<boost::beast::http::string_body>;
 
-    SpectatorConnection(boost::beast::tcp_stream stream,
+    SpectatorConnection(AdminStream stream,
                         std::uint64_t number,
                         AdminRouter& router,
                         std::function<void(std::uint64_t number)> closed);
@@ -64,7 +65,7 @@ class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnect
     std::uint64_t number_;
     AdminRouter& router_;
     std::function<void(std::uint64_t)> closed_callback_;
-    boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+    boost::beast::websocket::stream<AdminStream> socket_;
     boost::beast::flat_buffer buffer_;
     std::deque<Queued> queue_;
     SpectatorWish wish_;

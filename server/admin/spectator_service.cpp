@@ -40,7 +40,7 @@ AdminResponse SpectatorService::admit(const AdminRequest& request) const {
     return response;
 }
 
-void SpectatorService::add(boost::beast::tcp_stream stream,
+void SpectatorService::add(AdminStream stream,
                            const SpectatorConnection::UpgradeRequest& request,
                            std::uint64_t number) {
     const auto viewer = std::make_shared<SpectatorConnection>(

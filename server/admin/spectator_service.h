@@ -2,8 +2,9 @@
 #pragma once
 
 #include "server/admin/admin_request.h"
+#include "server/admin/admin_stream.h"
+#include "server/admin/spectator/spectator_layers.h"
 #include "server/admin/spectator_connection.h"
-#include "server/admin/spectator_layers.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -40,7 +41,7 @@ class SpectatorService {
     /// 101 where the request may become a viewer, else the refusal.
     [[nodiscard]] AdminResponse admit(const AdminRequest& request) const;
 
-    void add(boost::beast::tcp_stream stream,
+    void add(AdminStream stream,
              const SpectatorConnection::UpgradeRequest& request,
              std::uint64_t number);
 

@@ -1,4 +1,4 @@
-// The entities as the server's messages tell them (server/admin/spectator_hub.h): rows of bytes that
+// The entities as the server's messages tell them (server/admin/spectator/spectator_hub.h): rows of bytes that
 // the graphics card reads as they are.
 
 export const ROW_BYTES = 40;

@@ -206,31 +206,50 @@ void pace(const SpectatorRoutes& with, const AdminCall& call, const AdminReply& 
 
 std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with) {
     std::vector<admin::AdminRoute> out;
-    const auto add = [&](const char* method, const char* path, auto handle) {
-        out.push_back({method, path, false, handle});
-    };
-    add("GET", "/api/v1/scene/pieces/{id}", [with](const AdminCall& call, const AdminReply& reply) {
-        std::string piece = scene_piece(with.settings, call.id);
-        reply(piece.empty() ? problem(404, "the scene has no such piece")
-                            : bytes_of(std::move(piece)));
-    });
-    add("GET", "/api/v1/inspect/{id}", [with](const AdminCall& call, const AdminReply& reply) {
-        look(with, reply, [&settings = with.settings, id = call.id](const World& world) {
-            std::string details = details_json(settings, world, EntityId(id));
-            return details.empty()
-                       ? problem(404, "no entity " + std::to_string(id) + " is in the world")
-                       : json_text(std::move(details));
+    const auto add =
+        [&](const char* method, const char* path, admin::AdminRouteDoc doc, auto handle) {
+            out.push_back({method, path, false, handle, std::move(doc)});
+        };
+    add("GET",
+        "/api/v1/scene/pieces/{id}",
+        {"A piece of the world's geometry, as the viewer draws it",
+         nullptr,
+         nullptr,
+         {},
+         "application/octet-stream"},
+        [with](const AdminCall& call, const AdminReply& reply) {
+            std::string piece = scene_piece(with.settings, call.id);
+            reply(piece.empty() ? problem(404, "the scene has no such piece")
+                                : bytes_of(std::move(piece)));
         });
-    });
-    add("GET", "/api/v1/walkable/{id}", [with](const AdminCall& call, const AdminReply& reply) {
-        walkable(with, call, reply);
-    });
-    add("GET", "/api/v1/charts", [with](const AdminCall&, const AdminReply& reply) {
-        charts(with, reply);
-    });
-    add("POST", "/api/v1/pace", [with](const AdminCall& call, const AdminReply& reply) {
-        pace(with, call, reply);
-    });
+    add("GET",
+        "/api/v1/inspect/{id}",
+        {"One entity as the viewer shows it: path, senses, radii, what its client was sent"},
+        [with](const AdminCall& call, const AdminReply& reply) {
+            look(with, reply, [&settings = with.settings, id = call.id](const World& world) {
+                std::string details = details_json(settings, world, EntityId(id));
+                return details.empty()
+                           ? problem(404, "no entity " + std::to_string(id) + " is in the world")
+                           : json_text(std::move(details));
+            });
+        });
+    add("GET",
+        "/api/v1/walkable/{id}",
+        {"Lines of the ground that agents of a zone plan on",
+         nullptr,
+         nullptr,
+         {{"x", "place in the world, m"}, {"z", "place in the world, m"}, {"reach", "up to 200 m"}},
+         "application/octet-stream"},
+        [with](const AdminCall& call, const AdminReply& reply) { walkable(with, call, reply); });
+    add("GET",
+        "/api/v1/charts",
+        {"Sums and quantiles for the viewer's charts"},
+        [with](const AdminCall&, const AdminReply& reply) { charts(with, reply); });
+    add("POST",
+        "/api/v1/pace",
+        {"Slows down, stops or steps the world, in development alone",
+         proto::viewer::PaceRequest::descriptor()},
+        [with](const AdminCall& call, const AdminReply& reply) { pace(with, call, reply); });
     return out;
 }
 

@@ -1,6 +1,6 @@
 #include "server/app/admin/spectator_scene.h"
 
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator/spectator_hub.h"
 #include "server/app/admin/shape_triangles.h"
 #include "shared/core/json.h"
 

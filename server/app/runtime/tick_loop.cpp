@@ -1,8 +1,8 @@
 #include "server/app/runtime/tick_loop.h"
 
+#include "server/app/log/crash_file.h"
+#include "server/app/log/log.h"
 #include "server/app/runtime/state_flapping_report.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -84,6 +84,7 @@ LoopStats TickLoop::stats() const {
 }
 
 void TickLoop::loop() {
+    add_signal_stack();
     while (!stop_.load(std::memory_order_relaxed)) {
         const double scale = time_scale_.load(std::memory_order_relaxed);
         if (scale != clock_.scale()) {
@@ -132,6 +133,7 @@ void TickLoop::run_tick(double due_s) {
     const std::uint64_t cpu_begin = thread_cpu_ns() + world_.pool().cpu_ns();
     inbox_.take_all(items_);
     TickResult result;
+    const std::size_t known_stopped = world_.stopped().size();
     world_.tick(items_, result.items);
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
@@ -139,7 +141,15 @@ void TickLoop::run_tick(double due_s) {
     record_tick();
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
-    count_tick(clock_.time(begin) - due_s, steady_seconds() - begin, cpu_end - cpu_begin);
+    const double end = steady_seconds();
+    count_tick(clock_.time(begin) - due_s, end - begin, cpu_end - cpu_begin);
+    log_.limits(world_, end);
+    if (world_.stopped().size() > known_stopped) {
+        log_.stopped_zones(world_);
+        if (settings_.on_stopped_zone) {
+            settings_.on_stopped_zone();
+        }
+    }
     publish();
     answer_visit();
 }
@@ -190,8 +200,10 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.cpu_ns += cpu_ns;
     if (wall_s > schedule_.dt_s()) {
         ++s.overruns;
-        ++s.overrun_causes[overrun_cause(
-            s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s())];
+        const std::string cause =
+            overrun_cause(s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s());
+        ++s.overrun_causes[cause];
+        log_.overrun(world_, {1e3 * wall_s, 1e3 * schedule_.dt_s(), cause}, steady_seconds());
     }
     ++s.ticks;
     s.dropped_ticks = schedule_.dropped();
@@ -203,6 +215,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.awake_bodies = 0;
     s.particles = 0;
     s.zones.clear();
+    s.stopped.assign(world_.stopped().begin(), world_.stopped().end());
     zone_ran_.resize(world_.zones().size());
     for (std::size_t i = 0; i < world_.zones().size(); ++i) {
         count_zone(i);
@@ -263,8 +276,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.particles += r.particles.particles;
     s.device_particles += r.particles.on_device;
     if (!r.particles.fault.empty() && s.device_faults++ == 0) {
-        spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
-                     r.particles.fault);
+        log_of(LogArea::kWorld)
+            .warn("compute.device: the device is given up, the CPU goes on: {}", r.particles.fault);
     }
     s.zones.push_back({r.census.entities,
                        r.census.ghosts,

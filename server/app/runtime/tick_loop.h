@@ -2,6 +2,7 @@
 // only reader of the clock.
 #pragma once
 
+#include "server/app/log/tick_log.h"
 #include "server/app/runtime/difficulty_log.h"
 #include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
@@ -97,6 +98,7 @@ struct LoopStats {
     std::uint32_t awake_bodies = 0;
     std::uint64_t state_hash = 0;
     std::vector<ZoneSample> zones;
+    std::vector<StoppedZone> stopped;
     std::vector<recording::FlappingFigures> state_flapping;  ///< as old as `traffic`
     wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
@@ -106,6 +108,8 @@ struct LoopSettings {
     unsigned max_catch_up = 3;
     std::size_t mailbox_capacity = 65536;
     double publish_every_s = 0.0;  ///< figures for published(); 0: never
+    /// Called on the loop's thread when a zone has stopped; may be empty.
+    std::function<void()> on_stopped_zone = {};
 };
 
 /// Reads the world between two ticks, on the loop's thread; changes nothing and takes at most a
@@ -179,6 +183,7 @@ class TickLoop {
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
     std::vector<recording::FlappingFigures> flapping_told_;
     LoggedBands logged_bands_;
+    TickLog log_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
     mailbox::Latest<LoopStats> published_;

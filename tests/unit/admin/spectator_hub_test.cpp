@@ -1,6 +1,6 @@
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator/spectator_hub.h"
 
-#include "server/admin/spectator_layers.h"
+#include "server/admin/spectator/spectator_layers.h"
 #include "server/world/entities.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Spectator layers: messages about what viewers may ask for beside the entities.
 #pragma once
 
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator/spectator_hub.h"
 
 #include <unordered_map>
 

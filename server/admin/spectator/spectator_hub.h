@@ -2,7 +2,7 @@
 // left its prediction.
 #pragma once
 
-#include "server/admin/spectator_sample.h"
+#include "server/admin/spectator/spectator_sample.h"
 
 #include <memory>
 #include <span>

@@ -1,4 +1,4 @@
-#include "server/admin/spectator_layers.h"
+#include "server/admin/spectator/spectator_layers.h"
 
 #include "server/world/entities.h"
 

@@ -1,4 +1,4 @@
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator/spectator_hub.h"
 
 #include "server/world/entities.h"
 
