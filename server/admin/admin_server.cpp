@@ -2,7 +2,7 @@
 
 #include "server/admin/http_connection.h"
 #include "server/admin/openapi.h"
-#include "server/admin/spectator_connection.h"
+#include "server/admin/spectator_service.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -79,16 +79,15 @@ std::system_error listen_error(const boost::system::error_code& error,
 struct AdminServer::Impl {
     Impl(AdminSettings settings_in, std::vector<AdminRoute> routes, SpectatorSource source_in)
         : settings(std::move(settings_in)),
-          source(std::move(source_in)),
           tls(tls_context(settings)),
           router(settings.token,
-                 with_description(with_spectators(std::move(routes))),
+                 with_description(with_spectators(std::move(routes), source_in.sample != nullptr)),
                  tls ? AdminReach::kNetwork : AdminReach::kThisMachine),
+          spectators(io, router, std::move(source_in), stats.viewers),
           total_rate(settings.total_requests_per_s, 2.0 * settings.total_requests_per_s),
           accept_rate(settings.accepts_per_s, settings.accepts_per_s),
           acceptor(io),
-          accept_timer(io),
-          sample_timer(io) {
+          accept_timer(io) {
         listen();
     }
 
@@ -123,13 +122,13 @@ struct AdminServer::Impl {
         port = acceptor.local_endpoint().port();
     }
 
-    std::vector<AdminRoute> with_spectators(std::vector<AdminRoute> routes) {
-        if (source.sample) {
+    std::vector<AdminRoute> with_spectators(std::vector<AdminRoute> routes, bool watched) {
+        if (watched) {
             routes.push_back({"GET",
                               "/api/v1/spectate",
                               false,
                               [this](const AdminCall& call, const AdminReply& reply) {
-                                  reply(admit_viewer(call.request));
+                                  reply(spectators.admit(call.request));
                               },
                               {"The world as viewers draw it: a WebSocket (RFC 6455); the token is "
                                "its second protocol, after \"zoned\"",
@@ -139,73 +138,6 @@ struct AdminServer::Impl {
                                "application/octet-stream"}});
         }
         return routes;
-    }
-
-    AdminResponse admit_viewer(const AdminRequest& request) const {
-        if (!request.upgrade) {
-            AdminResponse response = problem(426, "this path speaks WebSocket alone");
-            response.headers.emplace_back("Upgrade", "websocket");
-            return response;
-        }
-        if (viewers.size() >= kMostViewers) {
-            return problem(503, "as many viewers as there may be look already");
-        }
-        AdminResponse response;
-        response.status = 101;
-        return response;
-    }
-
-    void add_viewer(AdminStream stream, const SpectatorConnection::UpgradeRequest& request) {
-        const std::uint64_t number = ++last_number;
-        const auto viewer = std::make_shared<SpectatorConnection>(
-            std::move(stream), number, router, [this](std::uint64_t gone) {
-                viewers.erase(gone);
-                stats.viewers = viewers.size();
-            });
-        viewers[number] = viewer;
-        stats.viewers = viewers.size();
-        viewer->accept(request, source.scene());
-        if (!sampling) {
-            sampling = true;
-            sample();
-        }
-    }
-
-    /// Goes on for as long as somebody looks.
-    void sample() {
-        if (viewers.empty()) {
-            sampling = false;
-            hub.clear();
-            return;
-        }
-        sample_timer.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
-            std::chrono::duration<double>(1.0 / source.rate_hz)));
-        sample_timer.async_wait([this](boost::system::error_code error) {
-            if (!error) {
-                sample();
-            }
-        });
-        if (sample_asked) {
-            return;
-        }
-        sample_asked = source.sample([this](SpectatorSample taken) {
-            asio::post(io, [this, moved = std::make_shared<SpectatorSample>(std::move(taken))] {
-                sample_asked = false;
-                show(*moved);
-            });
-        });
-    }
-
-    void show(const SpectatorSample& taken) {
-        const SpectatorMessage change = hub.update(taken);
-        const auto everything = [this] {
-            return hub.everything();
-        };
-        // A viewer that is gone leaves the map while it is told.
-        const auto all = viewers;
-        for (const auto& [number, viewer] : all) {
-            viewer->send(change, everything);
-        }
     }
 
     void accept() {
@@ -260,7 +192,7 @@ struct AdminServer::Impl {
                     stats.connections = connections.size();
                 },
                 [this](AdminStream stream, SpectatorConnection::UpgradeRequest request) {
-                    add_viewer(std::move(stream), request);
+                    spectators.add(std::move(stream), request, ++last_number);
                 },
                 tls.get()});
         connections[number] = connection;
@@ -296,29 +228,20 @@ struct AdminServer::Impl {
             const std::shared_ptr<HttpConnection> connection = connections.begin()->second;
             connection->abort();
         }
-        sample_timer.cancel();
-        while (!viewers.empty()) {
-            const std::shared_ptr<SpectatorConnection> viewer = viewers.begin()->second;
-            viewer->abort();
-        }
+        spectators.close();
     }
 
     AdminSettings settings;
-    SpectatorSource source;
     std::unique_ptr<asio::ssl::context> tls;
-    AdminRouter router;
     AdminStats stats;
+    asio::io_context io{1};
+    AdminRouter router;
+    SpectatorService spectators;
     core::TokenBucket total_rate;
     core::TokenBucket accept_rate;
-    asio::io_context io{1};
     tcp::acceptor acceptor;
     asio::steady_timer accept_timer;
     std::map<std::uint64_t, std::shared_ptr<HttpConnection>> connections;  ///< oldest first
-    asio::steady_timer sample_timer;
-    std::map<std::uint64_t, std::shared_ptr<SpectatorConnection>> viewers;
-    SpectatorHub hub;
-    bool sampling = false;      ///< the timer runs
-    bool sample_asked = false;  ///< and an answer has not come yet
     std::uint64_t last_number = 0;
     std::uint16_t port = 0;
     std::thread thread;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/admin/admin_router.h"
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator_service.h"
 
 #include <cstdint>
 #include <functional>
@@ -31,19 +31,6 @@ struct AdminSettings {
     double total_requests_per_s = 2000.0;
     double accepts_per_s = 2000.0;  ///< more wait in the kernel's queue
 };
-
-/// Where viewers get the world from.
-struct SpectatorSource {
-    double rate_hz = 20.0;
-    /// What never changes, as JSON; called on the server's thread.
-    std::function<std::string()> scene;
-    /// Asks for the state after one of the next ticks; the answer may come from any thread. False
-    /// when that is impossible just now.
-    std::function<bool(std::function<void(SpectatorSample)>)> sample;
-};
-
-/// So many viewers look at a time.
-inline constexpr std::size_t kMostViewers = 16;
 
 /// Figures of the server itself; read them on its thread.
 struct AdminStats {

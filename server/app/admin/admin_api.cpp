@@ -5,6 +5,7 @@
 #include "server/admin/viewer_assets.h"
 #include "server/app/admin/admin_figures.h"
 #include "server/app/admin/admin_files.h"
+#include "server/app/admin/spectator_routes.h"
 #include "server/app/admin/spectator_source.h"
 #include "server/app/runtime/host_settings.h"
 #include "proto/admin.pb.h"
@@ -148,6 +149,16 @@ std::vector<admin::AdminRoute> AdminApi::routes() {
     get("/api/v1/bans",
         {"Accounts that may not log in", nullptr, proto::admin::BanList::descriptor()},
         [this](const Call&, const Reply& reply) { bans(reply); });
+    const SpectatorRoutes with{
+        settings_,
+        loop_,
+        [this](std::function<void()> work) { server_.post(std::move(work)); },
+        [this](std::function<void(const NetworkSample&)> work) {
+            with_sample(std::move(work));
+        }};
+    for (admin::AdminRoute& route : spectator_routes(with)) {
+        out.push_back(std::move(route));
+    }
     return out;
 }
 

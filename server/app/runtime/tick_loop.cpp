@@ -17,6 +17,8 @@ namespace {
 /// A sleeping thread wakes up to this late; where precision matters, the rest is spent waiting
 /// awake.
 constexpr double kSpinSeconds = 200e-6;
+/// Between two looks while the loop stands still.
+constexpr auto kStandingPause = std::chrono::milliseconds(10);
 
 /// Sums of traffic are for people: so many ticks old at most.
 constexpr Tick kTrafficEvery = 30;
@@ -84,9 +86,17 @@ LoopStats TickLoop::stats() const {
 void TickLoop::loop() {
     add_signal_stack();
     while (!stop_.load(std::memory_order_relaxed)) {
-        const double due = schedule_.next_due();
-        wait_until(due);
-        while (schedule_.due(steady_seconds()) && !stop_.load(std::memory_order_relaxed)) {
+        const double scale = time_scale_.load(std::memory_order_relaxed);
+        if (scale != clock_.scale()) {
+            clock_.set_scale(scale, steady_seconds());
+        }
+        if (!clock_.runs()) {
+            stand_still();
+            continue;
+        }
+        wait_until(schedule_.next_due());
+        while (schedule_.due(clock_.time(steady_seconds())) &&
+               !stop_.load(std::memory_order_relaxed)) {
             run_tick(schedule_.next_due());
             schedule_.ran();
         }
@@ -96,13 +106,26 @@ void TickLoop::loop() {
 void TickLoop::wait_until(double time_s) {
     // An idle world needs no precision: it sleeps through, and wakes a little late.
     const double spin = world_.idle() ? 0.0 : kSpinSeconds;
-    const double sleep = time_s - steady_seconds() - spin;
+    const double sleep = clock_.until(time_s, steady_seconds()) - spin;
     if (sleep > 0.0) {
         std::this_thread::sleep_for(std::chrono::duration<double>(sleep));
     }
-    while (spin > 0.0 && steady_seconds() < time_s) {
+    while (spin > 0.0 && clock_.time(steady_seconds()) < time_s) {
         std::this_thread::yield();
     }
+}
+
+/// Runs the ticks that were asked for, and answers visits.
+void TickLoop::stand_still() {
+    unsigned steps = steps_.exchange(0);
+    for (; steps > 0 && !stop_.load(std::memory_order_relaxed); --steps) {
+        clock_.skip(schedule_.next_due() - clock_.time(steady_seconds()));
+        run_tick(schedule_.next_due());
+        schedule_.ran();
+    }
+    publish();
+    answer_visit();
+    std::this_thread::sleep_for(kStandingPause);
 }
 
 void TickLoop::run_tick(double due_s) {
@@ -114,12 +137,12 @@ void TickLoop::run_tick(double due_s) {
     world_.tick(items_, result.items);
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
-    result.clock_origin_s = begin - schedule_.server_time(begin);
+    result.clock_origin_s = begin - schedule_.server_time(clock_.time(begin));
     record_tick();
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
     const double end = steady_seconds();
-    count_tick(begin - due_s, end - begin, cpu_end - cpu_begin);
+    count_tick(clock_.time(begin) - due_s, end - begin, cpu_end - cpu_begin);
     log_.limits(world_, end);
     if (world_.stopped().size() > known_stopped) {
         log_.stopped_zones(world_);

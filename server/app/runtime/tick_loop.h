@@ -4,6 +4,7 @@
 
 #include "server/app/log/tick_log.h"
 #include "server/app/runtime/difficulty_log.h"
+#include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
@@ -116,6 +117,7 @@ struct LoopSettings {
 using WorldVisit = std::function<void(const World&)>;
 /// So many wait at most.
 inline constexpr std::size_t kMostVisits = 16;
+inline constexpr double kMostTimeScale = 8.0;
 
 class TickLoop {
   public:
@@ -137,6 +139,16 @@ class TickLoop {
     /// when too many visits wait already.
     bool visit(WorldVisit visit) { return visits_.push(std::move(visit)); }
 
+    /// From any thread: lets the loop run at `scale` times its rate from now on, 0 to
+    /// kMostTimeScale; at 0 it stands still. Visits are answered meanwhile. For development: the
+    /// clocks of clients follow with delay.
+    void set_time_scale(double scale) { time_scale_.store(scale); }
+
+    [[nodiscard]] double time_scale() const { return time_scale_.load(); }
+
+    /// From any thread: so many ticks more while the loop stands still.
+    void step_ticks(unsigned ticks) { steps_.fetch_add(ticks); }
+
     /// The sums as they were a moment ago (LoopSettings::publish_every_s), null before the first
     /// tick; from any thread. The loop never waits for its readers.
     [[nodiscard]] std::shared_ptr<const LoopStats> published() const { return published_.get(); }
@@ -154,12 +166,16 @@ class TickLoop {
     void publish();
     void answer_visit();
     void wait_until(double time_s);
+    void stand_still();
 
     World& world_;
     LoopSettings settings_;
     std::function<void(TickResult)> deliver_;
     recording::RecordingWriter* recorder_;
     TickSchedule schedule_;
+    LoopClock clock_;
+    std::atomic<double> time_scale_{1.0};
+    std::atomic<unsigned> steps_{0};
     mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> items_;
     std::atomic<bool> stop_{false};
