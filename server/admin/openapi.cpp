@@ -4,6 +4,7 @@
 #include "shared/core/json.h"
 
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
 
 #include <algorithm>
 #include <map>
