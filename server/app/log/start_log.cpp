@@ -3,10 +3,8 @@
 #include "server/app/log/log.h"
 #include "server/app/log/session_log.h"
 #include "server/app/runtime/host_settings.h"
+#include "server/config/expand/world_warnings.h"
 #include "server/mailbox/messages.h"
-#include "proto/config/config.pb.h"
-
-#include <google/protobuf/descriptor.h>
 
 namespace zoned::app {
 
@@ -39,14 +37,8 @@ void add_development(const config::Settings& settings, std::vector<std::string>&
 }
 
 void add_faults(const config::Settings& settings, std::vector<std::string>& out) {
-    if (!settings.config) {
-        return;
-    }
-    const proto::config::Testing& testing = settings.config->testing();
-    std::vector<const google::protobuf::FieldDescriptor*> fields;
-    testing.GetReflection()->ListFields(testing, &fields);
-    for (const auto* field : fields) {
-        out.push_back("testing." + field->name() + ": this server makes faults on purpose");
+    for (const std::string& fault : config::testing_faults_of(settings)) {
+        out.push_back("testing." + fault + ": this server makes faults on purpose");
     }
 }
 

@@ -1,6 +1,9 @@
 #include "server/config/expand/world_warnings.h"
 
 #include "server/config/settings.h"
+#include "proto/config/config.pb.h"
+
+#include <google/protobuf/descriptor.h>
 
 #include <algorithm>
 #include <cmath>
@@ -165,6 +168,19 @@ std::vector<std::string> world_warnings_of(const Settings& settings) {
     warn_of_silent_types(settings, out);
     warn_of_open_edges(settings, out);
     warn_of_speeds(settings, out);
+    return out;
+}
+
+std::vector<std::string> testing_faults_of(const Settings& settings) {
+    std::vector<std::string> out;
+    if (settings.config) {
+        const proto::config::Testing& testing = settings.config->testing();
+        std::vector<const google::protobuf::FieldDescriptor*> fields;
+        testing.GetReflection()->ListFields(testing, &fields);
+        for (const auto* field : fields) {
+            out.push_back(field->name());
+        }
+    }
     return out;
 }
 

@@ -12,4 +12,7 @@ struct Settings;
 /// world, speeds beyond what types declare or the wire carries. Empty without any.
 std::vector<std::string> world_warnings_of(const Settings& settings);
 
+/// The names of the `testing` settings that are set: faults on purpose.
+std::vector<std::string> testing_faults_of(const Settings& settings);
+
 }  // namespace zoned::config
