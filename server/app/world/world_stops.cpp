@@ -57,8 +57,10 @@ void World::end_clients(std::vector<mailbox::OutboxItem>& out) {
         for (const zone::ZoneClient& client : state.clients) {
             zone_of_.erase(client.client);
             topics_.remove(client.client);
-            out.emplace_back(mailbox::Kick{
-                client.client, "this part of the world has stopped after a fault of the game"});
+            mailbox::Kick kick;
+            kick.client = client.client;
+            kick.reason = "this part of the world has stopped after a fault of the game";
+            out.emplace_back(std::move(kick));
         }
         state.clients.clear();
         state.viewers.clear();
