@@ -70,11 +70,9 @@ class Server {
                 listener->close(n);
             } else if (text == "tail") {
                 const auto tail = std::make_shared<const std::vector<std::uint8_t>>(3'000'000, 't');
-                const auto send = [&](const std::string& frame, const SharedBytes& end) {
+                const auto send = [&](const std::string& part, const SharedBytes& end) {
                     listener->send(
-                        n,
-                        {reinterpret_cast<const std::uint8_t*>(frame.data()), frame.size()},
-                        end);
+                        n, {reinterpret_cast<const std::uint8_t*>(part.data()), part.size()}, end);
                 };
                 send("head:", tail);
                 send("after it", nullptr);
