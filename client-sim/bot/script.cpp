@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kBorderReachM = 15.0;  // how far behind the border a bot turns round
 constexpr double kShootRangeM = 40.0;
-constexpr double kTouchRangeM = 2.5;
 constexpr float kFullSpeed = 127.0F;
 constexpr std::uint16_t kSprint = motion::kButtonSprint;
 

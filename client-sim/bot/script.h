@@ -90,6 +90,9 @@ class ScriptRunner {
         double distance = 1e9;
     };
 
+    static constexpr double kTouchRangeM = 2.5;  // picks up and pushes what is as near
+    static constexpr Tick kDecideTicks = 15;     // between two decisions of a walk to somebody
+
     void wander(const view::View& view, Tick tick, Voice& voice);
     void walk_to(const Vec3d& from, double x, double z, bool sprint);
     void crowd(const view::View& view);
@@ -103,6 +106,8 @@ class ScriptRunner {
     void collect(const view::View& view, Tick tick, Voice& voice);
     void touch_a_prop(const view::View& view, Voice& voice);
     void pick_direction(Tick tick);
+    /// Goes from strolling to sneaking or looking and back when it is time; true: not strolling.
+    bool in_phase(Tick tick);
 
     using Wanted = std::function<bool(EntityId, const view::TypeInfo&)>;
     /// The nearest of those that the view shows; the own avatar is none of them.
@@ -120,7 +125,7 @@ class ScriptRunner {
     bool border_along_x_ = true;  // the border is a line of constant x
     double border_at_ = 0.0;
     std::uint32_t spoken_ = 0;
-    bool in_phase_ = false;                      // sneaks, or looks, rather than strolls
+    bool phase_ = false;                         // sneaks, or looks, rather than strolls
     std::map<EntityId, std::uint32_t> holders_;  // players in sight and what they picked up last
     std::set<EntityId> tried_;                   // props that it could not pick up, or has
     motion::InputCommand wish_;

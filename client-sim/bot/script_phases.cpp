@@ -5,24 +5,28 @@ namespace zoned::bot {
 
 namespace {
 
-constexpr Tick kDecideTicks = 15;        // between two decisions
 constexpr Tick kPhaseTicks = 150;        // of sneaking or looking, and half as long of strolling
 constexpr double kKeepAwayM = 5.0;       // a sneaking bot stops here
 constexpr std::uint32_t kGlance = 1820;  // the spyglass turns by up to 10 degrees to either side
 
 }  // namespace
 
+bool ScriptRunner::in_phase(Tick tick) {
+    if (tick >= next_act_) {
+        phase_ = !phase_;
+        next_act_ = tick + kPhaseTicks / (phase_ ? 1 : 2);
+    }
+    return phase_;
+}
+
 void ScriptRunner::sneak(const view::View& view, Tick tick) {
     if (tick < next_turn_) {
         return;
     }
-    if (tick >= next_act_) {
-        in_phase_ = !in_phase_;
-        next_act_ = tick + kPhaseTicks / (in_phase_ ? 1 : 2);
-    }
+    const bool sneaking = in_phase(tick);
     const Target player = nearest(view, Prey::kPlayer);
     const Target victim = player.id ? player : nearest(view, Prey::kNpc);
-    if (!in_phase_ || !victim.id) {
+    if (!sneaking || !victim.id) {
         pick_direction(tick);
         return;
     }
@@ -38,11 +42,7 @@ void ScriptRunner::look(Tick tick) {
     if (tick < next_turn_) {
         return;
     }
-    if (tick >= next_act_) {
-        in_phase_ = !in_phase_;
-        next_act_ = tick + kPhaseTicks / (in_phase_ ? 1 : 2);
-    }
-    if (!in_phase_) {
+    if (!in_phase(tick)) {
         pick_direction(tick);
         return;
     }

@@ -5,9 +5,7 @@ namespace zoned::bot {
 
 namespace {
 
-constexpr Tick kTradeTicks = 15;      // between two decisions
-constexpr double kOfferReachM = 3.5;  // the rules let players trade within 4 m
-constexpr double kPickUpReachM = 2.5;
+constexpr double kOfferReachM = 3.5;    // the rules let players trade within 4 m
 constexpr std::size_t kMostNoted = 64;  // players, and props
 
 }  // namespace
@@ -22,7 +20,7 @@ void ScriptRunner::trade(const view::View& view, Tick tick, Voice& voice) {
     if (tick < next_turn_) {
         return;
     }
-    next_turn_ = tick + kTradeTicks;
+    next_turn_ = tick + kDecideTicks;
     if (voice.items().empty()) {
         collect(view, tick, voice);
         return;
@@ -60,7 +58,7 @@ void ScriptRunner::collect(const view::View& view, Tick tick, Voice& voice) {
         pick_direction(tick);
         return;
     }
-    if (prop.distance > kPickUpReachM) {
+    if (prop.distance > kTouchRangeM) {
         walk_to(view.own().position(), prop.position.x(), prop.position.z(), false);
         return;
     }

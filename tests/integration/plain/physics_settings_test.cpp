@@ -134,7 +134,7 @@ TEST_F(PhysicsSettings, FindTheSamePairsByEachBroadphase) {
 }
 
 TEST_F(PhysicsSettings, RunEachIntegratorInAZone) {
-    // Those of first order miss a fall by g dt t / 2 to either side, the others by rounding.
+    // Methods of first order miss a fall by g dt t / 2 to either side, all others by rounding.
     const auto hashes = hashes_of(
         *proto::config::Physics_Integrator_descriptor(), "physics.body_integrator", {}, "VERLET");
     EXPECT_GE(different(hashes), 3U);

@@ -134,7 +134,7 @@ float half_width(const world::EntityType& type) {
                : type.radius;
 }
 
-/// What stands on boxes or the ground by a shape that half_height and half_width know: no stones,
+/// Entities on boxes or the ground with a shape that half_height and half_width know: no stones,
 /// tables and cars, and nothing on the hill that comes from an image.
 std::vector<InitialEntity> plain_entities() {
     std::vector<InitialEntity> plain;
