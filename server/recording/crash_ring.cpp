@@ -37,6 +37,7 @@ bool holds_pieces(const std::string& folder) {
 /// When the folder was written last, in UTC: 20260131T235959.
 std::string time_of(const std::string& folder) {
     struct stat info {};
+
     if (::stat(folder.c_str(), &info) != 0) {
         return "unknown";
     }
@@ -151,11 +152,15 @@ void CrashRing::restart() {
     pieces_.clear();
 }
 
-void CrashRing::close() {
+void CrashRing::close(bool keeps) {
     if (lock_ < 0) {
         return;
     }
-    restart();
+    if (keeps) {
+        piece_ = RecordingFile();
+    } else {
+        restart();
+    }
     ::close(lock_);
     lock_ = -1;
 }

@@ -29,8 +29,8 @@ class CrashRing {
     void flush();
     /// What was kept is of no use after a gap in the ticks: begins anew.
     void restart();
-    /// Removes the pieces.
-    void close();
+    /// Removes the pieces, or leaves them for the next start.
+    void close(bool keeps);
 
     [[nodiscard]] bool is_open() const { return lock_ >= 0; }
 

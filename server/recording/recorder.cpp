@@ -179,7 +179,7 @@ void Recorder::look_for_failures() {
     figures_.failures += failures;
 }
 
-Result<bool> Recorder::close() {
+Result<bool> Recorder::close(bool keeps_ring) {
     if (thread_.joinable()) {
         {
             const std::lock_guard lock(mutex_);
@@ -188,7 +188,7 @@ Result<bool> Recorder::close() {
         filled_.notify_one();
         thread_.join();
     }
-    ring_.close();
+    ring_.close(keeps_ring);
     if (settings_.file.empty()) {
         return true;
     }

@@ -59,9 +59,9 @@ class Recorder {
     /// After it, with the state hash of each zone.
     void end_tick(Tick tick, std::vector<std::uint64_t> hashes);
 
-    /// Ends both recordings in good order: the file gets its end mark, the ring goes. Fails with
-    /// what went wrong with the file, at any time.
-    core::Result<bool> close();
+    /// Ends both recordings: the file gets its end mark, the ring goes, unless it is wanted for the
+    /// fault that ended the run. Fails with what went wrong with the file, at any time.
+    core::Result<bool> close(bool keeps_ring = false);
 
     /// From any thread.
     [[nodiscard]] RecorderFigures figures() const;

@@ -221,8 +221,8 @@ bool RecordingReader::Impl::read_items(TickRecord& record) {
     return true;
 }
 
-/// The hashes after a tick whose inputs were read. Without them the server may have stopped within the tick: its
-/// inputs are given all the same, and a failure is said by the next call.
+/// The hashes after a tick whose inputs were read. Without them the server may have stopped within
+/// the tick: its inputs are given all the same, and a failure is said by the next call.
 void RecordingReader::Impl::read_hashes(Tick tick, TickRecord& record) {
     const Result<bool> after = peek();
     if (!after.ok()) {
@@ -282,15 +282,14 @@ Result<bool> RecordingReader::check_build() const {
     if (from.generation != own.generation) {
         return Result<bool>::failure(
             "the recording '" + impl_->name + "' comes from zoned " + from.program +
-            " with simulation generation " + std::to_string(from.generation) +
-            ", this is zoned " + own.program + " with generation " +
-            std::to_string(own.generation) + "; replay it with a build of its own time");
+            " with simulation generation " + std::to_string(from.generation) + ", this is zoned " +
+            own.program + " with generation " + std::to_string(own.generation) +
+            "; replay it with a build of its own time");
     }
     if (from.target != own.target) {
-        return Result<bool>::failure("the recording '" + impl_->name +
-                                     "' was made by a build for target '" + from.target +
-                                     "', this one is for '" + own.target +
-                                     "'; build with -DZONED_TARGET=" + from.target);
+        return Result<bool>::failure(
+            "the recording '" + impl_->name + "' was made by a build for target '" + from.target +
+            "', this one is for '" + own.target + "'; build with -DZONED_TARGET=" + from.target);
     }
     return true;
 }

@@ -62,7 +62,9 @@ Result<bool> ReportFile::failure() const {
 
 Result<bool> ReportFile::reserve(const std::string& file) {
     file_ = file;
+
     struct stat info {};
+
     const bool special = ::stat(file.c_str(), &info) == 0 && !S_ISREG(info.st_mode);
     if (special) {
         fd_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);

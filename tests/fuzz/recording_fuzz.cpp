@@ -1,9 +1,9 @@
-// Fuzzing of recordings: any bytes are refused with a reason, or read up to their end or a damage; what was read can be
-// written and read back.
+// Fuzzing of recordings: any bytes are refused with a reason, or read up to their end or a damage;
+// what was read can be written and read back.
 #include "server/recording/recording_file.h"
 #include "server/recording/recording_reader.h"
-#include "shared/core/assert.h"
 #include "tests/fuzz/fuzz.h"
+#include "shared/core/assert.h"
 
 #include <unistd.h>
 
@@ -116,9 +116,10 @@ std::string sealed(std::string bytes) {
         std::memcpy(&head.tick, bytes.data() + at + 8, 8);
         head.kind = static_cast<recording::FrameKind>(kind);
         const std::size_t payload = at + recording::kFrameHeadBytes;
-        head.length = static_cast<std::uint32_t>(
-            std::min<std::size_t>(head.length, bytes.size() - payload));
-        head.checksum = recording::checksum_of(std::string_view(bytes).substr(payload, head.length));
+        head.length =
+            static_cast<std::uint32_t>(std::min<std::size_t>(head.length, bytes.size() - payload));
+        head.checksum =
+            recording::checksum_of(std::string_view(bytes).substr(payload, head.length));
         const FrameHeadBytes fitting = recording::encode_head(head);
         std::memcpy(bytes.data() + at, fitting.data(), fitting.size());
         at = payload + head.length;
@@ -145,7 +146,13 @@ std::vector<Bytes> seeds() {
         mailbox::Confirm{ClientId(1), EventId(5)},
         mailbox::Freeze{true},
         mailbox::NewBrains{std::make_shared<const std::string>("brain {}"), nullptr},
+        mailbox::ViewReset{ClientId(1)},
+        mailbox::AuditRequest{ClientId(1)},
+        mailbox::CodecPrice{100, 200},
+        mailbox::SpawnOrder{1, 2, {1.0, 2.0, 3.0}, 4},
+        mailbox::MoveOrder{2, EntityId(7), {1.0, 2.0, 3.0}},
         mailbox::Leave{ClientId(1), mailbox::LeaveReason::kShutdown}};
+    static_assert(std::variant_size_v<mailbox::InboxItem> == 13, "a new message is a new seed");
     std::vector<Bytes> all;
     recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
     header.config_text = "world { name: \"x\" }";
@@ -154,7 +161,8 @@ std::vector<Bytes> seeds() {
         ZONED_ASSERT(file.open(file_named("out"), header).ok(), "memory has room");
         file.add_tick({1, items, {1, 2}});
         file.add_tick({2, {}, {3, 4}});
-        file.add_tick({3, {items[1]}, closes ? std::vector<std::uint64_t>{5} : std::vector<std::uint64_t>{}});
+        file.add_tick(
+            {3, {items[1]}, closes ? std::vector<std::uint64_t>{5} : std::vector<std::uint64_t>{}});
         if (closes) {
             ZONED_ASSERT(file.close().ok(), "memory has room");
         }

@@ -1,10 +1,9 @@
 #include "server/app/commands/serve_report.h"
 
+#include "server/app/log/log.h"
 #include "server/recording/report.h"
 #include "server/replication/packer.h"
 #include "proto/session.pb.h"
-
-#include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <ctime>
@@ -132,24 +131,27 @@ void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double
             text += fmt::format(" {} {:.0f}", wire::kTrafficReasonNames[r], bytes / seconds);
         }
     }
-    spdlog::info("traffic, bytes/s: seal and headers {:.0f}{}",
-                 static_cast<double>(packets * replication::kPacketOverheadBytes) / seconds,
-                 text);
+    log_of(LogArea::kServer)
+        .info("traffic, bytes/s: seal and headers {:.0f}{}",
+              static_cast<double>(packets * replication::kPacketOverheadBytes) / seconds,
+              text);
     before = std::move(now);
 }
 
 void log_summary(const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
-    spdlog::info(
-        "{} ticks, tick p50 {:.2f} ms, p99 {:.2f} ms, CPU p99 {:.2f} ms, {} overruns, {} handoffs, "
-        "{:.1f} % of a core",
-        loop.ticks,
-        loop.wall_ms.percentile(0.5),
-        loop.wall_ms.percentile(0.99),
-        loop.cpu_ms.percentile(0.99),
-        loop.overruns,
-        loop.handoffs,
-        100.0 * process_cpu_seconds() / figures.seconds);
+    log_of(LogArea::kServer)
+        .info(
+            "{} ticks, tick p50 {:.2f} ms, p99 {:.2f} ms, CPU p99 {:.2f} ms, {} overruns, {} "
+            "handoffs, "
+            "{:.1f} % of a core",
+            loop.ticks,
+            loop.wall_ms.percentile(0.5),
+            loop.wall_ms.percentile(0.99),
+            loop.cpu_ms.percentile(0.99),
+            loop.overruns,
+            loop.handoffs,
+            100.0 * process_cpu_seconds() / figures.seconds);
     const recording::TrafficFigures traffic = traffic_figures(figures, loop);
     std::fputs(wire::traffic_text(
                    loop.traffic, traffic.types, figures.seconds, replication::kPacketOverheadBytes)

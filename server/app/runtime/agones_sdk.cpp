@@ -34,6 +34,12 @@ std::uint16_t sidecar_port() {
     return static_cast<std::uint16_t>(port);
 }
 
+AdminTarget sidecar_at(std::uint16_t port) {
+    AdminTarget target;
+    target.port = port;
+    return target;
+}
+
 const Value* member(const Struct& object, const std::string& name) {
     const auto at = object.fields().find(name);
     return at == object.fields().end() ? nullptr : &at->second;
@@ -101,7 +107,7 @@ AgonesSdk::~AgonesSdk() {
 
 bool AgonesSdk::post(const std::string& path, std::string& reason) const {
     try {
-        const AdminAnswer answer = ask_admin({"127.0.0.1", port_, ""}, "POST", path, "{}");
+        const AdminAnswer answer = ask_admin(sidecar_at(port_), "POST", path, "{}");
         reason = "POST " + path + " is answered with status " + std::to_string(answer.status);
         return answer.status == 200;
     } catch (const std::exception& error) {
@@ -111,12 +117,12 @@ bool AgonesSdk::post(const std::string& path, std::string& reason) const {
 }
 
 Result<AgonesAddress> AgonesSdk::game_server() {
-    const auto end = std::chrono::steady_clock::now() +
-                     std::chrono::duration<double>(settings_.patience_s);
+    const auto end =
+        std::chrono::steady_clock::now() + std::chrono::duration<double>(settings_.patience_s);
     for (;;) {
         std::string reason;
         try {
-            const AdminAnswer answer = ask_admin({"127.0.0.1", port_, ""}, "GET", "/gameserver", "");
+            const AdminAnswer answer = ask_admin(sidecar_at(port_), "GET", "/gameserver", "");
             reason = "GET /gameserver is answered with status " + std::to_string(answer.status);
             if (answer.status == 200) {
                 auto parsed = parse_game_server(
@@ -130,9 +136,9 @@ Result<AgonesAddress> AgonesSdk::game_server() {
             reason = error.what();
         }
         if (std::chrono::steady_clock::now() >= end) {
-            return Result<AgonesAddress>::failure(
-                "network.agones: the sidecar at port " + std::to_string(port_) +
-                " does not say where this server is: " + reason);
+            return Result<AgonesAddress>::failure("network.agones: the sidecar at port " +
+                                                  std::to_string(port_) +
+                                                  " does not say where this server is: " + reason);
         }
         std::this_thread::sleep_for(kRetry);
     }

@@ -41,8 +41,10 @@ class AgonesSdk {
     /// Players may come: tells so until the sidecar has heard it, and from then on passes signs of
     /// life on.
     void start();
+
     /// A sign of life; without one none is sent. From any thread.
     void alive() { alive_.store(true); }
+
     /// Ends the thread and has the cluster take the server away. At most a few seconds.
     void shutdown();
 

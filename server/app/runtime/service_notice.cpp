@@ -30,8 +30,7 @@ std::string unix_address(const std::string& name) {
     if (abstract) {
         address.sun_path[0] = '\0';
     }
-    const std::size_t bytes =
-        offsetof(sockaddr_un, sun_path) + name.size() + (abstract ? 0U : 1U);
+    const std::size_t bytes = offsetof(sockaddr_un, sun_path) + name.size() + (abstract ? 0U : 1U);
     return {reinterpret_cast<const char*>(&address), bytes};
 }
 

@@ -1,6 +1,6 @@
 #include "server/app/runtime/supervision.h"
 
-#include <spdlog/spdlog.h>
+#include "server/app/log/log.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,13 +18,14 @@ constexpr double kWatchdogShare = 0.5;
 
 Supervision::Supervision(asio::io_context& io,
                          const config::ServerSettings& settings,
-                         std::function<std::uint64_t()> ticks)
+                         std::function<std::uint64_t()> turns)
     : settings_(settings),
-      ticks_(std::move(ticks)),
+      turns_(std::move(turns)),
       timer_(io) {
     if (settings.agones.enabled) {
-        agones_ = std::make_unique<AgonesSdk>(
-            settings.agones, [](const std::string& text) { spdlog::error("{}", text); });
+        agones_ = std::make_unique<AgonesSdk>(settings.agones, [](const std::string& text) {
+            log_of(LogArea::kServer).error("{}", text);
+        });
         period_s_ = settings.agones.health_every_s;
     }
     if (notice_.watchdog_s()) {
@@ -70,16 +71,17 @@ void Supervision::arm() {
 
 /// A process that answers while its world stands still is not alive.
 void Supervision::look() {
-    const std::uint64_t ticks = ticks_();
-    const bool moves = ticks != last_ticks_ || ticks == 0;
-    last_ticks_ = ticks;
+    const std::uint64_t turns = turns_();
+    const bool moves = turns != last_turns_ || turns == 0;
+    last_turns_ = turns;
     if (moves) {
         notice_.send("WATCHDOG=1");
         if (agones_) {
             agones_->alive();
         }
     } else if (!stuck_) {
-        spdlog::error("the world has not ticked for {} s: no sign of life is given", period_s_);
+        log_of(LogArea::kServer)
+            .error("the world has not ticked for {} s: no sign of life is given", period_s_);
     }
     stuck_ = !moves;
     arm();

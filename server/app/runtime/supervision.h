@@ -17,10 +17,11 @@ namespace zoned::app {
 
 class Supervision {
   public:
-    /// `ticks`: how many the world has made, called on the thread of `io`.
+    /// `turns`: how many the tick loop has made, called on the thread of `io`. A world that a
+    /// developer has paused makes turns too.
     Supervision(asio::io_context& io,
                 const config::ServerSettings& settings,
-                std::function<std::uint64_t()> ticks);
+                std::function<std::uint64_t()> turns);
 
     /// Where players reach this server; a port of 0 is the one that it listens at. Waits for Agones
     /// where it is asked for; throws std::runtime_error when it does not answer.
@@ -36,12 +37,12 @@ class Supervision {
     void look();
 
     config::ServerSettings settings_;
-    std::function<std::uint64_t()> ticks_;
+    std::function<std::uint64_t()> turns_;
     ServiceNotice notice_;
     std::unique_ptr<AgonesSdk> agones_;
     asio::steady_timer timer_;
     double period_s_ = 0.0;  ///< 0: nobody asks for signs of life
-    std::uint64_t last_ticks_ = 0;
+    std::uint64_t last_turns_ = 0;
     bool stuck_ = false;
     bool ended_ = false;
 };

@@ -1,8 +1,8 @@
 #include "server/app/runtime/tick_loop.h"
 
+#include "server/app/log/crash_file.h"
+#include "server/app/log/log.h"
 #include "server/app/runtime/state_flapping_report.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +17,8 @@ namespace {
 /// A sleeping thread wakes up to this late; where precision matters, the rest is spent waiting
 /// awake.
 constexpr double kSpinSeconds = 200e-6;
+/// Between two looks while the loop stands still.
+constexpr auto kStandingPause = std::chrono::milliseconds(10);
 
 /// Sums of traffic are for people: so many ticks old at most.
 constexpr Tick kTrafficEvery = 30;
@@ -85,10 +87,19 @@ LoopStats TickLoop::stats() const {
 }
 
 void TickLoop::loop() {
+    add_signal_stack();
     while (!stop_.load(std::memory_order_relaxed)) {
-        const double due = schedule_.next_due();
-        wait_until(due);
-        while (schedule_.due(steady_seconds()) && !stop_.load(std::memory_order_relaxed)) {
+        const double scale = time_scale_.load(std::memory_order_relaxed);
+        if (scale != clock_.scale()) {
+            clock_.set_scale(scale, steady_seconds());
+        }
+        if (!clock_.runs()) {
+            stand_still();
+            continue;
+        }
+        wait_until(schedule_.next_due());
+        while (schedule_.due(clock_.time(steady_seconds())) &&
+               !stop_.load(std::memory_order_relaxed)) {
             run_tick(schedule_.next_due());
             schedule_.ran();
         }
@@ -98,28 +109,52 @@ void TickLoop::loop() {
 void TickLoop::wait_until(double time_s) {
     // An idle world needs no precision: it sleeps through, and wakes a little late.
     const double spin = world_.idle() ? 0.0 : kSpinSeconds;
-    const double sleep = time_s - steady_seconds() - spin;
+    const double sleep = clock_.until(time_s, steady_seconds()) - spin;
     if (sleep > 0.0) {
         std::this_thread::sleep_for(std::chrono::duration<double>(sleep));
     }
-    while (spin > 0.0 && steady_seconds() < time_s) {
+    while (spin > 0.0 && clock_.time(steady_seconds()) < time_s) {
         std::this_thread::yield();
     }
+}
+
+/// Runs the ticks that were asked for, and answers visits.
+void TickLoop::stand_still() {
+    unsigned steps = steps_.exchange(0);
+    for (; steps > 0 && !stop_.load(std::memory_order_relaxed); --steps) {
+        clock_.skip(schedule_.next_due() - clock_.time(steady_seconds()));
+        run_tick(schedule_.next_due());
+        schedule_.ran();
+    }
+    publish();
+    answer_visit();
+    turns_.fetch_add(1, std::memory_order_relaxed);
+    std::this_thread::sleep_for(kStandingPause);
 }
 
 void TickLoop::run_tick(double due_s) {
     const double begin = steady_seconds();
     const std::uint64_t cpu_begin = thread_cpu_ns() + world_.pool().cpu_ns();
     TickResult result;
+    const std::size_t known_stopped = world_.stopped().size();
     step_world(result.items);
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
-    result.clock_origin_s = begin - schedule_.server_time(begin);
+    result.clock_origin_s = begin - schedule_.server_time(clock_.time(begin));
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
-    count_tick(begin - due_s, steady_seconds() - begin, cpu_end - cpu_begin);
+    const double end = steady_seconds();
+    count_tick(clock_.time(begin) - due_s, end - begin, cpu_end - cpu_begin);
+    log_.limits(world_, end);
+    if (world_.stopped().size() > known_stopped) {
+        log_.stopped_zones(world_);
+        if (settings_.on_stopped_zone) {
+            settings_.on_stopped_zone();
+        }
+    }
     publish();
     answer_visit();
+    turns_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void TickLoop::publish() {
@@ -172,8 +207,10 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.cpu_ns += cpu_ns;
     if (wall_s > schedule_.dt_s()) {
         ++s.overruns;
-        ++s.overrun_causes[overrun_cause(
-            s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s())];
+        const std::string cause =
+            overrun_cause(s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s());
+        ++s.overrun_causes[cause];
+        log_.overrun(world_, {1e3 * wall_s, 1e3 * schedule_.dt_s(), cause}, steady_seconds());
     }
     ++s.ticks;
     s.dropped_ticks = schedule_.dropped();
@@ -185,6 +222,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.awake_bodies = 0;
     s.particles = 0;
     s.zones.clear();
+    s.stopped.assign(world_.stopped().begin(), world_.stopped().end());
     zone_ran_.resize(world_.zones().size());
     for (std::size_t i = 0; i < world_.zones().size(); ++i) {
         count_zone(i);
@@ -245,8 +283,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.particles += r.particles.particles;
     s.device_particles += r.particles.on_device;
     if (!r.particles.fault.empty() && s.device_faults++ == 0) {
-        spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
-                     r.particles.fault);
+        log_of(LogArea::kWorld)
+            .warn("compute.device: the device is given up, the CPU goes on: {}", r.particles.fault);
     }
     s.zones.push_back({r.census.entities,
                        r.census.ghosts,

@@ -38,8 +38,8 @@ std::string replayed_tick(const config::Settings& settings,
                std::to_string(record.tick);
     }
     if (!record.hashes.empty() && record.hashes.size() != world.zones().size()) {
-        return "the recording names " + std::to_string(record.hashes.size()) + " zones, the world has " +
-               std::to_string(world.zones().size());
+        return "the recording names " + std::to_string(record.hashes.size()) +
+               " zones, the world has " + std::to_string(world.zones().size());
     }
     for (mailbox::InboxItem& item : record.items) {
         const auto restored = restore_brains(settings, item);

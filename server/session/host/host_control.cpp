@@ -112,7 +112,16 @@ void SessionHost::set_draining(const std::string& text) {
 
 HostLimits SessionHost::limits() const {
     const HostSettings& s = impl_->settings;
-    return {s.max_sessions, s.grace_s, s.login_timeout_s, s.silence_timeout_s};
+    return {s.max_sessions,
+            s.grace_s,
+            s.login_timeout_s,
+            s.silence_timeout_s,
+            s.max_unacked_events,
+            s.max_commands_per_s,
+            s.max_datagrams_per_s,
+            s.dev_mode_loopback,
+            s.dev_rights,
+            s.ticket_keys};
 }
 
 void SessionHost::set_limits(const HostLimits& limits) {
@@ -121,6 +130,12 @@ void SessionHost::set_limits(const HostLimits& limits) {
     s.grace_s = limits.grace_s;
     s.login_timeout_s = limits.login_timeout_s;
     s.silence_timeout_s = limits.silence_timeout_s;
+    s.max_unacked_events = limits.max_unacked_events;
+    s.max_commands_per_s = limits.max_commands_per_s;
+    s.max_datagrams_per_s = limits.max_datagrams_per_s;
+    s.dev_mode_loopback = limits.dev_mode_loopback;
+    s.dev_rights = limits.dev_rights;
+    s.ticket_keys = limits.ticket_keys;
 }
 
 }  // namespace zoned::session

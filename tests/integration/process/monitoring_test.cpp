@@ -49,8 +49,7 @@ TEST_F(Monitoring, EveryFigureOfRulesAndDashboardIsOneOfTheServers) {
     Child metrics("zoned", {"ctl", "--state", scratch_folder(), "metrics"});
     ASSERT_EQ(metrics.wait(kPatience), 0) << metrics.errors();
     std::size_t named = 0;
-    for (const char* file :
-         {"/alerts.yml", "/alerts_test.yml", "/grafana/dashboards/zoned.json"}) {
+    for (const char* file : {"/alerts.yml", "/alerts_test.yml", "/grafana/dashboards/zoned.json"}) {
         for (const std::string& name : figures_in(read(kMonitoring + file))) {
             EXPECT_NE(metrics.output().find("# TYPE " + name + " "), std::string::npos)
                 << file << " names " << name;

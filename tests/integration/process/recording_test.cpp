@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <sys/mount.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -70,10 +71,10 @@ TEST_F(Recorded, LastInputsOfAKilledServerAreReplayedAndKeptByTheNext) {
 
     const auto next = start_server();
     ASSERT_TRUE(logs(*next, "an earlier run did not end in good order")) << next->errors();
-    std::string kept;
+    std::string kept;  // the newest: names hold the time
     for (const auto& entry : fs::directory_iterator(scratch_folder())) {
         if (entry.path().filename().string().starts_with("ring-")) {
-            kept = entry.path().string();
+            kept = std::max(kept, entry.path().string());
         }
     }
     ASSERT_FALSE(kept.empty());

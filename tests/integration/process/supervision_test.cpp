@@ -1,5 +1,6 @@
-// Those who look after a server: systemd by its socket, Agones by a stand-in for its sidecar, players behind a router.
-#include "tests/integration/process/fixture.h"
+// Those who look after a server: systemd by its socket, Agones by a stand-in for its sidecar,
+// players behind a router.
+#include "tests/integration/process/admin_fixture.h"
 
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -115,7 +116,7 @@ class Lines {
     std::string text_;
 };
 
-class Supervised : public Process {};
+class Supervised : public Admin {};
 
 TEST_F(Supervised, SystemdHearsThatTheServerIsReadyLivesAndStops) {
     const std::string path = scratch_folder() + "/notify";
@@ -136,9 +137,12 @@ TEST_F(Supervised, SystemdHearsThatTheServerIsReadyLivesAndStops) {
         });
         const Variable socket("NOTIFY_SOCKET", path);
         const Variable watchdog("WATCHDOG_USEC", "400000");
-        const auto server = start_server();
+        serve();
         EXPECT_TRUE(heard.wait_for("READY=1")) << heard.text();
         EXPECT_TRUE(heard.wait_for("WATCHDOG=1", 3)) << heard.text();
+        ASSERT_EQ(status_of(order("/api/v1/pace", R"({"scale": 0})")), 200);
+        EXPECT_TRUE(heard.wait_for("WATCHDOG=1", heard.count("WATCHDOG=1") + 5))
+            << "a world that a developer has paused is alive";
         EXPECT_THAT(heard.text(), HasSubstr("STATUS=ready tcp="));
         server->signal(SIGTERM);
         EXPECT_EQ(server->wait(kPatience), 0);
@@ -150,7 +154,9 @@ TEST_F(Supervised, SystemdHearsThatTheServerIsReadyLivesAndStops) {
 /// A router: passes datagrams between players and the server, whose own port players cannot guess.
 class Router {
   public:
-    Router() : inside_(bound_socket(SOCK_DGRAM, inside_port_)), outside_(bound_socket(SOCK_DGRAM, port_)) {}
+    Router()
+        : inside_(bound_socket(SOCK_DGRAM, inside_port_)),
+          outside_(bound_socket(SOCK_DGRAM, port_)) {}
 
     Router(const Router&) = delete;
     Router& operator=(const Router&) = delete;
@@ -217,12 +223,12 @@ class Router {
 
 TEST_F(Supervised, PlayersSendWhereTheServerIsAdvertised) {
     Router router;
-    const auto server = start_server({"--set",
-                                      "network.advertise.address=\"play.example.org\"",
-                                      "--set",
-                                      "network.advertise.tcp_port=30001",
-                                      "--set",
-                                      "network.advertise.udp_port=" + std::to_string(router.port())});
+    server = start_server({"--set",
+                           "network.advertise.address=\"play.example.org\"",
+                           "--set",
+                           "network.advertise.tcp_port=30001",
+                           "--set",
+                           "network.advertise.udp_port=" + std::to_string(router.port())});
     EXPECT_THAT(server->output(),
                 HasSubstr("zones=1 address=play.example.org public_tcp=30001 public_udp=" +
                           std::to_string(router.port()) + "\n"));
@@ -281,10 +287,11 @@ class Sidecar {
         std::string body = "{}";
         std::string status = "200 OK";
         if (line == "GET /gameserver") {
-            body = "{\"object_meta\":{\"name\":\"local\"},\"status\":{\"state\":\"Scheduled\","
-                   "\"address\":\"203.0.113.9\",\"ports\":[{\"name\":\"tcp\",\"port\":7001},"
-                   "{\"name\":\"udp\",\"port\":" +
-                   std::to_string(udp_port_) + "}]}}";
+            body =
+                "{\"object_meta\":{\"name\":\"local\"},\"status\":{\"state\":\"Scheduled\","
+                "\"address\":\"203.0.113.9\",\"ports\":[{\"name\":\"tcp\",\"port\":7001},"
+                "{\"name\":\"udp\",\"port\":" +
+                std::to_string(udp_port_) + "}]}}";
         } else if (line != "POST /ready" && line != "POST /health" && line != "POST /shutdown") {
             status = "404 Not Found";
         }
@@ -317,10 +324,8 @@ TEST_F(Supervised, AgonesHearsThatTheServerIsReadyLivesAndEnds) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1500));
         sidecar.start(router.port());
     });
-    const auto server = start_server({"--set",
-                                      "network.agones.enabled=true",
-                                      "--set",
-                                      "network.agones.health_every_s=0.2"});
+    server = start_server(
+        {"--set", "network.agones.enabled=true", "--set", "network.agones.health_every_s=0.2"});
     late.join();
     EXPECT_THAT(server->output(),
                 HasSubstr(" address=203.0.113.9 public_tcp=7001 public_udp=" +
@@ -339,7 +344,7 @@ TEST_F(Supervised, AgonesHearsThatTheServerIsReadyLivesAndEnds) {
 
 TEST_F(Supervised, AMissingSidecarIsNamed) {
     const Variable port("AGONES_SDK_HTTP_PORT", "1");
-    Child server("zoned",
+    Child lonely("zoned",
                  {"serve",
                   "--config",
                   minimal(),
@@ -349,8 +354,8 @@ TEST_F(Supervised, AMissingSidecarIsNamed) {
                   "network.agones.enabled=true",
                   "--set",
                   "network.agones.patience_s=0.6"});
-    EXPECT_EQ(server.wait(kPatience), 3);
-    EXPECT_THAT(server.errors(), HasSubstr("the sidecar at port 1 does not say"));
+    EXPECT_EQ(lonely.wait(kPatience), 3);
+    EXPECT_THAT(lonely.errors(), HasSubstr("the sidecar at port 1 does not say"));
 }
 
 }  // namespace

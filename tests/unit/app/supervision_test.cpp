@@ -63,8 +63,7 @@ TEST(Supervision, GivesSignsOfLifeOnlyWhileTheWorldTicks) {
     Supervision supervision(io, config::ServerSettings{}, [&] { return moves ? ++ticks : ticks; });
     EXPECT_EQ(std::getenv("NOTIFY_SOCKET"), nullptr) << "children do not speak for us";
     supervision.ready("ready tcp=1");
-    EXPECT_THAT(systemd.heard(),
-                testing::ElementsAre("READY=1\nSTATUS=ready tcp=1", "WATCHDOG=1"));
+    EXPECT_THAT(systemd.heard(), testing::ElementsAre("READY=1\nSTATUS=ready tcp=1", "WATCHDOG=1"));
     io.run_for(std::chrono::milliseconds(400));
     EXPECT_GE(systemd.heard().size(), 3U);
     moves = false;
@@ -123,7 +122,13 @@ TEST(Agones, SaysWherePlayersReachTheServer) {
 }
 
 TEST(Agones, IsRefusedWhereItDoesNotSay) {
-    for (const char* text : {"", "[]", "no", "{}", R"({"status":{}})", R"({"status":{"address":""}})", R"({"status":7})"}) {
+    for (const char* text : {"",
+                             "[]",
+                             "no",
+                             "{}",
+                             R"({"status":{}})",
+                             R"({"status":{"address":""}})",
+                             R"({"status":7})"}) {
         EXPECT_FALSE(parse_game_server(text, "tcp", "udp").ok()) << text;
     }
 }

@@ -1,4 +1,5 @@
-// Recorder: it writes on a thread of its own, keeps the last seconds in a ring, and says at once when the disk takes no more.
+// Recorder: it writes on a thread of its own, keeps the last seconds in a ring, and says at once
+// when the disk takes no more.
 #include "server/recording/recorder.h"
 
 #include "server/recording/recording_reader.h"
@@ -54,8 +55,8 @@ class Recorders : public testing::Test {
         for (Tick tick = first; tick <= last; ++tick) {
             const auto inputs = recorder.lend();
             EXPECT_TRUE(inputs->empty());
-            inputs->push_back(
-                mailbox::Command{ClientId(1), 3, mailbox::Bytes(bytes, static_cast<std::uint8_t>(tick))});
+            inputs->push_back(mailbox::Command{
+                ClientId(1), 3, mailbox::Bytes(bytes, static_cast<std::uint8_t>(tick))});
             recorder.begin_tick(tick, inputs);
             await_written_inputs(10000);
             recorder.end_tick(tick, {static_cast<std::uint64_t>(tick), 5});
@@ -167,7 +168,8 @@ TEST_F(Recorders, ShareNoRingWithAnotherServer) {
     EXPECT_EQ(second->figures().failures, 1U);
     play(*second, 1, 5);
     EXPECT_TRUE(second->close().ok());
-    EXPECT_EQ(span_of(s.ring_folder), std::make_pair(Tick(1), Tick(5))) << "the first keeps its own";
+    EXPECT_EQ(span_of(s.ring_folder), std::make_pair(Tick(1), Tick(5)))
+        << "the first keeps its own";
 }
 
 TEST_F(Recorders, TellAtOnceWhenTheDiskIsFullAndLeaveWholeTicks) {

@@ -1,8 +1,7 @@
 // Recording: every message survives a file, and a damaged file differs from a complete one.
-#include "server/recording/recording_reader.h"
-
 #include "server/recording/record_items.h"
 #include "server/recording/recording_file.h"
+#include "server/recording/recording_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -59,7 +58,9 @@ std::vector<InboxItem> every_item() {
             mailbox::Freeze{false},
             mailbox::AuditRequest{ClientId(0xFFFFFFFFu)},
             mailbox::CodecPrice{0xFFFFFFFFu, 7},
-            mailbox::NewBrains{std::make_shared<const std::string>("brain {}\n\xff"), nullptr}};
+            mailbox::NewBrains{std::make_shared<const std::string>("brain {}\n\xff"), nullptr},
+            mailbox::SpawnOrder{9, 65535, {-1.5, 2e6, 3.25}, 40000},
+            mailbox::MoveOrder{0xFFFFFFFFFFFFFFFFu, EntityId(7), {0.1, -0.2, 1e-9}}};
 }
 
 struct Equal {
@@ -109,12 +110,20 @@ struct Equal {
         return *a.config == *b.config;
     }
 
+    bool operator()(const mailbox::SpawnOrder& a, const mailbox::SpawnOrder& b) const {
+        return a.number == b.number && a.type == b.type && a.yaw == b.yaw &&
+               std::equal(a.position, a.position + 3, b.position);
+    }
+
+    bool operator()(const mailbox::MoveOrder& a, const mailbox::MoveOrder& b) const {
+        return a.number == b.number && a.entity == b.entity &&
+               std::equal(a.position, a.position + 3, b.position);
+    }
+
     template <class A, class B>
         requires(!std::is_same_v<A, B>)
 
-    bool operator()(const A& /*a*/, const B& /*b*/) const {
-        return false;
-    }
+    bool operator()(const A& /*a*/, const B& /*b*/) const { return false; }
 };
 
 void expect_equal(const std::vector<InboxItem>& a, const std::vector<InboxItem>& b) {
@@ -178,7 +187,7 @@ Outcome read_all(const std::string& file) {
 }
 
 TEST(Recording, BringsEveryMessageBack) {
-    static_assert(std::variant_size_v<InboxItem> == 11, "a new message belongs into these tests");
+    static_assert(std::variant_size_v<InboxItem> == 13, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
     RecordingReader reader;
@@ -257,8 +266,7 @@ TEST(Recording, NamesTheByteAndTheLastWholeTickOfADamage) {
     EXPECT_EQ(outcome.ticks.size(), 3U);
     EXPECT_TRUE(outcome.ticks.back().hashes.empty());
     EXPECT_NE(outcome.reason.find("does not match its checksum"), std::string::npos);
-    EXPECT_NE(outcome.reason.find("the last whole tick is 2"), std::string::npos)
-        << outcome.reason;
+    EXPECT_NE(outcome.reason.find("the last whole tick is 2"), std::string::npos) << outcome.reason;
     const auto byte = outcome.reason.find("(byte ");
     ASSERT_NE(byte, std::string::npos);
     const std::size_t at = std::stoul(outcome.reason.substr(byte + 6));

@@ -1,0 +1,68 @@
+// World warnings: what a good config most likely does not mean, and silence about what it may.
+#include "server/config/expand/world_warnings.h"
+
+#include "tests/unit/config/config_helpers.h"
+
+#include <gmock/gmock.h>
+
+namespace zoned::config {
+namespace {
+
+using test::parse;
+using test::with;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// The tests' own config, whose guard nobody hears, with an aura for it.
+std::string heard(const std::string& text = test::kValid) {
+    return with("  brain: \"guard\"\n", "  brain: \"guard\"\n  aura_m { normal: 50 }\n", text);
+}
+
+std::vector<std::string> warnings_of(const std::string& text) {
+    const auto out = parse(text);
+    EXPECT_TRUE(out.ok) << format_errors("test", out.errors);
+    return world_warnings_of(out.settings);
+}
+
+TEST(WorldWarnings, NamesATypeThatNobodyHears) {
+    EXPECT_THAT(warnings_of(test::kValid), ElementsAre(HasSubstr("type 'guard': it has no aura")));
+    EXPECT_THAT(warnings_of(heard()), IsEmpty());
+}
+
+TEST(WorldWarnings, SaysNothingOfTheWorldsThatComeWithTheServer) {
+    for (const char* name : {"minimal", "valley", "hills", "machines"}) {
+        Settings settings;
+        std::vector<ConfigError> errors;
+        ASSERT_TRUE(load_settings(
+            std::string(ZONED_SOURCE_DIR "/config/") + name + ".txtpb", {}, settings, errors));
+        EXPECT_THAT(world_warnings_of(settings), IsEmpty()) << name;
+    }
+}
+
+TEST(WorldWarnings, NamesJumpsAndTurnsBeyondTheDeclaredLimits) {
+    const std::string player = "  nimbus_m { normal: 50 }\n";
+    EXPECT_THAT(
+        warnings_of(with(player,
+                         player + "  max_velocity_jump_mps: 1\n  max_acceleration_mps2: 10\n"
+                                  "  character { jump_speed_mps: 8 }\n",
+                         heard())),
+        testing::Contains(HasSubstr("type 'player': a jump of 8 m/s is more than "
+                                    "max_velocity_jump_mps, 1")));
+    EXPECT_THAT(warnings_of(with(player,
+                                 player + "  max_velocity_jump_mps: 1\n  max_acceleration_mps2: 2\n"
+                                          "  character { acceleration_mps2: 60 }\n",
+                                 heard())),
+                testing::Contains(HasSubstr("character.acceleration, 60 m/s2, is more than "
+                                            "max_acceleration_mps2, 2")));
+}
+
+TEST(WorldWarnings, NamesAFallThatTheWireCannotCarry) {
+    EXPECT_THAT(warnings_of(heard() +
+                            "statics { box { x_m: 20 y_m: 50 z_m: 0 size { x_m: 4 y_m: 100 z_m: 4 "
+                            "} } }\nreplication { quantization { max_speed_mps: 20 } }\n"),
+                ElementsAre(HasSubstr("a fall from the highest static ends at 4")));
+}
+
+}  // namespace
+}  // namespace zoned::config
