@@ -14,15 +14,15 @@ install(DIRECTORY docker/monitoring DESTINATION ${ZONED_DATA_DIR})
 install(FILES README.md config/npcs.md config/training.md proto/WIRE.md docker/debian/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY config/guides DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# The manual page is made of what --help says.
-set(MANUAL_PAGES)
-foreach(PROGRAM zoned client-sim)
-  set(PAGE ${PROJECT_BINARY_DIR}/man/${PROGRAM}.1)
-  add_custom_command(OUTPUT ${PAGE} VERBATIM
-    COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${PROGRAM}> -DVERSION=${PROJECT_VERSION} -DOUT=${PAGE}
-      -P ${PROJECT_SOURCE_DIR}/docker/debian/manual_page.cmake
-    DEPENDS ${PROGRAM} docker/debian/manual_page.cmake)
-  list(APPEND MANUAL_PAGES ${PAGE})
-endforeach()
-add_custom_target(manual_pages ALL DEPENDS ${MANUAL_PAGES})
-install(FILES ${MANUAL_PAGES} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+# The programs say themselves what their manual pages and completions hold; client-sim does so by --help.
+set(MAN ${PROJECT_BINARY_DIR}/man)
+file(MAKE_DIRECTORY ${MAN})
+add_custom_command(OUTPUT ${MAN}/zoned.1 COMMAND zoned manual > ${MAN}/zoned.1 DEPENDS zoned VERBATIM)
+add_custom_command(OUTPUT ${MAN}/zoned.bash COMMAND zoned completion bash > ${MAN}/zoned.bash DEPENDS zoned VERBATIM)
+add_custom_command(OUTPUT ${MAN}/client-sim.1 VERBATIM
+  COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:client-sim> -DVERSION=${PROJECT_VERSION} -DOUT=${MAN}/client-sim.1
+    -P ${PROJECT_SOURCE_DIR}/docker/debian/manual_page.cmake
+  DEPENDS client-sim docker/debian/manual_page.cmake)
+add_custom_target(manual_pages ALL DEPENDS ${MAN}/zoned.1 ${MAN}/zoned.bash ${MAN}/client-sim.1)
+install(FILES ${MAN}/zoned.1 ${MAN}/client-sim.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${MAN}/zoned.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME zoned)

@@ -20,17 +20,7 @@ endfunction()
 
 verbatim(BODY "${HELP}")
 string(CONCAT PAGE ".TH ${TITLE} 1 \"\" \"zoned ${VERSION}\" \"User Commands\"\n"
-  ".SH NAME\n${SHOWN} \\- ${SUMMARY}\n.SH USAGE\n${BODY}")
-string(REGEX MATCHALL "\n  [a-z][a-z-]* +[A-Z]" COMMANDS "${HELP}")
-foreach(COMMAND ${COMMANDS})
-  string(REGEX REPLACE "\n  ([a-z-]+).*" "\\1" COMMAND "${COMMAND}")
-  execute_process(COMMAND ${PROGRAM} ${COMMAND} --help OUTPUT_VARIABLE HELP RESULT_VARIABLE FAILED)
-  if(NOT FAILED)
-    verbatim(BODY "${HELP}")
-    string(TOUPPER ${COMMAND} TITLE)
-    string(APPEND PAGE ".SH ${TITLE}\n${BODY}")
-  endif()
-endforeach()
-string(APPEND PAGE ".SH EXIT STATUS\n0: good. 1: a verdict or a comparison failed. 2: bad usage or a mistake in the config. "
+  ".SH NAME\n${SHOWN} \\- ${SUMMARY}\n.SH USAGE\n${BODY}"
+  ".SH EXIT STATUS\n0: good. 1: a verdict or a comparison failed. 2: bad usage or a mistake in the config. "
   "3: the environment, such as a port in use.\n")
 file(WRITE ${OUT} "${PAGE}")

@@ -8,7 +8,8 @@ cmake --install "$build" --prefix "$prefix" >"$scratch/install.log" || { cat "$s
 worlds="$prefix/share/zoned/worlds"
 # From another folder: nothing may come from the source tree.
 cd "$scratch"
-for file in bin/zoned bin/client-sim share/man/man1/zoned.1 share/man/man1/client-sim.1 share/doc/zoned/copyright \
+for file in bin/zoned bin/client-sim share/man/man1/zoned.1 share/man/man1/client-sim.1 \
+    share/bash-completion/completions/zoned share/doc/zoned/copyright \
     share/doc/zoned/guides/production.md share/zoned/monitoring/alerts.yml; do
     [[ -s "$prefix/$file" ]] || fail "$file is not installed"
 done
