@@ -12,7 +12,8 @@ say "the package"
 (umask 022 && cd "$build" && cpack -G DEB -B "$scratch/cpack" >"$scratch/cpack.log" 2>&1) || { tail -n 20 "$scratch/cpack.log"; fail cpack; }
 package="$(echo "$scratch"/cpack/zoned_*.deb)"
 [[ -f "$package" ]] || fail "no package was made"
-lintian --fail-on error --suppress-tags bad-distribution-in-changes-file "$package" || fail "lintian finds errors"
+# Neither a release of Debian nor a public address of the maintainers is there to be named.
+lintian --fail-on error --suppress-tags bad-distribution-in-changes-file,bogus-mail-host,bogus-mail-host-in-debian-changelog "$package" || fail "lintian finds errors"
 if [[ -d "$build" && -w "$build" ]]; then cp "$package" "$build/"; fi
 
 say "the unit"
