@@ -19,6 +19,8 @@ foreach(BLOCK network session audit)
   string(REPLACE "${FOUND}" "\n" WORLD "${WORLD}")
 endforeach()
 file(READ ${DEBIAN}/settings.txtpb SETTINGS)
+# What it names lies beside the world that it was made from.
+string(REPLACE "\"geometry/" "\"/usr/share/zoned/worlds/geometry/" WORLD "${WORLD}")
 file(MAKE_DIRECTORY ${ROOT}/etc/zoned)
 file(WRITE ${ROOT}/etc/zoned/world.txtpb "${WORLD}\n${SETTINGS}")
 

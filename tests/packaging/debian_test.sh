@@ -69,10 +69,12 @@ sleep 3
 (($(grep -c '^WATCHDOG=1' "$scratch/notify") >= 2)) || fail "no signs of life"
 inside zoned ctl --state /var/lib/zoned status >/dev/null || fail "zoned ctl"
 stop first
-inside sh -c 'cd /etc/zoned && zoned keygen operator && zoned ticket --key operator.key --account ann --right play --out ann.ticket' >/dev/null
-sed -i 's/^  # ticket_public_key_file/  ticket_public_key_file/' "$root/etc/zoned/world.txtpb"
+[[ "$(stat -c '%U %a' "$root/etc/zoned/operator.key")" == "root 600" ]] || fail "others read the private key"
+inside zoned ticket --key /etc/zoned/operator.key --account ann --right play --out /etc/zoned/ann.ticket >/dev/null
+sed -i 's/^  grace_s: 30/  grace_s: 31/' "$root/etc/zoned/world.txtpb"
+cp "$root/etc/zoned/operator.key" "$scratch/key"
 start second
-inside client-sim --connect 127.0.0.1:7777 --bots 1 --seconds 2 --ticket /etc/zoned/ann.ticket >"$scratch/bot" 2>&1 || { cat "$scratch/bot"; fail "a bot with a ticket"; }
+inside client-sim --connect 127.0.0.1:7777 --bots 1 --seconds 2 --no-audit --no-freeze --ticket /etc/zoned/ann.ticket >"$scratch/bot" 2>&1 || { cat "$scratch/bot"; fail "a bot with a ticket"; }
 stop second
 
 say "an upgrade keeps what the operator changed"
@@ -84,7 +86,8 @@ echo "# a newer default" >>"$next/etc/zoned/world.txtpb"
 dpkg-deb --root-owner-group -b "$next" "$root/root/next.deb" >/dev/null
 inside sh -c 'date +%s >/var/lib/zoned/of_the_operator'
 inside apt-get install -q -y -o Dpkg::Options::=--force-confold /root/next.deb >"$scratch/apt.log" 2>&1 || { tail -n 20 "$scratch/apt.log"; fail "the upgrade"; }
-grep -q '^  ticket_public_key_file' "$root/etc/zoned/world.txtpb" || fail "the upgrade took the operator's settings"
+cmp -s "$root/etc/zoned/operator.key" "$scratch/key" || fail "the upgrade made another key"
+grep -q '^  grace_s: 31' "$root/etc/zoned/world.txtpb" || fail "the upgrade took the operator's settings"
 [[ -f "$root/etc/zoned/world.txtpb.dpkg-dist" ]] || fail "the new default is not offered"
 [[ -f "$root/var/lib/zoned/of_the_operator" ]] || fail "the upgrade took the state"
 start third
@@ -93,7 +96,8 @@ stop third
 say "removal keeps settings and state, purge takes them"
 inside apt-get remove -q -y zoned >/dev/null 2>&1 || fail "the removal"
 [[ ! -e "$root/usr/bin/zoned" && -f "$root/etc/zoned/world.txtpb" && -f "$root/var/lib/zoned/of_the_operator" ]] || fail "the removal"
-inside apt-get install -q -y /root/zoned.deb >/dev/null 2>&1 || fail "the installation after a removal"
+inside apt-get install -q -y -o Dpkg::Options::=--force-confold /root/zoned.deb >"$scratch/apt.log" 2>&1 ||
+    { tail -n 20 "$scratch/apt.log"; fail "the installation after a removal"; }
 inside apt-get purge -q -y zoned >/dev/null 2>&1 || fail "the purge"
 left="$(find "$root/etc/zoned" "$root/var/lib/zoned" "$root/usr/share/zoned" "$root/etc/default/zoned" 2>/dev/null || true)"
 [[ -z "$left" ]] || fail "the purge leaves $left"
