@@ -42,7 +42,7 @@ process=$!
 wait_for 60 grep -q '^ready ' "$scratch/out" || { cat "$scratch/err"; fail "the server does not start by default"; }
 [[ "$(image run "$server" -- id -un)" == zoned ]] || fail "the container's user"
 image run "$server" -- zoned ctl --state /var/lib/zoned status >/dev/null || fail "the health check"
-pid="$(pgrep -f -n "^zoned serve --config /etc/zoned/world.txtpb --report /var/lib/zoned/report.json" || true)"
+pid="$(pgrep -f -n "^(/usr/bin/)?zoned serve --config /etc/zoned/world.txtpb --report /var/lib/zoned/report.json" || true)"
 [[ -n "$pid" ]] || fail "no server process"
 kill -TERM "$pid"
 code=0
