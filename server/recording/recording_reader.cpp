@@ -73,6 +73,8 @@ struct RecordingReader::Impl {
     Result<bool> skip();
     Result<bool> read_header();
     Result<bool> check_end();
+    Result<bool> read_tick(TickRecord& record);
+    Result<bool> kept(Result<bool> outcome);
     bool read_items(TickRecord& record);
     void read_hashes(Tick tick, TickRecord& record);
 };
@@ -294,12 +296,58 @@ Result<bool> RecordingReader::check_build() const {
     return true;
 }
 
+/// The next tick; false: the recording ends in good order.
+Result<bool> RecordingReader::Impl::read_tick(TickRecord& record) {
+    Result<bool> more = peek();
+    while (more.ok() && !*more && file + 1 < files.size()) {
+        ++file;
+        more = open_piece();
+        if (more.ok()) {
+            more = peek();
+        }
+    }
+    if (!more.ok()) {
+        return more;
+    }
+    if (!*more) {
+        return damaged("ends without an end mark: the server did not come to close it");
+    }
+    if (peeked->kind == FrameKind::kEnd) {
+        return check_end();
+    }
+    const Tick tick = peeked->tick;
+    if (peeked->kind != FrameKind::kInputs || (last && tick <= *last)) {
+        return damaged(peeked->kind != FrameKind::kInputs ? "is corrupt: a tick has no inputs"
+                                                          : "is corrupt: ticks do not ascend");
+    }
+    const Result<bool> taken = take();
+    if (!taken.ok()) {
+        return taken;
+    }
+    record.tick = tick;
+    record.hashes.clear();
+    if (!read_items(record)) {
+        return damaged("is corrupt: a frame holds no valid inputs");
+    }
+    ++file_ticks;
+    read_hashes(tick, record);
+    return true;
+}
+
+/// A damage stays one, wherever the stream stands after it.
+Result<bool> RecordingReader::Impl::kept(Result<bool> outcome) {
+    if (!outcome.ok()) {
+        failure = outcome.error();
+    }
+    return outcome;
+}
+
 Result<bool> RecordingReader::seek(Tick tick) {
     Impl& r = *impl_;
     while (r.failure.empty() && !r.ended) {
         const Result<bool> more = r.peek();
         if (!more.ok()) {
-            return more;
+            return r.kept(more);
         }
         if (!*more) {
             if (r.file + 1 == r.files.size()) {
@@ -308,7 +356,7 @@ Result<bool> RecordingReader::seek(Tick tick) {
             ++r.file;
             const Result<bool> opened = r.open_piece();
             if (!opened.ok()) {
-                return opened;
+                return r.kept(opened);
             }
             continue;
         }
@@ -321,7 +369,7 @@ Result<bool> RecordingReader::seek(Tick tick) {
         r.sought = true;
         const Result<bool> passed = r.skip();
         if (!passed.ok()) {
-            return passed;
+            return r.kept(passed);
         }
     }
     return false;
@@ -338,40 +386,7 @@ Result<bool> RecordingReader::next(TickRecord& record) {
     if (r.ended) {
         return false;
     }
-    Result<bool> more = r.peek();
-    while (more.ok() && !*more && r.file + 1 < r.files.size()) {
-        ++r.file;
-        more = r.open_piece();
-        if (more.ok()) {
-            more = r.peek();
-        }
-    }
-    if (!more.ok()) {
-        return more;
-    }
-    if (!*more) {
-        return r.damaged("ends without an end mark: the server did not come to close it");
-    }
-    if (r.peeked->kind == FrameKind::kEnd) {
-        return r.check_end();
-    }
-    const Tick tick = r.peeked->tick;
-    if (r.peeked->kind != FrameKind::kInputs || (r.last && tick <= *r.last)) {
-        return r.damaged(r.peeked->kind != FrameKind::kInputs ? "is corrupt: a tick has no inputs"
-                                                              : "is corrupt: ticks do not ascend");
-    }
-    const Result<bool> taken = r.take();
-    if (!taken.ok()) {
-        return taken;
-    }
-    record.tick = tick;
-    record.hashes.clear();
-    if (!r.read_items(record)) {
-        return r.damaged("is corrupt: a frame holds no valid inputs");
-    }
-    ++r.file_ticks;
-    r.read_hashes(tick, record);
-    return true;
+    return r.kept(r.read_tick(record));
 }
 
 }  // namespace zoned::recording

@@ -178,6 +178,7 @@ Outcome read_all(const std::string& file) {
         const auto more = reader.next(record);
         if (!more.ok()) {
             outcome.reason = more.error();
+            EXPECT_FALSE(reader.next(record).ok()) << "a damage stays one";
         }
         if (!more.ok() || !*more) {
             return outcome;
