@@ -77,6 +77,7 @@ struct SessionHost::Impl {
     void note(SessionNote::Kind kind, const Session& session, const std::string& text) const;
     /// A client that takes what waits for it is alive, although it says nothing yet: a large world
     /// comes in over a slow line.
+    [[nodiscard]] double backlog_look_s() const;
     void look_at_backlog(Session& session, double now_s) const;
     /// Closes a stream with a reason; a session on it is left without a stream.
     void close_stream(StreamId stream, proto::ClosingReason reason, const std::string& text);

@@ -40,23 +40,6 @@ TEST(WorldWarnings, SaysNothingOfTheWorldsThatComeWithTheServer) {
     }
 }
 
-TEST(WorldWarnings, NamesJumpsAndTurnsBeyondTheDeclaredLimits) {
-    const std::string player = "  nimbus_m { normal: 50 }\n";
-    EXPECT_THAT(
-        warnings_of(with(player,
-                         player + "  max_velocity_jump_mps: 1\n  max_acceleration_mps2: 10\n"
-                                  "  character { jump_speed_mps: 8 }\n",
-                         heard())),
-        testing::Contains(HasSubstr("type 'player': a jump of 8 m/s is more than "
-                                    "max_velocity_jump_mps, 1")));
-    EXPECT_THAT(warnings_of(with(player,
-                                 player + "  max_velocity_jump_mps: 1\n  max_acceleration_mps2: 2\n"
-                                          "  character { acceleration_mps2: 60 }\n",
-                                 heard())),
-                testing::Contains(HasSubstr("character.acceleration, 60 m/s2, is more than "
-                                            "max_acceleration_mps2, 2")));
-}
-
 TEST(WorldWarnings, NamesAFallThatTheWireCannotCarry) {
     EXPECT_THAT(warnings_of(heard() +
                             "statics { box { x_m: 20 y_m: 50 z_m: 0 size { x_m: 4 y_m: 100 z_m: 4 "
