@@ -4,10 +4,10 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 #include "server/app/commands/serve_report.h"
-#include "server/app/log/counter_watch.h"
 #include "server/app/log/crash_file.h"
 #include "server/app/log/log.h"
-#include "server/app/log/start_log.h"
+#include "server/app/runtime/start_log.h"
+#include "server/app/runtime/counter_watch.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
@@ -321,7 +321,7 @@ class Server {
     void watch() {
         watch_timer_.expires_after(kWatchEvery);
         watch_timer_.async_wait([this](const asio::error_code& error) {
-            if (!error) {
+            if (!error && !stopping_) {
                 watch_.look({loop_->stats(), network_.sessions(), network_.tls(), network_.udp()},
                             steady_seconds());
                 watch();
@@ -332,7 +332,7 @@ class Server {
     void log_status() {
         status_timer_.expires_after(kStatusEvery);
         status_timer_.async_wait([this](const asio::error_code& error) {
-            if (!error) {
+            if (!error && !stopping_) {
                 log_traffic({settings_, *loop_, network_, 1, 0.0},
                             logged_traffic_,
                             std::chrono::duration<double>(kStatusEvery).count());

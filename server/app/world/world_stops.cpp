@@ -16,6 +16,17 @@ void keep_departures(zone::StepOutput& out) {
     out.departed = std::move(departed);
 }
 
+/// Neighbours go on to show what stands at the border: nothing moves it any more.
+void rest_ghosts(zone::ZoneState& state) {
+    for (zone::EntityState& ghost : state.ghosts_out) {
+        ghost.velocity.setZero();
+        ghost.angular_velocity.setZero();
+        ghost.acceleration.setZero();
+        ghost.flags |= world::kAtRest;
+    }
+    state.ghosts_out_changed = true;
+}
+
 }  // namespace
 
 void World::stop_zone(std::size_t index, const std::string& text) {
@@ -28,6 +39,7 @@ void World::stop_zone(std::size_t index, const std::string& text) {
     fault.text = text;
     fault.clients = state.clients.size();
     state.running.reset();
+    rest_ghosts(state);
     keep_departures(state.out);
     fault_of_[index] = std::move(fault);
 }

@@ -113,7 +113,7 @@ TEST_F(Reloaded, TakesWhatCanChangeAndNamesWhatWaits) {
 
 TEST_F(Reloaded, TakesNothingOfABadConfig) {
     serve_copy();
-    write(with("threshold: 10", "threshold: 11") + "session { grace_s: 99999 }\n");
+    write(with("session {", "session { grace_s: 99999 "));
     EXPECT_EQ(ctl({"reload"}), 2);
     EXPECT_NE(complained.find("grace_s"), std::string::npos) << complained;
     EXPECT_NE(complained.find("everything stays as it was"), std::string::npos) << complained;
@@ -121,7 +121,7 @@ TEST_F(Reloaded, TakesNothingOfABadConfig) {
     EXPECT_EQ(ctl({"reload"}), 0) << complained;
     expect_said({"nothing differs"});
     // Signals do the same as ctl.
-    write(read(minimal()) + "session { grace_s: 7 }\n");
+    write(with("session {", "session { grace_s: 7 "));
     server->signal(SIGHUP);
     for (int i = 0;
          i < 200 && server->errors().find("session.grace_s 30 -> 7") == std::string::npos;
@@ -167,7 +167,7 @@ TEST_F(Admin, DescribesItsWholeInterface) {
     const std::string description = testing_admin::get(admin_port, "/api/v1/openapi.json");
     ASSERT_EQ(status_of(description), 200);
     EXPECT_EQ(status_of(testing_admin::get(admin_port, "/api")), 200);
-    // Each path that is described is there: it wants a token, a body or a method, and is not 404.
+    // Each path that is described is there; an entity or a piece 12 may be missing.
     int described = 0;
     for (std::size_t at = description.find("\n    \"/"); at != std::string::npos;
          at = description.find("\n    \"/", at + 1)) {
@@ -176,7 +176,7 @@ TEST_F(Admin, DescribesItsWholeInterface) {
         if (id != std::string::npos) {
             path.replace(id, 4, "12");
         }
-        EXPECT_NE(status_of(ask(path)), 404) << path;
+        EXPECT_EQ(ask(path).find("there is nothing at"), std::string::npos) << path;
         ++described;
     }
     EXPECT_GE(described, 20);

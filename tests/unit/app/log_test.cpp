@@ -1,9 +1,9 @@
 // The log: areas with levels of their own, JSON that parses, floods that are cut, and what is told.
 #include "server/app/log/log.h"
 
-#include "server/app/log/counter_watch.h"
 #include "server/app/log/session_log.h"
-#include "server/app/log/start_log.h"
+#include "server/app/runtime/start_log.h"
+#include "server/app/runtime/counter_watch.h"
 #include "server/config/expand/load_settings.h"
 #include "tests/unit/json_reader.h"
 
