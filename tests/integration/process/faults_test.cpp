@@ -87,7 +87,9 @@ TEST_F(Faulty, OneZoneStopsWhereItsRulesThrow) {
     expect_said({"zoned_zones_stopped 1\n"});
     // The other zone goes on, and takes players.
     const int tick = number_after(ask("/api/v1/status"), "\"tick\": ");
-    Child late("client-sim", play(2, 2));
+    std::vector<std::string> others = play(2, 2);
+    others.emplace_back("--no-freeze");  // the stopped zone cannot be frozen
+    Child late("client-sim", others);
     EXPECT_EQ(late.wait(kPatience), 0) << late.output() << late.errors();
     EXPECT_GT(number_after(ask("/api/v1/status"), "\"tick\": "), tick);
     players->wait(kPatience);
