@@ -102,7 +102,7 @@ class Replicator {
         std::uint8_t lod = 0;
     };
 
-    /// What a client was sent, without its own avatar, ascending by entity, evaluated at `now`.
+    /// The states that a client was sent, without its own avatar, ascending by entity, at `now`.
     /// Entities of which it has nothing yet are left out.
     void shown_to(ClientId client, Tick now, std::vector<AssumedState>& out) const;
 

@@ -56,7 +56,7 @@ class SpectatorHub {
     void clear();
 
   private:
-    /// What viewers believe of an entity.
+    /// Viewers believe this of an entity.
     struct Told {
         SpectatorRow row;
         std::array<float, 3> velocity{};  ///< as `row` rounds it

@@ -121,7 +121,7 @@ void write_agent(JsonWriter& json,
     json.end_object();
 }
 
-/// What the client of an avatar hears of, and how wrong it shows what moves.
+/// The entities that an avatar's client hears of, and how wrong it shows what moves.
 void write_view(JsonWriter& json, const zone::ZoneState& state, ClientId client) {
     std::vector<replication::Replicator::AssumedState> shown;
     state.replicator.shown_to(client, state.now, shown);

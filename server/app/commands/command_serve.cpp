@@ -6,11 +6,11 @@
 #include "server/app/commands/serve_report.h"
 #include "server/app/log/crash_file.h"
 #include "server/app/log/log.h"
-#include "server/app/runtime/start_log.h"
 #include "server/app/runtime/counter_watch.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
+#include "server/app/runtime/start_log.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/stability_report.h"
@@ -190,6 +190,9 @@ class Server {
             return prepare_reload(arguments_.config, arguments_.sets, *running);
         };
         const auto take = [this, done](const core::Result<PreparedReload>& prepared) {
+            if (admin_ && prepared.ok()) {
+                admin_->set_waiting(prepared->plan.changes);
+            }
             take_settings(
                 arguments_.config + " is not taken, everything stays as it was: ", prepared, done);
         };
@@ -309,6 +312,7 @@ class Server {
                   settings_.initial.size(),
                   world_.pool().threads(),
                   network_.fingerprint());
+        Log::drain();  // a script that waits for "ready" finds the fingerprint in the log
         std::printf("ready tcp=%u udp=%u admin=%u zones=%zu\n",
                     static_cast<unsigned>(network_.tcp_port()),
                     static_cast<unsigned>(network_.udp_port()),

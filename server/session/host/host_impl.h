@@ -75,9 +75,9 @@ struct SessionHost::Impl {
     void send(StreamId stream, Bytes frame);
     void send_long(StreamId stream, Bytes head, const SharedBytes& tail);
     void note(SessionNote::Kind kind, const Session& session, const std::string& text) const;
+    [[nodiscard]] double backlog_look_s() const;
     /// A client that takes what waits for it is alive, although it says nothing yet: a large world
     /// comes in over a slow line.
-    [[nodiscard]] double backlog_look_s() const;
     void look_at_backlog(Session& session, double now_s) const;
     /// Closes a stream with a reason; a session on it is left without a stream.
     void close_stream(StreamId stream, proto::ClosingReason reason, const std::string& text);

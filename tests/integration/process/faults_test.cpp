@@ -32,11 +32,7 @@ class Faulty : public Admin {
         text.replace(text.find(spawn), spawn.size(), "spawn { x_m: -20 z_m: 0 }\n");
         file = scratch_folder() + "/two.txtpb";
         std::ofstream(file) << text << more;
-        std::vector<std::string> arguments{"serve", "--config", file, "--set", state_set()};
-        arguments.insert(arguments.end(), sets.begin(), sets.end());
-        server = std::make_unique<Child>("zoned", arguments);
-        ASSERT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();
-        tcp_port = number_after(server->output(), "tcp=");
+        server = start_server(sets, file);
         admin_port = static_cast<std::uint16_t>(number_after(server->output(), "admin="));
     }
 
@@ -87,9 +83,7 @@ TEST_F(Faulty, OneZoneStopsWhereItsRulesThrow) {
     expect_said({"zoned_zones_stopped 1\n"});
     // The other zone goes on, and takes players.
     const int tick = number_after(ask("/api/v1/status"), "\"tick\": ");
-    std::vector<std::string> others = play(2, 2);
-    others.emplace_back("--no-freeze");  // the stopped zone cannot be frozen
-    Child late("client-sim", others);
+    Child late("client-sim", play(2, 2));
     EXPECT_EQ(late.wait(kPatience), 0) << late.output() << late.errors();
     EXPECT_GT(number_after(ask("/api/v1/status"), "\"tick\": "), tick);
     players->wait(kPatience);
@@ -121,7 +115,7 @@ TEST_F(Faulty, ACrashLeavesItsStackTickAndZone) {
         for (const std::string& part : {std::string("signal: ") + name,
                                         std::string("place: zone 2, tick 40, pass rules"),
                                         std::string("stack:\n"),
-                                        std::string("Zone8simulate")}) {
+                                        std::string("BrokenRules")}) {
             EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
         }
         EXPECT_NE(server->errors().find("the stack is in "), std::string::npos);
@@ -160,11 +154,7 @@ TEST_F(Faulty, PlayersJoinAWorldThatIsThreeMebibytesToTell) {
     const std::string walls = "statics {";
     text.replace(text.find(walls), walls.size(), "statics {\n  surface { file: \"" + mesh + "\" }");
     std::ofstream(config) << text;
-    server = std::make_unique<Child>(
-        "zoned", std::vector<std::string>{"serve", "--config", config, "--set", state_set()});
-    ASSERT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();
-    tcp_port = number_after(server->output(), "tcp=");
-    admin_port = static_cast<std::uint16_t>(number_after(server->output(), "admin="));
+    serve({}, config);
     Child bots("client-sim", play(4, 3));
     EXPECT_EQ(bots.wait(kPatience), 0) << bots.output() << bots.errors() << server->errors();
     EXPECT_NE(bots.output().find("bots 4 of 4 joined"), std::string::npos) << bots.output();

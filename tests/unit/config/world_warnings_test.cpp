@@ -40,6 +40,21 @@ TEST(WorldWarnings, SaysNothingOfTheWorldsThatComeWithTheServer) {
     }
 }
 
+/// The hills of the config folder, so high above the ground at their edges.
+std::string with_hills(double offset_m) {
+    return heard() +
+           "statics { surface { file: \"" ZONED_SOURCE_DIR
+           "/config/geometry/hills.png\" x_m: 50 height_m: 12 spacing_m: 0.5 offset_m: " +
+           std::to_string(offset_m) + " } }\n";
+}
+
+TEST(WorldWarnings, NamesAHeightfieldThatEndsInAStep) {
+    EXPECT_THAT(warnings_of(with_hills(3.0)),
+                ElementsAre(testing::AllOf(HasSubstr("hills.png): its edge stands "),
+                                           HasSubstr(" m above the ground at x "))));
+    EXPECT_THAT(warnings_of(with_hills(-20.0)), IsEmpty());
+}
+
 TEST(WorldWarnings, NamesAFallThatTheWireCannotCarry) {
     EXPECT_THAT(warnings_of(heard() +
                             "statics { box { x_m: 20 y_m: 50 z_m: 0 size { x_m: 4 y_m: 100 z_m: 4 "
