@@ -31,7 +31,7 @@ struct AdminQuery {
     std::string meaning;
 };
 
-/// What the description of the interface says of a route.
+/// The description of the interface says this of a route.
 struct AdminRouteDoc {
     std::string summary;
     const google::protobuf::Descriptor* body = nullptr;    ///< of a POST; null: none is read

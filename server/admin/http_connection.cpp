@@ -198,6 +198,8 @@ void HttpConnection::on_answer(std::uint64_t request, AdminResponse response) {
     if (response.status == 101) {
         upgrade();
     } else {
+        // Whoever asked for a WebSocket and got none has nothing more to ask here.
+        keep_alive_ = keep_alive_ && !request_.upgrade;
         write(std::move(response));
     }
 }

@@ -19,7 +19,7 @@ namespace zoned::admin {
 /// Where viewers get the world from.
 struct SpectatorSource {
     double rate_hz = 30.0;  ///< of samples, at most
-    /// What never changes, as JSON; called on the server's thread.
+    /// The part of the world that never changes, as JSON; called on the server's thread.
     std::function<std::string()> scene;
     /// Asks for the state after one of the next ticks, with the layers that the sample names;
     /// `taken` may be called from any thread. False when that is impossible just now.

@@ -89,7 +89,7 @@ enum class LogLevel : std::uint8_t {
     kError,
 };
 
-/// What happens when the rules throw.
+/// The rules threw: this happens.
 enum class RulesException : std::uint8_t {
     kStopZone,
     kStopServer,
@@ -129,6 +129,15 @@ inline constexpr std::array<std::string_view, kLogAreas>
         ++area;
     }
     return area;
+}
+
+/// "server, session, ...", for people.
+[[nodiscard]] inline std::string log_area_list() {
+    std::string out;
+    for (const std::string_view name : kLogAreaNames) {
+        out += (out.empty() ? "" : ", ") + std::string(name);
+    }
+    return out;
 }
 
 struct LogSettings {

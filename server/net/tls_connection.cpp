@@ -199,7 +199,7 @@ void TlsConnection::write() {
     if (state_ == ConnectionState::kDone) {
         return;
     }
-    Outgoing& front = pending_.front();
+    QueuedFrames& front = pending_.front();
     writing_.clear();
     writing_.swap(front.own);
     queued_ -= writing_.size();

@@ -102,7 +102,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     };
 
     /// Frames in a row, the last of them with a tail or without.
-    struct Outgoing {
+    struct QueuedFrames {
         std::vector<std::uint8_t> own;
         SharedBytes tail;
     };
@@ -134,7 +134,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     bool shutting_down_ = false;
     std::vector<std::uint8_t> in_;
     std::size_t filled_ = 0;
-    std::deque<Outgoing> pending_;
+    std::deque<QueuedFrames> pending_;
     std::vector<std::uint8_t> writing_;  ///< handed to TLS
     SharedBytes tail_;                   ///< follows what is handed to TLS
     std::size_t tail_sent_ = 0;

@@ -21,16 +21,6 @@ void write_percentiles(core::JsonWriter& json, const std::string& name, const Pe
         .field(name + "_max", p.max);
 }
 
-void write_counts(core::JsonWriter& json,
-                  const char* name,
-                  const std::map<std::string, std::uint64_t>& counts) {
-    json.key(name).begin_object();
-    for (const auto& [reason, count] : counts) {
-        json.field(reason, count);
-    }
-    json.end_object();
-}
-
 void write_zones(core::JsonWriter& json, const std::vector<ZoneFigures>& zones) {
     json.key("zones").begin_array();
     for (const ZoneFigures& zone : zones) {
@@ -84,7 +74,7 @@ void write_traffic_figures(core::JsonWriter& json, const TrafficFigures& traffic
     json.field("seal_and_header_bytes", kAround * traffic.sent_packets);
     json.field("sent_body_bytes", sent_bodies);
     json.field("withheld_body_bytes", traffic.table.bits() / 8 - sent_bodies);
-    write_counts(json, "stream_bytes", traffic.stream_bytes);
+    json.field("stream_bytes", traffic.stream_bytes);
     json.end_object();
 }
 
@@ -103,7 +93,7 @@ std::string to_json(const ServerReport& report) {
     write_percentiles(json, "tick_cpu_ms", report.tick_cpu_ms);
     write_percentiles(json, "tick_late_ms", report.tick_late_ms);
     json.field("cpu_cores", report.cpu_cores).field("overruns", report.overruns);
-    write_counts(json, "overruns_by_reason", report.overruns_by_reason);
+    json.field("overruns_by_reason", report.overruns_by_reason);
     json.field("dropped_ticks", report.dropped_ticks)
         .field("entities", report.entities)
         .field("awake_bodies", report.awake_bodies)
@@ -112,7 +102,7 @@ std::string to_json(const ServerReport& report) {
         .field("packets_out", report.packets_out)
         .field("bytes_in", report.bytes_in)
         .field("bytes_out", report.bytes_out);
-    write_counts(json, "rejected", report.rejected);
+    json.field("rejected", report.rejected);
     json.field("handoffs", report.handoffs)
         .field("client_handoffs", report.client_handoffs)
         .field("state_hash", hex(report.state_hash));

@@ -268,7 +268,7 @@ float Replicator::bound_m(ClientId client, EntityId entity) const {
     return s != nullptr ? impl_->settings.lods[s->lod].position_m : 0.0F;
 }
 
-void Replicator::shown_to(ClientId client, Tick now, std::vector<Shown>& out) const {
+void Replicator::shown_to(ClientId client, Tick now, std::vector<AssumedState>& out) const {
     out.clear();
     const auto it = impl_->find(client);
     if (it == impl_->clients.end()) {
@@ -285,8 +285,8 @@ void Replicator::shown_to(ClientId client, Tick now, std::vector<Shown>& out) co
     }
 }
 
-Replicator::Spent Replicator::spent_on(EntityId entity) const {
-    Spent out;
+Replicator::NetworkUse Replicator::spent_on(EntityId entity) const {
+    NetworkUse out;
     for (std::uint8_t lod = 0; lod < impl_->settings.lods.size(); ++lod) {
         const StreamIndex index = impl_->streams.find(entity, lod);
         if (index != kNoStream) {

@@ -22,17 +22,6 @@ ZoneClient* client_of(ZoneState& state, ClientId client) {
     return &state.clients[static_cast<std::size_t>(index)];
 }
 
-/// Viewers see all at rest; bodies keep their motion.
-void rest_all(ZoneState& state) {
-    world::Entities& e = state.entities;
-    for (world::Row row = 0; row < e.size(); ++row) {
-        e.velocity[row].setZero();
-        e.angular_velocity[row].setZero();
-        e.acceleration[row].setZero();
-        e.set(row, world::kAtRest, true);
-    }
-}
-
 void freeze(ZoneState& state, bool on) {
     state.frozen = on;
     if (on) {
@@ -208,6 +197,16 @@ struct Apply {
 };
 
 }  // namespace
+
+void rest_all(ZoneState& state) {
+    world::Entities& e = state.entities;
+    for (world::Row row = 0; row < e.size(); ++row) {
+        e.velocity[row].setZero();
+        e.angular_velocity[row].setZero();
+        e.acceleration[row].setZero();
+        e.set(row, world::kAtRest, true);
+    }
+}
 
 std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> inbox) {
     for (const mailbox::InboxItem& item : inbox) {

@@ -173,6 +173,11 @@ void Zone::publish_ghosts() {
     });
 }
 
+void Zone::stand_still() {
+    rest_all(*state_);
+    export_ghosts(*state_, true);
+}
+
 void Zone::follow_ghosts(std::span<ZoneState* const> zones) {
     pass(Pass::kGhosts, [&] { return import_ghosts(*state_, zones); });
 }

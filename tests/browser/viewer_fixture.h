@@ -23,18 +23,17 @@ inline std::string place_of(const std::string& entity) {
 class ViewerFixture : public testing_process::Process {
   protected:
     void SetUp() override {
-        if (!has_browser()) {
-            GTEST_SKIP() << "chromium is not installed (config/packages.txt)";
-        }
+        ASSERT_TRUE(has_browser()) << "chromium is not installed (config/packages.txt)";
         serve();
         browser = std::make_unique<Browser>();
     }
 
-    void serve() {
+    void serve(const std::string& config = testing_process::minimal()) {
         server = start_server({"--set",
                                "network.admin_port=" + std::to_string(admin_port),
                                "--report",
-                               testing_process::scratch_folder() + "/report.json"});
+                               testing_process::scratch_folder() + "/report.json"},
+                              config);
         admin_port = testing_process::number_after(server->output(), "admin=");
     }
 
@@ -44,20 +43,7 @@ class ViewerFixture : public testing_process::Process {
             server->signal(SIGTERM);
             EXPECT_EQ(server->wait(testing_process::kPatience), 0);
         }
-        const std::vector<std::string> arguments{
-            "serve",
-            "--config",
-            ZONED_SOURCE_DIR "/config/" + name + ".txtpb",
-            "--set",
-            testing_process::state_set(),
-            "--set",
-            "network.admin_port=" + std::to_string(admin_port),
-            "--report",
-            testing_process::scratch_folder() + "/report.json"};
-        server = std::make_unique<testing_process::Child>("zoned", arguments);
-        ASSERT_TRUE(server->wait_for_output("ready ", 2.0 * testing_process::kPatience))
-            << server->errors();
-        tcp_port = testing_process::number_after(server->output(), "tcp=");
+        serve(ZONED_SOURCE_DIR "/config/" + name + ".txtpb");
     }
 
     std::vector<std::string> players(int count, int seconds) const {

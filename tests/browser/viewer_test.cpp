@@ -147,10 +147,12 @@ TEST_F(Viewer, StopsAndStepsTheWorldInDevelopment) {
     browser->evaluate("document.getElementById('pause').click()");
     ASSERT_TRUE(browser->wait_until(
         "document.getElementById('pause').getAttribute('aria-pressed') === 'true'"));
-    ASSERT_TRUE(browser->wait_until(
-        "(async () => { const t = zoned.entities.tick; await new Promise(r => setTimeout(r, 400));"
-        " return zoned.entities.tick === t; })()"));
-    const std::string tick = browser->evaluate("zoned.entities.tick");
+    std::string tick;
+    for (int i = 0; i < 50 && tick != browser->evaluate("zoned.entities.tick"); ++i) {
+        tick = browser->evaluate("zoned.entities.tick");
+        std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    }
+    ASSERT_EQ(browser->evaluate("zoned.entities.tick"), tick);
     browser->evaluate("document.getElementById('step').click()");
     EXPECT_TRUE(browser->wait_until("zoned.entities.tick === 1 + " + tick));
     browser->evaluate("document.getElementById('pause').click()");

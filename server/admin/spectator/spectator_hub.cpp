@@ -88,13 +88,13 @@ void SpectatorHub::take_zone(const SpectatorSample& sample, std::size_t zone) {
         if ((from.flags[row] & (world::kGhost | world::kHidden)) != 0) {
             continue;
         }
-        Truth truth{from.id[row],
-                    from.origin + from.position[row].cast<double>(),
-                    from.orientation[row],
-                    from.velocity[row],
-                    from.type[row],
-                    flags_of(from.flags[row], from.client[row]),
-                    static_cast<std::uint8_t>(from.number)};
+        ExactState truth{from.id[row],
+                         from.origin + from.position[row].cast<double>(),
+                         from.orientation[row],
+                         from.velocity[row],
+                         from.type[row],
+                         flags_of(from.flags[row], from.client[row]),
+                         static_cast<std::uint8_t>(from.number)};
         if ((truth.flags & kSpectatorOffScreen) != 0) {
             const std::uint32_t walker = walker_of_[row];
             const auto known = slot_of_.find(truth.id);
@@ -117,7 +117,7 @@ void SpectatorHub::take_zone(const SpectatorSample& sample, std::size_t zone) {
     }
 }
 
-void SpectatorHub::take_row(const Truth& truth) {
+void SpectatorHub::take_row(const ExactState& truth) {
     const std::uint32_t slot = slot_for(truth.id);
     Told& told = told_[slot];
     if (told.seen == 0 || left(told, truth)) {
@@ -129,7 +129,7 @@ void SpectatorHub::take_row(const Truth& truth) {
     told.seen = updates_;
 }
 
-float SpectatorHub::error_at(const Truth& truth) const {
+float SpectatorHub::error_at(const ExactState& truth) const {
     float nearest = wishes_.empty() ? 0.0F : std::numeric_limits<float>::infinity();
     const std::array<float, 3> at = place_of(truth.position);
     for (const SpectatorWish& wish : wishes_) {
@@ -142,7 +142,7 @@ float SpectatorHub::error_at(const Truth& truth) const {
     return std::clamp(kErrorPerMetre * std::sqrt(nearest), kLeastError_m, kMostError_m);
 }
 
-bool SpectatorHub::left(const Told& told, const Truth& truth) const {
+bool SpectatorHub::left(const Told& told, const ExactState& truth) const {
     const SpectatorRow& row = told.row;
     if (row.flags != truth.flags || row.type != truth.type || row.zone != truth.zone) {
         return true;
@@ -187,7 +187,7 @@ std::uint32_t SpectatorHub::slot_for(EntityId id) {
     return slot;
 }
 
-void SpectatorHub::tell(Told& told, const Truth& truth) const {
+void SpectatorHub::tell(Told& told, const ExactState& truth) const {
     SpectatorRow& row = told.row;
     row.position = place_of(truth.position);
     row.tick = static_cast<std::uint32_t>(tick_);

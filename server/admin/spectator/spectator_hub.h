@@ -56,14 +56,14 @@ class SpectatorHub {
     void clear();
 
   private:
-    /// What viewers believe of an entity.
+    /// Viewers believe this of an entity.
     struct Told {
         SpectatorRow row;
         std::array<float, 3> velocity{};  ///< as `row` rounds it
         std::uint64_t seen = 0;           ///< the update that met it last; 0: the slot is free
     };
 
-    struct Truth {
+    struct ExactState {
         EntityId id;
         Vec3d position;
         Quat orientation;
@@ -74,11 +74,11 @@ class SpectatorHub {
     };
 
     void take_zone(const SpectatorSample& sample, std::size_t zone);
-    void take_row(const Truth& truth);
-    [[nodiscard]] bool left(const Told& told, const Truth& truth) const;
-    [[nodiscard]] float error_at(const Truth& truth) const;
+    void take_row(const ExactState& truth);
+    [[nodiscard]] bool left(const Told& told, const ExactState& truth) const;
+    [[nodiscard]] float error_at(const ExactState& truth) const;
     [[nodiscard]] std::uint32_t slot_for(EntityId id);
-    void tell(Told& told, const Truth& truth) const;
+    void tell(Told& told, const ExactState& truth) const;
     [[nodiscard]] std::string remove_unseen();
 
     std::vector<Told> told_;  // by slot

@@ -66,6 +66,9 @@ SpectatorMessage ghosts_of(const SpectatorSample& sample) {
 
 SpectatorMessage SpectatorLayers::softs(const SpectatorSample& sample, bool whole) {
     std::string out = layer_head(4, sample, sample.softs.size());
+    if (faces_.size() > 2 * sample.softs.size()) {
+        faces_.clear();  // most of them are of bodies that are gone
+    }
     for (const SpectatorSoft& soft : sample.softs) {
         auto& told = faces_[soft.entity];
         const bool tells = whole || told != soft.faces;

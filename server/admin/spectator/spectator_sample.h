@@ -16,7 +16,7 @@ enum SpectatorFlag : std::uint8_t {
     kSpectatorOffScreen = 1u << 2,  ///< its agent is suspended: it goes from event to event
 };
 
-/// What a viewer may ask for beside the entities; bits of SpectatorWish::layers.
+/// A viewer may ask for these beside the entities; bits of SpectatorWish::layers.
 enum SpectatorLayer : std::uint32_t {
     kLayerJoints = 1u << 0,
     kLayerSofts = 1u << 1,
@@ -71,7 +71,7 @@ struct SpectatorSample {
     std::uint32_t next_walker = 0;                ///< of the filler: where it goes on next time
 };
 
-/// What a viewer asked for last.
+/// A viewer asked for this last.
 struct SpectatorWish {
     std::uint32_t layers = 0;
     std::array<float, 3> eye{};  ///< world coordinates, m

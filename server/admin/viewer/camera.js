@@ -25,7 +25,7 @@ function perspective(aspect, near, far) {
   ]);
 }
 
-/** What one frame sees: the matrix for places relative to `origin`, and tests by it. */
+/** One frame's sight: the matrix for places relative to `origin`, and tests by it. */
 class View {
   constructor(camera, aspect, origin) {
     this.eye = camera.eye();

@@ -1,13 +1,11 @@
 // Charts of the server's figures, by Chart.js: loaded when they are first opened, updated once a second.
 
-import { spreadColour } from './meshes.js';
+import { spreadColourText } from './meshes.js';
 import { bytes } from './panel.js';
 
 const HISTORY = 120; // seconds
 /** Passes with less than this share of the tick are drawn as one. */
 const LEAST_SHARE = 0.02;
-
-const colour = (i) => `rgb(${spreadColour(i).map((c) => Math.round(255 * c)).join()})`;
 
 function load(file) {
   return new Promise((resolve, reject) => {
@@ -19,7 +17,7 @@ function load(file) {
   });
 }
 
-/** What was counted since the sample before, a second. */
+/** Counts since the sample before, a second. */
 function rates(now, before, seconds) {
   const out = {};
   for (const [name, value] of Object.entries(now)) {
@@ -136,7 +134,7 @@ export class Charts {
       let set = datasets.find((known) => known.label === label);
       if (!set) {
         const stacked = chart.options.scales.y.stacked;
-        const own = label === 'bound' ? 'rgb(220,60,60)' : colour(datasets.length);
+        const own = label === 'bound' ? 'rgb(220,60,60)' : spreadColourText(datasets.length);
         set = { label, data: new Array(before).fill(0), borderColor: own, backgroundColor: own, fill: stacked };
         datasets.push(set);
       }

@@ -1,6 +1,6 @@
 // Controls: search, layers, types, charts and the pace of the world.
 
-import { spreadColour } from './meshes.js';
+import { spreadColourText } from './meshes.js';
 import { COLOURINGS } from './renderer.js';
 import { find } from './search.js';
 import { LAYERS } from './stream.js';
@@ -91,7 +91,7 @@ export class Controls {
       const label = box.parentElement;
       const mark = document.createElement('span');
       mark.className = 'mark';
-      mark.style.background = `rgb(${spreadColour(i).map((c) => Math.round(255 * c)).join()})`;
+      mark.style.background = spreadColourText(i);
       const count = document.createElement('span');
       label.append(mark, ` ${type.name} `, count);
       return { label, count };

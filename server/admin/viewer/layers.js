@@ -1,4 +1,4 @@
-// What the server tells beside entities (server/admin/spectator/spectator_layers.h).
+// The server tells these beside entities (server/admin/spectator/spectator_layers.h).
 
 const HEAD_BYTES = 16;
 

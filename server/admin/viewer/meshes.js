@@ -95,3 +95,8 @@ export function spreadColour(number) {
   const part = (offset) => Math.min(1, Math.max(0, Math.abs(6 * ((hue + offset) % 1) - 3) - 1));
   return [part(0), part(2 / 3), part(1 / 3)].map((c) => 0.28 + 0.6 * c);
 }
+
+/** The same as a colour of CSS. */
+export function spreadColourText(number) {
+  return `rgb(${spreadColour(number).map((c) => Math.round(255 * c)).join()})`;
+}

@@ -126,7 +126,7 @@ export class Overlay {
     }
   }
 
-  /** What the client hears of, and where it is shown what moves. */
+  /** Entities that the client hears of, and where it shows those that move. */
   #view(lines, feet, view, placeOf) {
     for (const seen of view) {
       const at = placeOf(seen.id);

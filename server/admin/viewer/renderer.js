@@ -536,4 +536,5 @@ export class Renderer {
       }
     }
     return best;
-  }}
+  }
+}

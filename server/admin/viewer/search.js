@@ -2,7 +2,7 @@
 
 const MOST_FOUND = 30;
 
-/** What fits a text: { id, name } of each. `sessions` are those of /api/v1/sessions. */
+/** Entities that fit a text: { id, name } of each. `sessions` are those of /api/v1/sessions. */
 export function find(text, entities, types, sessions) {
   const wanted = text.trim().toLowerCase();
   if (wanted === '') {

@@ -37,9 +37,17 @@ vec3 colour() {
 }
 `;
 
+/** By the quaternion `turn` of the program that holds it. */
+const TURN = `vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+`;
+
+/** Fragments fade into the sky with the distance that their vertices tell as `far`. */
 const FOG = `
+in float far;
 uniform vec3 sky;
 uniform float fogFrom;
+out vec4 pixel;
+void fogged(vec3 c) { pixel = vec4(mix(c, sky, clamp(far * fogFrom - 0.5, 0.0, 0.8)), 1.0); }
 `;
 
 export const SHAPE_VERTEX = `${VERSION}
@@ -50,8 +58,7 @@ uniform int kind; // 0 box, 1 round, 2 as it is
 uniform vec3 sun;
 out vec3 shade;
 out float far;
-vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
-void main() {
+${TURN}void main() {
   vec3 size = texelFetch(types, ivec2(int(type), 0), 0).xyz;
   vec3 local = kind == 2 ? corner : kind == 0 ? corner * size
     : corner * size.x + vec3(0.0, sign(corner.y) * size.y, 0.0);
@@ -85,10 +92,8 @@ void main() {
 export const POINT_FRAGMENT = `${VERSION}
 precision mediump float;
 in vec3 shade;
-in float far;
 flat in float slim;
 ${FOG}
-out vec4 pixel;
 void main() {
   float light = 0.9;
   if (slim > 0.0) {
@@ -99,16 +104,14 @@ void main() {
     if (r > 1.0) discard;
     light = 0.62 + 0.38 * (0.45 * sqrt(1.0 - r) - 0.55 * d.y + 0.25 * d.x);
   }
-  pixel = vec4(mix(shade * light, sky, clamp(far * fogFrom - 0.5, 0.0, 0.8)), 1.0);
+  fogged(shade * light);
 }`;
 
 export const LIT_FRAGMENT = `${VERSION}
 precision mediump float;
 in vec3 shade;
-in float far;
 ${FOG}
-out vec4 pixel;
-void main() { pixel = vec4(mix(shade, sky, clamp(far * fogFrom - 0.5, 0.0, 0.8)), 1.0); }`;
+void main() { fogged(shade); }`;
 
 /** Boxes that never move: one instance each. */
 export const BOX_VERTEX = `${VERSION}
@@ -123,8 +126,7 @@ uniform vec3 sun;
 uniform vec3 colour;
 out vec3 shade;
 out float far;
-vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
-void main() {
+${TURN}void main() {
   shade = colour * (0.7 + 0.3 * dot(turned(normal), sun));
   gl_Position = camera * vec4(place - origin + turned(corner * size), 1.0);
   far = gl_Position.w;
@@ -143,8 +145,7 @@ uniform vec3 colour;
 uniform float steepness; // how much darker slopes are
 out vec3 shade;
 out float far;
-vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
-void main() {
+${TURN}void main() {
   vec3 n = turned(normal);
   float light = 0.7 + 0.3 * dot(n, sun);
   shade = mix(colour, vec3(0.62, 0.58, 0.53), steepness * clamp(3.0 * (1.0 - abs(n.y)), 0.0, 1.0)) * light;
@@ -156,13 +157,8 @@ void main() {
 export const SHEET_FRAGMENT = `${VERSION}
 precision mediump float;
 in vec3 shade;
-in float far;
 ${FOG}
-out vec4 pixel;
-void main() {
-  vec3 c = gl_FrontFacing ? shade : shade * 0.75;
-  pixel = vec4(mix(c, sky, clamp(far * fogFrom - 0.5, 0.0, 0.8)), 1.0);
-}`;
+void main() { fogged(gl_FrontFacing ? shade : shade * 0.75); }`;
 
 /** The plane below everything, with squares that give a sense of scale. */
 export const GROUND_VERTEX = `${VERSION}
@@ -179,15 +175,13 @@ void main() {
 export const GROUND_FRAGMENT = `${VERSION}
 precision highp float;
 in vec2 at;
-in float far;
 uniform vec3 colour;
 uniform float square; // m
 ${FOG}
-out vec4 pixel;
 void main() {
   vec2 s = floor(at / square);
   float odd = mod(s.x + s.y, 2.0) * 0.045 * clamp(1.6 - far * fogFrom, 0.0, 1.0);
-  pixel = vec4(mix(colour * (1.0 - odd), sky, clamp(far * fogFrom - 0.5, 0.0, 0.8)), 1.0);
+  fogged(colour * (1.0 - odd));
 }`;
 
 /** Lines and small points with a colour for each corner. */

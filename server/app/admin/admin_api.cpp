@@ -12,7 +12,9 @@
 
 #include <asio/post.hpp>
 
+#include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <utility>
 
 namespace zoned::app {
@@ -52,8 +54,8 @@ admin::AdminSettings admin_settings(const config::Settings& settings) {
     return out;
 }
 
-/// What `zoned ctl` connects to from this machine: an address that is none ("all of them") stands
-/// for loopback too.
+/// `zoned ctl` connects to it from this machine: an address that is none ("all of them") stands for
+/// loopback too.
 std::string reachable_address(const config::Settings& settings, std::uint16_t port) {
     std::string address = settings.server.network.admin_address;
     const bool tls = !admin_is_local(settings);
@@ -116,6 +118,14 @@ AdminApi::AdminApi(const config::Settings& settings,
         write_admin_certificate(folder, admin_certificate(settings).certificate);
     }
     write_admin_address(folder, reachable_address(settings, server_.port()));
+}
+
+void AdminApi::set_waiting(const std::vector<config::SettingChange>& changes) {
+    std::vector<config::SettingChange> waiting;
+    std::copy_if(changes.begin(), changes.end(), std::back_inserter(waiting), [](const auto& c) {
+        return !c.live;
+    });
+    server_.post([this, waiting = std::move(waiting)]() mutable { waiting_ = std::move(waiting); });
 }
 
 void AdminApi::set_draining() {
@@ -186,7 +196,7 @@ void AdminApi::add_page(std::vector<admin::AdminRoute>& out) {
     }
 }
 
-/// What monitors ask without a token.
+/// Monitors ask these without a token.
 void AdminApi::add_open_routes(std::vector<admin::AdminRoute>& out) {
     const auto get = [&](const char* path, admin::AdminRouteDoc doc, auto handle) {
         out.push_back({"GET", path, true, handle, std::move(doc)});

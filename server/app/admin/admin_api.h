@@ -20,13 +20,13 @@
 
 namespace zoned::app {
 
-/// What an operator's change of settings came to.
+/// The result of an operator's change of settings.
 struct AdminOutcome {
     std::string text;
     std::vector<config::SettingChange> changes;
 };
 
-/// What became of a request that takes a while, or why it came to nothing.
+/// Takes the result of a request that takes a while, or why it came to nothing.
 using AdminDone = std::function<void(core::Result<AdminOutcome>)>;
 
 /// What the process does for an operator; called on the network thread.
@@ -64,6 +64,9 @@ class AdminApi {
     void start() { server_.start(); }
 
     void stop() { server_.stop(); }
+
+    /// Those of a reload's changes that wait for a restart are told from now on; from any thread.
+    void set_waiting(const std::vector<config::SettingChange>& changes);
 
     /// From now on the server is not ready; from any thread.
     void set_draining();
@@ -110,7 +113,7 @@ class AdminApi {
                    const std::string& text,
                    std::size_t count,
                    const Reply& reply);
-    [[nodiscard]] AdminDone done(const Reply& reply);
+    [[nodiscard]] static AdminDone done(const Reply& reply);
 
     const config::Settings& settings_;
     TickLoop& loop_;

@@ -268,21 +268,16 @@ void AdminApi::drain(const Call& call, const Reply& reply) {
 }
 
 AdminDone AdminApi::done(const Reply& reply) {
-    return [this, reply](const core::Result<AdminOutcome>& result) {
+    return [reply](const core::Result<AdminOutcome>& result) {
         if (!result.ok()) {
             reply(problem(409, result.error()));
             return;
         }
         proto::admin::Done out;
         out.set_text(result->text);
-        std::vector<config::SettingChange> waiting;
         for (const config::SettingChange& change : result->changes) {
             fill_change(change, *out.add_changes());
-            if (!change.live) {
-                waiting.push_back(change);
-            }
         }
-        server_.post([this, waiting = std::move(waiting)] { waiting_ = waiting; });
         reply(json_response(out));
     };
 }
@@ -310,7 +305,7 @@ void AdminApi::change_log_level(const Call& call, const Reply& reply) {
     }
     const std::size_t area = config::find_log_area(body.area());
     if (!body.area().empty() && area == config::kLogAreas) {
-        reply(problem(400, "area must be server, session, admin, tick, world, network or agents"));
+        reply(problem(400, "area must be one of " + config::log_area_list()));
         return;
     }
     if (!set_log_level(static_cast<LogArea>(area), body.level())) {

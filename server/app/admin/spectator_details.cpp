@@ -121,9 +121,9 @@ void write_agent(JsonWriter& json,
     json.end_object();
 }
 
-/// What the client of an avatar hears of, and how wrong it shows what moves.
+/// The entities that an avatar's client hears of, and how wrong it shows what moves.
 void write_view(JsonWriter& json, const zone::ZoneState& state, ClientId client) {
-    std::vector<replication::Replicator::Shown> shown;
+    std::vector<replication::Replicator::AssumedState> shown;
     state.replicator.shown_to(client, state.now, shown);
     shown.resize(std::min(shown.size(), kMostHeard));
     const Vec3d origin = state.settings.region().origin();
@@ -150,7 +150,7 @@ void write_view(JsonWriter& json, const zone::ZoneState& state, ClientId client)
 
 /// The bytes that clients of all zones were sent about an entity.
 void write_spent(JsonWriter& json, const World& world, EntityId entity) {
-    replication::Replicator::Spent all;
+    replication::Replicator::NetworkUse all;
     for (const auto& zone : world.zones()) {
         const auto spent = std::as_const(*zone).state().replicator.spent_on(entity);
         all.publications += spent.publications;
@@ -165,7 +165,7 @@ void write_spent(JsonWriter& json, const World& world, EntityId entity) {
         .end_object();
 }
 
-void write_hearers(JsonWriter& json, const World& world, EntityId entity) {
+void write_recipients(JsonWriter& json, const World& world, EntityId entity) {
     json.key("heard_by").begin_array();
     for (const auto& zone : world.zones()) {
         for (const world::VisibleSet& set : std::as_const(*zone).state().visibility) {
@@ -266,7 +266,7 @@ std::string details_json(const config::Settings& settings, const World& world, E
             write_view(json, state, client);
         }
         write_spent(json, world, entity);
-        write_hearers(json, world, entity);
+        write_recipients(json, world, entity);
         json.end_object();
         return json.text();
     }
@@ -295,7 +295,7 @@ std::string walkable_lines(const World& world, ZoneId zone, float x, float z, fl
 
 ErrorShares sample_errors(const World& world) {
     std::vector<double> shares;
-    std::vector<replication::Replicator::Shown> shown;
+    std::vector<replication::Replicator::AssumedState> shown;
     for (const auto& zone : world.zones()) {
         const zone::ZoneState& state = std::as_const(*zone).state();
         const std::size_t sets = state.visibility.size();

@@ -16,16 +16,16 @@ namespace zoned::app {
                                        EntityId entity);
 
 /// The ground that agents of a zone plan on, within `reach_m` of a place (world coordinates, m):
-/// little-endian f32, six for a line. Edges of a mesh or of waypoints; of a grid, crosses where no
-/// walker stands. Runs between two ticks.
+/// little-endian f32, six for a line. Edges of a navmesh; of a grid, crosses where no walker
+/// stands; nothing of waypoints. Runs between two ticks.
 [[nodiscard]] std::string walkable_lines(const World& world,
                                          ZoneId zone,
                                          float x,
                                          float z,
                                          float reach_m);
 
-/// As JSON: of some pairs of client and moving entity in each zone, the distance of truth from what
-/// the client is assumed to show, as a share of the promised bound: quantiles. Runs between ticks.
+/// Quantiles over pairs of client and moving entity: the distance of truth from what the client is
+/// assumed to show, as a share of the promised bound.
 struct ErrorShares {
     std::size_t pairs = 0;
     double p50 = 0.0;
@@ -33,6 +33,7 @@ struct ErrorShares {
     double max = 0.0;
 };
 
+/// Takes some pairs of each zone. Runs between two ticks.
 [[nodiscard]] ErrorShares sample_errors(const World& world);
 
 }  // namespace zoned::app

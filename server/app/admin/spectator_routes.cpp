@@ -89,16 +89,6 @@ void write_passes(core::JsonWriter& json, const LoopStats& loop) {
     json.end_object();
 }
 
-void write_counts(core::JsonWriter& json,
-                  const char* name,
-                  const std::map<std::string, std::uint64_t>& counts) {
-    json.key(name).begin_object();
-    for (const auto& [reason, count] : counts) {
-        json.field(reason, count);
-    }
-    json.end_object();
-}
-
 void write_bytes(core::JsonWriter& json, const config::Settings& settings, const LoopStats& loop) {
     json.key("bytes").begin_object();
     for (std::size_t r = 0; r < wire::kTrafficReasons; ++r) {
@@ -136,7 +126,7 @@ std::string charts_json(const SpectatorRoutes& with,
         .field("limit_exceeded", loop.limit_exceeded);
     write_passes(json, loop);
     write_bytes(json, with.settings, loop);
-    write_counts(json, "rejected", network.host.rejected);
+    json.field("rejected", network.host.rejected);
     json.key("errors")
         .begin_object()
         .field("pairs", errors.pairs)

@@ -6,7 +6,7 @@
 
 namespace zoned::app {
 
-/// What the routes need; all must outlive them.
+/// The routes need these; all must outlive them.
 struct SpectatorRoutes {
     const config::Settings& settings;
     TickLoop& loop;

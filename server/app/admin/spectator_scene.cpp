@@ -46,7 +46,7 @@ void cut(PieceKind kind,
     }
 }
 
-/// What is small and seen at once comes first.
+/// Pieces that are small and seen at once come first.
 std::vector<Piece> pieces_of(const config::Settings& settings) {
     std::vector<Piece> out;
     cut(PieceKind::kBoxes, 0, settings.boxes.size(), kBoxBytes, out);

@@ -11,7 +11,7 @@ namespace zoned::app {
 /// The largest piece, bytes, but for one row of heights that is longer.
 inline constexpr std::size_t kPieceBytes = 262144;
 
-/// As server/admin/viewer/scene.js reads it: world, tick rate, ground, types, zones, doors,
+/// As server/admin/viewer/renderer.js reads it: world, tick rate, ground, types, zones, doors,
 /// surfaces, and how many pieces of geometry there are.
 [[nodiscard]] std::string scene_json(const config::Settings& settings);
 

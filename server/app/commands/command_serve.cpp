@@ -4,13 +4,13 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 #include "server/app/commands/serve_report.h"
-#include "server/app/log/counter_watch.h"
 #include "server/app/log/crash_file.h"
 #include "server/app/log/log.h"
-#include "server/app/log/start_log.h"
+#include "server/app/runtime/counter_watch.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
+#include "server/app/runtime/start_log.h"
 #include "server/app/runtime/supervision.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/world.h"
@@ -198,6 +198,9 @@ class Server {
             return prepare_reload(arguments_.config, arguments_.sets, *running);
         };
         const auto take = [this, done](const core::Result<PreparedReload>& prepared) {
+            if (admin_ && prepared.ok()) {
+                admin_->set_waiting(prepared->plan.changes);
+            }
             take_settings(
                 arguments_.config + " is not taken, everything stays as it was: ", prepared, done);
         };
@@ -340,6 +343,7 @@ class Server {
                   settings_.initial.size(),
                   world_.pool().threads(),
                   network_.fingerprint());
+        Log::drain();  // a script that waits for "ready" finds the fingerprint in the log
         const std::string line = fmt::format("ready tcp={} udp={} admin={} zones={}{}",
                                              network_.tcp_port(),
                                              network_.udp_port(),
@@ -366,7 +370,7 @@ class Server {
     void watch() {
         watch_timer_.expires_after(kWatchEvery);
         watch_timer_.async_wait([this](const asio::error_code& error) {
-            if (!error) {
+            if (!error && !stopping_) {
                 watch_.look({loop_->stats(), network_.sessions(), network_.tls(), network_.udp()},
                             steady_seconds());
                 watch();
@@ -377,7 +381,7 @@ class Server {
     void log_status() {
         status_timer_.expires_after(kStatusEvery);
         status_timer_.async_wait([this](const asio::error_code& error) {
-            if (!error) {
+            if (!error && !stopping_) {
                 log_traffic({settings_, *loop_, network_, 1, 0.0},
                             logged_traffic_,
                             std::chrono::duration<double>(kStatusEvery).count());

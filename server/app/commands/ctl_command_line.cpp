@@ -1,5 +1,6 @@
 // The command line of `zoned ctl`.
 #include "server/app/commands/commands.h"
+#include "server/config/server_settings.h"
 
 #include <CLI/CLI.hpp>
 
@@ -81,8 +82,8 @@ void add_orders(CLI::App& c, CtlArguments& a, std::function<int()>& run) {
         ->required()
         ->check(CLI::IsMember({"debug", "info", "warning", "error"}));
     level->add_option("--area", a.area, "Of the log; default: all areas")
-        ->check(
-            CLI::IsMember({"server", "session", "admin", "tick", "world", "network", "agents"}));
+        ->check(CLI::IsMember(
+            std::vector<std::string>(config::kLogAreaNames.begin(), config::kLogAreaNames.end())));
     add_world_orders(c, a, run);
 }
 

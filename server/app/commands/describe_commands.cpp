@@ -22,7 +22,7 @@ void walk(const CLI::App& app,
     }
 }
 
-/// Those of option groups included.
+/// Options of option groups are among them.
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
     std::vector<const CLI::Option*> out = app.get_options();
     for (const CLI::App* group :

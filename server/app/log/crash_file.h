@@ -12,7 +12,7 @@ namespace zoned::app {
 void install_crash_file(const std::string& folder);
 
 /// Gives the calling thread a stack for signal handlers, so that an overflow of its own stack is
-/// told too. It is never given back.
+/// told too; for as long as the thread lives.
 void add_signal_stack();
 
 /// The newest crash file of the folder; empty: there is none.

@@ -1,7 +1,7 @@
 #include "server/app/log/log.h"
 
+#include "shared/core/json.h"
 #include "shared/core/token_bucket.h"
-#include "shared/core/utf8.h"
 
 #include <spdlog/async_logger.h>
 #include <spdlog/details/fmt_helper.h>
@@ -16,6 +16,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <thread>
 #include <utility>
 
 namespace zoned::app {
@@ -25,6 +26,7 @@ namespace {
 using spdlog::level::level_enum;
 
 constexpr std::size_t kQueuedLines = 8192;
+constexpr auto kDrainPatience = std::chrono::seconds(1);
 
 constexpr std::array<std::pair<const char*, level_enum>, 4> kLevels{
     {{"debug", spdlog::level::debug},
@@ -49,30 +51,6 @@ void append(spdlog::memory_buf_t& out, std::string_view text) {
     out.append(text.data(), text.data() + text.size());
 }
 
-/// JSON text (RFC 8259): control characters escaped, bytes that are no UTF-8 replaced.
-void append_escaped(spdlog::memory_buf_t& out, std::string_view text) {
-    while (!text.empty()) {
-        std::uint32_t code = 0;
-        const std::size_t bytes = core::decode_utf8(text, code);
-        if (bytes == 0) {
-            append(out, "\\ufffd");
-            text.remove_prefix(1);
-            continue;
-        }
-        if (code == '"' || code == '\\') {
-            out.push_back('\\');
-            out.push_back(static_cast<char>(code));
-        } else if (code < 0x20U || code == 0x7FU) {
-            append(out, "\\u00");
-            out.push_back("0123456789abcdef"[code >> 4U]);
-            out.push_back("0123456789abcdef"[code & 15U]);
-        } else {
-            append(out, text.substr(0, bytes));
-        }
-        text.remove_prefix(bytes);
-    }
-}
-
 /// {"time":"2026-01-31T12:00:00.123Z","level":"info","area":"session","message":"..."}
 class JsonLineFormatter final : public spdlog::formatter {
   public:
@@ -81,11 +59,11 @@ class JsonLineFormatter final : public spdlog::formatter {
         time_.format(msg, out);
         append(out, "\",\"level\":\"");
         append(out, level_name(msg.level));
-        append(out, "\",\"area\":\"");
-        append_escaped(out, {msg.logger_name.data(), msg.logger_name.size()});
-        append(out, "\",\"message\":\"");
-        append_escaped(out, {msg.payload.data(), msg.payload.size()});
-        append(out, "\"}\n");
+        append(out, "\",\"area\":");
+        append(out, core::json_quote({msg.logger_name.data(), msg.logger_name.size()}));
+        append(out, ",\"message\":");
+        append(out, core::json_quote({msg.payload.data(), msg.payload.size()}));
+        append(out, "}\n");
     }
 
     [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override {
@@ -97,6 +75,12 @@ class JsonLineFormatter final : public spdlog::formatter {
 };
 
 std::atomic<std::uint64_t>& lines_left_out() {
+    static std::atomic<std::uint64_t> count{0};
+    return count;
+}
+
+/// Counts flushes that came through the queue: all lines before them are written.
+std::atomic<std::uint64_t>& flushes_done() {
     static std::atomic<std::uint64_t> count{0};
     return count;
 }
@@ -130,7 +114,10 @@ class LimitedSink final : public spdlog::sinks::sink {
         to_->log(msg);
     }
 
-    void flush() override { to_->flush(); }
+    void flush() override {
+        to_->flush();
+        ++flushes_done();
+    }
 
     void set_pattern(const std::string& pattern) override { to_->set_pattern(pattern); }
 
@@ -200,6 +187,15 @@ void Log::set_levels(const config::LogSettings& settings) {
         if (const auto& logger = log_state().loggers[a]) {
             logger->set_level(level_of(settings.levels[a]));
         }
+    }
+}
+
+void Log::drain() {
+    const std::uint64_t before = flushes_done().load();
+    const auto end = std::chrono::steady_clock::now() + kDrainPatience;
+    log_of(LogArea::kServer).flush();
+    while (flushes_done().load() == before && std::chrono::steady_clock::now() < end) {
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
     }
 }
 

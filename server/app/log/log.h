@@ -15,7 +15,7 @@ namespace zoned::app {
 
 using config::LogArea;
 
-/// What became of the lines so far.
+/// Lines that were not written so far.
 struct LogCounts {
     std::uint64_t left_out = 0;  ///< beyond LogSettings::lines_per_s
     std::uint64_t dropped = 0;   ///< for want of room in the queue: the terminal or pipe is slow
@@ -35,6 +35,9 @@ class Log {
     /// From now on; from any thread.
     static void set_levels(const config::LogSettings& settings);
     [[nodiscard]] static LogCounts counts();
+    /// Returns once the lines so far are written; at the latest after a second, for a terminal that
+    /// nobody reads.
+    static void drain();
 };
 
 /// The logger of an area; without a Log it is that of spdlog's default.

@@ -56,17 +56,7 @@ std::string list_of(const std::vector<config::SettingChange>& changes, bool live
 }  // namespace
 
 session::HostLimits host_limits_of(const config::Settings& settings) {
-    const session::HostSettings host = host_settings(settings);
-    return {host.max_sessions,
-            host.grace_s,
-            host.login_timeout_s,
-            host.silence_timeout_s,
-            host.max_unacked_events,
-            host.max_commands_per_s,
-            host.max_datagrams_per_s,
-            host.dev_mode_loopback,
-            host.dev_rights,
-            host.ticket_keys};
+    return host_settings(settings);
 }
 
 Prepared prepare_reload(const std::string& file,

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/config/expand/reload_plan.h"
-#include "server/session/host/session_figures.h"
+#include "server/session/session_settings.h"
 #include "shared/core/result.h"
 
 #include <string>

@@ -1,4 +1,4 @@
-// What becomes of a zone whose rules threw, and of its clients.
+// A zone whose rules threw stops, and its clients leave.
 #include "server/app/world/world.h"
 
 #include <utility>
@@ -7,7 +7,7 @@ namespace zoned::app {
 
 namespace {
 
-/// What other zones and the world still need of a tick that was not finished.
+/// Other zones and the world still need these of a tick that was not finished.
 void keep_departures(zone::StepOutput& out) {
     std::vector<zone::Handoff> handoffs = std::move(out.handoffs);
     std::vector<ClientId> departed = std::move(out.departed);
@@ -44,6 +44,10 @@ void World::clear_stopped() {
             state.report.tick = now_;
             state.report.census.entities = static_cast<std::uint32_t>(state.entities.size());
             state.report.plan.reason.fill("the zone has stopped: its rules threw");
+            state.ghosts_out_changed = false;
+            if (fault_of_[i]->tick + 1 == now_) {
+                zones_[i]->stand_still();
+            }
         }
     }
 }

@@ -202,11 +202,8 @@ void check_log(const proto::config::Log& log, Diagnostics& diagnostics) {
         const std::string& area = log.level(a).area();
         const std::string path = join_path("log", "level", a) + ".area";
         if (find_log_area(area) == kLogAreas) {
-            std::string list;
-            for (const std::string_view name : kLogAreaNames) {
-                list += (list.empty() ? "" : ", ") + std::string(name);
-            }
-            diagnostics.add(path, "'" + area + "' is no area of the log; there are " + list);
+            diagnostics.add(path,
+                            "'" + area + "' is no area of the log; there are " + log_area_list());
         } else if (!named.insert(area).second) {
             diagnostics.add(path, "'" + area + "' is given twice");
         }

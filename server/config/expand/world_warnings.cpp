@@ -107,38 +107,7 @@ void warn_of_open_edges(const Settings& settings, std::vector<std::string>& out)
     }
 }
 
-/// A change of velocity over a window of w seconds may be dv_max + a_max w.
-void warn_of_character(const world::EntityType& type, double dt, std::vector<std::string>& out) {
-    const auto a_max = static_cast<double>(type.max_acceleration_mps2);
-    const auto dv_max = static_cast<double>(type.max_velocity_jump_mps);
-    const auto jump = static_cast<double>(type.character.jump_speed);
-    if (jump > dv_max + a_max * dt) {
-        out.push_back(
-            "type '" + type.name + "': " +
-            figures("a jump of %g m/s is more than max_velocity_jump_mps, %g", jump, dv_max) +
-            ": clients' bounds do not hold while it jumps");
-    }
-    const double fastest = static_cast<double>(type.character.speed) *
-                           static_cast<double>(type.character.sprint_factor);
-    const auto a = static_cast<double>(type.character.acceleration);
-    // From full speed to full speed backwards.
-    if (a > a_max && 2.0 * fastest > dv_max + a_max * 2.0 * fastest / a) {
-        out.push_back("type '" + type.name + "': " +
-                      figures("character.acceleration, %g m/s2, is more than "
-                              "max_acceleration_mps2, %g",
-                              a,
-                              a_max) +
-                      ": clients' bounds do not hold while it turns about");
-    }
-}
-
-void warn_of_speeds(const Settings& settings, std::vector<std::string>& out) {
-    const double dt = 1.0 / settings.tick_rate_hz;
-    for (const world::EntityType& type : settings.types) {
-        if (type.kind == world::EntityKind::kCharacter) {
-            warn_of_character(type, dt, out);
-        }
-    }
+void warn_of_falls(const Settings& settings, std::vector<std::string>& out) {
     // From the highest thing that stands to the ground.
     double top = 0.0;
     for (const motion::StaticBox& box : settings.boxes) {
@@ -167,7 +136,7 @@ std::vector<std::string> world_warnings_of(const Settings& settings) {
     std::vector<std::string> out;
     warn_of_silent_types(settings, out);
     warn_of_open_edges(settings, out);
-    warn_of_speeds(settings, out);
+    warn_of_falls(settings, out);
     return out;
 }
 

@@ -9,7 +9,7 @@ namespace zoned::config {
 struct Settings;
 
 /// One sentence for each: types that no viewer hears, heightfields that end in a step within the
-/// world, speeds beyond what types declare or the wire carries. Empty without any.
+/// world, falls faster than the wire carries. Empty without any.
 std::vector<std::string> world_warnings_of(const Settings& settings);
 
 /// The names of the `testing` settings that are set: faults on purpose.

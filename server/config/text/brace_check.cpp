@@ -139,10 +139,7 @@ class BraceScan {
         open_.pop_back();
     }
 
-    [[nodiscard]] int line_of(std::size_t at) const {
-        return 1 + static_cast<int>(std::count(
-                       text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
-    }
+    [[nodiscard]] int line_of(std::size_t at) const { return place(at).line; }
 
     [[nodiscard]] BraceMistake place(std::size_t at) const {
         BraceMistake out;

@@ -126,8 +126,15 @@ bool is_digit(char c) {
     return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
-/// "x_m: 1,5": the parser takes the comma for the end of the setting, and stops at the 5.
+/// "x_m: 1,5": the parser takes the comma for the end of the setting, the 5 for the number of a
+/// field, and stops at what follows.
 bool decimal_comma(const std::string& text, std::size_t offset, Statement& out) {
+    while (offset > 0 && is_space(text[offset - 1])) {
+        --offset;
+    }
+    while (offset > 0 && is_word(text[offset - 1])) {
+        --offset;
+    }
     if (offset < 2 || offset >= text.size() || !is_digit(text[offset]) || text[offset - 1] != ',' ||
         !is_digit(text[offset - 2])) {
         return false;
@@ -228,7 +235,7 @@ bool find_culprit(const std::string& text, const Remark& remark, Statement& out)
     if (remark.text.find("Invalid value for boolean field") == 0) {
         return statement_before(text, offset, quoted(remark.text, 0), quoted(remark.text, 1), out);
     }
-    if (remark.text.find("Expected identifier") == 0 && decimal_comma(text, offset, out)) {
+    if (remark.text.find("Expected \"{\"") == 0 && decimal_comma(text, offset, out)) {
         return true;
     }
     const bool repairable =

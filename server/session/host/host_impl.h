@@ -75,6 +75,7 @@ struct SessionHost::Impl {
     void send(StreamId stream, Bytes frame);
     void send_long(StreamId stream, Bytes head, const SharedBytes& tail);
     void note(SessionNote::Kind kind, const Session& session, const std::string& text) const;
+    [[nodiscard]] double backlog_look_s() const;
     /// A client that takes what waits for it is alive, although it says nothing yet: a large world
     /// comes in over a slow line.
     void look_at_backlog(Session& session, double now_s) const;

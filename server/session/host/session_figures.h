@@ -4,11 +4,9 @@
 #include "server/mailbox/address.h"
 #include "shared/core/ids.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace zoned::session {
 
@@ -29,7 +27,7 @@ struct SessionFigures {
     std::size_t waiting_events = 0;
 };
 
-/// What became of a client, for the log.
+/// A client came, went or was refused: for the log.
 struct SessionNote {
     enum class Kind : std::uint8_t {
         kJoined,
@@ -46,21 +44,6 @@ struct SessionNote {
     mailbox::Address from;
     std::uint32_t rights = 0;
     std::string text;  ///< the reason, for all but the first two kinds
-};
-
-/// Settings of the host that may change while it runs.
-struct HostLimits {
-    std::uint32_t max_sessions = 0;
-    double grace_s = 0.0;
-    double login_timeout_s = 0.0;
-    double silence_timeout_s = 0.0;
-    std::size_t max_unacked_events = 0;
-    // For sessions that begin from now on:
-    std::uint32_t max_commands_per_s = 0;
-    std::uint32_t max_datagrams_per_s = 0;
-    bool dev_mode_loopback = false;
-    std::uint32_t dev_rights = 0;
-    std::vector<std::array<std::uint8_t, 32>> ticket_keys;  ///< of tickets that are accepted
 };
 
 }  // namespace zoned::session

@@ -13,7 +13,6 @@ namespace zoned::session {
 namespace {
 
 constexpr std::size_t kSpareBuffers = 256;
-constexpr double kBacklogLook_s = 1.0;
 
 HostSettings checked(HostSettings settings) {
     if (settings.input_window_ticks < 1 || settings.input_window_ticks > kMaxInputWindowTicks) {
@@ -104,8 +103,13 @@ void SessionHost::Impl::note(SessionNote::Kind kind,
     }
 }
 
+/// Two looks show whether a client takes its bytes: both must fit into the time of silence.
+double SessionHost::Impl::backlog_look_s() const {
+    return std::min(1.0, 0.25 * settings.silence_timeout_s);
+}
+
 void SessionHost::Impl::look_at_backlog(Session& session, double now_s) const {
-    if (!output.stream_backlog || now_s - session.backlog_seen_s < kBacklogLook_s) {
+    if (!output.stream_backlog || now_s - session.backlog_seen_s < backlog_look_s()) {
         return;
     }
     const std::size_t backlog = output.stream_backlog(session.stream);
@@ -177,7 +181,7 @@ void SessionHost::Impl::tick(double now_s, Tick tick_now) {
         if (const auto acks = session->path.take_silence(now_s)) {
             send_acks(*session, *acks);
         }
-        if (now_s - session->last_heard_s > kBacklogLook_s) {
+        if (now_s - session->last_heard_s > backlog_look_s()) {
             look_at_backlog(*session, now_s);
         }
         if (now_s - session->last_heard_s > settings.silence_timeout_s) {

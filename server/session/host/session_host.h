@@ -147,7 +147,6 @@ class SessionHost {
     /// From now on new logins are refused with this text; sessions go on, and may come back within
     /// their grace time. Empty: logins are taken again.
     void set_draining(const std::string& text);
-    [[nodiscard]] HostLimits limits() const;
     /// Holds from now on; sessions beyond a smaller number of places stay.
     void set_limits(const HostLimits& limits);
 

@@ -1,7 +1,6 @@
 #include "server/zone/faults/broken_rules.h"
 
 #include <csignal>
-#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 
@@ -15,18 +14,16 @@ BrokenRules::BrokenRules(std::unique_ptr<Rules> rules, BreakKind kind, Tick at)
 
 void BrokenRules::on_tick(RulesContext& context) {
     rules_->on_tick(context);
-    if (context.now() < at_) {
-        return;
+    if (context.now() >= at_) {
+        fail();
     }
-    switch (kind_) {
-        case BreakKind::kThrow:
-            throw std::runtime_error("testing.break_zone: the rules throw on purpose");
-        case BreakKind::kCrash:
-            std::raise(SIGSEGV);
-            return;
-        case BreakKind::kAbort:
-            std::abort();
+}
+
+void BrokenRules::fail() const {
+    if (kind_ != BreakKind::kThrow) {
+        std::raise(kind_ == BreakKind::kCrash ? SIGSEGV : SIGABRT);
     }
+    throw std::runtime_error("testing.break_zone: the rules throw on purpose");
 }
 
 bool BrokenRules::busy() const {

@@ -42,6 +42,9 @@ class BrokenRules final : public Rules {
     void hash(core::StateHash& hash) const override;
 
   private:
+    /// A function of its own, so that the stack of a crash names it.
+    [[noreturn, gnu::noinline]] void fail() const;
+
     std::unique_ptr<Rules> rules_;
     BreakKind kind_;
     Tick at_;

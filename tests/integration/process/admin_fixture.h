@@ -16,8 +16,8 @@ using testing_admin::status_of;
 
 class Admin : public Process {
   protected:
-    void serve(std::vector<std::string> more = {}) {
-        server = start_server(std::move(more));
+    void serve(std::vector<std::string> more = {}, const std::string& config = minimal()) {
+        server = start_server(std::move(more), config);
         admin_port = static_cast<std::uint16_t>(number_after(server->output(), "admin="));
         ASSERT_NE(admin_port, 0);
         // Figures come with the first ticks.

@@ -1,9 +1,9 @@
 // The log: areas with levels of their own, JSON that parses, floods that are cut, and what is told.
 #include "server/app/log/log.h"
 
-#include "server/app/log/counter_watch.h"
 #include "server/app/log/session_log.h"
-#include "server/app/log/start_log.h"
+#include "server/app/runtime/counter_watch.h"
+#include "server/app/runtime/start_log.h"
 #include "server/config/expand/load_settings.h"
 #include "tests/unit/json_reader.h"
 
@@ -86,6 +86,16 @@ TEST(Log, CutsAFloodOfOneAreaAndSaysSo) {
     EXPECT_THAT(text, HasSubstr("lines were left out"));
     EXPECT_THAT(text, HasSubstr("after it"));
     EXPECT_GE(Log::counts().left_out - before, 900U);
+}
+
+TEST(Log, HoldsAllLinesOnceItWasDrained) {
+    std::ostringstream out;
+    const Log log({}, &out);
+    for (int i = 0; i < 50; ++i) {
+        log_of(LogArea::kTick).info("line {}", i);
+        Log::drain();
+        EXPECT_THAT(out.str(), HasSubstr("line " + std::to_string(i) + "\n"));
+    }
 }
 
 TEST(SessionLog, CleansWhatClientsChoose) {

@@ -44,7 +44,8 @@ TEST(Settings, NamesABraceThatClosesNothing) {
         with("spawn { x_m: 1 z_m: 2 }", "spawn { x_m: 1 z_m: 2 } }"), "spawn {", "closes nothing");
     // Braces in comments and texts are none.
     EXPECT_TRUE(parse(with("world {", "# } {\nworld {")).ok);
-    EXPECT_TRUE(parse(with("name: \"test\"", "name: \"te}st\"")).ok);
+    const Outcome name = parse(with("name: \"test\"", "name: \"te}st\""));
+    EXPECT_EQ(format_errors("test", name.errors).find("closes"), std::string::npos);
 }
 
 struct Case {
@@ -68,6 +69,7 @@ TEST_P(OneMistake, IsReportedAtItsPlace) {
 const Case kText[] = {
     {"Syntax", "spawn { x_m: 1", "spawn { x_m 1", "1 z_m: 2", "syntax"},
     {"DecimalComma", "spawn { x_m: 1 ", "spawn { x_m: 1,5 ", "x_m: 1,5", "write x_m: 1.5"},
+    {"DecimalCommaAtTheEnd", "z_m: 2 }", "z_m: -2,25 }", "z_m: -2,25", "write z_m: -2.25"},
     {"UnknownField",
      "ghost_margin_m: 60",
      "ghost_margin_m: 60 ghost_margin: 5",
@@ -581,11 +583,11 @@ TEST(Settings, ReportsAllMistakesOfAFileAtOnceInOrderOfLine) {
 }
 
 TEST(Settings, ReportsWhatStandsBeforeASyntaxErrorToo) {
-    const std::string text = with("spawn {", "}\nspawn {", with("name: \"test\"", "nam: \"test\""));
+    const std::string text = with("spawn {", "=\nspawn {", with("name: \"test\"", "nam: \"test\""));
     const Outcome out = parse(text);
     ASSERT_EQ(out.errors.size(), 2u) << format_errors("test", out.errors);
     EXPECT_EQ(out.errors[0].line, 2);
-    EXPECT_EQ(out.errors[1].line, place_of(text, "}\nspawn").first);
+    EXPECT_EQ(out.errors[1].line, place_of(text, "=\nspawn").first);
 }
 
 TEST(Settings, NamesTheFileThatCannotBeRead) {

@@ -40,21 +40,19 @@ TEST(WorldWarnings, SaysNothingOfTheWorldsThatComeWithTheServer) {
     }
 }
 
-TEST(WorldWarnings, NamesJumpsAndTurnsBeyondTheDeclaredLimits) {
-    const std::string player = "  nimbus_m { normal: 50 }\n";
-    EXPECT_THAT(
-        warnings_of(with(player,
-                         player + "  max_velocity_jump_mps: 1\n  max_acceleration_mps2: 10\n"
-                                  "  character { jump_speed_mps: 8 }\n",
-                         heard())),
-        testing::Contains(HasSubstr("type 'player': a jump of 8 m/s is more than "
-                                    "max_velocity_jump_mps, 1")));
-    EXPECT_THAT(warnings_of(with(player,
-                                 player + "  max_velocity_jump_mps: 1\n  max_acceleration_mps2: 2\n"
-                                          "  character { acceleration_mps2: 60 }\n",
-                                 heard())),
-                testing::Contains(HasSubstr("character.acceleration, 60 m/s2, is more than "
-                                            "max_acceleration_mps2, 2")));
+/// The hills of the config folder, so high above the ground at their edges.
+std::string with_hills(double offset_m) {
+    return heard() +
+           "statics { surface { file: \"" ZONED_SOURCE_DIR
+           "/config/geometry/hills.png\" x_m: 50 height_m: 12 spacing_m: 0.5 offset_m: " +
+           std::to_string(offset_m) + " } }\n";
+}
+
+TEST(WorldWarnings, NamesAHeightfieldThatEndsInAStep) {
+    EXPECT_THAT(warnings_of(with_hills(3.0)),
+                ElementsAre(testing::AllOf(HasSubstr("hills.png): its edge stands "),
+                                           HasSubstr(" m above the ground at x "))));
+    EXPECT_THAT(warnings_of(with_hills(-20.0)), IsEmpty());
 }
 
 TEST(WorldWarnings, NamesAFallThatTheWireCannotCarry) {

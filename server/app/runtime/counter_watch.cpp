@@ -1,4 +1,4 @@
-#include "server/app/log/counter_watch.h"
+#include "server/app/runtime/counter_watch.h"
 
 #include "server/app/log/log.h"
 

@@ -1,4 +1,4 @@
-#include "server/app/log/start_log.h"
+#include "server/app/runtime/start_log.h"
 
 #include "server/app/log/log.h"
 #include "server/app/log/session_log.h"
