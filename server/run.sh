@@ -9,12 +9,15 @@ config="${CONFIG:-$root/config/valley.txtpb}"
 build="${ZONED_BUILD:-$root/build}"
 ready_timeout_s="${READY_TIMEOUT_S:-60}"
 stop_timeout_s="${STOP_TIMEOUT_S:-20}"
+look_s=604800 # with --open: a week
 
 usage() {
     cat <<'HELP'
-usage: server/run.sh [--bots N] [--seconds S] [--config FILE] [-- CLIENT-SIM-OPTION...]
+usage: server/run.sh [--bots N] [--seconds S] [--config FILE] [--open] [-- CLIENT-SIM-OPTION...]
 Installs what is missing, builds, starts a server on FILE (config/valley.txtpb), lets N bots (200) play for S seconds (30)
 and prints a verdict. Exit code: 0 consistent, 1 inconsistent, 2 bad usage or config, 3 the environment.
+With --open the world runs for looking, with the bots in it, until Ctrl-C: its address is printed, and opened where a
+desktop has a browser. Then there is no verdict, and the exit code is 0.
 Also from the environment: BOTS, SECONDS, CONFIG, ZONED_BUILD. Options after -- go to client-sim, such as --loss 5.
 HELP
 }
@@ -23,6 +26,7 @@ say() { printf '%s\n' "run: $*" >&2; }
 
 is_number() { [[ "$1" =~ ^[1-9][0-9]*$ ]]; }
 
+open=""
 client_options=()
 while (($# > 0)); do
     case "$1" in
@@ -35,6 +39,7 @@ while (($# > 0)); do
                 --config) config="$2" ;;
             esac
             shift 2 ;;
+        --open) open=1; shift ;;
         --) shift; client_options=("$@"); break ;;
         *) say "unknown option '$1'"; usage >&2; exit 2 ;;
     esac
@@ -106,7 +111,23 @@ port="$(sed -n 's/.* tcp=\([0-9]*\).*/\1/p' <<<"$ready")"
 
 admin="$(sed -n 's/.* admin=\([0-9]*\).*/\1/p' <<<"$ready")"
 if [[ -r "$run/admin.token" ]]; then
-    say "look at the world: http://127.0.0.1:$admin/#token=$(<"$run/admin.token")"
+    address="http://127.0.0.1:$admin/#token=$(<"$run/admin.token")"
+    say "look at the world: $address"
+fi
+
+if [[ -n "$open" ]]; then
+    trap 'stop_children; exit 0' INT
+    if [[ -n "${address:-}" && -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]] && command -v xdg-open >/dev/null; then
+        xdg-open "$address" >/dev/null 2>&1 || true
+    fi
+    say "$bots bots play until Ctrl-C"
+    "$build/client-sim" --connect "127.0.0.1:$port" --bots "$bots" --seconds "$look_s" --no-audit --no-freeze \
+        ${client_options[@]+"${client_options[@]}"} >"$run/client.log" 2>&1 &
+    client_pid=$!
+    # Whichever ends first ends the rest: a server that stops, or the bots after $look_s seconds.
+    wait -n "$client_pid" "$server_pid" || true
+    kill -0 "$server_pid" 2>/dev/null || { say "the server stopped; its log ends with:"; tail -n 20 "$run/server.log" >&2; exit 3; }
+    exit 0
 fi
 
 say "$bots bots play for $seconds s"

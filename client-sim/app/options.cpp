@@ -48,9 +48,7 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
     app.add_option("--bots", o.swarm.bots, "Number of bots")->check(CLI::Range(1, 100000));
     app.add_option("--seconds", o.swarm.seconds, "Length of the run after all bots were started")
         ->check(CLI::Range(0.1, 1e6));
-    app.add_option("--behaviour",
-                   raw.script,
-                   "Mix NAME[:share],... of wander, crowd, border, fight, hunt, chat, idle, drive");
+    app.add_option("--behaviour", raw.script, "Mix NAME[:share],... of " + bot::script_names());
     app.add_option("--loss", raw.loss, "Lost datagrams, percent, each direction")
         ->check(CLI::Range(0.0, 100.0));
     app.add_option("--delay-ms", raw.delay_ms, "One-way delay per direction; TCP alike")

@@ -221,7 +221,25 @@ void Bot::on_event(const proto::Event& event) {
     if (std::string answer; ledger_.apply(event, avatar_, answer)) {
         client_.send_command(sandbox::COMMAND_AGREE, std::move(answer));
     }
+    answer_players(event);
     observer_.on_event(*this, event);
+}
+
+/// Notes what others hold, and takes an offer for something that this bot holds.
+void Bot::answer_players(const proto::Event& event) {
+    if (event.kind() == sandbox::EVENT_PICK_UP) {
+        sandbox::PickedUp picked;
+        if (picked.ParseFromString(event.payload()) && picked.picker() != avatar_.value) {
+            script_runner_.note_pick_up(EntityId(picked.picker()), picked.item());
+        }
+    } else if (event.kind() == sandbox::EVENT_OFFER) {
+        sandbox::Offer offer;
+        const auto items = ledger_.items();
+        if (offer.ParseFromString(event.payload()) &&
+            std::find(items.begin(), items.end(), offer.want()) != items.end()) {
+            client_.send_command(sandbox::COMMAND_ACCEPT, event.payload());
+        }
+    }
 }
 
 void Bot::on_audit(const proto::AuditRecord& record) {

@@ -122,10 +122,13 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     void on_shown(EntityId entity, Tick publication_tick, Tick from_tick) override;
     void command(std::uint32_t kind, std::string payload) override;
 
+    [[nodiscard]] std::span<const std::uint32_t> items() const override { return ledger_.items(); }
+
   private:
     void evaluate();
     void send_inputs();
     void hear_of_commands(const wire::OwnState& own);
+    void answer_players(const proto::Event& event);
     void on_path_answers();
     [[nodiscard]] double input_position() const;
     void housekeeping();

@@ -8,8 +8,17 @@ namespace zoned::bot {
 
 namespace {
 
-constexpr std::array<const char*, kScripts> kNames =
-    {"wander", "crowd", "border", "fight", "hunt", "chat", "idle", "drive"};
+constexpr std::array<const char*, kScripts> kNames = {"wander",
+                                                      "crowd",
+                                                      "border",
+                                                      "fight",
+                                                      "hunt",
+                                                      "chat",
+                                                      "idle",
+                                                      "drive",
+                                                      "sneak",
+                                                      "look",
+                                                      "trade"};
 
 using Mix = core::Result<std::vector<Share>>;
 
@@ -19,12 +28,24 @@ const char* name_of(Script script) {
     return kNames[static_cast<std::size_t>(script)];
 }
 
+std::string script_names() {
+    std::string names;
+    for (const char* name : kNames) {
+        names += (names.empty() ? "" : ", ") + std::string(name);
+    }
+    return names;
+}
+
 std::vector<Share> default_mix() {
-    return {{Script::kWander, 60.0},
+    return {{Script::kWander, 45.0},
             {Script::kBorder, 20.0},
             {Script::kFight, 10.0},
             {Script::kChat, 5.0},
-            {Script::kCrowd, 5.0}};
+            {Script::kCrowd, 5.0},
+            {Script::kDrive, 5.0},
+            {Script::kSneak, 4.0},
+            {Script::kLook, 3.0},
+            {Script::kTrade, 3.0}};
 }
 
 core::Result<std::vector<Share>> parse_mix(std::string_view text) {
@@ -44,9 +65,7 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text) {
             }
         }
         if (!found) {
-            return Mix::failure(
-                "unknown script '" + name +
-                "'; choose from wander, crowd, border, fight, hunt, chat, idle, drive");
+            return Mix::failure("unknown script '" + name + "'; choose from " + script_names());
         }
         if (colon != std::string_view::npos) {
             const std::string_view number = entry.substr(colon + 1);

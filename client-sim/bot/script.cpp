@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kBorderReachM = 15.0;  // how far behind the border a bot turns round
 constexpr double kShootRangeM = 40.0;
-constexpr double kTouchRangeM = 2.5;
 constexpr float kFullSpeed = 127.0F;
 constexpr std::uint16_t kSprint = motion::kButtonSprint;
 
@@ -98,6 +97,15 @@ motion::InputCommand ScriptRunner::decide(const view::View& view,
             break;
         case Script::kDrive:
             drive(view, tick, voice);
+            break;
+        case Script::kSneak:
+            sneak(view, tick);
+            break;
+        case Script::kLook:
+            look(tick);
+            break;
+        case Script::kTrade:
+            trade(view, tick, voice);
             break;
     }
     // A change that others can see: another direction by more than rounding, or another speed.
@@ -205,17 +213,19 @@ void ScriptRunner::border(const view::View& view) {
 }
 
 ScriptRunner::Target ScriptRunner::nearest(const view::View& view, Prey prey) {
+    return nearest(view, [prey](EntityId, const view::TypeInfo& type) {
+        const Prey thing = type.seats > 0 && prey == Prey::kSeat ? Prey::kSeat : Prey::kProp;
+        const Prey person = type.name == "player" ? Prey::kPlayer : Prey::kNpc;
+        return prey == (type.character ? person : thing);
+    });
+}
+
+ScriptRunner::Target ScriptRunner::nearest(const view::View& view, const Wanted& wanted) {
     Target best;
     const Vec3d here = view.own().position();
     for (const auto& [id, entity] : view.store().entities()) {
-        if (!entity.present() || !entity.typed || id == view.own().id()) {
-            continue;
-        }
-        const view::TypeInfo& type = view.world().types[entity.type];
-        const bool player = type.name == "player";
-        const Prey thing = type.seats > 0 && prey == Prey::kSeat ? Prey::kSeat : Prey::kProp;
-        const Prey kind = !type.character ? thing : player ? Prey::kPlayer : Prey::kNpc;
-        if (kind != prey) {
+        if (!entity.present() || !entity.typed || id == view.own().id() ||
+            !wanted(id, view.world().types[entity.type])) {
             continue;
         }
         const Vec3d at = view.store().predicted(entity.versions.back(), view.tick()).position;
@@ -325,12 +335,10 @@ void ScriptRunner::touch_a_prop(const view::View& view, Voice& voice) {
     if (dice == 0) {
         sandbox::PickUp pick;
         pick.set_entity(prop.id.value);
-        carried_.push_back(prop.id.value);
         voice.command(sandbox::COMMAND_PICK_UP, bytes_of(pick));
-    } else if (dice == 1 && !carried_.empty()) {
+    } else if (dice == 1 && !voice.items().empty()) {
         sandbox::Throw thrown;
-        thrown.set_item(carried_.back());
-        carried_.pop_back();
+        thrown.set_item(voice.items().back());
         thrown.set_dx(rng_.range(-1.0F, 1.0F));
         thrown.set_dy(0.5F);
         thrown.set_dz(rng_.range(-1.0F, 1.0F));

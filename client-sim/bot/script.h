@@ -7,6 +7,10 @@
 #include "shared/motion/input_command.h"
 
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,10 +26,15 @@ enum class Script : std::uint8_t {
     kChat,    ///< strolls and talks
     kIdle,    ///< stands
     kDrive,   ///< gets on the nearest thing with seats and drives about
+    kSneak,   ///< follows others at half speed, unheard where the world has a stance for it
+    kLook,    ///< strolls, stops and looks round through a spyglass
+    kTrade,   ///< collects props and offers them to players that picked something up
 };
 
-inline constexpr int kScripts = 8;
+inline constexpr int kScripts = 11;
 [[nodiscard]] const char* name_of(Script script);
+/// All of them, separated by commas.
+[[nodiscard]] std::string script_names();
 
 /// One entry of "--behaviour NAME[:share],...".
 struct Share {
@@ -49,6 +58,8 @@ class Voice {
   public:
     virtual ~Voice() = default;
     virtual void command(std::uint32_t kind, std::string payload) = 0;
+    /// Entity ids in the own inventory.
+    [[nodiscard]] virtual std::span<const std::uint32_t> items() const = 0;
 };
 
 /// The decisions of one bot. Seeded: same seed, same view, same decisions.
@@ -59,6 +70,9 @@ class ScriptRunner {
     /// The command for `tick`. `changed` is set when direction or speed differ from the tick
     /// before.
     motion::InputCommand decide(const view::View& view, Tick tick, Voice& voice, bool& changed);
+
+    /// A player in sight picked something up. `item`: its entity id.
+    void note_pick_up(EntityId player, std::uint32_t item);
 
     [[nodiscard]] Script script() const { return script_; }
 
@@ -76,6 +90,9 @@ class ScriptRunner {
         double distance = 1e9;
     };
 
+    static constexpr double kTouchRangeM = 2.5;  // picks up and pushes what is as near
+    static constexpr Tick kDecideTicks = 15;     // between two decisions of a walk to somebody
+
     void wander(const view::View& view, Tick tick, Voice& voice);
     void walk_to(const Vec3d& from, double x, double z, bool sprint);
     void crowd(const view::View& view);
@@ -83,8 +100,18 @@ class ScriptRunner {
     void fight(const view::View& view, Prey prey, Tick tick, Voice& voice);
     void chat(const view::View& view, Tick tick, Voice& voice);
     void drive(const view::View& view, Tick tick, Voice& voice);
+    void sneak(const view::View& view, Tick tick);
+    void look(Tick tick);
+    void trade(const view::View& view, Tick tick, Voice& voice);
+    void collect(const view::View& view, Tick tick, Voice& voice);
     void touch_a_prop(const view::View& view, Voice& voice);
     void pick_direction(Tick tick);
+    /// Goes from strolling to sneaking or looking and back when it is time; true: not strolling.
+    bool in_phase(Tick tick);
+
+    using Wanted = std::function<bool(EntityId, const view::TypeInfo&)>;
+    /// The nearest of those that the view shows; the own avatar is none of them.
+    [[nodiscard]] static Target nearest(const view::View& view, const Wanted& wanted);
     [[nodiscard]] static Target nearest(const view::View& view, Prey prey);
 
     Script script_;
@@ -98,7 +125,9 @@ class ScriptRunner {
     bool border_along_x_ = true;  // the border is a line of constant x
     double border_at_ = 0.0;
     std::uint32_t spoken_ = 0;
-    std::vector<std::uint32_t> carried_;
+    bool phase_ = false;                         // sneaks, or looks, rather than strolls
+    std::map<EntityId, std::uint32_t> holders_;  // players in sight and what they picked up last
+    std::set<EntityId> tried_;                   // props that it could not pick up, or has
     motion::InputCommand wish_;
 };
 

@@ -91,9 +91,10 @@ bool is_loopback_host(std::string_view host) {
     return port_good && (name == "localhost" || name == "::1" || four);
 }
 
-AdminRouter::AdminRouter(std::string token, std::vector<AdminRoute> routes)
+AdminRouter::AdminRouter(std::string token, std::vector<AdminRoute> routes, AdminReach reach)
     : token_(std::move(token)),
       routes_(std::move(routes)),
+      reach_(reach),
       wrong_tokens_(kWrongTokensPerSecond, 2.0 * kWrongTokensPerSecond) {
 }
 
@@ -140,14 +141,16 @@ bool AdminRouter::refuse_target(const AdminRequest& request, RequestRefusal& out
 }
 
 bool AdminRouter::refuse_site(const AdminRequest& request, RequestRefusal& out) const {
-    if (!is_loopback_host(request.host)) {
+    if (reach_ == AdminReach::kThisMachine && !is_loopback_host(request.host)) {
         out = {"host",
                problem(421,
                        "this server answers to localhost and loopback addresses alone; the Host "
                        "header says something else")};
         return true;
     }
-    const bool foreign = !request.origin.empty() && request.origin != "http://" + request.host;
+    const std::string own =
+        (reach_ == AdminReach::kNetwork ? "https://" : "http://") + request.host;
+    const bool foreign = !request.origin.empty() && request.origin != own;
     if (foreign || request.fetch_site == "cross-site" || request.fetch_site == "same-site") {
         out = {"origin",
                problem(403, "another site's page may not ask here: the Origin header is foreign")};

@@ -12,6 +12,10 @@
 #include <string_view>
 #include <vector>
 
+namespace google::protobuf {
+class Descriptor;
+}
+
 namespace zoned::admin {
 
 /// A request that was let in.
@@ -21,12 +25,34 @@ struct AdminCall {
     std::map<std::string, std::string> query;  ///< by name
 };
 
+/// A number that a request may carry in its query.
+struct AdminQuery {
+    std::string name;
+    std::string meaning;
+};
+
+/// The description of the interface says this of a route.
+struct AdminRouteDoc {
+    std::string summary;
+    const google::protobuf::Descriptor* body = nullptr;    ///< of a POST; null: none is read
+    const google::protobuf::Descriptor* answer = nullptr;  ///< null: a text
+    std::vector<AdminQuery> query = {};
+    std::string answer_type = "application/json";
+};
+
 struct AdminRoute {
     std::string method;  ///< GET or POST
     std::string path;    ///< exact, or with {id} as its last part: a number from 1 on
     bool open = false;   ///< needs no token
     /// Answers through the reply, at once or later. The call is valid until it returns.
     std::function<void(const AdminCall&, AdminReply)> handle;
+    AdminRouteDoc doc = {};
+};
+
+/// From where requests may come.
+enum class AdminReach : std::uint8_t {
+    kThisMachine,  ///< plain: Host must name this machine
+    kNetwork,      ///< by TLS: the certificate names the server
 };
 
 /// The reasons for a refusal, with their counts.
@@ -43,7 +69,9 @@ inline constexpr double kWrongTokensPerSecond = 10.0;
 class AdminRouter {
   public:
     /// `token` is what requests show as "Authorization: Bearer TOKEN".
-    AdminRouter(std::string token, std::vector<AdminRoute> routes);
+    AdminRouter(std::string token,
+                std::vector<AdminRoute> routes,
+                AdminReach reach = AdminReach::kThisMachine);
 
     /// Replies to every request exactly once; a refusal is a problem document (RFC 9457).
     void handle(const AdminRequest& request, double now_s, const AdminReply& reply);
@@ -77,6 +105,7 @@ class AdminRouter {
 
     std::string token_;
     std::vector<AdminRoute> routes_;
+    AdminReach reach_;
     AdminCounters refused_;
     std::uint64_t requests_ = 0;
     core::TokenBucket wrong_tokens_;

@@ -1,11 +1,13 @@
 #include "server/admin/admin_server.h"
 
 #include "server/admin/http_connection.h"
-#include "server/admin/spectator_connection.h"
+#include "server/admin/openapi.h"
+#include "server/admin/spectator_service.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
 
 #include <algorithm>
@@ -24,17 +26,42 @@ namespace {
 
 /// Without free file descriptors the listener tries again after this long.
 constexpr auto kAcceptAgain = std::chrono::milliseconds(100);
+/// With too many connections a second the kernel's queue holds the others for so long.
+constexpr auto kAcceptPause = std::chrono::milliseconds(10);
 
-asio::ip::address loopback_address(const std::string& text) {
+asio::ip::address listen_address(const AdminSettings& settings) {
     boost::system::error_code error;
-    const asio::ip::address address = asio::ip::make_address(text, error);
-    if (error || !address.is_loopback()) {
-        throw std::invalid_argument(
-            "network.admin_address: '" + text +
-            "' is no loopback address; the admin server has no TLS: leave it at 127.0.0.1, and "
-            "reach it from elsewhere through a tunnel such as ssh -L");
+    const asio::ip::address address = asio::ip::make_address(settings.address, error);
+    if (error) {
+        throw std::invalid_argument("network.admin_address: '" + settings.address +
+                                    "' is no IPv4 or IPv6 address");
+    }
+    if (!address.is_loopback() && settings.certificate_file.empty()) {
+        throw std::invalid_argument("network.admin_address: '" + settings.address +
+                                    "' is no loopback address; without a certificate the admin "
+                                    "server listens to this machine alone");
     }
     return address;
+}
+
+/// Null without a certificate.
+std::unique_ptr<asio::ssl::context> tls_context(const AdminSettings& settings) {
+    if (settings.certificate_file.empty()) {
+        return nullptr;
+    }
+    auto context = std::make_unique<asio::ssl::context>(asio::ssl::context::tls_server);
+    SSL_CTX_set_min_proto_version(context->native_handle(), TLS1_2_VERSION);
+    boost::system::error_code error;
+    context->use_certificate_chain_file(settings.certificate_file, error);
+    if (!error) {
+        context->use_private_key_file(settings.key_file, asio::ssl::context::pem, error);
+    }
+    if (error) {
+        throw std::runtime_error("the admin server's certificate " + settings.certificate_file +
+                                 " with its key " + settings.key_file +
+                                 " cannot be used: " + error.message());
+    }
+    return context;
 }
 
 std::system_error listen_error(const boost::system::error_code& error,
@@ -52,11 +79,15 @@ std::system_error listen_error(const boost::system::error_code& error,
 struct AdminServer::Impl {
     Impl(AdminSettings settings_in, std::vector<AdminRoute> routes, SpectatorSource source_in)
         : settings(std::move(settings_in)),
-          source(std::move(source_in)),
-          router(settings.token, with_spectators(std::move(routes))),
+          tls(tls_context(settings)),
+          router(settings.token,
+                 with_description(with_spectators(std::move(routes), source_in.sample != nullptr)),
+                 tls ? AdminReach::kNetwork : AdminReach::kThisMachine),
+          spectators(io, router, std::move(source_in), stats.viewers),
+          total_rate(settings.total_requests_per_s, 2.0 * settings.total_requests_per_s),
+          accept_rate(settings.accepts_per_s, settings.accepts_per_s),
           acceptor(io),
-          accept_timer(io),
-          sample_timer(io) {
+          accept_timer(io) {
         listen();
     }
 
@@ -73,7 +104,7 @@ struct AdminServer::Impl {
     }
 
     void listen() {
-        const tcp::endpoint endpoint(loopback_address(settings.address), settings.port);
+        const tcp::endpoint endpoint(listen_address(settings), settings.port);
         boost::system::error_code error;
         const auto check = [&] {
             if (error) {
@@ -91,84 +122,22 @@ struct AdminServer::Impl {
         port = acceptor.local_endpoint().port();
     }
 
-    std::vector<AdminRoute> with_spectators(std::vector<AdminRoute> routes) {
-        if (source.sample) {
+    std::vector<AdminRoute> with_spectators(std::vector<AdminRoute> routes, bool watched) {
+        if (watched) {
             routes.push_back({"GET",
                               "/api/v1/spectate",
                               false,
                               [this](const AdminCall& call, const AdminReply& reply) {
-                                  reply(admit_viewer(call.request));
-                              }});
+                                  reply(spectators.admit(call.request));
+                              },
+                              {"The world as viewers draw it: a WebSocket (RFC 6455); the token is "
+                               "its second protocol, after \"zoned\"",
+                               nullptr,
+                               nullptr,
+                               {},
+                               "application/octet-stream"}});
         }
         return routes;
-    }
-
-    AdminResponse admit_viewer(const AdminRequest& request) const {
-        if (!request.upgrade) {
-            AdminResponse response = problem(426, "this path speaks WebSocket alone");
-            response.headers.emplace_back("Upgrade", "websocket");
-            return response;
-        }
-        if (viewers.size() >= kMostViewers) {
-            return problem(503, "as many viewers as there may be look already");
-        }
-        AdminResponse response;
-        response.status = 101;
-        return response;
-    }
-
-    void add_viewer(boost::beast::tcp_stream stream,
-                    const SpectatorConnection::UpgradeRequest& request) {
-        const std::uint64_t number = ++last_number;
-        const auto viewer = std::make_shared<SpectatorConnection>(
-            std::move(stream), number, router, [this](std::uint64_t gone) {
-                viewers.erase(gone);
-                stats.viewers = viewers.size();
-            });
-        viewers[number] = viewer;
-        stats.viewers = viewers.size();
-        viewer->accept(request, source.scene());
-        if (!sampling) {
-            sampling = true;
-            sample();
-        }
-    }
-
-    /// Goes on for as long as somebody looks.
-    void sample() {
-        if (viewers.empty()) {
-            sampling = false;
-            hub.clear();
-            return;
-        }
-        sample_timer.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
-            std::chrono::duration<double>(1.0 / source.rate_hz)));
-        sample_timer.async_wait([this](boost::system::error_code error) {
-            if (!error) {
-                sample();
-            }
-        });
-        if (sample_asked) {
-            return;
-        }
-        sample_asked = source.sample([this](SpectatorSample taken) {
-            asio::post(io, [this, moved = std::make_shared<SpectatorSample>(std::move(taken))] {
-                sample_asked = false;
-                show(*moved);
-            });
-        });
-    }
-
-    void show(const SpectatorSample& taken) {
-        const SpectatorMessage change = hub.update(taken);
-        const auto everything = [this] {
-            return hub.everything();
-        };
-        // A viewer that is gone leaves the map while it is told.
-        const auto all = viewers;
-        for (const auto& [number, viewer] : all) {
-            viewer->send(change, everything);
-        }
     }
 
     void accept() {
@@ -178,16 +147,27 @@ struct AdminServer::Impl {
             }
             if (error) {
                 router.count("accept");
-                accept_timer.expires_after(kAcceptAgain);
-                accept_timer.async_wait([this](boost::system::error_code late) {
-                    if (!late) {
-                        accept();
-                    }
-                });
+                accept_after(kAcceptAgain);
+                return;
+            }
+            if (!accept_rate.take(std::chrono::duration<double>(
+                                      std::chrono::steady_clock::now().time_since_epoch())
+                                      .count())) {
+                admit(std::move(socket));
+                accept_after(kAcceptPause);
                 return;
             }
             admit(std::move(socket));
             accept();
+        });
+    }
+
+    void accept_after(std::chrono::milliseconds pause) {
+        accept_timer.expires_after(pause);
+        accept_timer.async_wait([this](boost::system::error_code late) {
+            if (!late) {
+                accept();
+            }
         });
     }
 
@@ -202,17 +182,19 @@ struct AdminServer::Impl {
         const auto connection = std::make_shared<HttpConnection>(
             std::move(socket),
             number,
-            ConnectionContext{settings,
-                              router,
-                              stats,
-                              [this](std::uint64_t gone) {
-                                  connections.erase(gone);
-                                  stats.connections = connections.size();
-                              },
-                              [this](boost::beast::tcp_stream stream,
-                                     SpectatorConnection::UpgradeRequest request) {
-                                  add_viewer(std::move(stream), request);
-                              }});
+            ConnectionContext{
+                settings,
+                router,
+                stats,
+                total_rate,
+                [this](std::uint64_t gone) {
+                    connections.erase(gone);
+                    stats.connections = connections.size();
+                },
+                [this](AdminStream stream, SpectatorConnection::UpgradeRequest request) {
+                    spectators.add(std::move(stream), request, ++last_number);
+                },
+                tls.get()});
         connections[number] = connection;
         stats.connections = connections.size();
         if (full) {
@@ -246,26 +228,20 @@ struct AdminServer::Impl {
             const std::shared_ptr<HttpConnection> connection = connections.begin()->second;
             connection->abort();
         }
-        sample_timer.cancel();
-        while (!viewers.empty()) {
-            const std::shared_ptr<SpectatorConnection> viewer = viewers.begin()->second;
-            viewer->abort();
-        }
+        spectators.close();
     }
 
     AdminSettings settings;
-    SpectatorSource source;
-    AdminRouter router;
+    std::unique_ptr<asio::ssl::context> tls;
     AdminStats stats;
     asio::io_context io{1};
+    AdminRouter router;
+    SpectatorService spectators;
+    core::TokenBucket total_rate;
+    core::TokenBucket accept_rate;
     tcp::acceptor acceptor;
     asio::steady_timer accept_timer;
     std::map<std::uint64_t, std::shared_ptr<HttpConnection>> connections;  ///< oldest first
-    asio::steady_timer sample_timer;
-    std::map<std::uint64_t, std::shared_ptr<SpectatorConnection>> viewers;
-    SpectatorHub hub;
-    bool sampling = false;      ///< the timer runs
-    bool sample_asked = false;  ///< and an answer has not come yet
     std::uint64_t last_number = 0;
     std::uint16_t port = 0;
     std::thread thread;

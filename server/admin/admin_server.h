@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/admin/admin_router.h"
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator_service.h"
 
 #include <cstdint>
 #include <functional>
@@ -15,7 +15,9 @@ namespace zoned::admin {
 
 /// Limits of a server that faces a hostile network; what exceeds them is refused and counted.
 struct AdminSettings {
-    std::string address = "127.0.0.1";  ///< numeric; loopback only
+    std::string address = "127.0.0.1";  ///< numeric; any but loopback takes a certificate
+    std::string certificate_file;       ///< PEM chain; empty: no TLS
+    std::string key_file;               ///< PEM
     std::uint16_t port = 0;             ///< 0: any free one
     std::string token;
     std::size_t max_connections = 128;  ///< with more, the one that waited longest is closed
@@ -25,20 +27,10 @@ struct AdminSettings {
     double write_timeout_s = 10.0;    ///< until the client has taken an answer
     double answer_timeout_s = 30.0;   ///< until the process has answered
     double requests_per_s = 200.0;    ///< of one connection; twice as many at once
+    /// Of all connections together; twice as many at once. Each costs a hash and a lookup at least.
+    double total_requests_per_s = 2000.0;
+    double accepts_per_s = 2000.0;  ///< more wait in the kernel's queue
 };
-
-/// Where viewers get the world from.
-struct SpectatorSource {
-    double rate_hz = 20.0;
-    /// What never changes, as JSON; called on the server's thread.
-    std::function<std::string()> scene;
-    /// Asks for the state after one of the next ticks; the answer may come from any thread. False
-    /// when that is impossible just now.
-    std::function<bool(std::function<void(SpectatorSample)>)> sample;
-};
-
-/// So many viewers look at a time.
-inline constexpr std::size_t kMostViewers = 16;
 
 /// Figures of the server itself; read them on its thread.
 struct AdminStats {

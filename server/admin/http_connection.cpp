@@ -47,17 +47,39 @@ std::string text_of(beast::string_view text) {
 HttpConnection::HttpConnection(tcp::socket socket, std::uint64_t number, ConnectionContext context)
     : number_(number),
       context_(std::move(context)),
-      stream_(std::move(socket)),
+      stream_(std::move(socket), context_.tls),
       answer_timer_(stream_.get_executor()),
       rate_(context_.settings.requests_per_s, 2.0 * context_.settings.requests_per_s) {
 }
 
 void HttpConnection::start() {
-    read();
+    shake_hands([this] { read(); });
 }
 
 void HttpConnection::refuse(const std::string& detail) {
-    write(problem(503, detail));
+    shake_hands([this, detail] { write(problem(503, detail)); });
+}
+
+/// `then` is called while the connection lives.
+void HttpConnection::shake_hands(std::function<void()> then) {
+    if (!stream_.secure()) {
+        then();
+        return;
+    }
+    waiting_ = true;
+    stream_.next_layer().expires_after(seconds(context_.settings.request_timeout_s));
+    stream_.async_handshake([self = shared_from_this(), then = std::move(then)](Error error) {
+        self->waiting_ = false;
+        if (self->closed_) {
+            return;
+        }
+        if (error) {
+            self->context_.router.count("tls_handshake");
+            self->finish();
+            return;
+        }
+        then();
+    });
 }
 
 void HttpConnection::abort() {
@@ -69,7 +91,7 @@ void HttpConnection::read() {
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(context_.settings.max_header_bytes));
     parser_->body_limit(context_.settings.max_body_bytes);
-    stream_.expires_after(seconds(context_.settings.request_timeout_s));
+    stream_.next_layer().expires_after(seconds(context_.settings.request_timeout_s));
     http::async_read(
         stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
             self->waiting_ = false;
@@ -86,9 +108,12 @@ void HttpConnection::on_read(Error error) {
         return;
     }
     keep_alive_ = parser_->get().keep_alive();
-    if (!rate_.take(now_seconds())) {
-        context_.router.count("flood");
-        AdminResponse response = problem(429, "too many requests on this connection");
+    const bool own = rate_.take(now_seconds());
+    if (!own || !context_.total_rate.take(now_seconds())) {
+        context_.router.count(own ? "total_flood" : "flood");
+        AdminResponse response = problem(
+            429,
+            own ? "too many requests to the admin server" : "too many requests on this connection");
         response.headers.emplace_back("Retry-After", "1");
         keep_alive_ = false;
         write(std::move(response));
@@ -173,6 +198,8 @@ void HttpConnection::on_answer(std::uint64_t request, AdminResponse response) {
     if (response.status == 101) {
         upgrade();
     } else {
+        // Whoever asked for a WebSocket and got none has nothing more to ask here.
+        keep_alive_ = keep_alive_ && !request_.upgrade;
         write(std::move(response));
     }
 }
@@ -201,7 +228,7 @@ void HttpConnection::write(AdminResponse response) {
     response_.keep_alive(keep_alive_);
     response_.body() = std::move(response.body);
     response_.prepare_payload();
-    stream_.expires_after(seconds(context_.settings.write_timeout_s));
+    stream_.next_layer().expires_after(seconds(context_.settings.write_timeout_s));
     http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
         self->on_write(error);
     });
@@ -218,8 +245,8 @@ void HttpConnection::on_write(Error error) {
         read();
     } else {
         Error ignored;
-        stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-        stream_.expires_after(kLinger);
+        stream_.next_layer().socket().shutdown(tcp::socket::shutdown_send, ignored);
+        stream_.next_layer().expires_after(kLinger);
         waiting_ = true;
         linger();
     }
@@ -244,7 +271,7 @@ void HttpConnection::finish() {
     }
     closed_ = true;
     answer_timer_.cancel();
-    stream_.close();
+    stream_.next_layer().close();
     context_.closed(number_);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/admin/admin_server.h"
+#include "server/admin/admin_stream.h"
 
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -22,11 +23,12 @@ struct ConnectionContext {
     const AdminSettings& settings;
     AdminRouter& router;
     AdminStats& stats;
+    core::TokenBucket& total_rate;  ///< of all connections
     std::function<void(std::uint64_t number)> closed;
     /// Takes over a connection that is to become a WebSocket.
-    std::function<void(boost::beast::tcp_stream,
-                       boost::beast::http::request<boost::beast::http::string_body>)>
+    std::function<void(AdminStream, boost::beast::http::request<boost::beast::http::string_body>)>
         upgraded;
+    boost::asio::ssl::context* tls = nullptr;  ///< null: plain
 };
 
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
@@ -47,6 +49,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   private:
     using Error = boost::beast::error_code;
 
+    void shake_hands(std::function<void()> then);
     void read();
     void on_read(Error error);
     void answer_broken(Error error);
@@ -60,7 +63,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
     std::uint64_t number_;
     ConnectionContext context_;
-    boost::beast::tcp_stream stream_;
+    AdminStream stream_;
     boost::beast::flat_buffer buffer_;
     std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
     boost::beast::http::response<boost::beast::http::string_body> response_;

@@ -3,7 +3,10 @@
 #include <boost/beast/http/field.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace zoned::admin {
@@ -14,12 +17,12 @@ using Error = boost::beast::error_code;
 
 namespace {
 
-/// A viewer has nothing to say but answers to pings.
+/// A viewer says what it looks at, and answers pings.
 constexpr std::size_t kMostBytesFromViewer = 1024;
 
 }  // namespace
 
-SpectatorConnection::SpectatorConnection(beast::tcp_stream stream,
+SpectatorConnection::SpectatorConnection(AdminStream stream,
                                          std::uint64_t number,
                                          AdminRouter& router,
                                          std::function<void(std::uint64_t)> closed)
@@ -74,19 +77,44 @@ void SpectatorConnection::send(const SpectatorMessage& change,
     }
 }
 
+void SpectatorConnection::send_layer(SpectatorLayer layer, const SpectatorMessage& message) {
+    if (open_ && !closed_ && (wish_.layers & layer) != 0 && !needs_everything_ &&
+        queue_.size() < kMostQueuedMessages) {
+        push({message, false});
+    }
+}
+
 void SpectatorConnection::abort() {
     finish();
 }
 
 void SpectatorConnection::read() {
     socket_.async_read(buffer_, [self = shared_from_this()](Error error, std::size_t) {
-        self->buffer_.clear();
         if (error || self->closed_) {
             self->finish();
-        } else {
-            self->read();
+            return;
         }
+        self->on_wish();
+        self->buffer_.clear();
+        self->read();
     });
+}
+
+void SpectatorConnection::on_wish() {
+    SpectatorWish wish;
+    if (socket_.got_text() || buffer_.size() != sizeof(wish.layers) + sizeof(wish.eye)) {
+        router_.count("bad_wish");
+        return;
+    }
+    const auto* bytes = static_cast<const char*>(buffer_.data().data());
+    std::memcpy(&wish.layers, bytes, sizeof(wish.layers));
+    std::memcpy(wish.eye.data(), bytes + sizeof(wish.layers), sizeof(wish.eye));
+    if (!std::all_of(wish.eye.begin(), wish.eye.end(), [](float v) { return std::isfinite(v); })) {
+        router_.count("bad_wish");
+        return;
+    }
+    wish_ = wish;
+    has_wish_ = true;
 }
 
 void SpectatorConnection::push(Queued message) {

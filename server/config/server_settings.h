@@ -5,15 +5,37 @@
 #include "server/interest/topics.h"
 #include "server/zone/faults/fault_settings.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace zoned::config {
 
 // Defaults are those of the schema (a test compares them).
+
+/// Where players reach the server when it is not where it listens.
+struct AdvertiseSettings {
+    std::string address;         ///< empty: none is named
+    std::uint16_t tcp_port = 0;  ///< 0: the one that it listens at
+    std::uint16_t udp_port = 0;
+
+    bool operator==(const AdvertiseSettings&) const = default;
+};
+
+/// The Agones sidecar.
+struct AgonesSettings {
+    bool enabled = false;
+    double health_every_s = 2.0;
+    double patience_s = 30.0;
+    std::string tcp_port_name = "tcp";  ///< of the GameServer's ports
+    std::string udp_port_name = "udp";
+
+    bool operator==(const AgonesSettings&) const = default;
+};
 
 struct ListenSettings {
     std::string bind_address = "::";
@@ -25,7 +47,10 @@ struct ListenSettings {
     double silence_timeout_s = 15.0;
     bool admin = true;
     std::string admin_address = "127.0.0.1";
-    std::uint16_t admin_port = 0;  ///< 0: any free one
+    std::uint16_t admin_port = 0;        ///< 0: any free one
+    std::string admin_certificate_file;  ///< empty: the sessions' certificate
+    std::string admin_key_file;
+    AdvertiseSettings advertise;
 
     bool operator==(const ListenSettings&) const = default;
 };
@@ -64,13 +89,71 @@ enum class LogLevel : std::uint8_t {
     kError,
 };
 
+/// The rules threw: this happens.
+enum class RulesException : std::uint8_t {
+    kStopZone,
+    kStopServer,
+};
+
 struct RunSettings {
     unsigned threads = 0;  ///< 0: one per core, at most one per zone
     std::uint32_t max_catch_up_ticks = 3;
     std::size_t mailbox_capacity = 65536;  ///< messages per zone and tick
     LogLevel log_level = LogLevel::kInfo;
+    RulesException on_exception = RulesException::kStopZone;
 
     bool operator==(const RunSettings&) const = default;
+};
+
+/// The subjects of the log, each with a level of its own.
+enum class LogArea : std::uint8_t {
+    kServer,   ///< start, stop, config
+    kSession,  ///< logins, leaves, refusals
+    kAdmin,    ///< orders of operators
+    kTick,     ///< overruns, delays
+    kWorld,    ///< limits exceeded, bodies and zones in trouble
+    kNetwork,  ///< queues and sockets
+    kAgents,
+    kCount,
+};
+
+inline constexpr std::size_t kLogAreas = static_cast<std::size_t>(LogArea::kCount);
+/// In the order of LogArea.
+inline constexpr std::array<std::string_view, kLogAreas>
+    kLogAreaNames{"server", "session", "admin", "tick", "world", "network", "agents"};
+
+/// Number of an area by its name; kLogAreas: there is none.
+[[nodiscard]] inline std::size_t find_log_area(std::string_view name) {
+    std::size_t area = 0;
+    while (area < kLogAreas && kLogAreaNames[area] != name) {
+        ++area;
+    }
+    return area;
+}
+
+/// "server, session, ...", for people.
+[[nodiscard]] inline std::string log_area_list() {
+    std::string out;
+    for (const std::string_view name : kLogAreaNames) {
+        out += (out.empty() ? "" : ", ") + std::string(name);
+    }
+    return out;
+}
+
+struct LogSettings {
+    bool json = false;
+    std::array<LogLevel, kLogAreas> levels{
+        LogLevel::kInfo,
+        LogLevel::kInfo,
+        LogLevel::kInfo,
+        LogLevel::kInfo,
+        LogLevel::kInfo,
+        LogLevel::kInfo,
+        LogLevel::kInfo,
+    };
+    double lines_per_s = 100.0;  ///< of one area
+
+    bool operator==(const LogSettings&) const = default;
 };
 
 /// The device that computes large particle systems.
@@ -88,6 +171,13 @@ struct StallSettings {
     Tick ticks = 60;
 };
 
+/// The rules of one zone fail within their tick.
+struct BreakSettings {
+    std::string zone;  ///< empty: the first
+    Tick at_tick = 300;
+    zone::BreakKind kind = zone::BreakKind::kThrow;
+};
+
 /// Limits sent to clients in place of the declared ones.
 struct WrongLimitSettings {
     std::string type;  ///< empty: all
@@ -100,6 +190,7 @@ struct TestingSettings {
     zone::FaultSettings faults;          ///< of all zones
     zone::ShareFault leak_topic;         ///< these clients receive all topics
     std::optional<StallSettings> stall;  ///< of one
+    std::optional<BreakSettings> broken;
     double drop_event_probability = 0.0;
     double double_event_probability = 0.0;
     std::optional<WrongLimitSettings> wrong_limit;
@@ -111,10 +202,15 @@ struct ServerSettings {
     ListenSettings network;
     SessionSettings session;
     RunSettings run;
+    LogSettings log;
+    AgonesSettings agones;
     ComputeSettings compute;
     std::vector<interest::HistoryRule> topics;  ///< topics that keep events for late subscribers
     std::string recording_file;                 ///< empty: nothing is recorded
+    double ring_s = 60.0;                       ///< inputs kept for after a crash; 0: none
     TestingSettings testing;
+    /// network.max_clients as the process was started with: its sockets are made for so many.
+    std::uint32_t started_max_clients = 0;
 };
 
 }  // namespace zoned::config

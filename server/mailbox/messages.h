@@ -113,6 +113,21 @@ struct NewBrains {
     std::shared_ptr<const ai::AiSettings> settings;  ///< the agents' settings in it, compiled
 };
 
+/// An operator wants an entity at a place.
+struct SpawnOrder {
+    std::uint64_t number = 0;  ///< of the answer
+    TypeIndex type = 0;
+    double position[3] = {0, 0, 0};  ///< world coordinates, m
+    std::uint16_t yaw = 0;           ///< characters
+};
+
+/// An operator moves an entity, as rules teleport one.
+struct MoveOrder {
+    std::uint64_t number = 0;
+    EntityId entity;
+    double position[3] = {0, 0, 0};
+};
+
 using InboxItem = std::variant<Join,
                                Leave,
                                Input,
@@ -123,7 +138,9 @@ using InboxItem = std::variant<Join,
                                Freeze,
                                AuditRequest,
                                CodecPrice,
-                               NewBrains>;
+                               NewBrains,
+                               SpawnOrder,
+                               MoveOrder>;
 
 // ---- zones -> network ----
 
@@ -211,6 +228,13 @@ struct AuditRecord {
     std::vector<double> shared_variables;  ///< likewise
 };
 
-using OutboxItem = std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord>;
+/// What became of an operator's order.
+struct OrderDone {
+    std::uint64_t number = 0;
+    EntityId entity;
+    std::string refused;  ///< why not; empty: it was carried out
+};
+
+using OutboxItem = std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord, OrderDone>;
 
 }  // namespace zoned::mailbox

@@ -21,6 +21,9 @@ constexpr std::size_t kFirstBuffer = 2048;
 /// thousands of connections.
 constexpr std::size_t kKeptBuffer = 16384;
 
+/// So much of a tail is handed to TLS at a time.
+constexpr std::size_t kTailSlice = 65536;
+
 std::size_t read_prefix(const std::uint8_t* p) {
     return static_cast<std::size_t>(p[0]) | (static_cast<std::size_t>(p[1]) << 8) |
            (static_cast<std::size_t>(p[2]) << 16) | (static_cast<std::size_t>(p[3]) << 24);
@@ -162,21 +165,29 @@ bool TlsConnection::take_frames() {
 
 // ---------------------------------------------------------------- writing
 
-void TlsConnection::send(std::span<const std::uint8_t> frame) {
+void TlsConnection::send(std::span<const std::uint8_t> frame, SharedBytes tail) {
     if (state_ != ConnectionState::kOpen) {
         return;
     }
-    if (backlog() + kPrefixBytes + frame.size() > limits_.max_queue_bytes) {
+    if (queued_ + writing_.size() + kPrefixBytes + frame.size() > limits_.max_queue_bytes) {
         ++events_->stats.queue_overflow;
         finish("the client is too slow: more than " + std::to_string(limits_.max_queue_bytes) +
                " bytes wait to be sent");
         return;
     }
-    const auto length = static_cast<std::uint32_t>(frame.size());
-    for (int shift = 0; shift < 32; shift += 8) {
-        pending_.push_back(static_cast<std::uint8_t>(length >> shift));
+    const std::size_t tail_bytes = tail ? tail->size() : 0;
+    const auto length = static_cast<std::uint32_t>(frame.size() + tail_bytes);
+    if (pending_.empty() || pending_.back().tail) {
+        pending_.emplace_back();
     }
-    pending_.insert(pending_.end(), frame.begin(), frame.end());
+    std::vector<std::uint8_t>& own = pending_.back().own;
+    for (int shift = 0; shift < 32; shift += 8) {
+        own.push_back(static_cast<std::uint8_t>(length >> shift));
+    }
+    own.insert(own.end(), frame.begin(), frame.end());
+    queued_ += kPrefixBytes + frame.size();
+    shared_ += tail_bytes;
+    pending_.back().tail = std::move(tail);
     if (!write_in_progress_) {
         // After the caller's turn, so that all its frames share a TLS record and a system call.
         write_in_progress_ = true;
@@ -188,16 +199,34 @@ void TlsConnection::write() {
     if (state_ == ConnectionState::kDone) {
         return;
     }
+    QueuedFrames& front = pending_.front();
     writing_.clear();
-    writing_.swap(pending_);
+    writing_.swap(front.own);
+    queued_ -= writing_.size();
+    tail_ = std::move(front.tail);
+    tail_sent_ = 0;
+    if (tail_ || pending_.size() > 1) {
+        pending_.pop_front();
+    }
     asio::async_write(stream_,
                       asio::buffer(writing_),
-                      [self = shared_from_this()](const asio::error_code& ec, std::size_t) {
-                          self->on_written(ec);
+                      [self = shared_from_this()](const asio::error_code& ec, std::size_t bytes) {
+                          self->on_written(ec, bytes);
                       });
 }
 
-void TlsConnection::on_written(const asio::error_code& ec) {
+void TlsConnection::write_slice() {
+    const std::size_t bytes = std::min(kTailSlice, tail_->size() - tail_sent_);
+    asio::async_write(stream_,
+                      asio::buffer(tail_->data() + tail_sent_, bytes),
+                      [self = shared_from_this()](const asio::error_code& ec, std::size_t sent) {
+                          self->tail_sent_ += sent;
+                          self->shared_ -= sent;
+                          self->on_written(ec, sent);
+                      });
+}
+
+void TlsConnection::on_written(const asio::error_code& ec, std::size_t bytes) {
     if (state_ == ConnectionState::kDone) {
         return;
     }
@@ -205,17 +234,21 @@ void TlsConnection::on_written(const asio::error_code& ec) {
         finish("the connection was lost: " + ec.message());
         return;
     }
-    events_->stats.bytes_out += writing_.size();
+    events_->stats.bytes_out += bytes;
     writing_.clear();
-    if (!pending_.empty()) {
+    if (tail_ && tail_sent_ < tail_->size()) {
+        write_slice();
+        return;
+    }
+    tail_ = nullptr;
+    if (queued_ > 0) {
         write();
         return;
     }
     write_in_progress_ = false;
-    for (std::vector<std::uint8_t>* buffer : {&pending_, &writing_}) {
-        if (buffer->capacity() > kKeptBuffer) {
-            *buffer = std::vector<std::uint8_t>();
-        }
+    pending_.clear();
+    if (writing_.capacity() > kKeptBuffer) {
+        writing_ = std::vector<std::uint8_t>();
     }
     if (state_ == ConnectionState::kClosing) {
         shut_down();

@@ -9,6 +9,7 @@
 #include <asio/steady_timer.hpp>
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <span>
@@ -17,14 +18,18 @@
 
 namespace zoned::net {
 
+/// Bytes that many connections send, kept once.
+using SharedBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+
 /// Number of an accepted stream, from 1, never used twice.
 using StreamNumber = std::uint64_t;
 
 struct ConnectionLimits {
     double handshake_timeout_s = 10.0;
     double close_timeout_s = 3.0;  ///< for an orderly end; after it the socket is just closed
-    std::size_t max_frame_bytes = 65536;     ///< of frames that come in
-    std::size_t max_queue_bytes = 1u << 20;  ///< waiting to be sent; more: the connection is closed
+    std::size_t max_frame_bytes = 65536;  ///< of frames that come in
+    /// Waiting to be sent, shared bytes not counted; more: the connection is closed.
+    std::size_t max_queue_bytes = 1u << 20;
 };
 
 /// The ends of connections by reason, and the bytes that went through them.
@@ -71,8 +76,9 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
                   std::shared_ptr<ConnectionEvents> events);
 
     void start();
-    /// Queues a frame; silently nothing once the connection is closing.
-    void send(std::span<const std::uint8_t> frame);
+    /// Queues a frame, which may end with a shared tail; silently nothing once the connection is
+    /// closing. The tail is sent slice by slice: the backlog tells how far the peer has come.
+    void send(std::span<const std::uint8_t> frame, SharedBytes tail = nullptr);
     /// Ends in order: sends the queue, then TLS close_notify, then waits for the peer's end.
     void close();
     /// Ends at once.
@@ -85,7 +91,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     [[nodiscard]] bool opened() const { return opened_; }
 
     /// Bytes that wait to be sent.
-    [[nodiscard]] std::size_t backlog() const { return pending_.size() + writing_.size(); }
+    [[nodiscard]] std::size_t backlog() const { return queued_ + writing_.size() + shared_; }
 
   private:
     enum class ConnectionState : std::uint8_t {
@@ -95,13 +101,20 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
         kDone,
     };
 
+    /// Frames in a row, the last of them with a tail or without.
+    struct QueuedFrames {
+        std::vector<std::uint8_t> own;
+        SharedBytes tail;
+    };
+
     void on_handshake(const asio::error_code& ec);
     void read();
     void on_read(const asio::error_code& ec, std::size_t bytes);
     /// Hands over the whole frames in the buffer; false when the connection is no longer open.
     bool take_frames();
     void write();
-    void on_written(const asio::error_code& ec);
+    void write_slice();
+    void on_written(const asio::error_code& ec, std::size_t bytes);
     void shut_down();
     void linger();
     void discard();
@@ -121,8 +134,12 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     bool shutting_down_ = false;
     std::vector<std::uint8_t> in_;
     std::size_t filled_ = 0;
-    std::vector<std::uint8_t> pending_;  ///< queued
+    std::deque<QueuedFrames> pending_;
     std::vector<std::uint8_t> writing_;  ///< handed to TLS
+    SharedBytes tail_;                   ///< follows what is handed to TLS
+    std::size_t tail_sent_ = 0;
+    std::size_t queued_ = 0;  ///< own bytes of pending_
+    std::size_t shared_ = 0;  ///< bytes of tails that are not sent yet
 };
 
 }  // namespace zoned::net

@@ -242,9 +242,9 @@ void TlsListener::abort_all() {
     impl_->per_network.clear();
 }
 
-void TlsListener::send(StreamNumber stream, std::span<const std::uint8_t> frame) {
+void TlsListener::send(StreamNumber stream, std::span<const std::uint8_t> frame, SharedBytes tail) {
     if (TlsConnection* connection = impl_->find(stream)) {
-        connection->send(frame);
+        connection->send(frame, std::move(tail));
     }
 }
 

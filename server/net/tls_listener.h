@@ -50,7 +50,7 @@ class TlsListener {
     void abort_all();
 
     /// Queues a frame; nothing happens when the stream is gone or closing.
-    void send(StreamNumber stream, std::span<const std::uint8_t> frame);
+    void send(StreamNumber stream, std::span<const std::uint8_t> frame, SharedBytes tail = nullptr);
     /// Ends a stream after its queue is sent.
     void close(StreamNumber stream);
     /// Bytes that wait to be sent; 0 when the stream is gone.

@@ -89,6 +89,25 @@ struct ToRecord {
         out.mutable_audit_request()->set_client(m.client.value);
     }
 
+    void operator()(const mailbox::SpawnOrder& m) const {
+        RecordedItem::SpawnOrder& r = *out.mutable_spawn_order();
+        r.set_number(m.number);
+        r.set_type(m.type);
+        r.set_yaw(m.yaw);
+        for (const double coordinate : m.position) {
+            r.add_position(coordinate);
+        }
+    }
+
+    void operator()(const mailbox::MoveOrder& m) const {
+        RecordedItem::MoveOrder& r = *out.mutable_move_order();
+        r.set_number(m.number);
+        r.set_entity(m.entity.value);
+        for (const double coordinate : m.position) {
+            r.add_position(coordinate);
+        }
+    }
+
     void operator()(const mailbox::NewBrains& m) const {
         out.mutable_new_brains()->set_config(*m.config);
     }
@@ -121,6 +140,19 @@ bool read_input(const RecordedItem::Input& r, mailbox::InboxItem& out) {
         input.commands.push_back(command);
     }
     out = std::move(input);
+    return true;
+}
+
+bool read_spawn(const RecordedItem::SpawnOrder& r, mailbox::InboxItem& out) {
+    mailbox::SpawnOrder order;
+    order.number = r.number();
+    if (r.position_size() != 3 || !fits(r.type(), order.type) || !fits(r.yaw(), order.yaw)) {
+        return false;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        order.position[axis] = r.position(axis);
+    }
+    out = order;
     return true;
 }
 
@@ -186,6 +218,17 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             out = mailbox::NewBrains{
                 std::make_shared<const std::string>(record.new_brains().config()), nullptr};
             return true;
+        case RecordedItem::kSpawnOrder:
+            return read_spawn(record.spawn_order(), out);
+        case RecordedItem::kMoveOrder: {
+            const RecordedItem::MoveOrder& r = record.move_order();
+            if (r.position_size() != 3) {
+                return false;
+            }
+            out = mailbox::MoveOrder{
+                r.number(), EntityId(r.entity()), {r.position(0), r.position(1), r.position(2)}};
+            return true;
+        }
         case RecordedItem::ITEM_NOT_SET:
             break;
     }

@@ -1,11 +1,8 @@
 #include "server/recording/recorder.h"
 
-#include "server/recording/record_items.h"
-#include "shared/core/state_hash.h"
-
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <algorithm>
+#include <ctime>
+#include <utility>
 
 namespace zoned::recording {
 
@@ -13,344 +10,210 @@ namespace {
 
 using core::Result;
 
-constexpr char kMagic[8] = {'Z', 'O', 'N', 'E', 'D', 'R', 'E', 'C'};
-constexpr std::size_t kHeadBytes = 12;  // length and checksum of a frame
-constexpr std::size_t kBufferBytes = 1u << 20;
-/// A damaged length must not make the reader ask for all memory.
-constexpr std::uint64_t kMaxFrameBytes = 1u << 28;
+constexpr double kMostBehind_s = 10.0;
 
-struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-};
+// For await_written_inputs(): a process has one recorder that matters.
+std::atomic<std::uint64_t> inputs_begun{0};
+std::atomic<std::uint64_t> inputs_written{0};
 
-using File = std::unique_ptr<std::FILE, CloseFile>;
-
-std::uint64_t checksum(const std::string& payload) {
-    core::StateHash hash;
-    hash.add_bytes({reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()});
-    return hash.value();
-}
-
-void put_number(std::uint64_t value, std::size_t bytes, unsigned char* out) {
-    for (std::size_t i = 0; i < bytes; ++i) {
-        out[i] = static_cast<unsigned char>(value >> (8 * i));
-    }
-}
-
-std::uint64_t get_number(const unsigned char* in, std::size_t bytes) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < bytes; ++i) {
-        value |= static_cast<std::uint64_t>(in[i]) << (8 * i);
-    }
-    return value;
-}
-
-std::string system_reason() {
-    return errno == 0 ? "unknown reason" : std::strerror(errno);
+std::uint64_t writer_cpu_ns() {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<std::uint64_t>(t.tv_sec) * 1000000000ULL +
+           static_cast<std::uint64_t>(t.tv_nsec);
 }
 
 }  // namespace
 
-RecordingHeader RecordingHeader::of_this_build() {
-    RecordingHeader header;
-    header.target = ZONED_TARGET_NAME;
-#if defined(__clang__)
-    header.compiler = "clang++ " __clang_version__;
-#else
-    header.compiler = "g++ " __VERSION__;
-#endif
-    return header;
-}
-
-// ---------------------------------------------------------------- writer
-
-struct RecordingWriter::Impl {
-    File file;
-    std::string name;
-    std::string error;
-    std::uint64_t bytes = 0;
-    std::uint64_t ticks = 0;
-    // Kept between ticks, so that their memory is reused.
-    proto::RecordingFrame frame;
-    std::string payload;
-
-    void write(const void* data, std::size_t size) {
-        if (!error.empty() || !file) {
-            return;
-        }
-        errno = 0;
-        if (std::fwrite(data, 1, size, file.get()) != size) {
-            error = "cannot write the recording '" + name + "': " + system_reason();
-            return;
-        }
-        bytes += size;
-    }
-
-    void write_frame() {
-        frame.SerializeToString(&payload);
-        if (payload.size() > kMaxFrameBytes && error.empty()) {
-            error = "a tick of the recording '" + name + "' is larger than 256 MiB";
-        }
-        unsigned char head[kHeadBytes];
-        put_number(payload.size(), 4, head);
-        put_number(checksum(payload), 8, head + 4);
-        write(head, sizeof(head));
-        write(payload.data(), payload.size());
-    }
+/// Vectors that go to and fro between the tick loop and the writer.
+struct Recorder::Pool {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Inputs>> free;
 };
 
-RecordingWriter::RecordingWriter() : impl_(std::make_unique<Impl>()) {
+Recorder::Recorder(RecorderSettings settings, std::function<void(const std::string&)> tell)
+    : settings_(std::move(settings)),
+      tell_(std::move(tell)),
+      pool_(std::make_shared<Pool>()),
+      // Inputs and hashes of a tick are an entry each.
+      most_entries_(2 * static_cast<std::size_t>(kMostBehind_s * settings_.rate_hz) + 2) {
 }
 
-RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
-RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
-RecordingWriter::~RecordingWriter() = default;
+Recorder::~Recorder() {
+    if (thread_.joinable()) {
+        {
+            const std::lock_guard lock(mutex_);
+            closing_ = true;
+        }
+        filled_.notify_one();
+        thread_.join();
+    }
+}
 
-Result<bool> RecordingWriter::open(const std::string& file, const RecordingHeader& header) {
-    impl_ = std::make_unique<Impl>();
-    impl_->name = file;
-    errno = 0;
-    impl_->file.reset(std::fopen(file.c_str(), "wb"));
-    if (!impl_->file) {
-        return Result<bool>::failure("cannot create the recording '" + file +
-                                     "': " + system_reason());
+Result<bool> Recorder::open() {
+    if (!settings_.file.empty()) {
+        Result<bool> opened = file_.open(settings_.file, settings_.header);
+        if (!opened.ok()) {
+            return opened;
+        }
     }
-    std::setvbuf(impl_->file.get(), nullptr, _IOFBF, kBufferBytes);
-    impl_->write(kMagic, sizeof(kMagic));
-    proto::RecordingHeader& out = *impl_->frame.mutable_header();
-    out.set_format(kRecordingFormat);
-    out.set_generation(header.generation);
-    out.set_target(header.target);
-    out.set_compiler(header.compiler);
-    out.set_config_text(header.config_text);
-    out.set_config_digest(header.config_digest);
-    out.set_seed(header.seed);
-    impl_->write_frame();
-    if (!impl_->error.empty()) {
-        return Result<bool>::failure(impl_->error);
+    if (settings_.ring_s > 0.0) {
+        const auto ticks = static_cast<std::uint64_t>(settings_.ring_s * settings_.rate_hz);
+        const Result<bool> opened = ring_.open(settings_.ring_folder, ticks, settings_.header);
+        if (!opened.ok()) {
+            ++figures_.failures;
+            tell_("the last inputs are not kept (recording.ring_s): " + opened.error());
+        }
     }
+    thread_ = std::thread([this] { run(); });
     return true;
 }
 
-void RecordingWriter::add_tick(Tick tick, std::span<const ZoneTick> zones) {
-    proto::RecordedTick& out = *impl_->frame.mutable_tick();
-    out.Clear();
-    out.set_tick(tick);
-    for (const ZoneTick& zone : zones) {
-        proto::RecordedZone& z = *out.add_zones();
-        z.set_zone(zone.zone.value);
-        z.set_hash(zone.hash);
-        for (const mailbox::InboxItem& item : zone.inbox) {
-            to_record(item, *z.add_items());
+std::shared_ptr<Inputs> Recorder::lend() {
+    std::unique_ptr<Inputs> inputs;
+    {
+        const std::lock_guard lock(pool_->mutex);
+        if (!pool_->free.empty()) {
+            inputs = std::move(pool_->free.back());
+            pool_->free.pop_back();
         }
     }
-    impl_->write_frame();
-    ++impl_->ticks;
+    if (!inputs) {
+        inputs = std::make_unique<Inputs>();
+    }
+    const auto give_back = [pool = pool_](Inputs* used) {
+        used->clear();
+        const std::lock_guard lock(pool->mutex);
+        pool->free.emplace_back(used);
+    };
+    return {inputs.release(), give_back};
 }
 
-Result<bool> RecordingWriter::close() {
-    if (!impl_->file) {
-        return Result<bool>::failure("no recording is open");
+void Recorder::push(Entry entry, bool wake) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (overflowed_ || entries_.size() >= most_entries_) {
+            overflowed_ = true;
+            return;
+        }
+        entries_.push_back(std::move(entry));
     }
-    impl_->frame.mutable_end()->set_ticks(impl_->ticks);
-    impl_->write_frame();
-    errno = 0;
-    std::FILE* file = impl_->file.release();
-    if (std::fclose(file) != 0 && impl_->error.empty()) {
-        impl_->error = "cannot write the recording '" + impl_->name + "': " + system_reason();
+    if (wake) {
+        filled_.notify_one();
     }
-    if (!impl_->error.empty()) {
-        return Result<bool>::failure(impl_->error);
-    }
-    return true;
 }
 
-std::uint64_t RecordingWriter::bytes() const {
-    return impl_->bytes;
+void Recorder::begin_tick(Tick tick, std::shared_ptr<const Inputs> inputs) {
+    inputs_begun.fetch_add(1, std::memory_order_relaxed);
+    push({tick, std::move(inputs), {}}, true);
 }
 
-// ---------------------------------------------------------------- reader
+void Recorder::end_tick(Tick tick, std::vector<std::uint64_t> hashes) {
+    // They go to disk with the next tick: a replay needs the inputs, not these.
+    push({tick, nullptr, std::move(hashes)}, false);
+}
 
-struct RecordingReader::Impl {
-    File file;
-    std::string name;
-    RecordingHeader header;
-    std::uint64_t size = 0;
-    std::uint64_t at = 0;
-    std::uint64_t ticks = 0;
-    bool ended = false;
-    Tick last = 0;
-    proto::RecordingFrame frame;
-    std::string payload;
-
-    [[nodiscard]] Result<bool> damaged(const std::string& what) const {
-        return Result<bool>::failure("the recording '" + name + "' " + what + " (byte " +
-                                     std::to_string(at) + ", after " + std::to_string(ticks) +
-                                     " ticks)");
+void Recorder::run() {
+    std::vector<Entry> entries;
+    bool closing = false;
+    bool overflowed = false;
+    while (!closing) {
+        {
+            std::unique_lock lock(mutex_);
+            filled_.wait(lock, [this] { return !entries_.empty() || closing_; });
+            entries.swap(entries_);
+            closing = closing_;
+            overflowed = std::exchange(overflowed_, false);
+            figures_.behind_ticks_max =
+                std::max<std::uint64_t>(figures_.behind_ticks_max, entries.size() / 2);
+        }
+        std::uint64_t begun = 0;
+        for (const Entry& entry : entries) {
+            write(entry);
+            begun += entry.inputs ? 1 : 0;
+        }
+        file_.flush();
+        ring_.flush();
+        inputs_written.fetch_add(begun, std::memory_order_relaxed);
+        entries.clear();
+        if (overflowed) {
+            fall_behind();
+        }
+        look_for_failures();
+        const std::lock_guard lock(mutex_);
+        figures_.ticks += begun;
+        figures_.bytes = file_.bytes();
+        figures_.writer_cpu_ns = writer_cpu_ns();
     }
+}
 
-    bool read(void* out, std::size_t bytes) {
-        return std::fread(out, 1, bytes, file.get()) == bytes;
+void Recorder::write(const Entry& entry) {
+    const std::string_view frame = entry.inputs ? encoder_.inputs(entry.tick, *entry.inputs)
+                                                : encoder_.hashes(entry.tick, entry.hashes);
+    file_.append(frame, entry.inputs != nullptr);
+    ring_.append(frame, entry.tick, entry.inputs != nullptr);
+}
+
+/// Ticks were left out: no replay comes past them.
+void Recorder::fall_behind() {
+    file_.give_up("the disk is more than " + std::to_string(static_cast<int>(kMostBehind_s)) +
+                  " s behind");
+    ring_.restart();
+}
+
+void Recorder::look_for_failures() {
+    std::uint64_t failures = 0;
+    if (!file_.error().empty() && !file_told_) {
+        file_told_ = true;
+        ++failures;
+        tell_(file_.error() + "; nothing more is recorded, what is on disk ends with a whole tick");
     }
+    if (ring_.error().empty()) {
+        ring_told_ = false;
+    } else if (!ring_told_) {
+        ring_told_ = true;
+        ++failures;
+        tell_("the last inputs are not kept for now: " + ring_.error());
+    }
+    const std::lock_guard lock(mutex_);
+    figures_.failures += failures;
+}
 
-    /// True: `frame` is the next one. False: not a byte is left.
-    Result<bool> read_frame() {
-        if (at == size) {
-            return false;
+Result<bool> Recorder::close(bool keeps_ring) {
+    if (thread_.joinable()) {
+        {
+            const std::lock_guard lock(mutex_);
+            closing_ = true;
         }
-        unsigned char head[kHeadBytes];
-        if (size - at < kHeadBytes || !read(head, sizeof(head))) {
-            return damaged("is cut off within a frame");
-        }
-        const std::uint64_t length = get_number(head, 4);
-        if (length > kMaxFrameBytes) {
-            return damaged("is corrupt: a frame of " + std::to_string(length) + " bytes");
-        }
-        if (length > size - at - kHeadBytes) {
-            return damaged("is cut off within a frame");
-        }
-        payload.resize(length);
-        if (!read(payload.data(), length)) {
-            return damaged("cannot be read");
-        }
-        if (checksum(payload) != get_number(head + 4, 8)) {
-            return damaged("is corrupt: a checksum does not match");
-        }
-        if (!frame.ParseFromString(payload)) {
-            return damaged("is corrupt: a frame does not parse");
-        }
-        at += kHeadBytes + length;
+        filled_.notify_one();
+        thread_.join();
+    }
+    ring_.close(keeps_ring);
+    if (settings_.file.empty()) {
         return true;
     }
-
-    Result<bool> read_header() {
-        const Result<bool> first = read_frame();
-        if (!first.ok()) {
-            return first;
-        }
-        if (!first.value() || !frame.has_header()) {
-            return damaged("has no header");
-        }
-        const proto::RecordingHeader& from = frame.header();
-        if (from.format() != kRecordingFormat) {
-            return damaged("has format " + std::to_string(from.format()) + ", this program reads " +
-                           std::to_string(kRecordingFormat));
-        }
-        header.generation = from.generation();
-        header.target = from.target();
-        header.compiler = from.compiler();
-        header.config_text = from.config_text();
-        header.config_digest = from.config_digest();
-        header.seed = from.seed();
-        return check_build();
+    Result<bool> closed = file_.close();
+    if (!closed.ok() && !file_told_) {
+        ++figures_.failures;
     }
-
-    /// Hashes agree only between builds of one simulation generation for one processor target.
-    [[nodiscard]] Result<bool> check_build() const {
-        const RecordingHeader own = RecordingHeader::of_this_build();
-        if (header.generation != own.generation) {
-            return Result<bool>::failure(
-                "the recording '" + name + "' comes from simulation generation " +
-                std::to_string(header.generation) + ", this program has " +
-                std::to_string(own.generation) + "; replay it with a build of its own time");
-        }
-        if (header.target != own.target) {
-            return Result<bool>::failure("the recording '" + name +
-                                         "' was made by a build for target '" + header.target +
-                                         "', this one is for '" + own.target +
-                                         "'; build with -DZONED_TARGET=" + header.target);
-        }
-        return true;
-    }
-
-    bool read_tick(TickRecord& record) const {
-        const proto::RecordedTick& from = frame.tick();
-        record.tick = from.tick();
-        record.zones.resize(static_cast<std::size_t>(from.zones_size()));
-        for (int z = 0; z < from.zones_size(); ++z) {
-            ZoneTick& zone = record.zones[static_cast<std::size_t>(z)];
-            const proto::RecordedZone& recorded = from.zones(z);
-            if (recorded.zone() == 0 || recorded.zone() > 0xFFFF) {
-                return false;
-            }
-            zone.zone = ZoneId(static_cast<std::uint16_t>(recorded.zone()));
-            zone.hash = recorded.hash();
-            zone.inbox.resize(static_cast<std::size_t>(recorded.items_size()));
-            for (int i = 0; i < recorded.items_size(); ++i) {
-                if (!from_record(recorded.items(i), zone.inbox[static_cast<std::size_t>(i)])) {
-                    return false;
-                }
-            }
-        }
-        return true;
-    }
-};
-
-RecordingReader::RecordingReader() : impl_(std::make_unique<Impl>()) {
+    figures_.bytes = file_.bytes();
+    return closed;
 }
 
-RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
-RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
-RecordingReader::~RecordingReader() = default;
-
-Result<bool> RecordingReader::open(const std::string& file) {
-    impl_ = std::make_unique<Impl>();
-    impl_->name = file;
-    errno = 0;
-    impl_->file.reset(std::fopen(file.c_str(), "rb"));
-    if (!impl_->file || std::fseek(impl_->file.get(), 0, SEEK_END) != 0) {
-        return Result<bool>::failure("cannot read the recording '" + file +
-                                     "': " + system_reason());
-    }
-    const long size = std::ftell(impl_->file.get());
-    std::rewind(impl_->file.get());
-    impl_->size = size < 0 ? 0 : static_cast<std::uint64_t>(size);
-    char magic[sizeof(kMagic)] = {};
-    if (impl_->size < sizeof(kMagic) || !impl_->read(magic, sizeof(magic)) ||
-        std::memcmp(magic, kMagic, sizeof(kMagic)) != 0) {
-        return Result<bool>::failure("'" + file + "' is no recording of zoned");
-    }
-    impl_->at = sizeof(kMagic);
-    return impl_->read_header();
+RecorderFigures Recorder::figures() const {
+    const std::lock_guard lock(mutex_);
+    return figures_;
 }
 
-const RecordingHeader& RecordingReader::header() const {
-    return impl_->header;
-}
-
-Result<bool> RecordingReader::next(TickRecord& record) {
-    if (!impl_->file) {
-        return Result<bool>::failure("no recording is open");
-    }
-    if (impl_->ended) {
-        return false;
-    }
-    const Result<bool> more = impl_->read_frame();
-    if (!more.ok()) {
-        return more;
-    }
-    if (!more.value()) {
-        return impl_->damaged("ends without an end mark: the server did not come to close it");
-    }
-    if (impl_->frame.has_end()) {
-        if (impl_->frame.end().ticks() != impl_->ticks) {
-            return impl_->damaged("is corrupt: its end mark counts other ticks");
+void await_written_inputs(int most_ms) noexcept {
+    const timespec pause{0, 1000000};
+    for (int ms = 0; ms < most_ms; ++ms) {
+        if (inputs_written.load(std::memory_order_relaxed) >=
+            inputs_begun.load(std::memory_order_relaxed)) {
+            return;
         }
-        if (impl_->at != impl_->size) {
-            return impl_->damaged("is corrupt: something follows its end mark");
-        }
-        impl_->ended = true;
-        return false;
+        nanosleep(&pause, nullptr);
     }
-    if (!impl_->frame.has_tick() || !impl_->read_tick(record)) {
-        return impl_->damaged("is corrupt: a frame holds no valid tick");
-    }
-    if (impl_->ticks > 0 && record.tick <= impl_->last) {
-        return impl_->damaged("is corrupt: ticks do not ascend");
-    }
-    impl_->last = record.tick;
-    ++impl_->ticks;
-    return true;
 }
 
 }  // namespace zoned::recording

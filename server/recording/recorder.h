@@ -1,91 +1,111 @@
-// Recorder: writes and reads recordings, from which `zoned replay` re-simulates a run bit for bit.
+// Recorder: writes what enters the world to disk, on a thread of its own, so that `zoned replay`
+// simulates the run again bit for bit.
 #pragma once
 
-#include "server/mailbox/messages.h"
-#include "shared/core/ids.h"
-#include "shared/core/result.h"
+#include "server/recording/crash_ring.h"
+#include "server/recording/recording_file.h"
 
+#include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace zoned::recording {
 
-/// Version of the simulation. Raise it with every change after which the same input gives other
-/// hashes.
-inline constexpr std::uint32_t kSimulationGeneration = 11;
-/// Version of the file format.
-inline constexpr std::uint32_t kRecordingFormat = 1;
+/// What the world is given before a tick.
+using Inputs = std::vector<mailbox::InboxItem>;
 
-/// The header of a recording: the run that it comes from.
-struct RecordingHeader {
-    std::uint32_t generation = kSimulationGeneration;
-    std::string target;    ///< processor target of the build
-    std::string compiler;  ///< for information
-    std::string config_text;
-    std::string config_digest;
-    std::uint64_t seed = 0;
-
-    /// Target, compiler and generation of this program.
-    static RecordingHeader of_this_build();
+struct RecorderSettings {
+    std::string file;         ///< the whole run; empty: none
+    std::string ring_folder;  ///< of the last seconds
+    double ring_s = 0.0;      ///< 0: no ring
+    double rate_hz = 30.0;    ///< ticks a second
+    RecordingHeader header;
 };
 
-/// The input of one zone at a tick, and the hash of its state after it.
-struct ZoneTick {
-    ZoneId zone;
-    std::vector<mailbox::InboxItem> inbox;
-    std::uint64_t hash = 0;
+struct RecorderFigures {
+    std::uint64_t ticks = 0;     ///< taken by the writer
+    std::uint64_t bytes = 0;     ///< of the file
+    std::uint64_t failures = 0;  ///< 0 or 1 of the file, and of pieces of the ring
+    std::uint64_t behind_ticks_max = 0;
+    std::uint64_t writer_cpu_ns = 0;
 };
 
-struct TickRecord {
-    Tick tick = 0;
-    std::vector<ZoneTick> zones;
-};
-
-/// The file: 8 bytes of magic, then frames: length (4 bytes, little endian), checksum of the
-/// payload (8 bytes), payload (a RecordingFrame). Writes are buffered. Not thread-safe.
-class RecordingWriter {
+/// The tick loop calls begin_tick() and end_tick() and never waits for a disk; all encoding and
+/// writing is done by a thread of the recorder. Inputs are on their way to disk before the tick is
+/// simulated. A disk that is full, fails or stays ten seconds behind ends the recording of the file
+/// with one message; play goes on.
+class Recorder {
   public:
-    RecordingWriter();
-    RecordingWriter(RecordingWriter&&) noexcept;
-    RecordingWriter& operator=(RecordingWriter&&) noexcept;
-    ~RecordingWriter();  ///< closes without an end mark when close() was not called
+    /// `tell` hears each failure once, at once, on the writer's thread.
+    Recorder(RecorderSettings settings, std::function<void(const std::string&)> tell);
+    Recorder(const Recorder&) = delete;
+    Recorder& operator=(const Recorder&) = delete;
+    ~Recorder();  ///< without close(): as when the process dies
 
-    /// Replaces an existing file.
-    core::Result<bool> open(const std::string& file, const RecordingHeader& header);
-    /// Ticks ascend. A failed write sticks: nothing more is written, close() tells the reason.
-    void add_tick(Tick tick, std::span<const ZoneTick> zones);
-    /// Writes the end mark; fails with the first thing that went wrong since open().
-    core::Result<bool> close();
+    /// Fails when the file cannot be created. A ring that cannot be kept is told of, no more.
+    core::Result<bool> open();
 
-    [[nodiscard]] std::uint64_t bytes() const;
+    /// An empty vector for the inputs of a tick, with memory of an earlier tick.
+    std::shared_ptr<Inputs> lend();
+    /// Before the tick is simulated. Nobody changes the inputs from here on.
+    void begin_tick(Tick tick, std::shared_ptr<const Inputs> inputs);
+    /// After it, with the state hash of each zone.
+    void end_tick(Tick tick, std::vector<std::uint64_t> hashes);
+
+    /// Ends both recordings: the file gets its end mark, the ring goes, unless it is wanted for the
+    /// fault that ended the run. Fails with what went wrong with the file, at any time.
+    core::Result<bool> close(bool keeps_ring = false);
+
+    /// From any thread.
+    [[nodiscard]] RecorderFigures figures() const;
+
+    /// The folder with the last inputs of an earlier run that did not end well; empty: none.
+    [[nodiscard]] const std::string& kept_ring() const { return ring_.kept(); }
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    struct Entry {
+        Tick tick = 0;
+        std::shared_ptr<const Inputs> inputs;  ///< null: hashes
+        std::vector<std::uint64_t> hashes;
+    };
+
+    struct Pool;
+
+    void push(Entry entry, bool wake);
+    void run();
+    void write(const Entry& entry);
+    void fall_behind();
+    void look_for_failures();
+
+    RecorderSettings settings_;
+    std::function<void(const std::string&)> tell_;
+    RecordingFile file_;  // of the writer's thread, from open() to close()
+    CrashRing ring_;
+    FrameEncoder encoder_;
+    bool file_told_ = false;
+    bool ring_told_ = false;
+    std::shared_ptr<Pool> pool_;
+    std::size_t most_entries_ = 0;
+
+    mutable std::mutex mutex_;  // guards what follows
+    std::condition_variable filled_;
+    std::vector<Entry> entries_;
+    bool overflowed_ = false;
+    bool closing_ = false;
+    RecorderFigures figures_;
+
+    std::thread thread_;
 };
 
-/// Reads a recording from its beginning to its end. Not thread-safe.
-class RecordingReader {
-  public:
-    RecordingReader();
-    RecordingReader(RecordingReader&&) noexcept;
-    RecordingReader& operator=(RecordingReader&&) noexcept;
-    ~RecordingReader();
-
-    /// Fails with a reason when the file cannot be read, is no recording, has another format, or
-    /// was made by a build whose hashes need not agree with this one's (target, generation).
-    core::Result<bool> open(const std::string& file);
-    [[nodiscard]] const RecordingHeader& header() const;
-    /// True: `record` holds the next tick. False: the recording ended in good order. Fails on
-    /// damage, and where the file ends without its end mark.
-    core::Result<bool> next(TickRecord& record);
-
-  private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
-};
+/// For a handler of crashes: waits until the inputs that were begun last are on their way to disk,
+/// `most_ms` at most. Async-signal-safe.
+void await_written_inputs(int most_ms) noexcept;
 
 }  // namespace zoned::recording

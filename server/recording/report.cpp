@@ -2,9 +2,7 @@
 
 #include "shared/wire/packet.h"
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 
 namespace zoned::recording {
 
@@ -21,16 +19,6 @@ void write_percentiles(core::JsonWriter& json, const std::string& name, const Pe
         .field(name + "_p99", p.p99)
         .field(name + "_p999", p.p999)
         .field(name + "_max", p.max);
-}
-
-void write_counts(core::JsonWriter& json,
-                  const char* name,
-                  const std::map<std::string, std::uint64_t>& counts) {
-    json.key(name).begin_object();
-    for (const auto& [reason, count] : counts) {
-        json.field(reason, count);
-    }
-    json.end_object();
 }
 
 void write_zones(core::JsonWriter& json, const std::vector<ZoneFigures>& zones) {
@@ -86,7 +74,7 @@ void write_traffic_figures(core::JsonWriter& json, const TrafficFigures& traffic
     json.field("seal_and_header_bytes", kAround * traffic.sent_packets);
     json.field("sent_body_bytes", sent_bodies);
     json.field("withheld_body_bytes", traffic.table.bits() / 8 - sent_bodies);
-    write_counts(json, "stream_bytes", traffic.stream_bytes);
+    json.field("stream_bytes", traffic.stream_bytes);
     json.end_object();
 }
 
@@ -105,7 +93,7 @@ std::string to_json(const ServerReport& report) {
     write_percentiles(json, "tick_cpu_ms", report.tick_cpu_ms);
     write_percentiles(json, "tick_late_ms", report.tick_late_ms);
     json.field("cpu_cores", report.cpu_cores).field("overruns", report.overruns);
-    write_counts(json, "overruns_by_reason", report.overruns_by_reason);
+    json.field("overruns_by_reason", report.overruns_by_reason);
     json.field("dropped_ticks", report.dropped_ticks)
         .field("entities", report.entities)
         .field("awake_bodies", report.awake_bodies)
@@ -114,7 +102,7 @@ std::string to_json(const ServerReport& report) {
         .field("packets_out", report.packets_out)
         .field("bytes_in", report.bytes_in)
         .field("bytes_out", report.bytes_out);
-    write_counts(json, "rejected", report.rejected);
+    json.field("rejected", report.rejected);
     json.field("handoffs", report.handoffs)
         .field("client_handoffs", report.client_handoffs)
         .field("state_hash", hex(report.state_hash));
@@ -129,20 +117,6 @@ std::string to_json(const ServerReport& report) {
     }
     json.end_object();
     return json.text() + "\n";
-}
-
-core::Result<bool> write_report(const std::string& file, const ServerReport& report) {
-    const std::string text = to_json(report);
-    errno = 0;
-    std::FILE* out = std::fopen(file.c_str(), "wb");
-    const bool written =
-        out != nullptr && std::fwrite(text.data(), 1, text.size(), out) == text.size();
-    const bool closed = out != nullptr && std::fclose(out) == 0;
-    if (!written || !closed) {
-        return core::Result<bool>::failure("cannot write the report '" + file +
-                                           "': " + std::strerror(errno));
-    }
-    return true;
 }
 
 }  // namespace zoned::recording

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "shared/core/json.h"
-#include "shared/core/result.h"
 #include "shared/wire/traffic.h"
 
 #include <cstdint>
@@ -93,8 +92,5 @@ struct ServerReport {
 };
 
 std::string to_json(const ServerReport& report);
-
-/// Writes the report to a file; fails with a reason.
-core::Result<bool> write_report(const std::string& file, const ServerReport& report);
 
 }  // namespace zoned::recording

@@ -252,6 +252,11 @@ bool Packer::add(Tick now,
         body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
     }
     entries_.push_back(entry);
+    if (s != nullptr) {
+        streams.count_sent(
+            s->stream,
+            codes_ ? static_cast<std::size_t>(client.coded_bytes) : encoded.bytes->size());
+    }
     if (meter_ && s == nullptr && !codes_) {
         meter_->table().add_removal(8 * encoded.bytes->size());
     } else if (meter_ && s != nullptr) {

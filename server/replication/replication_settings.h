@@ -62,6 +62,7 @@ struct ReplicationReport {
     std::uint64_t bytes = 0;        ///< bodies
     std::uint32_t over_budget = 0;  ///< clients with updates still pending when their budget ended
     std::uint32_t widened = 0;      ///< clients that were notified of bounds wider than promised
+    EntityId limit_entity;          ///< one of those that exceeded a limit
     std::uint32_t limit_exceeded =
         0;                     ///< entities whose truth exceeded its declared a_max or dv_max
     std::uint32_t inputs = 0;  ///< commands that were due

@@ -268,6 +268,37 @@ float Replicator::bound_m(ClientId client, EntityId entity) const {
     return s != nullptr ? impl_->settings.lods[s->lod].position_m : 0.0F;
 }
 
+void Replicator::shown_to(ClientId client, Tick now, std::vector<AssumedState>& out) const {
+    out.clear();
+    const auto it = impl_->find(client);
+    if (it == impl_->clients.end()) {
+        return;
+    }
+    for (const Subscription& s : (*it)->subscriptions) {
+        if (const Past* held = impl_->streams.past(s.stream, held_version(s))) {
+            const float elapsed = elapsed_seconds(held->tick, now, impl_->settings.tick_s);
+            out.push_back({s.entity,
+                           motion::predict_position(held->from, held->order, elapsed),
+                           impl_->settings.lods[s.lod].position_m,
+                           s.lod});
+        }
+    }
+}
+
+Replicator::NetworkUse Replicator::spent_on(EntityId entity) const {
+    NetworkUse out;
+    for (std::uint8_t lod = 0; lod < impl_->settings.lods.size(); ++lod) {
+        const StreamIndex index = impl_->streams.find(entity, lod);
+        if (index != kNoStream) {
+            const Stream& stream = impl_->streams[index];
+            out.publications += stream.version;
+            out.records += stream.sent_records;
+            out.bytes += stream.sent_bytes;
+        }
+    }
+    return out;
+}
+
 Tick Replicator::one_way_ticks(ClientId client) const {
     const auto it = impl_->find(client);
     if (it == impl_->clients.end()) {

@@ -94,6 +94,27 @@ class Replicator {
     /// it.
     [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;
 
+    /// An entity as a client is assumed to show it.
+    struct AssumedState {
+        EntityId entity;
+        Vec3 position = Vec3::Zero();  ///< predicted for the tick asked for, zone-local, m
+        float bound_m = 0.0F;          ///< the promised error
+        std::uint8_t lod = 0;
+    };
+
+    /// The states that a client was sent, without its own avatar, ascending by entity, at `now`.
+    /// Entities of which it has nothing yet are left out.
+    void shown_to(ClientId client, Tick now, std::vector<AssumedState>& out) const;
+
+    /// The use of the network by one entity, for as long as some client is subscribed to it.
+    struct NetworkUse {
+        std::uint64_t publications = 0;
+        std::uint64_t records = 0;  ///< copies into packets
+        std::uint64_t bytes = 0;    ///< of these; of records coded for one client their mean size
+    };
+
+    [[nodiscard]] NetworkUse spent_on(EntityId entity) const;
+
     /// The time that an update takes to this client, ticks, rounded up: half of its round trip; 0:
     /// not measured yet.
     [[nodiscard]] Tick one_way_ticks(ClientId client) const;

@@ -156,6 +156,7 @@ void StreamTable::publish(Tick now,
                                  entities.velocity[row],
                                  type,
                                  settings_.tick_s)) {
+            report.limit_entity = entities.id[row];
             ++report.limit_exceeded;
         }
         for (const StreamIndex index : slot.stream) {

@@ -67,7 +67,9 @@ struct Stream {
     std::uint32_t version = 0;  ///< counts publications; 0 = nothing published yet
     std::uint32_t last_serial = 0;
     std::uint32_t since_keyframe = 0;
-    Tick tick = 0;         ///< of the publication
+    std::uint64_t sent_records = 0;  ///< copies into packets so far; the simulation never reads it
+    std::uint64_t sent_bytes = 0;    ///< of these
+    Tick tick = 0;                   ///< of the publication
     Tick alive_tick = 0;   ///< of the publication, or when truth was last seen to rest as published
     Tick breach_tick = 0;  ///< when truth last left the prediction, or that of `replaced`
     Replaced replaced;
@@ -150,6 +152,12 @@ class StreamTable {
     /// Must follow an encode() whose absolute bytes are really sent. True when that made the
     /// publication a keyframe.
     bool sent_absolute(StreamIndex index);
+
+    /// A record of the stream went into a packet.
+    void count_sent(StreamIndex index, std::size_t bytes) {
+        ++streams_[index].sent_records;
+        streams_[index].sent_bytes += bytes;
+    }
 
     /// kNoStream when nobody subscribes.
     [[nodiscard]] StreamIndex find(EntityId entity, std::uint8_t lod) const;

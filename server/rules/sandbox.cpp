@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::size_t kMaxPayload = 512;
 constexpr float kIdleAfterS = 1.0F;
+/// Of an input's scale of 127: what asks for more than half of the walking speed does not sneak.
+constexpr int kSneakPace = 64;
 /// First byte of a saved record; a change of the fields changes it.
 constexpr std::uint8_t kCharacterFormat = 0x12;
 constexpr std::uint8_t kPropFormat = 0x21;
@@ -29,6 +31,24 @@ zone::RulesEvent name_event(sandbox::EventKind kind, const CharacterRecord& who,
     name.set_avatar(avatar.value);
     name.set_name(who.name);
     return event(kind, name);
+}
+
+/// The stance that an input calls for by itself; none: it depends on what came before.
+std::optional<world::Stance> stance_of(const RulesContext& context,
+                                       const motion::InputCommand& command) {
+    const int pace2 = command.move_x * command.move_x + command.move_z * command.move_z;
+    if (pace2 != 0 && (command.buttons & motion::kButtonSprint) != 0) {
+        return world::Stance::kRunning;
+    }
+    std::optional<world::Stance> stance;
+    if ((command.buttons & sandbox::BUTTON_SPYGLASS) != 0) {
+        stance = context.stance_named("spyglass");
+    }
+    if (!stance && (command.buttons & sandbox::BUTTON_SNEAK) != 0 &&
+        pace2 <= kSneakPace * kSneakPace) {
+        stance = context.stance_named("sneaking");
+    }
+    return stance;
 }
 
 }  // namespace
@@ -156,12 +176,13 @@ void Sandbox::on_input(RulesContext& context,
     if (moving) {
         it->second.moved_at = context.now();
     }
-    // A running character is heard farther; one that has stood for a while is heard less far.
+    // A running character is heard farther, a sneaking one less far, and one that has stood for a
+    // while as well. A spyglass shows what is far off.
     world::Stance stance = world::Stance::kNormal;
     if (context.entities().has(row, world::kCarried)) {
         stance = world::Stance::kRiding;
-    } else if (moving && (command.buttons & motion::kButtonSprint) != 0) {
-        stance = world::Stance::kRunning;
+    } else if (const auto asked = stance_of(context, command)) {
+        stance = *asked;
     } else if (context.now() - it->second.moved_at >= ticks(context, kIdleAfterS)) {
         stance = world::Stance::kIdle;
     }

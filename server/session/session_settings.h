@@ -21,27 +21,32 @@ struct EventFaults {
     std::uint64_t seed = 1;
 };
 
-struct HostSettings {
+/// Settings of the host that may change while it runs.
+struct HostLimits {
     std::uint32_t max_sessions = 20000;
     double grace_s = 30.0;  ///< how long a session waits for its client to come back
     double login_timeout_s = 10.0;
     double silence_timeout_s =
         15.0;  ///< neither datagram nor frame for this long: the stream is closed, the grace begins
-    std::size_t max_frame_bytes = 65536;    ///< of a client's frame
     std::size_t max_unacked_events = 4096;  ///< more: the client is too slow, it is closed
+    // For sessions that begin from now on:
     std::uint32_t max_commands_per_s =
         20;  ///< reliable commands per client; flood limit (burst: 2 s worth)
     std::uint32_t max_datagrams_per_s = 120;
-    std::uint32_t max_frames_per_s = 400;  ///< of any kind; more than twice that at once: closed
-    std::size_t max_command_bytes = 4096;  ///< payload of one reliable command
-    std::size_t max_tunnel_backlog_bytes =
-        65536;  ///< no state packet goes into a stream in which more than this waits
-    std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
     bool dev_mode_loopback =
         false;  ///< lets in loopback addresses without a ticket, with all rights in dev_rights
     std::uint32_t dev_rights = mailbox::kRightPlay;
     std::vector<std::array<std::uint8_t, 32>>
         ticket_keys;  ///< Ed25519 public keys whose tickets are accepted
+};
+
+struct HostSettings : HostLimits {
+    std::size_t max_frame_bytes = 65536;   ///< of a client's frame
+    std::uint32_t max_frames_per_s = 400;  ///< of any kind; more than twice that at once: closed
+    std::size_t max_command_bytes = 4096;  ///< payload of one reliable command
+    std::size_t max_tunnel_backlog_bytes =
+        65536;  ///< no state packet goes into a stream in which more than this waits
+    std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
     std::uint32_t protocol_version = 5;
     std::string config_digest;
     proto::WorldDescription world;

@@ -22,17 +22,6 @@ ZoneClient* client_of(ZoneState& state, ClientId client) {
     return &state.clients[static_cast<std::size_t>(index)];
 }
 
-/// Viewers see all at rest; bodies keep their motion.
-void rest_all(ZoneState& state) {
-    world::Entities& e = state.entities;
-    for (world::Row row = 0; row < e.size(); ++row) {
-        e.velocity[row].setZero();
-        e.angular_velocity[row].setZero();
-        e.acceleration[row].setZero();
-        e.set(row, world::kAtRest, true);
-    }
-}
-
 void freeze(ZoneState& state, bool on) {
     state.frozen = on;
     if (on) {
@@ -167,6 +156,39 @@ struct Apply {
 
     void operator()(const mailbox::Freeze& item) const { freeze(state, item.on); }
 
+    void operator()(const mailbox::SpawnOrder& order) const {
+        const world::TypeTable& types = *state.settings.types;
+        const Vec3d at(order.position[0], order.position[1], order.position[2]);
+        if (order.type >= types.size() ||
+            (types[order.type].assembly != 0 && types[order.type].part != 0) || !at.allFinite()) {
+            answer(order.number, EntityId(), "no such entity can be spawned there");
+            return;
+        }
+        SpawnDef def;
+        def.type = order.type;
+        def.position = (at - state.settings.region().origin()).cast<float>();
+        def.yaw = order.yaw;
+        answer(order.number, ZoneContext(state).spawn(def), "");
+    }
+
+    void operator()(const mailbox::MoveOrder& order) const {
+        const world::Row row = state.entities.find(order.entity);
+        const Vec3d at(order.position[0], order.position[1], order.position[2]);
+        if (row == world::kNoRow || state.entities.has(row, world::kGhost) ||
+            state.entities.has(row, world::kHidden) || !at.allFinite()) {
+            answer(order.number, order.entity, "the entity is not in the world, or hidden");
+            return;
+        }
+        ZoneContext(state).teleport(order.entity,
+                                    (at - state.settings.region().origin()).cast<float>());
+        answer(order.number, order.entity, "");
+    }
+
+    void answer(std::uint64_t number, EntityId entity, const char* refused) const {
+        state.report.refused_items += *refused != '\0' ? 1 : 0;
+        state.out.messages.emplace_back(mailbox::OrderDone{number, entity, refused});
+    }
+
     void operator()(const mailbox::AuditRequest& request) const {
         if (ZoneClient* client = client_of(state, request.client)) {
             client->audit_due = true;
@@ -175,6 +197,16 @@ struct Apply {
 };
 
 }  // namespace
+
+void rest_all(ZoneState& state) {
+    world::Entities& e = state.entities;
+    for (world::Row row = 0; row < e.size(); ++row) {
+        e.velocity[row].setZero();
+        e.angular_velocity[row].setZero();
+        e.acceleration[row].setZero();
+        e.set(row, world::kAtRest, true);
+    }
+}
 
 std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> inbox) {
     for (const mailbox::InboxItem& item : inbox) {

@@ -11,4 +11,7 @@ namespace zoned::zone {
 /// are counted, not obeyed.
 std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> inbox);
 
+/// Viewers see all at rest; bodies keep their motion.
+void rest_all(ZoneState& state);
+
 }  // namespace zoned::zone

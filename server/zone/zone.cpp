@@ -102,7 +102,9 @@ void Zone::pass(Pass which, Work&& work) {
     }
     PassReport& report = state_->report.passes[static_cast<std::size_t>(which)];
     const std::uint64_t begin = stopwatch_ != nullptr ? stopwatch_() : 0;
+    state_->running = which;
     report.count += work();
+    state_->running.reset();
     report.ran = true;
     report.ns += stopwatch_ != nullptr ? stopwatch_() - begin : 0;
 }
@@ -169,6 +171,11 @@ void Zone::publish_ghosts() {
         export_ghosts(*state_, changed);
         return 0U;
     });
+}
+
+void Zone::stand_still() {
+    rest_all(*state_);
+    export_ghosts(*state_, true);
 }
 
 void Zone::follow_ghosts(std::span<ZoneState* const> zones) {

@@ -41,6 +41,9 @@ class Zone {
     void publish_ghosts();
     void follow_ghosts(std::span<ZoneState* const> zones);
 
+    /// For good: nothing moves any more, and neighbours see all at rest. In place of both halves.
+    void stand_still();
+
     /// Second half: interest -> replication -> audit -> hash.
     virtual void publish();
 

@@ -183,6 +183,8 @@ struct ZoneState {
     ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;
     std::unique_ptr<Rules> rules;
+    /// The pass that runs now: where a zone stopped, or the process crashed.
+    std::optional<Pass> running;
     core::Rng rng;
     std::vector<ZoneClient> clients;  ///< ascending by client id
 

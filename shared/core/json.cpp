@@ -140,4 +140,12 @@ JsonWriter& JsonWriter::value(double number) {
     return raw(std::string_view(buffer, static_cast<std::size_t>(end.ptr - buffer)));
 }
 
+JsonWriter& JsonWriter::value(const std::map<std::string, std::uint64_t>& counts) {
+    begin_object();
+    for (const auto& [name, count] : counts) {
+        field(name, count);
+    }
+    return end_object();
+}
+
 }  // namespace zoned::core

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -33,9 +34,10 @@ class JsonWriter {
     template <class T>
         requires(std::is_integral_v<T> && !std::is_same_v<T, bool>)
 
-    JsonWriter& value(T number) {
-        return raw(std::to_string(number));
-    }
+    JsonWriter& value(T number) { return raw(std::to_string(number)); }
+
+    /// An object with a number for each name.
+    JsonWriter& value(const std::map<std::string, std::uint64_t>& counts);
 
     /// key and value in one.
     template <class T>

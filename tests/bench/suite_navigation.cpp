@@ -64,7 +64,8 @@ class PathTrial final : public JudgedTrial {
           method_(method) {}
 
     void frame() override {
-        for_queries(turn_++ % kQueryShares, [this](const GridInstance& i) { sum_ += method_.ask(i); });
+        for_queries(turn_++ % kQueryShares,
+                    [this](const GridInstance& i) { sum_ += method_.ask(i); });
     }
 
     /// Queries that all frames take together.

@@ -1,81 +1,34 @@
 // The viewer in a real browser, on a live server.
-#include "tests/browser/browser.h"
-#include "tests/integration/process/fixture.h"
-
-#include <chrono>
-#include <csignal>
-#include <thread>
+#include "tests/browser/viewer_fixture.h"
 
 namespace zoned::testing_browser {
 namespace {
 
 using testing_process::Child;
 using testing_process::kPatience;
-using testing_process::number_after;
 using testing_process::read;
 using testing_process::scratch_folder;
 
 /// How many colours the middle of the canvas has, drawn anew: what is drawn is gone after its task.
 constexpr const char* kColours =
-    "(() => { const r = zoned.renderer; r.draw(); const gl = r.gl; const w = gl.drawingBufferWidth;"
+    "(() => { zoned.draw(); const gl = zoned.renderer.gl; const w = gl.drawingBufferWidth;"
     " const h = gl.drawingBufferHeight; const p = new Uint8Array(4 * w * h);"
     " gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, p); const seen = new Set();"
     " for (let i = 0; i < p.length; i += 4) seen.add(p[i] << 16 | p[i + 1] << 8 | p[i + 2]);"
     " return seen.size; })()";
-constexpr const char* kWanderer =
-    "[...zoned.entities.rows.values()].find(r => zoned.renderer.types[r.type].name === 'wanderer')";
 
-class Viewer : public testing_process::Process {
-  protected:
-    void SetUp() override {
-        if (!has_browser()) {
-            GTEST_SKIP() << "chromium is not installed (config/packages.txt)";
-        }
-        serve();
-        browser = std::make_unique<Browser>();
-    }
-
-    void serve() {
-        server = start_server({"--set", "network.admin_port=" + std::to_string(admin_port)});
-        admin_port = number_after(server->output(), "admin=");
-    }
-
-    static std::string token() { return read(scratch_folder() + "/admin.token").substr(0, 64); }
-
-    [[nodiscard]] std::string address() const {
-        return "http://127.0.0.1:" + std::to_string(admin_port) + "/";
-    }
-
-    void look() {
-        browser->open(address() + "#token=" + token());
-        ASSERT_TRUE(browser->wait_until("window.zoned?.counts().state === 'live'"))
-            << server->errors();
-        ASSERT_TRUE(browser->wait_until("zoned.entities.rows.size === 12"));
-        ASSERT_TRUE(browser->wait_until("zoned.counts().frames > 2"));
-    }
-
-    void expect_no_errors() const {
-        for (const std::string& error : browser->errors()) {
-            ADD_FAILURE() << error;
-        }
-    }
-
-    std::unique_ptr<Child> server;
-    std::unique_ptr<Browser> browser;
-    int admin_port = 0;
-};
+class Viewer : public ViewerFixture {};
 
 TEST_F(Viewer, ShowsAWorldThatMoves) {
     look();
     EXPECT_GT(std::stoi(browser->evaluate(kColours)), 6);
     // NPCs that nobody sees move from event to event; players move all the time.
-    std::vector<std::string> arguments = play(2, 120);
-    arguments.insert(arguments.end(), {"--no-audit", "--no-freeze"});
-    const Child players("client-sim", arguments);
-    EXPECT_TRUE(browser->wait_until("zoned.entities.rows.size === 14", kPatience))
-        << players.errors();
+    const Child bots("client-sim", players(2, 120));
+    EXPECT_TRUE(browser->wait_until("zoned.entities.size === 14", kPatience)) << bots.errors();
     const std::string at =
-        "[...zoned.entities.rows.values()].find(r => (r.flags & 2) !== 0)?.p.join()";
+        "(() => { const e = zoned.entities; const found = [...e.slotOf].find("
+        "([, slot]) => (e.flags(slot) & 2) !== 0); return found && " +
+        place_of("found[0]") + ".join(); })()";
     const std::string before = browser->evaluate(at);
     EXPECT_TRUE(browser->wait_until(at + " !== '" + before + "'"));
     const std::string updates = browser->evaluate("zoned.counts().updates");
@@ -90,43 +43,35 @@ TEST_F(Viewer, ShowsAWorldThatMoves) {
 TEST_F(Viewer, ExplainsWhatIsClicked) {
     look();
     // Close to the wanderer, so that nothing else is under the pointer.
-    browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = [..." +
-                      std::string(kWanderer) + ".p]; c.distance = 8; c.pitch = 1.2; })()");
-    const std::string place = "(() => { const a = zoned.renderer.project(" +
-                              std::string(kWanderer) + "); return a.x + ' ' + a.y; })()";
+    const std::string wanderer = place_of(first_of("wanderer"));
+    browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = " + wanderer +
+                      "; c.distance = 8; c.pitch = 1.2; })()");
+    const std::string place =
+        "(() => { const a = zoned.renderer.project(" + wanderer + "); return a.x + ' ' + a.y; })()";
     std::istringstream numbers(browser->evaluate(place));
     double x = 0.0;
     double y = 0.0;
     ASSERT_TRUE(numbers >> x >> y);
     browser->click(x, y);
     EXPECT_TRUE(browser->wait_until(
-        "/^wanderer \\d+, zone 1/.test(document.getElementById('details').textContent)"))
+        "/^wanderer \\d+$/.test(document.getElementById('chosen').textContent)"))
         << browser->evaluate("document.getElementById('details').textContent");
     EXPECT_TRUE(
-        browser->wait_until("document.getElementById('details').textContent.includes('wander')"));
+        browser->wait_until("document.getElementById('explain').textContent.includes('walk')"));
+    EXPECT_TRUE(browser->wait_until("zoned.overlay.details?.agent.brain === 'wander'"));
     browser->screenshot(scratch_folder() + "/clicked.png");
     expect_no_errors();
 }
 
 TEST_F(Viewer, DrawsACityOfSixThousandPeople) {
-    server->signal(SIGTERM);
-    EXPECT_EQ(server->wait(kPatience), 0);
-    Child city("zoned",
-               {"serve",
-                "--config",
-                ZONED_SOURCE_DIR "/config/city.txtpb",
-                "--set",
-                testing_process::state_set(),
-                "--set",
-                "network.admin_port=" + std::to_string(admin_port)});
-    ASSERT_TRUE(city.wait_for_output("ready ", 2.0 * kPatience)) << city.errors();
+    serve_world("city");
     browser->open(address() + "#token=" + token());
-    ASSERT_TRUE(browser->wait_until("window.zoned?.entities.rows.size > 6000", kPatience));
+    ASSERT_TRUE(browser->wait_until("window.zoned?.entities.size > 6000", kPatience));
     // Each frame is sorted, uploaded and drawn to its end, in software on most test machines.
     const std::string frame_ms = browser->evaluate(
         "(() => { const r = zoned.renderer; const p = new Uint8Array(4); const t ="
-        " performance.now(); for (let i = 0; i < 10; ++i) { r.place(zoned.entities, 0); r.draw();"
-        " r.gl.readPixels(0, 0, 1, 1, r.gl.RGBA, r.gl.UNSIGNED_BYTE, p); }"
+        " performance.now(); for (let i = 0; i < 10; ++i) { zoned.entities.changed = true;"
+        " zoned.draw(); r.gl.readPixels(0, 0, 1, 1, r.gl.RGBA, r.gl.UNSIGNED_BYTE, p); }"
         " return (performance.now() - t) / 10; })()");
     RecordProperty("frame_ms", frame_ms);
     EXPECT_LT(std::stod(frame_ms), 1000.0);
@@ -134,11 +79,117 @@ TEST_F(Viewer, DrawsACityOfSixThousandPeople) {
     expect_no_errors();
 }
 
+TEST_F(Viewer, FindsFollowsAndFilters) {
+    look();
+    const std::string crate = browser->evaluate(first_of("crate"));
+    browser->evaluate(
+        "(() => { const f = document.getElementById('find'); f.focus(); f.value = '" + crate +
+        "'; f.dispatchEvent(new Event('input')); document.querySelector('#found button').click();"
+        " })()");
+    EXPECT_EQ(browser->evaluate("zoned.counts().chosen"), crate);
+    EXPECT_EQ(browser->evaluate("document.getElementById('follow').getAttribute('aria-pressed')"),
+              "true");
+    EXPECT_TRUE(
+        browser->wait_until("Math.hypot(...zoned.renderer.camera.target.map((v, i) => v - " +
+                            place_of(crate) + "[i])) < 0.01"));
+    // Nothing of a hidden type is drawn or picked.
+    const std::string pick =
+        "zoned.renderer.pick(zoned.entities, zoned.clock, zoned.renderer.project(" +
+        place_of(crate) + ").x, zoned.renderer.project(" + place_of(crate) + ").y) >= 0";
+    EXPECT_EQ(browser->evaluate(pick), "true");
+    browser->evaluate(
+        "[...document.querySelectorAll('#types label')].filter(l => "
+        "l.textContent.includes('crate'))"
+        ".forEach(l => l.querySelector('input').click())");
+    EXPECT_EQ(browser->evaluate(pick), "false");
+    expect_no_errors();
+}
+
+TEST_F(Viewer, ChartsShowFigures) {
+    look();
+    const Child bots("client-sim", players(4, 120));
+    ASSERT_TRUE(browser->wait_until("zoned.entities.size === 16", kPatience)) << bots.errors();
+    browser->evaluate("document.getElementById('charts-button').click()");
+    ASSERT_TRUE(browser->wait_until("zoned.charts.charts.size === 5"));
+    EXPECT_TRUE(browser->wait_until("zoned.charts.charts.get('passes').data.labels.length > 3"));
+    const auto largest = [&](const std::string& chart) {
+        return "Math.max(...zoned.charts.charts.get('" + chart +
+               "').data.datasets.filter(d => d.label !== 'bound').flatMap(d => d.data))";
+    };
+    EXPECT_TRUE(browser->wait_until(largest("passes") + " > 0"));
+    EXPECT_TRUE(browser->wait_until(largest("traffic") + " > 0"));
+    EXPECT_TRUE(browser->wait_until(largest("errors") + " > 0"));
+    EXPECT_TRUE(browser->wait_until(largest("sessions") + " === 4"));
+    EXPECT_LE(std::stod(browser->evaluate(largest("errors"))), 5.0) << "in multiples of the bound";
+    browser->screenshot(scratch_folder() + "/charts.png");
+    expect_no_errors();
+}
+
+TEST_F(Viewer, ShowsWhatAClientWasSentBesideTheTruth) {
+    look();
+    const Child bots("client-sim", players(4, 120));
+    ASSERT_TRUE(browser->wait_until("zoned.entities.size === 16", kPatience)) << bots.errors();
+    browser->evaluate("zoned.choose(" + first_of("player") + ")");
+    ASSERT_TRUE(browser->wait_until("zoned.overlay.details?.view?.length >= 12"));
+    ASSERT_TRUE(browser->wait_until("zoned.overlay.details.view.some(v => v.shown)"));
+    EXPECT_EQ(browser->evaluate("zoned.overlay.details.view.filter(v => v.shown).every(v => "
+                                "v.error_m <= 3 * v.bound_m + 0.5)"),
+              "true");
+    EXPECT_TRUE(browser->evaluate("document.getElementById('facts').textContent").find("allowed") !=
+                std::string::npos);
+    browser->screenshot(scratch_folder() + "/sent.png");
+    expect_no_errors();
+}
+
+TEST_F(Viewer, StopsAndStepsTheWorldInDevelopment) {
+    look();
+    EXPECT_EQ(browser->evaluate("document.getElementById('pace').hidden"), "false");
+    browser->evaluate("document.getElementById('pause').click()");
+    ASSERT_TRUE(browser->wait_until(
+        "document.getElementById('pause').getAttribute('aria-pressed') === 'true'"));
+    std::string tick;
+    for (int i = 0; i < 50 && tick != browser->evaluate("zoned.entities.tick"); ++i) {
+        tick = browser->evaluate("zoned.entities.tick");
+        std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    }
+    ASSERT_EQ(browser->evaluate("zoned.entities.tick"), tick);
+    browser->evaluate("document.getElementById('step').click()");
+    EXPECT_TRUE(browser->wait_until("zoned.entities.tick === 1 + " + tick));
+    browser->evaluate("document.getElementById('pause').click()");
+    EXPECT_TRUE(browser->wait_until("zoned.entities.tick > 10 + " + tick));
+    expect_no_errors();
+}
+
+TEST_F(Viewer, DrawsHillsMachinesAndCloth) {
+    serve_world("hills");
+    open_world("hills");
+    EXPECT_TRUE(browser->wait_until(
+        "zoned.renderer.geometry.surfaces.length > 0 && zoned.renderer.geometry.drawn.length === "
+        "zoned.renderer.geometry.surfaces.length",
+        kPatience));
+    EXPECT_GT(std::stoi(browser->evaluate(kColours)), 30);
+    browser->screenshot(scratch_folder() + "/hills.png");
+    serve_world("machines");
+    open_world("machines");
+    EXPECT_TRUE(browser->wait_until("zoned.layers.joints.length > 0"));
+    browser->screenshot(scratch_folder() + "/machines.png");
+    serve_world("cloth");
+    open_world("cloth");
+    EXPECT_TRUE(browser->wait_until(
+        "[...zoned.renderer.softs.values()].some(s => s.faces && s.faces.length > 0)"));
+    browser->screenshot(scratch_folder() + "/cloth.png");
+    for (const std::string& error : browser->errors()) {
+        // Between two servers nobody listens.
+        EXPECT_NE(error.find("ERR_CONNECTION_REFUSED"), std::string::npos) << error;
+    }
+}
+
 TEST_F(Viewer, FollowsTheThemeAndFitsAPhone) {
     look();
     const std::string ground =
-        "(() => { const r = zoned.renderer; r.draw(); const p = new Uint8Array(4);"
-        " r.gl.readPixels(0, 0, 1, 1, r.gl.RGBA, r.gl.UNSIGNED_BYTE, p); return p[0]; })()";
+        "(() => { const r = zoned.renderer; zoned.draw(); const p = new Uint8Array(4);"
+        " r.gl.readPixels(0, r.canvas.height - 60, 1, 1, r.gl.RGBA, r.gl.UNSIGNED_BYTE, p);"
+        " return p[0]; })()";
     browser->set_dark(false);
     EXPECT_GT(std::stoi(browser->evaluate(ground)), 180);
     browser->set_dark(true);
@@ -170,7 +221,7 @@ TEST_F(Viewer, AsksForATokenAndShowsNothingWithAWrongOne) {
         "(() => { document.getElementById('token').value = 'wrong';"
         " document.querySelector('#login button').click(); })()");
     EXPECT_TRUE(browser->wait_until("zoned.counts().state.startsWith('no connection')"));
-    EXPECT_EQ(browser->evaluate("zoned.entities.rows.size"), "0");
+    EXPECT_EQ(browser->evaluate("zoned.entities.size"), "0");
 }
 
 }  // namespace

@@ -109,8 +109,8 @@ void VirtualServer::deliver_down() {
 void VirtualServer::tick() {
     host_->tick(now_s_, world_->now());
     outbox_.clear();
-    const std::vector<mailbox::InboxItem> items = std::exchange(inbox_, {});
-    world_->tick(items, outbox_);
+    last_items_ = std::exchange(inbox_, {});
+    world_->tick(last_items_, outbox_);
     for (const mailbox::OutboxItem& item : outbox_) {
         host_->on_outbox(item, now_s_, server_time_s());
     }

@@ -74,6 +74,9 @@ class VirtualServer {
 
     [[nodiscard]] app::World& world() { return *world_; }
 
+    /// What the world was given before its last tick.
+    [[nodiscard]] const std::vector<mailbox::InboxItem>& last_items() const { return last_items_; }
+
     [[nodiscard]] session::SessionHost& host() { return *host_; }
 
     [[nodiscard]] const config::Settings& settings() const { return config_; }
@@ -95,6 +98,7 @@ class VirtualServer {
     std::map<session::StreamId, VirtualTransport*> streams_;
     std::map<mailbox::Address, VirtualTransport*> addresses_;
     std::vector<mailbox::InboxItem> inbox_;
+    std::vector<mailbox::InboxItem> last_items_;
     std::vector<mailbox::OutboxItem> outbox_;
     std::uint64_t next_stream_ = 0;
     std::uint32_t next_address_ = 0;

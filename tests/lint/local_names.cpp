@@ -21,24 +21,8 @@ bool is_identifier(std::string_view text) {
 class LocalNameReader {
   public:
     std::vector<LocalName> read(std::string_view text) {
-        const std::string code = code_of(text);
-        for (const Token& token : tokens_of(code)) {
-            if (token.text == "{") {
-                open();
-            } else if (token.text == "}") {
-                if (!scopes_.empty()) {
-                    scopes_.pop_back();
-                }
-                head_.clear();
-            } else if (token.text == ";") {
-                if (position("=") < head_.size()) {
-                    define();
-                }
-                head_.clear();
-            } else {
-                head_.push_back(token);
-            }
-        }
+        walk_braces(
+            text, head_, [this] { open(); }, [this] { close(); }, [this] { end(); });
         return std::move(names_);
     }
 
@@ -52,7 +36,18 @@ class LocalNameReader {
             define();
         }
         scopes_.push_back(std::move(scope));
-        head_.clear();
+    }
+
+    void close() {
+        if (!scopes_.empty()) {
+            scopes_.pop_back();
+        }
+    }
+
+    void end() {
+        if (position("=") < head_.size()) {
+            define();
+        }
     }
 
     [[nodiscard]] Scope namespace_name() const {
@@ -74,10 +69,9 @@ class LocalNameReader {
     }
 
     /// Of the first such token; the number of tokens where there is none.
-    [[nodiscard]] std::size_t position(std::string_view text, std::size_t from = 0) const {
-        const auto at = std::find_if(head_.begin() + static_cast<std::ptrdiff_t>(from),
-                                     head_.end(),
-                                     [text](const Token& token) { return token.text == text; });
+    [[nodiscard]] std::size_t position(std::string_view text) const {
+        const auto at = std::find_if(
+            head_.begin(), head_.end(), [text](const Token& token) { return token.text == text; });
         return static_cast<std::size_t>(at - head_.begin());
     }
 

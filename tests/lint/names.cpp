@@ -15,21 +15,8 @@ namespace {
 class TypeReader {
   public:
     std::vector<TypeDefinition> read(std::string_view text) {
-        const std::string code = code_of(text);
-        for (const Token& token : tokens_of(code)) {
-            if (token.text == "{") {
-                open();
-            } else if (token.text == "}") {
-                if (!scopes_.empty()) {
-                    scopes_.pop_back();
-                }
-                head_.clear();
-            } else if (token.text == ";") {
-                head_.clear();
-            } else {
-                head_.push_back(token);
-            }
-        }
+        walk_braces(
+            text, head_, [this] { open(); }, [this] { close(); }, [] {});
         return std::move(types_);
     }
 
@@ -52,7 +39,12 @@ class TypeReader {
             }
         }
         scopes_.push_back(scope);
-        head_.clear();
+    }
+
+    void close() {
+        if (!scopes_.empty()) {
+            scopes_.pop_back();
+        }
     }
 
     /// What stands behind `namespace`, empty for an anonymous one; none: the head is another.

@@ -32,6 +32,27 @@ struct Token {
 /// Of code without comments and literals; lines of the preprocessor are left out.
 [[nodiscard]] std::vector<Token> tokens_of(std::string_view code);
 
+/// Walks through a source by its braces and semicolons: calls open() at a `{`, close() at a `}` and
+/// end() at a `;`. Until each returns, `head` holds the tokens since the call before.
+template <class Open, class Close, class End>
+void walk_braces(std::string_view text, std::vector<Token>& head, Open open, Close close, End end) {
+    const std::string code = code_of(text);
+    for (const Token& token : tokens_of(code)) {
+        if (token.text == "{") {
+            open();
+        } else if (token.text == "}") {
+            close();
+        } else if (token.text == ";") {
+            end();
+        } else {
+            head.push_back(token);
+            continue;
+        }
+        head.clear();
+    }
+    head.clear();
+}
+
 /// The comment that a file begins with; empty: it begins with something else.
 [[nodiscard]] std::string_view opening_comment(std::string_view text);
 

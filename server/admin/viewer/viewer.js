@@ -1,21 +1,80 @@
-// The viewer: opens the stream of the admin server, draws what comes, and asks about what is clicked.
+// The viewer: opens the stream of the admin server, draws what comes, and asks about what is chosen.
 
+import { Charts } from './charts.js';
+import { TickClock } from './clock.js';
+import { Controls } from './controls.js';
 import { Entities } from './entities.js';
+import { Layers } from './layers.js';
+import { Overlay } from './overlay.js';
+import { Panel } from './panel.js';
+import { listen } from './pointer.js';
 import { Renderer } from './renderer.js';
+import { Stream } from './stream.js';
+import { Geometry } from './terrain.js';
+
+const DETAILS_MS = 400;
+const WISH_MS = 250;
+const FIGURES_MS = 500;
+const CHARTS_MS = 1000;
+/** Heat halves in about two seconds. */
+const FADE_MS = 250;
+const FADE = 0.92;
 
 const element = (id) => document.getElementById(id);
 const canvas = element('world');
 const entities = new Entities();
+const clock = new TickClock();
 const renderer = new Renderer(canvas);
-let token = '';
-let chosen = 0;
-let changed = true;
-let updates = 0;
-let frames = 0;
-let state = 'connecting';
+const layers = new Layers(renderer);
+const overlay = new Overlay(renderer);
+const panel = new Panel();
+const charts = new Charts();
+
+const page = { state: 'connecting', chosen: 0, follows: false, updates: 0, frames: 0, dirty: true, seen: 0 };
+
+const stream = new Stream({
+  scene(scene, same) {
+    entities.clear();
+    layers.clear();
+    clock.reset();
+    clock.tickSeconds = 1 / scene.tick_rate_hz;
+    if (!same) {
+      renderer.setScene(scene, new Geometry(scene));
+      placeCamera();
+    }
+    controls.setScene(scene);
+    element('title').textContent = scene.world;
+    document.title = `${scene.world}: zoned`;
+  },
+  entities(buffer) {
+    entities.take(buffer);
+    clock.hear(entities.tick);
+    ++page.updates;
+    page.dirty = true;
+  },
+  layer(kind, buffer) {
+    layers.take(kind, buffer, entities);
+    page.dirty = true;
+  },
+  piece(buffer) {
+    renderer.geometry.take(buffer);
+    page.dirty = true;
+  },
+  state(text) {
+    page.state = text;
+    showFigures();
+  },
+});
+
+const controls = new Controls({ entities, renderer, overlay, stream, choose, page, charts, toggleAbove, toggleFollow });
 
 // For tests, and for a look from the browser's console.
-window.zoned = { entities, renderer, counts: () => ({ updates, frames, state }) };
+window.zoned = {
+  entities, renderer, clock, layers, overlay, charts, stream,
+  counts: () => ({ updates: page.updates, frames: page.frames, state: page.state, chosen: page.chosen }),
+  choose,
+  draw,
+};
 
 function takeToken() {
   const given = new URLSearchParams(location.hash.slice(1)).get('token');
@@ -23,165 +82,184 @@ function takeToken() {
     sessionStorage.setItem('token', given);
     history.replaceState(null, '', location.pathname);
   }
-  token = sessionStorage.getItem('token') ?? '';
+  const token = sessionStorage.getItem('token') ?? '';
   element('login').hidden = token !== '';
+  return token;
 }
 
-function connect() {
-  if (!token) {
-    state = 'no token';
+/** Once it is known where most things are, a camera over a large empty world would show little. */
+function placeCamera() {
+  const { camera, scene } = renderer;
+  camera.pitch = 0.5;
+  camera.target[1] = scene.ground_height_m;
+}
+
+function choose(id) {
+  page.chosen = id;
+  page.dirty = true;
+  overlay.details = null;
+  overlay.walkable = new Float32Array(0);
+  element('follow').disabled = id === 0;
+  if (id) {
+    panel.wait(id);
+    describe();
+  } else {
+    page.follows = false;
+    panel.hide();
+  }
+  element('follow').setAttribute('aria-pressed', String(page.follows));
+}
+
+async function describe() {
+  const id = page.chosen;
+  if (!id) {
     return;
   }
-  const socket = new WebSocket(`ws://${location.host}/api/v1/spectate`, ['zoned', token]);
-  socket.binaryType = 'arraybuffer';
-  let heard = false;
-  socket.onmessage = (event) => {
-    heard = true;
-    if (typeof event.data === 'string') {
-      const scene = JSON.parse(event.data);
-      entities.clear();
-      renderer.setScene(scene);
-      element('title').textContent = scene.world;
-      document.title = `${scene.world}: zoned`;
-      state = 'live';
-    } else {
-      entities.take(event.data);
-      ++updates;
-    }
-    changed = true;
-  };
-  socket.onclose = () => {
-    state = heard ? 'the connection is gone, trying again' : 'no connection, trying again';
-    setTimeout(connect, heard ? 500 : 2000);
-  };
-}
-
-async function describe(id) {
-  const details = element('details');
-  details.hidden = false;
-  try {
-    const answer = await fetch(`api/v1/entities/${id}`, { headers: { Authorization: `Bearer ${token}` } });
-    const figures = await answer.json();
-    if (id !== chosen) {
-      return;
-    }
-    const numbers = (list) => list.map((v) => v.toFixed(2)).join(', ');
-    details.textContent = answer.ok
-      ? `${figures.type} ${figures.id}, zone ${figures.zone}${figures.client ? `, client ${figures.client}` : ''}\n` +
-        `position ${numbers(figures.position_m)} m\nvelocity ${numbers(figures.velocity_mps)} m/s\n` +
-        `${figures.at_rest ? 'at rest' : 'moving'}, stance ${figures.stance}\n${figures.agent}`
-      : figures.detail;
-  } catch {
-    details.textContent = 'the server does not answer';
+  const details = await stream.getJson(`api/v1/inspect/${id}`);
+  if (id !== page.chosen) {
+    return;
   }
-}
-
-function choose(row) {
-  chosen = row ? row.id : 0;
-  changed = true;
-  if (row) {
-    describe(row.id);
-  } else {
-    element('details').hidden = true;
+  if (!details) {
+    if (page.state === 'live' && !entities.slotOf.has(id)) {
+      panel.gone(id);
+    }
+    return;
+  }
+  panel.tickSeconds = clock.tickSeconds;
+  overlay.details = details;
+  page.dirty = true;
+  panel.show(details);
+  if (overlay.shown.walkable) {
+    const [x, , z] = details.position;
+    const zone = 1 + renderer.scene.zones.findIndex((known) => known.name === details.zone);
+    const lines = await stream.get(`api/v1/walkable/${zone}?x=${x}&z=${z}&reach=50`);
+    overlay.walkable = new Float32Array(lines ? await lines.arrayBuffer() : 0);
   }
 }
 
 function toggleAbove() {
   renderer.camera.above = !renderer.camera.above;
   element('above').setAttribute('aria-pressed', String(renderer.camera.above));
-  changed = true;
+  page.dirty = true;
 }
 
-const pointers = new Map();
-let moved = 0;
-canvas.addEventListener('pointerdown', (event) => {
-  canvas.setPointerCapture(event.pointerId);
-  pointers.set(event.pointerId, [event.clientX, event.clientY]);
-  moved = 0;
-});
-canvas.addEventListener('pointermove', (event) => {
-  const before = pointers.get(event.pointerId);
-  if (!before) {
-    return;
+function toggleFollow() {
+  page.follows = !page.follows && page.chosen !== 0;
+  element('follow').setAttribute('aria-pressed', String(page.follows));
+  if (page.follows) {
+    renderer.camera.distance = Math.min(renderer.camera.distance, 40);
   }
-  const [dx, dy] = [event.clientX - before[0], event.clientY - before[1]];
-  if (pointers.size === 2) {
-    const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
-    const span = (at) => Math.max(1, Math.hypot(at[0] - other[0], at[1] - other[1]));
-    renderer.camera.zoom(span(before) / span([event.clientX, event.clientY]));
-  } else if (event.shiftKey || event.buttons === 2 || renderer.camera.above) {
-    renderer.camera.shift(dx, dy);
-  } else {
-    renderer.camera.turn(dx, dy);
-  }
-  pointers.set(event.pointerId, [event.clientX, event.clientY]);
-  moved += Math.abs(dx) + Math.abs(dy);
-  changed = true;
+  page.dirty = true;
+}
+
+listen(canvas, renderer.camera, {
+  moved(shifted) {
+    page.dirty = true;
+    if (shifted && page.follows) {
+      toggleFollow();
+    }
+  },
+  choose(x, y) {
+    const slot = renderer.pick(entities, clock, x, y);
+    choose(slot < 0 ? 0 : entities.id(slot));
+  },
+  key(name) {
+    const keys = {
+      t: toggleAbove,
+      f: toggleFollow,
+      c: () => controls.toggleCharts(),
+      '/': () => element('find').focus(),
+      Escape: () => choose(0),
+    };
+    keys[name]?.();
+    return Boolean(keys[name]);
+  },
 });
-canvas.addEventListener('pointerup', (event) => {
-  pointers.delete(event.pointerId);
-  if (moved < 6) {
-    choose(renderer.pick(entities, event.clientX, event.clientY));
-  }
-});
-canvas.addEventListener('pointercancel', (event) => pointers.delete(event.pointerId));
-canvas.addEventListener('contextmenu', (event) => event.preventDefault());
-canvas.addEventListener('wheel', (event) => {
-  event.preventDefault();
-  renderer.camera.zoom(Math.exp(0.001 * event.deltaY));
-  changed = true;
-}, { passive: false });
-canvas.addEventListener('keydown', (event) => {
-  const keys = {
-    ArrowLeft: () => renderer.camera.turn(20, 0),
-    ArrowRight: () => renderer.camera.turn(-20, 0),
-    ArrowUp: () => renderer.camera.turn(0, 20),
-    ArrowDown: () => renderer.camera.turn(0, -20),
-    '+': () => renderer.camera.zoom(0.85),
-    '-': () => renderer.camera.zoom(1.18),
-    t: toggleAbove,
-    Escape: () => choose(null),
-  };
-  if (keys[event.key]) {
-    keys[event.key]();
-    changed = true;
-    event.preventDefault();
-  }
-});
-element('above').addEventListener('click', toggleAbove);
 element('login').addEventListener('submit', (event) => {
   event.preventDefault();
   sessionStorage.setItem('token', element('token').value.trim());
-  takeToken();
-  connect();
+  stream.restart(takeToken());
 });
-window.addEventListener('resize', () => { changed = true; });
+// The same page is opened again with a token: the browser does not load it anew.
+window.addEventListener('hashchange', () => stream.restart(takeToken()));
+window.addEventListener('resize', () => { page.dirty = true; });
+window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { page.dirty = true; });
+
+/** Where an entity is shown; null when it is not known. */
+function placeOf(id) {
+  const slot = entities.slotOf.get(id);
+  return slot === undefined ? null : entities.place(slot, clock.shown, clock.tickSeconds);
+}
+
+/** Draws the moment that the clock shows. */
+function draw() {
+  const { lines } = renderer;
+  lines.clear();
+  if (renderer.shown.zones) {
+    overlay.zones(lines);
+  }
+  layers.draw(lines);
+  const place = page.chosen ? placeOf(page.chosen) : null;
+  if (place) {
+    if (page.follows) {
+      renderer.camera.target = [...place];
+    }
+    overlay.chosen(lines, place, placeOf);
+    overlay.ground(lines);
+  }
+  renderer.draw(entities, clock, page.chosen);
+}
 
 let drawnAt = 0; // of the frame before, where it drew; else 0
+let toldAt = 0;
+let fadedAt = 0;
 function frame(now) {
-  const draws = changed && renderer.types.length > 0;
+  requestAnimationFrame(frame);
+  if (renderer.types.length === 0) {
+    return;
+  }
+  const before = clock.shown;
+  clock.advance(now);
+  const draws = page.dirty || Math.abs(clock.shown - before) > 0.02;
   if (draws && drawnAt > 0) {
     renderer.adapt(now - drawnAt);
   }
   drawnAt = draws ? now : 0;
-  if (draws) {
-    changed = false;
-    renderer.place(entities, chosen);
-    renderer.draw();
-    ++frames;
+  if (now - fadedAt > FADE_MS) {
+    fadedAt = now;
+    entities.fade(FADE);
   }
-  requestAnimationFrame(frame);
+  if (draws) {
+    page.dirty = false;
+    draw();
+    ++page.frames;
+  }
+  if (now - toldAt > WISH_MS) {
+    toldAt = now;
+    stream.tell(controls.layers(), renderer.camera.eye());
+  }
+}
+
+function showFigures() {
+  element('figures').textContent = page.state === 'live'
+    ? `tick ${entities.tick}, ${entities.size.toLocaleString('en')} entities`
+    : page.state;
 }
 
 setInterval(() => {
-  element('figures').textContent = state === 'live'
-    ? `tick ${entities.tick}, ${entities.rows.size} entities`
-    : state;
-  if (chosen) {
-    describe(chosen);
+  showFigures();
+  controls.refresh();
+}, FIGURES_MS);
+setInterval(describe, DETAILS_MS);
+setInterval(async () => {
+  if (page.state === 'live' && (page.chosen || controls.chartsOpen)) {
+    const figures = await stream.getJson('api/v1/charts');
+    if (figures) {
+      charts.take(figures);
+      controls.showPace(figures.time_scale);
+    }
   }
-}, 500);
+}, CHARTS_MS);
 
-takeToken();
-connect();
+stream.start(takeToken());
 requestAnimationFrame(frame);

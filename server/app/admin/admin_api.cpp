@@ -5,12 +5,16 @@
 #include "server/admin/viewer_assets.h"
 #include "server/app/admin/admin_figures.h"
 #include "server/app/admin/admin_files.h"
+#include "server/app/admin/spectator_routes.h"
 #include "server/app/admin/spectator_source.h"
+#include "server/app/runtime/host_settings.h"
 #include "proto/admin.pb.h"
 
 #include <asio/post.hpp>
 
+#include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <utility>
 
 namespace zoned::app {
@@ -27,12 +31,42 @@ constexpr double kDeadAfter_s = 10.0;
 constexpr double kPublishedAge_s = 5.0;
 constexpr std::size_t kMostSessions = 1000;
 
+/// Its own, or that of the sessions.
+net::CertificateFiles admin_certificate(const config::Settings& settings) {
+    net::CertificateSettings files = tls_settings(settings).certificate;
+    if (!settings.server.network.admin_certificate_file.empty()) {
+        files.certificate_file = settings.server.network.admin_certificate_file;
+        files.key_file = settings.server.network.admin_key_file;
+    }
+    return net::prepare_certificate(files);
+}
+
 admin::AdminSettings admin_settings(const config::Settings& settings) {
     admin::AdminSettings out;
     out.address = settings.server.network.admin_address;
     out.port = settings.server.network.admin_port;
     out.token = admin_token(settings.server.session.state_folder);
+    if (!admin_is_local(settings)) {
+        const net::CertificateFiles found = admin_certificate(settings);
+        out.certificate_file = found.certificate;
+        out.key_file = found.key;
+    }
     return out;
+}
+
+/// `zoned ctl` connects to it from this machine: an address that is none ("all of them") stands for
+/// loopback too.
+std::string reachable_address(const config::Settings& settings, std::uint16_t port) {
+    std::string address = settings.server.network.admin_address;
+    const bool tls = !admin_is_local(settings);
+    if (address == "0.0.0.0") {
+        address = "127.0.0.1";
+    } else if (address == "::") {
+        address = "::1";
+    }
+    const bool six = address.find(':') != std::string::npos;
+    return std::string(tls ? "https://" : "") + (six ? "[" + address + "]" : address) + ":" +
+           std::to_string(port);
 }
 
 AdminResponse plain(const std::string& text, const char* type = "text/plain; charset=utf-8") {
@@ -79,10 +113,19 @@ AdminApi::AdminApi(const config::Settings& settings,
     for (session::AccountBan& ban : load_bans(folder)) {
         network_.host().ban(std::move(ban));
     }
-    const std::string& address = settings.server.network.admin_address;
-    write_admin_address(folder,
-                        (address.find(':') == std::string::npos ? address : "[" + address + "]") +
-                            ":" + std::to_string(server_.port()));
+    network_.set_order_done([this](const mailbox::OrderDone& done) { on_order_done(done); });
+    if (!admin_is_local(settings)) {
+        write_admin_certificate(folder, admin_certificate(settings).certificate);
+    }
+    write_admin_address(folder, reachable_address(settings, server_.port()));
+}
+
+void AdminApi::set_waiting(const std::vector<config::SettingChange>& changes) {
+    std::vector<config::SettingChange> waiting;
+    std::copy_if(changes.begin(), changes.end(), std::back_inserter(waiting), [](const auto& c) {
+        return !c.live;
+    });
+    server_.post([this, waiting = std::move(waiting)]() mutable { waiting_ = std::move(waiting); });
 }
 
 void AdminApi::set_draining() {
@@ -91,45 +134,91 @@ void AdminApi::set_draining() {
 
 std::vector<admin::AdminRoute> AdminApi::routes() {
     std::vector<admin::AdminRoute> out = orders();
-    const auto get = [&](const char* path, bool open, auto handle) {
-        out.push_back({"GET", path, open, handle});
+    add_page(out);
+    add_open_routes(out);
+    const auto get = [&](const char* path, admin::AdminRouteDoc doc, auto handle) {
+        out.push_back({"GET", path, false, handle, std::move(doc)});
     };
-    for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
-        get(std::string(asset.path).c_str(), true, [&asset](const Call&, const Reply& reply) {
-            AdminResponse response = plain(std::string(asset.content), "");
-            response.content_type = asset.type;
-            // Nothing but the page's own files may run or be asked.
-            response.headers.emplace_back(
-                "Content-Security-Policy",
-                "default-src 'self'; img-src data:; frame-ancestors 'none'");
-            response.headers.emplace_back("Referrer-Policy", "no-referrer");
-            reply(std::move(response));
-        });
+    get("/api/v1/status",
+        {"The server at a glance", nullptr, proto::admin::Status::descriptor()},
+        [this](const Call&, const Reply& reply) { status(reply); });
+    get("/api/v1/sessions",
+        {"Clients that are logged in, ascending by number",
+         nullptr,
+         proto::admin::SessionList::descriptor(),
+         {{"after", "only clients with greater numbers"}, {"limit", "at most so many, 1 to 1000"}}},
+        [this](const Call& call, const Reply& reply) { sessions(call, reply); });
+    get("/api/v1/zones",
+        {"Zones, what they hold and what they cost", nullptr, proto::admin::ZoneList::descriptor()},
+        [this](const Call&, const Reply& reply) { zones(reply); });
+    get("/api/v1/entities/{id}",
+        {"One entity, and why its agent does what it does",
+         nullptr,
+         proto::admin::EntityFigures::descriptor()},
+        [this](const Call& call, const Reply& reply) { entity(call.id, reply); });
+    get("/api/v1/bans",
+        {"Accounts that may not log in", nullptr, proto::admin::BanList::descriptor()},
+        [this](const Call&, const Reply& reply) { bans(reply); });
+    const SpectatorRoutes with{
+        settings_,
+        loop_,
+        [this](std::function<void()> work) { server_.post(std::move(work)); },
+        [this](std::function<void(const NetworkSample&)> work) {
+            with_sample(std::move(work));
+        }};
+    for (admin::AdminRoute& route : spectator_routes(with)) {
+        out.push_back(std::move(route));
     }
-    get("/healthz", true, [this](const Call& call, const Reply& reply) {
-        health(call, reply, false);
-    });
-    get("/readyz", true, [this](const Call& call, const Reply& reply) {
-        health(call, reply, true);
-    });
-    get("/version", true, [this](const Call&, const Reply& reply) {
-        proto::admin::VersionFigures version;
-        version.set_version(ZONED_VERSION);
-        version.set_target(ZONED_TARGET_NAME);
-        version.set_protocol_version(session::HostSettings{}.protocol_version);
-        reply(json_response(version));
-    });
-    get("/metrics", true, [this](const Call&, const Reply& reply) { metrics(reply); });
-    get("/api/v1/status", false, [this](const Call&, const Reply& reply) { status(reply); });
-    get("/api/v1/sessions", false, [this](const Call& call, const Reply& reply) {
-        sessions(call, reply);
-    });
-    get("/api/v1/zones", false, [this](const Call&, const Reply& reply) { zones(reply); });
-    get("/api/v1/entities/{id}", false, [this](const Call& call, const Reply& reply) {
-        entity(call.id, reply);
-    });
-    get("/api/v1/bans", false, [this](const Call&, const Reply& reply) { bans(reply); });
     return out;
+}
+
+/// The viewer's own files.
+void AdminApi::add_page(std::vector<admin::AdminRoute>& out) {
+    for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
+        admin::AdminRoute route{"GET",
+                                std::string(asset.path),
+                                true,
+                                [&asset](const Call&, const Reply& reply) {
+                                    AdminResponse response = plain(std::string(asset.content), "");
+                                    response.content_type = asset.type;
+                                    // Nothing but the page's own files may run or be asked.
+                                    response.headers.emplace_back(
+                                        "Content-Security-Policy",
+                                        "default-src 'self'; img-src data:; frame-ancestors "
+                                        "'none'");
+                                    response.headers.emplace_back("Referrer-Policy", "no-referrer");
+                                    reply(std::move(response));
+                                },
+                                {}};
+        route.doc.summary = "A file of the viewer's page";
+        route.doc.answer_type = std::string(asset.type);
+        out.push_back(std::move(route));
+    }
+}
+
+/// Monitors ask these without a token.
+void AdminApi::add_open_routes(std::vector<admin::AdminRoute>& out) {
+    const auto get = [&](const char* path, admin::AdminRouteDoc doc, auto handle) {
+        out.push_back({"GET", path, true, handle, std::move(doc)});
+    };
+    get("/healthz",
+        {"Whether the world ticks", nullptr, nullptr, {}, "text/plain"},
+        [this](const Call& call, const Reply& reply) { health(call, reply, false); });
+    get("/readyz",
+        {"Whether logins are taken", nullptr, nullptr, {}, "text/plain"},
+        [this](const Call& call, const Reply& reply) { health(call, reply, true); });
+    get("/version",
+        {"Version of the program", nullptr, proto::admin::VersionFigures::descriptor()},
+        [](const Call&, const Reply& reply) {
+            proto::admin::VersionFigures version;
+            version.set_version(ZONED_VERSION);
+            version.set_target(ZONED_TARGET_NAME);
+            version.set_protocol_version(session::HostSettings{}.protocol_version);
+            reply(json_response(version));
+        });
+    get("/metrics",
+        {"All figures, as Prometheus reads them", nullptr, nullptr, {}, "text/plain"},
+        [this](const Call&, const Reply& reply) { metrics(reply); });
 }
 
 void AdminApi::on_network(std::function<void()> work) {
@@ -178,7 +267,8 @@ void AdminApi::status(const Reply& reply) {
                      server_.router(),
                      now - start_s_,
                      now,
-                     draining_.load()},
+                     draining_.load(),
+                     waiting_},
                     out);
         reply(json_response(out));
     });
@@ -199,7 +289,8 @@ void AdminApi::metrics(const Reply& reply) {
                                 server_.router(),
                                 now - start_s_,
                                 now,
-                                draining_.load()}),
+                                draining_.load(),
+                                waiting_}),
                     admin::kMetricsType));
     });
 }

@@ -4,20 +4,30 @@
 #include "server/admin/admin_server.h"
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/tick_loop.h"
+#include "server/config/expand/reload_plan.h"
 #include "server/config/settings.h"
 #include "shared/core/result.h"
 
 #include <asio/io_context.hpp>
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace zoned::app {
 
-/// What became of a request that takes a while: a text for the operator, or why not.
-using AdminDone = std::function<void(core::Result<std::string>)>;
+/// The result of an operator's change of settings.
+struct AdminOutcome {
+    std::string text;
+    std::vector<config::SettingChange> changes;
+};
+
+/// Takes the result of a request that takes a while, or why it came to nothing.
+using AdminDone = std::function<void(core::Result<AdminOutcome>)>;
 
 /// What the process does for an operator; called on the network thread.
 struct AdminActions {
@@ -55,6 +65,9 @@ class AdminApi {
 
     void stop() { server_.stop(); }
 
+    /// Those of a reload's changes that wait for a restart are told from now on; from any thread.
+    void set_waiting(const std::vector<config::SettingChange>& changes);
+
     /// From now on the server is not ready; from any thread.
     void set_draining();
 
@@ -66,6 +79,8 @@ class AdminApi {
 
     std::vector<admin::AdminRoute> routes();
     std::vector<admin::AdminRoute> orders();
+    void add_page(std::vector<admin::AdminRoute>& out);
+    void add_open_routes(std::vector<admin::AdminRoute>& out);
     void health(const Call& call, const Reply& reply, bool ready);
     void status(const Reply& reply);
     void metrics(const Reply& reply);
@@ -79,8 +94,15 @@ class AdminApi {
     void say(const Call& call, const Reply& reply);
     void drain(const Call& call, const Reply& reply);
     void set(const Call& call, const Reply& reply);
-    void reload(const Reply& reply);
-    void log_level(const Call& call, const Reply& reply);
+    void reload(const Call& call, const Reply& reply);
+    void change_log_level(const Call& call, const Reply& reply);
+    void spawn(const Call& call, const Reply& reply);
+    void move(const Call& call, const Reply& reply);
+    /// Posts an order to the zones, and replies when its answer has come back.
+    template <class Order>
+    void order_zones(Order order, const std::string& text, const Reply& reply);
+    /// On the network thread.
+    void on_order_done(const mailbox::OrderDone& done);
 
     /// Takes a sample on the network thread, and goes on with it on the admin server's.
     void with_sample(std::function<void(const NetworkSample&)> work);
@@ -91,7 +113,7 @@ class AdminApi {
                    const std::string& text,
                    std::size_t count,
                    const Reply& reply);
-    [[nodiscard]] AdminDone done(const Reply& reply);
+    [[nodiscard]] static AdminDone done(const Reply& reply);
 
     const config::Settings& settings_;
     TickLoop& loop_;
@@ -100,6 +122,16 @@ class AdminApi {
     AdminActions actions_;
     double start_s_;
     std::atomic<bool> draining_{false};
+
+    /// On the network thread: orders that the zones have not answered yet.
+    struct WaitingOrder {
+        std::string text;
+        Reply reply;
+    };
+
+    std::map<std::uint64_t, WaitingOrder> orders_;
+    std::uint64_t last_order_ = 0;
+    std::vector<config::SettingChange> waiting_;  ///< on the admin server's thread
     admin::AdminServer server_;
 };
 

@@ -1,9 +1,8 @@
 #include "server/app/admin/admin_figures.h"
 
+#include "server/app/log/log.h"
 #include "server/app/runtime/agent_report.h"
 #include "server/net/socket_address.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -13,12 +12,6 @@
 namespace zoned::app {
 
 namespace {
-
-constexpr std::array<std::pair<const char*, spdlog::level::level_enum>, 4> kLogLevels{
-    {{"debug", spdlog::level::debug},
-     {"info", spdlog::level::info},
-     {"warning", spdlog::level::warn},
-     {"error", spdlog::level::err}}};
 
 void fill(const core::Histogram& from, proto::admin::Quantiles& out) {
     out.set_p50(from.percentile(0.5));
@@ -61,26 +54,6 @@ std::string hex_of(std::uint64_t number) {
     return text.data();
 }
 
-std::string current_log_level() {
-    const auto now = spdlog::get_level();
-    for (const auto& [name, level] : kLogLevels) {
-        if (level == now) {
-            return name;
-        }
-    }
-    return "off";
-}
-
-bool set_log_level(const std::string& level) {
-    for (const auto& [name, value] : kLogLevels) {
-        if (level == name) {
-            spdlog::set_level(value);
-            return true;
-        }
-    }
-    return false;
-}
-
 void fill_status(const AdminFigures& f, proto::admin::Status& out) {
     out.set_world(f.settings.world_name);
     out.set_version(ZONED_VERSION);
@@ -106,7 +79,23 @@ void fill_status(const AdminFigures& f, proto::admin::Status& out) {
     out.set_bytes_in(static_cast<double>(f.network.host.bytes_in));
     out.set_bytes_out(static_cast<double>(f.network.host.bytes_out));
     out.set_draining(f.draining);
-    out.set_log_level(current_log_level());
+    out.set_log_level(log_level());
+    for (std::size_t a = 0; a < config::kLogAreas; ++a) {
+        (*out.mutable_log_levels())[std::string(config::kLogAreaNames[a])] =
+            log_level_of(static_cast<LogArea>(a));
+    }
+    const LogCounts lines = Log::counts();
+    out.set_log_lines_lost(static_cast<double>(lines.left_out + lines.dropped));
+    for (const StoppedZone& zone : f.loop.stopped) {
+        proto::admin::StoppedZone& told = *out.add_stopped_zones();
+        told.set_zone(zone.zone.value);
+        told.set_tick(static_cast<double>(zone.tick));
+        told.set_place(zone.place);
+        told.set_text(zone.text);
+    }
+    for (const config::SettingChange& change : f.waiting) {
+        fill_change(change, *out.add_waiting_changes());
+    }
     for (const auto& [reason, count] : f.network.host.rejected) {
         (*out.mutable_rejected())[reason] = static_cast<double>(count);
     }
@@ -114,6 +103,14 @@ void fill_status(const AdminFigures& f, proto::admin::Status& out) {
         (*out.mutable_admin_refused())[reason] = static_cast<double>(count);
     }
     fill_passes(f.loop, out);
+}
+
+void fill_change(const config::SettingChange& from, proto::admin::SettingChange& out) {
+    out.set_path(from.path);
+    out.set_before(from.before);
+    out.set_after(from.after);
+    out.set_live(from.live);
+    out.set_note(from.note);
 }
 
 void fill_zones(const config::Settings& settings,

@@ -20,7 +20,11 @@ struct AdminFigures {
     double uptime_s = 0.0;
     double now_s = 0.0;  ///< steady clock
     bool draining = false;
+    /// Changes of the newest reload that wait for a restart.
+    const std::vector<config::SettingChange>& waiting;
 };
+
+void fill_change(const config::SettingChange& from, proto::admin::SettingChange& out);
 
 void fill_status(const AdminFigures& figures, proto::admin::Status& out);
 void fill_zones(const config::Settings& settings,
@@ -34,11 +38,6 @@ bool fill_entity(const config::Settings& settings,
                  proto::admin::EntityFigures& out);
 /// In the text format of Prometheus.
 [[nodiscard]] std::string metrics_of(const AdminFigures& figures);
-
-/// "debug", "info", "warning" or "error".
-[[nodiscard]] std::string current_log_level();
-/// False for any other text.
-bool set_log_level(const std::string& level);
 
 [[nodiscard]] std::string hex_of(std::uint64_t number);
 

@@ -22,6 +22,7 @@ namespace zoned::app {
 namespace {
 
 constexpr std::size_t kTokenDigits = 64;
+constexpr std::size_t kMostCertificateBytes = 1U << 20U;
 constexpr std::size_t kMostBanBytes = 64U << 20U;
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
@@ -91,7 +92,9 @@ std::string admin_token(const std::string& folder) {
     const std::string path = folder + "/admin.token";
     std::error_code ignored;
     std::filesystem::create_directories(folder, ignored);
-    struct stat status{};
+
+    struct stat status {};
+
     if (::stat(path.c_str(), &status) != 0) {
         replace_file(path, new_token(), 0600);
         return admin_token(folder);
@@ -109,6 +112,12 @@ std::string admin_token(const std::string& folder) {
 
 void write_admin_address(const std::string& folder, const std::string& address) {
     replace_file(folder + "/admin.address", address + "\n", 0644);
+}
+
+void write_admin_certificate(const std::string& folder, const std::string& certificate_file) {
+    replace_file(folder + "/admin.certificate",
+                 read_small_file(certificate_file, kMostCertificateBytes),
+                 0644);
 }
 
 std::vector<session::AccountBan> load_bans(const std::string& folder) {

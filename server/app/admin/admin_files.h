@@ -16,6 +16,10 @@ std::string admin_token(const std::string& folder);
 /// Writes `folder`/admin.address, from which `zoned ctl` knows the port. Throws as above.
 void write_admin_address(const std::string& folder, const std::string& address);
 
+/// Copies the certificate that the admin server shows to `folder`/admin.certificate, so that `zoned
+/// ctl` trusts it. Throws as above.
+void write_admin_certificate(const std::string& folder, const std::string& certificate_file);
+
 /// The bans of `folder`/bans.json; none when there is no such file. Throws as above.
 std::vector<session::AccountBan> load_bans(const std::string& folder);
 

@@ -1,5 +1,6 @@
 #include "server/admin/metrics_text.h"
 #include "server/app/admin/admin_figures.h"
+#include "server/app/log/log.h"
 #include "server/replication/packer.h"
 #include "proto/session.pb.h"
 
@@ -100,6 +101,10 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Entities and ticks beyond the declared acceleration or velocity jump.",
                number(loop.limit_exceeded));
+    out.single("zoned_zones_stopped",
+               "gauge",
+               "Zones that stand still because the rules threw.",
+               number(loop.stopped.size()));
     out.single("zoned_inbox_dropped_total",
                "counter",
                "Messages to zones for which the mailbox had no room.",
@@ -124,6 +129,18 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Records sent again after a lost packet.",
                number(loop.records_resent));
+}
+
+void write_recording(MetricsText& out, const recording::RecorderFigures& recording) {
+    out.single("zoned_recorded_ticks_total",
+               "counter",
+               "Ticks whose inputs were written.",
+               number(recording.ticks));
+    out.single("zoned_recording_bytes", "gauge", "Size of the recording.", number(recording.bytes));
+    out.single("zoned_recording_failures_total",
+               "counter",
+               "Times that a recording could not be written.",
+               number(recording.failures));
 }
 
 void write_network(MetricsText& out, const NetworkSample& n) {
@@ -215,6 +232,10 @@ void write_process(MetricsText& out, const AdminFigures& f) {
                {{"version", ZONED_VERSION},
                 {"target", ZONED_TARGET_NAME},
                 {"world", f.settings.world_name}});
+    const LogCounts lines = Log::counts();
+    out.family("zoned_log_lines_lost_total", "counter", "Lines of the log that were not written.");
+    out.sample(number(lines.left_out), {{"reason", "lines_per_s"}});
+    out.sample(number(lines.dropped), {{"reason", "queue_full"}});
     out.single("zoned_draining", "gauge", "1 while no logins are taken.", f.draining ? 1.0 : 0.0);
 }
 
@@ -225,6 +246,7 @@ std::string metrics_of(const AdminFigures& f) {
     write_ticks(out, f.loop);
     write_passes(out, f.loop);
     write_world(out, f.settings, f.loop);
+    write_recording(out, f.loop.recording);
     write_network(out, f.network);
     write_traffic(out, f.loop.traffic);
     write_admin(out, f);

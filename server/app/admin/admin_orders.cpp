@@ -3,12 +3,12 @@
 #include "server/app/admin/admin_api.h"
 #include "server/app/admin/admin_figures.h"
 #include "server/app/admin/admin_files.h"
+#include "server/app/log/log.h"
 #include "server/session/login/display_names.h"
 #include "proto/admin.pb.h"
 #include "shared/core/utf8.h"
 
 #include <asio/post.hpp>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +27,9 @@ constexpr std::size_t kMaxAccountBytes = 64;
 constexpr std::size_t kMaxNoticeBytes = 1024;
 constexpr double kMostHours = 24.0 * 366.0 * 100.0;
 constexpr double kMostGrace_s = 86400.0;
+constexpr double kFarthest_m = 1e7;
+/// So many orders wait for an answer of the zones, which comes with the next tick.
+constexpr std::size_t kMostOrders = 256;
 
 admin::AdminResponse done_with(const std::string& text, std::size_t count) {
     proto::admin::Done out;
@@ -60,6 +63,17 @@ bool good_text(const std::string& text,
     return false;
 }
 
+/// False, and replied, when it is no place of world coordinates.
+bool good_place(const google::protobuf::RepeatedField<double>& at, const admin::AdminReply& reply) {
+    const bool good = at.size() == 3 && std::all_of(at.begin(), at.end(), [](double coordinate) {
+                          return std::abs(coordinate) <= kFarthest_m;
+                      });
+    if (!good) {
+        reply(problem(400, "position_m must be three numbers: x, y, z in m, world coordinates"));
+    }
+    return good;
+}
+
 std::string count_of_sessions(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " session" : " sessions");
 }
@@ -68,18 +82,57 @@ std::string count_of_sessions(std::size_t count) {
 
 std::vector<admin::AdminRoute> AdminApi::orders() {
     std::vector<admin::AdminRoute> out;
-    const auto post = [&](const char* path, auto handle) {
-        out.push_back({"POST", path, false, handle});
+    const auto post = [&](const char* path,
+                          const char* summary,
+                          const google::protobuf::Descriptor* body,
+                          void (AdminApi::*handle)(const Call&, const Reply&)) {
+        out.push_back(
+            {"POST",
+             path,
+             false,
+             [this, handle](const Call& call, const Reply& reply) { (this->*handle)(call, reply); },
+             {summary, body, proto::admin::Done::descriptor()}});
     };
-    post("/api/v1/kick", [this](const Call& call, const Reply& reply) { kick(call, reply); });
-    post("/api/v1/ban", [this](const Call& call, const Reply& reply) { ban(call, reply); });
-    post("/api/v1/unban", [this](const Call& call, const Reply& reply) { unban(call, reply); });
-    post("/api/v1/say", [this](const Call& call, const Reply& reply) { say(call, reply); });
-    post("/api/v1/drain", [this](const Call& call, const Reply& reply) { drain(call, reply); });
-    post("/api/v1/set", [this](const Call& call, const Reply& reply) { set(call, reply); });
-    post("/api/v1/reload", [this](const Call&, const Reply& reply) { reload(reply); });
+    post("/api/v1/kick",
+         "End sessions; their clients are told why",
+         proto::admin::KickRequest::descriptor(),
+         &AdminApi::kick);
+    post("/api/v1/ban",
+         "End an account's sessions and refuse its logins",
+         proto::admin::BanRequest::descriptor(),
+         &AdminApi::ban);
+    post("/api/v1/unban",
+         "Let an account log in again",
+         proto::admin::UnbanRequest::descriptor(),
+         &AdminApi::unban);
+    post("/api/v1/say",
+         "Send a text to players, as a reliable event",
+         proto::admin::SayRequest::descriptor(),
+         &AdminApi::say);
+    post("/api/v1/spawn",
+         "Put an entity into the world",
+         proto::admin::SpawnRequest::descriptor(),
+         &AdminApi::spawn);
+    post("/api/v1/move",
+         "Move an entity, at rest, with all that hangs on it",
+         proto::admin::MoveRequest::descriptor(),
+         &AdminApi::move);
+    post("/api/v1/drain",
+         "Take no logins; stop when all have left or the grace is over",
+         proto::admin::DrainRequest::descriptor(),
+         &AdminApi::drain);
+    post("/api/v1/set",
+         "Change a setting until the server stops",
+         proto::admin::SetRequest::descriptor(),
+         &AdminApi::set);
+    post("/api/v1/reload",
+         "Read the config again; what cannot change live is named",
+         nullptr,
+         &AdminApi::reload);
     post("/api/v1/log-level",
-         [this](const Call& call, const Reply& reply) { log_level(call, reply); });
+         "Change what the log holds, in one area or in all",
+         proto::admin::LogLevelRequest::descriptor(),
+         &AdminApi::change_log_level);
     return out;
 }
 
@@ -100,8 +153,8 @@ void AdminApi::kick(const Call& call, const Reply& reply) {
     const std::string reason = body.reason().empty() ? "kicked by the operator" : body.reason();
     on_network([this, reply, who, reason] {
         const std::size_t count = network_.host().kick(who, reason);
-        spdlog::info(
-            "admin: kicked {}: {}", count_of_sessions(count), session::printable(reason, 256));
+        log_of(LogArea::kAdmin)
+            .info("kicked {}: {}", count_of_sessions(count), session::printable(reason, 256));
         reply(count > 0 ? done_with("kicked " + count_of_sessions(count), count)
                         : problem(404, "no such session"));
     });
@@ -116,7 +169,7 @@ void AdminApi::keep_bans(const std::vector<session::AccountBan>& bans,
             save_bans(settings_.server.session.state_folder, bans);
             reply(done_with(text, count));
         } catch (const std::exception& error) {
-            spdlog::error("admin: {}", error.what());
+            log_of(LogArea::kAdmin).error("{}", error.what());
             reply(problem(500, text + ", but only until the server stops: " + error.what()));
         }
     });
@@ -142,9 +195,10 @@ void AdminApi::ban(const Call& call, const Reply& reply) {
             : 0;
     on_network([this, reply, ban] {
         const std::size_t count = network_.host().ban(ban);
-        spdlog::info("admin: banned account {}: {} ended",
-                     session::printable(ban.account),
-                     count_of_sessions(count));
+        log_of(LogArea::kAdmin)
+            .info("banned account {}: {} ended",
+                  session::printable(ban.account),
+                  count_of_sessions(count));
         keep_bans(
             network_.host().bans(), "banned; " + count_of_sessions(count) + " ended", count, reply);
     });
@@ -161,7 +215,7 @@ void AdminApi::unban(const Call& call, const Reply& reply) {
             reply(problem(404, "the account is not banned"));
             return;
         }
-        spdlog::info("admin: unbanned account {}", session::printable(account));
+        log_of(LogArea::kAdmin).info("unbanned account {}", session::printable(account));
         keep_bans(network_.host().bans(), "unbanned", 0, reply);
     });
 }
@@ -187,8 +241,8 @@ void AdminApi::say(const Call& call, const Reply& reply) {
     }
     on_network([this, reply, client = ClientId(body.client()), text = body.text()] {
         const std::size_t count = network_.host().notify(client, text);
-        spdlog::info(
-            "admin: said to {}: {}", count_of_sessions(count), session::printable(text, 256));
+        log_of(LogArea::kAdmin)
+            .info("said to {}: {}", count_of_sessions(count), session::printable(text, 256));
         reply(client && count == 0 ? problem(404, "no such session")
                                    : done_with("said to " + count_of_sessions(count), count));
     });
@@ -206,15 +260,25 @@ void AdminApi::drain(const Call& call, const Reply& reply) {
     set_draining();
     on_network([this, reply, grace_s = body.grace_s()] {
         const std::uint32_t count = network_.sessions().sessions;
-        spdlog::info("admin: draining {} for at most {} s", count_of_sessions(count), grace_s);
+        log_of(LogArea::kAdmin)
+            .info("draining {} for at most {} s", count_of_sessions(count), grace_s);
         reply(done_with("draining " + count_of_sessions(count), count));
         actions_.drain(grace_s);
     });
 }
 
 AdminDone AdminApi::done(const Reply& reply) {
-    return [reply](core::Result<std::string> result) {
-        reply(result.ok() ? done_with(*result, 0) : problem(409, result.error()));
+    return [reply](const core::Result<AdminOutcome>& result) {
+        if (!result.ok()) {
+            reply(problem(409, result.error()));
+            return;
+        }
+        proto::admin::Done out;
+        out.set_text(result->text);
+        for (const config::SettingChange& change : result->changes) {
+            fill_change(change, *out.add_changes());
+        }
+        reply(json_response(out));
     };
 }
 
@@ -230,21 +294,103 @@ void AdminApi::set(const Call& call, const Reply& reply) {
     });
 }
 
-void AdminApi::reload(const Reply& reply) {
+void AdminApi::reload(const Call&, const Reply& reply) {
     on_network([this, reply] { actions_.reload(done(reply)); });
 }
 
-void AdminApi::log_level(const Call& call, const Reply& reply) {
+void AdminApi::change_log_level(const Call& call, const Reply& reply) {
     proto::admin::LogLevelRequest body;
     if (!read_body(call, reply, body)) {
         return;
     }
-    if (!set_log_level(body.level())) {
+    const std::size_t area = config::find_log_area(body.area());
+    if (!body.area().empty() && area == config::kLogAreas) {
+        reply(problem(400, "area must be one of " + config::log_area_list()));
+        return;
+    }
+    if (!set_log_level(static_cast<LogArea>(area), body.level())) {
         reply(problem(400, "level must be debug, info, warning or error"));
         return;
     }
-    spdlog::log(spdlog::get_level(), "admin: the log level is {} now", body.level());
-    reply(done_with("the log level is " + body.level() + " now", 0));
+    const std::string text = "the log level" + (body.area().empty() ? "" : " of " + body.area()) +
+                             " is " + body.level() + " now";
+    log_of(LogArea::kAdmin).log(log_of(LogArea::kAdmin).level(), "{}", text);
+    reply(done_with(text, 0));
+}
+
+void AdminApi::spawn(const Call& call, const Reply& reply) {
+    proto::admin::SpawnRequest body;
+    if (!read_body(call, reply, body) || !good_place(body.position_m(), reply)) {
+        return;
+    }
+    const world::TypeTable& types = settings_.types;
+    const auto type = std::find_if(types.begin(), types.end(), [&](const world::EntityType& t) {
+        return t.name == body.type() && (t.assembly == 0 || t.part == 0);
+    });
+    if (type == types.end()) {
+        reply(problem(404, "there is no type of that name"));
+        return;
+    }
+    if (!(std::abs(body.yaw_deg()) <= 360.0)) {
+        reply(problem(400, "yaw_deg must be -360 to 360"));
+        return;
+    }
+    mailbox::SpawnOrder order;
+    order.type = static_cast<TypeIndex>(type - types.begin());
+    order.yaw = static_cast<std::uint16_t>(
+        static_cast<std::int64_t>(std::llround(body.yaw_deg() / 360.0 * 65536.0)) & 0xFFFF);
+    std::copy(body.position_m().begin(), body.position_m().end(), order.position);
+    order_zones(order, "spawned a " + type->name, reply);
+}
+
+void AdminApi::move(const Call& call, const Reply& reply) {
+    proto::admin::MoveRequest body;
+    if (!read_body(call, reply, body) || !good_place(body.position_m(), reply)) {
+        return;
+    }
+    if (body.entity() == 0) {
+        reply(problem(400, "entity must be the number of an entity, from 1 on"));
+        return;
+    }
+    mailbox::MoveOrder order;
+    order.entity = EntityId(body.entity());
+    std::copy(body.position_m().begin(), body.position_m().end(), order.position);
+    order_zones(order, "moved", reply);
+}
+
+template <class Order>
+void AdminApi::order_zones(Order order, const std::string& text, const Reply& reply) {
+    on_network([this, order, text, reply]() mutable {
+        if (orders_.size() >= kMostOrders) {
+            reply(problem(503, "too many orders wait for the zones; try again"));
+            return;
+        }
+        order.number = ++last_order_;
+        if (!loop_.post(order)) {
+            reply(problem(503, "the zones' mailbox is full; try again"));
+            return;
+        }
+        orders_[order.number] = {text, reply};
+    });
+}
+
+void AdminApi::on_order_done(const mailbox::OrderDone& done) {
+    const auto it = orders_.find(done.number);
+    if (it == orders_.end()) {
+        return;  // of a recording that goes on, or of an earlier run
+    }
+    const WaitingOrder order = std::move(it->second);
+    orders_.erase(it);
+    if (!done.refused.empty()) {
+        order.reply(problem(404, done.refused));
+        return;
+    }
+    const std::string text = order.text + ": entity " + std::to_string(done.entity.value);
+    log_of(LogArea::kAdmin).info("{}", text);
+    proto::admin::Done out;
+    out.set_text(text);
+    out.set_entity(done.entity.value);
+    order.reply(json_response(out));
 }
 
 }  // namespace zoned::app

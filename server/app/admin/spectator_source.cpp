@@ -1,6 +1,7 @@
 #include "server/app/admin/spectator_source.h"
 
-#include "shared/core/json.h"
+#include "server/ai/agent/whereabouts.h"
+#include "server/app/admin/spectator_scene.h"
 
 #include <algorithm>
 #include <utility>
@@ -9,122 +10,174 @@ namespace zoned::app {
 
 namespace {
 
-/// Cut off rather than rounded: it runs for every entity between two ticks.
-std::int16_t part_of(float unit) {
-    return static_cast<std::int16_t>(std::clamp(unit, -1.0F, 1.0F) * 32767.0F);
+using admin::SpectatorSample;
+
+void copy_columns(const zone::ZoneState& state, admin::SpectatorZone& to) {
+    const world::Entities& from = state.entities;
+    to.number = state.settings.id.value;
+    to.origin = state.settings.region().origin();
+    to.id.assign(from.id.begin(), from.id.end());
+    to.type.assign(from.type.begin(), from.type.end());
+    to.flags.assign(from.flags.begin(), from.flags.end());
+    to.client.assign(from.client.begin(), from.client.end());
+    to.position.assign(from.position.begin(), from.position.end());
+    to.orientation.assign(from.orientation.begin(), from.orientation.end());
+    to.velocity.assign(from.velocity.begin(), from.velocity.end());
 }
 
-template <class Values>
-void numbers(core::JsonWriter& json, const char* name, const Values& values) {
-    json.key(name).begin_array();
-    for (const auto value : values) {
-        json.value(static_cast<double>(value));
+void add_walker(const zone::ZoneState& state,
+                const ai::Agent& agent,
+                std::uint16_t zone,
+                SpectatorSample& out) {
+    const world::Row row = state.entities.find(agent.entity);
+    if (row == world::kNoRow) {
+        return;
     }
-    json.end_array();
+    const Vec3& at = state.entities.position[row];
+    const float dt = state.settings.dt;
+    admin::SpectatorWalker& walker = out.walkers.emplace_back();
+    walker.zone = zone;
+    walker.row = row;
+    walker.position = ai::whereabouts(agent, Vec2(at.x(), at.z()), state.now + 1, dt);
+    walker.velocity = ai::velocity_at(agent.segment, state.now, dt);
 }
 
-/// Half sizes of a box; of a round shape radius, half of its segment, radius.
-void write_type(core::JsonWriter& json, const world::EntityType& type) {
-    Vec3 size = type.half_extents;
-    bool round = false;
-    switch (type.shape) {
-        case world::TypeShape::kSphere:
-            size = Vec3(type.radius, 0.0F, type.radius);
-            round = true;
-            break;
-        case world::TypeShape::kCapsule:
-            size = Vec3(type.radius, type.half_segment, type.radius);
-            round = true;
-            break;
-        case world::TypeShape::kSolid:
-            size = 0.5F * (type.standing.upper - type.standing.lower);
-            break;
-        case world::TypeShape::kBox:
-        case world::TypeShape::kSoft:
-            break;
+/// Goes round over the agents of all zones, some of them in each sample.
+void add_walkers(const World& world, SpectatorSample& out) {
+    std::size_t all = 0;
+    for (const auto& zone : world.zones()) {
+        all += std::as_const(*zone).state().agents.slots();
     }
-    json.begin_object().field("name", type.name).field("round", round);
-    numbers(json, "size", size);
-    json.end_object();
+    out.walkers.clear();
+    std::size_t at = all > 0 ? out.next_walker % all : 0;
+    std::size_t left = std::min<std::size_t>(all, kWalkersPerSample);
+    out.next_walker = static_cast<std::uint32_t>(at + left);
+    for (int round = 0; round < 2 && left > 0; ++round) {
+        for (std::size_t z = 0; z < world.zones().size() && left > 0; ++z) {
+            const zone::ZoneState& state = std::as_const(*world.zones()[z]).state();
+            const std::size_t slots = state.agents.slots();
+            for (; at < slots && left > 0; ++at, --left) {
+                const ai::Agent& agent = state.agents.at(static_cast<ai::Slot>(at));
+                if (agent.entity && agent.tier == ai::Tier::kSuspended) {
+                    add_walker(state, agent, static_cast<std::uint16_t>(z), out);
+                }
+            }
+            at -= std::min(at, slots);
+        }
+    }
+}
+
+void add_joints(const zone::ZoneState& state, SpectatorSample& out) {
+    const Vec3d origin = state.settings.region().origin();
+    const world::Entities& entities = state.entities;
+    for (const zone::EntityJoint& joint : state.assemblies.joints) {
+        const world::Row b = entities.find(joint.b);
+        const world::Row a = joint.a ? entities.find(joint.a) : world::kNoRow;
+        if (b == world::kNoRow) {
+            continue;
+        }
+        const physics::JointDef& def = joint.plan->def;
+        const bool two_points =
+            def.kind == physics::JointKind::kDistance || def.kind == physics::JointKind::kSpring;
+        const Vec3 at_b = entities.position[b];
+        const Vec3 held = at_b + entities.orientation[b] * (two_points ? def.anchor_b : def.anchor);
+        Vec3 end = held;
+        if (a != world::kNoRow) {
+            end = entities.position[a];
+            if (two_points) {
+                end += entities.orientation[a] * def.anchor;
+            }
+        }
+        out.joints.push_back({origin + at_b.cast<double>(),
+                              origin + held.cast<double>(),
+                              origin + end.cast<double>()});
+    }
+}
+
+void add_softs(const zone::ZoneState& state, std::size_t& used, SpectatorSample& out) {
+    if (!state.soft) {
+        return;
+    }
+    const physics::soft::SoftBodies& bodies = state.soft->bodies;
+    for (const zone::SoftLink& link : state.soft->links) {
+        if (bodies.rigid(link.body)) {
+            continue;  // drawn as the rigid hull that it has become
+        }
+        if (used == out.softs.size()) {
+            out.softs.emplace_back();
+        }
+        admin::SpectatorSoft& soft = out.softs[used++];
+        soft.entity = link.entity;
+        soft.origin = state.settings.region().origin();
+        soft.vertices.resize(bodies.node_count(link.body));
+        for (std::size_t node = 0; node < soft.vertices.size(); ++node) {
+            soft.vertices[node] = bodies.position(link.body, node);
+        }
+        const auto faces = bodies.faces(link.body);
+        soft.faces.assign(faces.begin(), faces.end());
+    }
+}
+
+void add_particles(const zone::ZoneState& state, std::size_t every, SpectatorSample& out) {
+    const Vec3d origin = state.settings.region().origin();
+    for (const auto& listed : state.particles.systems) {
+        const physics::ParticleSystem* system = state.particles.simulated.find(listed.id);
+        for (std::size_t i = 0; system != nullptr && i < system->size(); i += every) {
+            const Vec3d at = origin + system->position(i).cast<double>();
+            out.particles.push_back({static_cast<float>(at.x()),
+                                     static_cast<float>(at.y()),
+                                     static_cast<float>(at.z())});
+        }
+    }
+}
+
+std::size_t particles_in(const World& world) {
+    std::size_t all = 0;
+    for (const auto& zone : world.zones()) {
+        all += zone->report().particles.particles;
+    }
+    return all;
 }
 
 }  // namespace
 
-std::string scene_json(const config::Settings& settings) {
-    core::JsonWriter json;
-    json.begin_object()
-        .field("world", settings.world_name)
-        .field("ground_height_m", static_cast<double>(settings.ground_height_m));
-    json.key("types").begin_array();
-    for (const world::EntityType& type : settings.types) {
-        write_type(json, type);
-    }
-    json.end_array().key("zones").begin_array();
-    for (const config::ZoneRegion& zone : settings.zones) {
-        json.begin_object()
-            .field("name", zone.name)
-            .field("min_x", zone.min_x)
-            .field("min_z", zone.min_z)
-            .field("max_x", zone.max_x)
-            .field("max_z", zone.max_z)
-            .end_object();
-    }
-    json.end_array().key("boxes").begin_array();
-    for (const motion::StaticBox& box : settings.boxes) {
-        json.begin_object();
-        numbers(json, "p", box.centre);
-        numbers(json, "size", box.half_extents);
-        numbers(json, "q", box.orientation.coeffs());
-        json.end_object();
-    }
-    json.end_array().end_object();
-    return json.text();
-}
-
-admin::SpectatorSample sample_of(const World& world) {
-    admin::SpectatorSample out;
+void fill_sample(const World& world, SpectatorSample& out) {
     out.tick = world.now();
-    std::size_t all = 0;
-    for (const auto& zone : world.zones()) {
-        all += zone->report().census.entities;
-    }
-    out.rows.reserve(all);
-    for (const auto& zone : world.zones()) {
-        const zone::ZoneState& state = std::as_const(*zone).state();
-        const world::Entities& entities = state.entities;
-        const Vec3d origin = state.settings.region().origin();
-        for (world::Row row = 0; row < entities.size(); ++row) {
-            if ((entities.flags[row] & (world::kGhost | world::kHidden)) != 0) {
-                continue;
-            }
-            admin::SpectatorRow& to = out.rows.emplace_back();
-            const Vec3d at = origin + entities.position[row].cast<double>();
-            const Quat& turn = entities.orientation[row];
-            to.id = entities.id[row].value;
-            to.position = {
-                static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z())};
-            to.orientation = {
-                part_of(turn.x()), part_of(turn.y()), part_of(turn.z()), part_of(turn.w())};
-            to.type = entities.type[row];
-            if (entities.has(row, world::kAtRest)) {
-                to.flags |= admin::kSpectatorAtRest;
-            }
-            if (entities.client[row]) {
-                to.flags |= admin::kSpectatorAvatar;
-            }
-            to.zone = static_cast<std::uint8_t>(state.settings.id.value);
+    out.zones.resize(world.zones().size());
+    out.joints.clear();
+    out.particles.clear();
+    std::size_t softs = 0;
+    const std::size_t every = 1 + particles_in(world) / kMostParticlesShown;
+    for (std::size_t z = 0; z < world.zones().size(); ++z) {
+        const zone::ZoneState& state = std::as_const(*world.zones()[z]).state();
+        out.tick_s = state.settings.dt;
+        copy_columns(state, out.zones[z]);
+        if ((out.layers & admin::kLayerJoints) != 0) {
+            add_joints(state, out);
+        }
+        if ((out.layers & admin::kLayerSofts) != 0) {
+            add_softs(state, softs, out);
+        }
+        if ((out.layers & admin::kLayerParticles) != 0) {
+            add_particles(state, every, out);
         }
     }
-    return out;
+    out.softs.resize(softs);
+    add_walkers(world, out);
 }
 
 admin::SpectatorSource spectator_source(const config::Settings& settings, TickLoop& loop) {
     admin::SpectatorSource source;
+    source.rate_hz = std::min(30.0, settings.tick_rate_hz);
     source.scene = [&settings] {
         return scene_json(settings);
     };
-    source.sample = [&loop](std::function<void(admin::SpectatorSample)> take) {
-        return loop.visit([take = std::move(take)](const World& world) { take(sample_of(world)); });
+    source.sample = [&loop](std::shared_ptr<admin::SpectatorSample> into,
+                            std::function<void()> taken) {
+        return loop.visit([into = std::move(into), taken = std::move(taken)](const World& world) {
+            fill_sample(world, *into);
+            taken();
+        });
     };
     return source;
 }

@@ -2,19 +2,40 @@
 #include "server/app/commands/config_loading.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/expand/stability_report.h"
+#include "server/config/expand/world_warnings.h"
 #include "server/config/world/pathfinding_config.h"
 #include "server/config/world/spline_config.h"
+#include "server/zone/rules.h"
 
 #include <cstdio>
+#include <exception>
 
 namespace zoned::app {
+
+namespace {
+
+/// The rules check their settings when they are made.
+bool rules_take(const std::string& config, const config::Settings& settings) {
+    try {
+        (void)zone::make_rules(settings.rules, settings.types);
+        return true;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr,
+                     "%s: rules: %s\nzoned: the rules refuse their settings; nothing was started\n",
+                     config.c_str(),
+                     error.what());
+        return false;
+    }
+}
+
+}  // namespace
 
 bool load_or_complain(const std::string& config,
                       const std::vector<std::string>& sets,
                       config::Settings& settings) {
     std::vector<config::ConfigError> errors;
     if (config::load_settings(config, sets, settings, errors)) {
-        return true;
+        return rules_take(config, settings);
     }
     std::fputs(config::format_errors(config, errors).c_str(), stderr);
     std::fprintf(stderr,
@@ -46,14 +67,13 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                     surface.file.c_str(),
                     surface.replicated ? "told to clients" : "not told to clients");
     }
-    for (const std::string& warning : config::stability_warnings_of(settings)) {
-        std::printf("%s: warning: %s\n", config.c_str(), warning.c_str());
-    }
-    for (const std::string& waypoint : config::waypoint_warnings(settings)) {
-        std::printf("%s: warning: %s\n", config.c_str(), waypoint.c_str());
-    }
-    for (const std::string& track : config::track_warnings(settings)) {
-        std::printf("%s: warning: %s\n", config.c_str(), track.c_str());
+    for (const auto& warnings : {config::world_warnings_of(settings),
+                                 config::stability_warnings_of(settings),
+                                 config::waypoint_warnings(settings),
+                                 config::track_warnings(settings)}) {
+        for (const std::string& warning : warnings) {
+            std::printf("%s: warning: %s\n", config.c_str(), warning.c_str());
+        }
     }
     return kGood;
 }

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -29,6 +30,11 @@ AdminTarget target_of(const CtlArguments& a) {
     AdminTarget target =
         parse_admin_address(a.admin.empty() ? first_line(a.state + "/admin.address") : a.admin);
     target.token = first_line(a.token_file.empty() ? a.state + "/admin.token" : a.token_file);
+    target.certificate_file = a.certificate;
+    const std::string own = a.state + "/admin.certificate";
+    if (a.certificate.empty() && a.admin.empty() && std::filesystem::exists(own)) {
+        target.certificate_file = own;
+    }
     return target;
 }
 
@@ -118,7 +124,8 @@ class Ctl {
     /// The page of the viewer, with the token where no server sees it.
     int viewer() const {
         const bool six = target_.host.find(':') != std::string::npos;
-        std::printf("http://%s%s%s:%u/#token=%s\n",
+        std::printf("%s://%s%s%s:%u/#token=%s\n",
+                    target_.tls ? "https" : "http",
                     six ? "[" : "",
                     target_.host.c_str(),
                     six ? "]" : "",
@@ -204,8 +211,22 @@ int act(Ctl& ctl, const CtlArguments& a) {
     if (a.command == "reload") {
         return ctl.order("/api/v1/reload", proto::admin::Done());
     }
+    if (a.command == "spawn") {
+        proto::admin::SpawnRequest body;
+        body.set_type(a.text);
+        body.mutable_position_m()->Add(a.position_m.begin(), a.position_m.end());
+        body.set_yaw_deg(a.yaw_deg);
+        return ctl.order("/api/v1/spawn", body);
+    }
+    if (a.command == "move") {
+        proto::admin::MoveRequest body;
+        body.set_entity(a.entity);
+        body.mutable_position_m()->Add(a.position_m.begin(), a.position_m.end());
+        return ctl.order("/api/v1/move", body);
+    }
     proto::admin::LogLevelRequest body;
     body.set_level(a.text);
+    body.set_area(a.area);
     return ctl.order("/api/v1/log-level", body);
 }
 

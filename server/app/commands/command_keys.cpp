@@ -5,11 +5,13 @@
 #include "shared/core/hex.h"
 
 #include <fcntl.h>
+#include <openssl/evp.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <ctime>
+#include <span>
 #include <system_error>
 
 namespace zoned::app {
@@ -27,6 +29,15 @@ void write_new_file(const std::string& path, const std::string& text, mode_t mod
     if (close(fd) != 0 || !complete) {
         throw std::system_error(EIO, std::generic_category(), "cannot write " + path);
     }
+}
+
+std::string base64_of(std::span<const std::uint8_t> bytes) {
+    std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
+    const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                                       bytes.data(),
+                                       static_cast<int>(bytes.size()));
+    text.resize(static_cast<std::size_t>(length));
+    return text;
 }
 
 std::uint32_t rights_of(const std::vector<std::string>& names) {
@@ -68,7 +79,8 @@ int ticket(const TicketArguments& arguments) {
         return kUsage;
     }
     if (arguments.out.empty()) {
-        std::printf("%s\n", core::to_hex(*made).c_str());
+        // A line, as client-sim --ticket reads it; many of them may stand in one file.
+        std::printf("%s\n", base64_of(*made).c_str());
         return kGood;
     }
     write_new_file(arguments.out, std::string(made->begin(), made->end()), 0600);

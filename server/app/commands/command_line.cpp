@@ -1,4 +1,5 @@
 #include "server/app/commands/commands.h"
+#include "server/app/commands/describe_commands.h"
 
 #include <CLI/CLI.hpp>
 #include <google/protobuf/stubs/logging.h>
@@ -132,9 +133,11 @@ void add_keys(CLI::App& app, std::string& base, TicketArguments& a, std::functio
     t->add_option("--right", a.rights, "play, audit, freeze or admin (repeatable); default: play")
         ->check(CLI::IsMember({"play", "audit", "freeze", "admin"}));
     t->add_option("--hours", a.hours, "Valid from now for this long")->check(CLI::PositiveNumber);
-    t->add_option("--out", a.out, "Ticket file; default: standard output in hex");
+    t->add_option("--out", a.out, "Ticket file; default: a line of base64 on standard output");
     t->footer(
-        "Example:\n  zoned ticket --key operator.key --account ann --right play --out ann.ticket");
+        "Examples:\n  zoned ticket --key operator.key --account ann --right play --out ann.ticket\n"
+        "  zoned ticket --key operator.key --account bob >>tickets.txt   # one ticket a line\n"
+        "  client-sim --connect localhost:7777 --bots 1 --ticket tickets.txt ...");
     t->callback([&] {
         run = [&a] {
             return ticket(a);
@@ -145,11 +148,23 @@ void add_keys(CLI::App& app, std::string& base, TicketArguments& a, std::functio
 void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
     CLI::App* c =
         app.add_subcommand("replay", "Re-simulate a recording and compare every tick's state hash");
-    c->add_option("FILE", a.file)->required();
+    c->add_option("FILE", a.file, "A recording, or a folder with the last inputs of a server")
+        ->required();
     c->add_option("--threads", a.threads, "Threads that step zones")->check(CLI::Range(1U, 256U));
+    c->add_option("--from", a.from, "First tick to compare (all before are simulated) or to copy")
+        ->check(CLI::PositiveNumber);
+    c->add_option("--to", a.to, "Last tick")->check(CLI::PositiveNumber);
+    CLI::Option* out =
+        c->add_option("--out", a.out, "Copy these ticks into a recording; simulates nothing");
+    c->add_flag("--info", a.info, "Say what FILE holds and whether it is whole; simulates nothing")
+        ->excludes(out);
     c->footer(
-        "Example:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
-        "  zoned replay run.zrec --threads 4   # it lies beside world.txtpb");
+        "Exit 1: a hash differs or the file is damaged; all before the damage is replayed.\n"
+        "Examples:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
+        "  zoned replay run.zrec --threads 4   # it lies beside world.txtpb\n"
+        "  zoned replay run.zrec --info\n"
+        "  zoned replay run.zrec --to 900 --out begin.zrec\n"
+        "  zoned replay state/ring-20260131T120000   # after a crash");
     c->callback([&] {
         run = [&a] {
             return replay(a);
@@ -184,85 +199,23 @@ void add_train(CLI::App& app, TrainArguments& a, std::function<int()>& run) {
     });
 }
 
-/// One command of `zoned ctl`.
-CLI::App* add_order(CLI::App& ctl,
-                    CtlArguments& a,
-                    std::function<int()>& run,
-                    const std::string& name,
-                    const std::string& help) {
-    CLI::App* c = ctl.add_subcommand(name, help);
-    c->callback([&a, &run, name] {
-        a.command = name;
-        run = [&a] {
-            return app::ctl(a);
+void add_descriptions(CLI::App& app, std::function<int()>& run) {
+    CLI::App* completion =
+        app.add_subcommand("completion", "Print completions of commands and options for a shell");
+    completion->add_subcommand("bash", "For bash: source <(zoned completion bash)")
+        ->callback([&app, &run] {
+            run = [&app] {
+                std::fputs(bash_completion(app).c_str(), stdout);
+                return kGood;
+            };
+        });
+    completion->require_subcommand(1);
+    app.add_subcommand("manual", "Print the manual page, as man reads it")->callback([&app, &run] {
+        run = [&app] {
+            std::fputs(manual_page(app).c_str(), stdout);
+            return kGood;
         };
     });
-    return c;
-}
-
-void add_looks(CLI::App& c, CtlArguments& a, std::function<int()>& run) {
-    add_order(c, a, run, "status", "The server at a glance");
-    add_order(c, a, run, "sessions", "Clients that are logged in");
-    add_order(c, a, run, "zones", "Zones, what they hold and what they cost");
-    add_order(c, a, run, "bans", "Accounts that may not log in");
-    add_order(c, a, run, "metrics", "All figures, as Prometheus reads them");
-    add_order(
-        c, a, run, "viewer", "The address at which a browser shows the world; it holds the token");
-    add_order(c, a, run, "inspect", "One entity, and why its agent does what it does")
-        ->add_option("ENTITY", a.entity)
-        ->required()
-        ->check(CLI::PositiveNumber);
-    CLI::App* top = add_order(c, a, run, "top", "A table that renews itself");
-    top->add_option("--every", a.every_s, "Seconds between two looks")
-        ->check(CLI::Range(0.05, 3600.0));
-    top->add_option("--count", a.count, "So many looks; 0: until interrupted");
-}
-
-void add_orders(CLI::App& c, CtlArguments& a, std::function<int()>& run) {
-    CLI::App* kick = add_order(c, a, run, "kick", "End sessions; their clients are told why");
-    CLI::Option_group* who = kick->add_option_group("who");
-    who->add_option("--client", a.client, "By number")->check(CLI::PositiveNumber);
-    who->add_option("--account", a.account, "All of an account");
-    who->add_option("--name", a.name, "All with a name");
-    who->require_option(1);
-    kick->add_option("--reason", a.reason, "Told to the client");
-    CLI::App* ban = add_order(c, a, run, "ban", "End an account's sessions, refuse its logins");
-    ban->add_option("ACCOUNT", a.account)->required();
-    ban->add_option("--hours", a.hours, "For so long; 0: for ever")->check(CLI::NonNegativeNumber);
-    ban->add_option("--reason", a.reason, "Told to the client");
-    add_order(c, a, run, "unban", "Let an account log in again")
-        ->add_option("ACCOUNT", a.account)
-        ->required();
-    CLI::App* say = add_order(c, a, run, "say", "Send a text to players, as a reliable event");
-    say->add_option("TEXT", a.text)->required();
-    say->add_option("--client", a.client, "To one client; default: to all");
-    add_order(c, a, run, "drain", "Take no logins; stop when all have left or the grace is over")
-        ->add_option("--grace", a.grace_s, "Seconds that sessions may go on; default: 30")
-        ->check(CLI::Range(0.0, 86400.0));
-    add_order(c, a, run, "set", "Change a setting until the server stops")
-        ->add_option("PATH=VALUE", a.text)
-        ->required();
-    add_order(c, a, run, "reload", "Read the brains of the config again, as on SIGHUP");
-    add_order(c, a, run, "log-level", "What the log holds from now on")
-        ->add_option("LEVEL", a.text)
-        ->required()
-        ->check(CLI::IsMember({"debug", "info", "warning", "error"}));
-}
-
-void add_ctl(CLI::App& app, CtlArguments& a, std::function<int()>& run) {
-    CLI::App* c = app.add_subcommand("ctl", "Look at a running server, or tell it something");
-    c->require_subcommand(1);
-    c->add_option("--state", a.state, "The server's session.state_folder; default: state");
-    c->add_option("--admin", a.admin, "HOST:PORT; default: as the state folder says");
-    c->add_option("--token-file", a.token_file, "Default: admin.token in the state folder");
-    c->add_flag("--json", a.json, "Print the server's answer as it came");
-    c->footer(
-        "Exit 1: no such session, account or entity. Exit 2: a mistake. Exit 3: no answer.\n"
-        "Examples:\n"
-        "  zoned ctl --state config/state status\n"
-        "  zoned ctl --state config/state kick --name ann --reason \"be kind\"");
-    add_looks(*c, a, run);
-    add_orders(*c, a, run);
 }
 
 }  // namespace
@@ -292,6 +245,7 @@ int run_command_line(int argc, char** argv) {
     add_replay(app, replay_arguments, run);
     add_train(app, train_arguments, run);
     add_ctl(app, ctl_arguments, run);
+    add_descriptions(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

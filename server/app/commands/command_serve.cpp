@@ -4,18 +4,21 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 #include "server/app/commands/serve_report.h"
+#include "server/app/log/crash_file.h"
+#include "server/app/log/log.h"
+#include "server/app/runtime/counter_watch.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
+#include "server/app/runtime/start_log.h"
+#include "server/app/runtime/supervision.h"
 #include "server/app/runtime/tick_loop.h"
-#include "server/app/world/agent_reload.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/stability_report.h"
+#include "server/recording/report_file.h"
 
 #include <asio/post.hpp>
 #include <asio/signal_set.hpp>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <csignal>
@@ -29,28 +32,18 @@ namespace {
 
 constexpr auto kFarewell = std::chrono::seconds(2);
 constexpr auto kStatusEvery = std::chrono::seconds(10);
+constexpr auto kWatchEvery = std::chrono::seconds(1);
 constexpr auto kDrainLook = std::chrono::milliseconds(50);
 /// How old the admin server's figures of the tick loop may be.
 constexpr double kPublishEvery_s = 0.25;
 
-using Outcome = core::Result<std::string>;
+using Outcome = core::Result<AdminOutcome>;
 
 unsigned thread_count(const config::Settings& settings) {
     const unsigned asked = settings.server.run.threads;
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
     const auto zones = static_cast<unsigned>(settings.zones.size());
     return asked > 0 ? asked : std::min(cores, zones);
-}
-
-void set_up_log(const config::Settings& settings) {
-    static constexpr spdlog::level::level_enum kLevels[] = {
-        spdlog::level::debug, spdlog::level::info, spdlog::level::warn, spdlog::level::err};
-    auto logger = spdlog::get("zoned");
-    if (!logger) {
-        logger = spdlog::stderr_color_mt("zoned");
-    }
-    spdlog::set_default_logger(logger);
-    spdlog::set_level(kLevels[static_cast<std::size_t>(settings.server.run.log_level)]);
 }
 
 recording::RecordingHeader record_header(const config::Settings& settings) {
@@ -67,15 +60,19 @@ class Server {
     Server(const ServeArguments& arguments, const config::Settings& settings)
         : arguments_(arguments),
           settings_(settings),
+          current_(std::shared_ptr<const config::Settings>(), &settings),
           signals_(io_, SIGINT, SIGTERM),
           reload_signal_(io_, SIGHUP),
           stop_timer_(io_),
           status_timer_(io_),
+          watch_timer_(io_),
           drain_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
-          network_(io_, settings, [this](mailbox::InboxItem item) {
-              loop_->post(std::move(item));
-          }) {
+          network_(io_,
+                   settings,
+                   [this](mailbox::InboxItem item) { loop_->post(std::move(item)); }),
+          supervision_(io_, settings.server, [this] { return loop_->turns(); }) {
+        reserve_report();
         open_recording();
         open_device();
         LoopSettings loop;
@@ -83,6 +80,14 @@ class Server {
         loop.max_catch_up = settings.server.run.max_catch_up_ticks;
         loop.mailbox_capacity = settings.server.run.mailbox_capacity * settings.zones.size();
         loop.publish_every_s = settings.server.network.admin ? kPublishEvery_s : 0.0;
+        if (settings.server.run.on_exception == config::RulesException::kStopServer) {
+            loop.on_stopped_zone = [this] {
+                asio::post(io_, [this] {
+                    failed_ = true;
+                    stop("the rules of a zone threw (run.on_exception)");
+                });
+            };
+        }
         loop_ = std::make_unique<TickLoop>(
             world_,
             loop,
@@ -117,12 +122,17 @@ class Server {
                 }
             });
         }
+        advertised_ = supervision_.find_address();
+        if (advertised_.udp_port != 0) {
+            network_.host().set_udp_port(advertised_.udp_port);
+        }
         network_.start();
         loop_->start();
         if (admin_) {
             admin_->start();
         }
         announce();
+        watch();
         if (settings_.replication.meter) {
             log_status();
         }
@@ -133,9 +143,10 @@ class Server {
   private:
     static mailbox::CodecPrice price_of_coding() {
         const mailbox::CodecPrice price = measure_codec();
-        spdlog::info("coding for one client: {} ns a record and {} ns a packet",
-                     price.record_ns,
-                     price.packet_ns);
+        log_of(LogArea::kServer)
+            .info("coding for one client: {} ns a record and {} ns a packet",
+                  price.record_ns,
+                  price.packet_ns);
         return price;
     }
 
@@ -183,19 +194,15 @@ class Server {
     }
 
     void reload(AdminDone done) {
-        const auto read = [this] {
-            return load_brains(arguments_.config, arguments_.sets, settings_);
+        const auto read = [this, running = current_] {
+            return prepare_reload(arguments_.config, arguments_.sets, *running);
         };
-        const auto take = [this, done](const core::Result<mailbox::NewBrains>& brains) {
-            Outcome outcome = Outcome::failure("no room for new brains in the mailbox: try again");
-            if (!brains.ok()) {
-                outcome = Outcome::failure(
-                    arguments_.config +
-                    " is not taken, everything stays as it was: " + brains.error());
-            } else if (loop_->post(*brains)) {
-                outcome = "brains are as " + arguments_.config + " says now";
+        const auto take = [this, done](const core::Result<PreparedReload>& prepared) {
+            if (admin_ && prepared.ok()) {
+                admin_->set_waiting(prepared->plan.changes);
             }
-            tell(outcome, done);
+            take_settings(
+                arguments_.config + " is not taken, everything stays as it was: ", prepared, done);
         };
         if (!read_aside(read, take)) {
             tell(Outcome::failure("the config is being read already"), done);
@@ -204,37 +211,48 @@ class Server {
 
     /// Changes a setting for as long as the process lives.
     void change(const std::string& path, const std::string& value, AdminDone done) {
-        const auto read = [this, path, value] {
-            return changed_limits(arguments_.config, arguments_.sets, path, value);
+        const auto read = [path, value, running = current_] {
+            return prepare_change(path, value, *running);
         };
-        const auto take = [this, path, value, done](const core::Result<LiveChange>& change) {
-            if (!change.ok()) {
-                tell(Outcome::failure(change.error()), done);
-                return;
-            }
-            session::HostLimits limits = network_.host().limits();
-            (*change)(limits);
-            if (limits.max_sessions > settings_.server.network.max_clients) {
-                tell(Outcome::failure("network.max_clients: a running server has sockets for at "
-                                      "most " +
-                                      std::to_string(settings_.server.network.max_clients) +
-                                      " clients, as it was started with"),
-                     done);
-                return;
-            }
-            network_.host().set_limits(limits);
-            tell(path + " is " + value + " now, until the server stops", done);
+        const auto take = [this, done](const core::Result<PreparedReload>& prepared) {
+            take_settings("", prepared, done);
         };
         if (!read_aside(read, take)) {
             tell(Outcome::failure("the config is being read already; try again"), done);
         }
     }
 
+    /// All live changes at once, between two ticks and two messages, or none.
+    void take_settings(const std::string& refused,
+                       const core::Result<PreparedReload>& prepared,
+                       const AdminDone& done) {
+        if (!prepared.ok()) {
+            tell(Outcome::failure(refused + prepared.error()), done);
+            return;
+        }
+        const config::ReloadPlan& plan = prepared->plan;
+        if (plan.brains &&
+            !loop_->post(mailbox::NewBrains{std::make_shared<const std::string>(plan.merged->text),
+                                            plan.brains})) {
+            tell(Outcome::failure(refused + "no room for new brains in the mailbox: try again"),
+                 done);
+            return;
+        }
+        if (plan.merged) {
+            network_.host().set_limits(prepared->limits);
+            if (plan.merged->server.log.levels != current_->server.log.levels) {
+                Log::set_levels(plan.merged->server.log);
+            }
+            current_ = plan.merged;
+        }
+        tell(AdminOutcome{text_of(plan.changes), plan.changes}, done);
+    }
+
     static void tell(const Outcome& outcome, const AdminDone& done) {
         if (outcome.ok()) {
-            spdlog::info("{}", *outcome);
+            log_of(LogArea::kServer).info("{}", outcome->text);
         } else {
-            spdlog::error("{}", outcome.error());
+            log_of(LogArea::kServer).error("{}", outcome.error());
         }
         done(outcome);
     }
@@ -267,26 +285,50 @@ class Server {
     }
 
     void open_recording() {
-        const std::string& file = settings_.server.recording_file;
-        if (file.empty()) {
+        recording::RecorderSettings recorder;
+        recorder.file = settings_.server.recording_file;
+        recorder.ring_folder = settings_.server.session.state_folder + "/ring";
+        recorder.ring_s = settings_.server.ring_s;
+        recorder.rate_hz = settings_.tick_rate_hz;
+        recorder.header = record_header(settings_);
+        if (recorder.file.empty() && recorder.ring_s <= 0.0) {
             return;
         }
-        recorder_ = std::make_unique<recording::RecordingWriter>();
-        const auto opened = recorder_->open(file, record_header(settings_));
+        recorder_ = std::make_unique<recording::Recorder>(
+            std::move(recorder),
+            [](const std::string& problem) { log_of(LogArea::kServer).error("{}", problem); });
+        const auto opened = recorder_->open();
         if (!opened.ok()) {
             throw std::runtime_error(opened.error());
+        }
+        if (!recorder_->kept_ring().empty()) {
+            log_of(LogArea::kServer)
+                .warn("an earlier run did not end in good order; its last inputs: zoned replay {}",
+                      recorder_->kept_ring());
+        }
+    }
+
+    /// Before anything runs: a report that cannot be written is worth a word now.
+    void reserve_report() {
+        if (arguments_.report.empty()) {
+            return;
+        }
+        const auto reserved = report_.reserve(arguments_.report);
+        if (!reserved.ok()) {
+            throw std::runtime_error(reserved.error());
         }
     }
 
     void open_device() {
         particle_device_ = open_particle_device(settings_, world_.pool().threads());
         if (!settings_.particles.empty()) {
-            spdlog::log(particle_device_.failed ? spdlog::level::warn : spdlog::level::info,
-                        "{}",
-                        particle_device_.text);
+            log_of(LogArea::kServer)
+                .log(particle_device_.failed ? spdlog::level::warn : spdlog::level::info,
+                     "{}",
+                     particle_device_.text);
         }
         if (!particle_device_.no_cache.empty()) {
-            spdlog::warn("{}", particle_device_.no_cache);
+            log_of(LogArea::kServer).warn("{}", particle_device_.no_cache);
         }
         if (particle_device_.device) {
             world_.use_device(particle_device_.device.get(), particle_device_.crossover);
@@ -294,24 +336,52 @@ class Server {
     }
 
     void announce() {
-        spdlog::info("world {}: {} zones, {} entities, {} threads, certificate sha256 {}",
-                     settings_.world_name,
-                     settings_.zones.size(),
-                     settings_.initial.size(),
-                     world_.pool().threads(),
-                     network_.fingerprint());
-        std::printf("ready tcp=%u udp=%u admin=%u zones=%zu\n",
-                    static_cast<unsigned>(network_.tcp_port()),
-                    static_cast<unsigned>(network_.udp_port()),
-                    admin_ ? static_cast<unsigned>(admin_->port()) : 0U,
-                    settings_.zones.size());
+        log_of(LogArea::kServer)
+            .info("world {}: {} zones, {} entities, {} threads, certificate sha256 {}",
+                  settings_.world_name,
+                  settings_.zones.size(),
+                  settings_.initial.size(),
+                  world_.pool().threads(),
+                  network_.fingerprint());
+        Log::drain();  // a script that waits for "ready" finds the fingerprint in the log
+        const std::string line = fmt::format("ready tcp={} udp={} admin={} zones={}{}",
+                                             network_.tcp_port(),
+                                             network_.udp_port(),
+                                             admin_ ? admin_->port() : 0,
+                                             settings_.zones.size(),
+                                             advertised_text());
+        std::printf("%s\n", line.c_str());
         std::fflush(stdout);
+        supervision_.ready(line);
+    }
+
+    /// Empty where players reach the server as it listens.
+    [[nodiscard]] std::string advertised_text() const {
+        if (advertised_ == config::AdvertiseSettings{}) {
+            return {};
+        }
+        return fmt::format(" address={} public_tcp={} public_udp={}",
+                           advertised_.address.empty() ? "-" : advertised_.address,
+                           advertised_.tcp_port == 0 ? network_.tcp_port() : advertised_.tcp_port,
+                           advertised_.udp_port == 0 ? network_.udp_port() : advertised_.udp_port);
+    }
+
+    /// Tells what is dropped and refused when it happens.
+    void watch() {
+        watch_timer_.expires_after(kWatchEvery);
+        watch_timer_.async_wait([this](const asio::error_code& error) {
+            if (!error && !stopping_) {
+                watch_.look({loop_->stats(), network_.sessions(), network_.tls(), network_.udp()},
+                            steady_seconds());
+                watch();
+            }
+        });
     }
 
     void log_status() {
         status_timer_.expires_after(kStatusEvery);
         status_timer_.async_wait([this](const asio::error_code& error) {
-            if (!error) {
+            if (!error && !stopping_) {
                 log_traffic({settings_, *loop_, network_, 1, 0.0},
                             logged_traffic_,
                             std::chrono::duration<double>(kStatusEvery).count());
@@ -326,13 +396,15 @@ class Server {
             return;
         }
         stopping_ = true;
-        spdlog::info("stopping: {}", why);
+        log_of(LogArea::kServer).info("stopping: {}", why);
+        supervision_.stopping(why);
         if (admin_) {
             admin_->set_draining();
         }
         drain_timer_.cancel();
         stop_timer_.cancel();
         status_timer_.cancel();
+        watch_timer_.cancel();
         network_.shutdown("the server closes: " + why);
         farewell_end_ = std::chrono::steady_clock::now() + kFarewell;
         signals_.async_wait([this](const asio::error_code& error, int) {
@@ -352,6 +424,7 @@ class Server {
             network_.close();
             signals_.cancel();
             reload_signal_.cancel();
+            supervision_.stopped();
             return;
         }
         stop_timer_.expires_after(std::chrono::milliseconds(20));
@@ -366,22 +439,30 @@ class Server {
         if (reader_.joinable()) {
             reader_.join();
         }
+        std::string not_recorded;  // why
         if (recorder_) {
-            const auto closed = recorder_->close();
+            const auto closed = recorder_->close(failed_);
             if (!closed.ok()) {
-                throw std::runtime_error(closed.error());
+                not_recorded = closed.error();
             }
         }
         const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
         log_summary(figures);
         if (!arguments_.report.empty()) {
-            write_serve_report(arguments_.report, figures);
+            const auto written = report_.commit(serve_report(figures));
+            if (!written.ok()) {
+                throw std::runtime_error(written.error());
+            }
         }
-        return kGood;
+        if (!not_recorded.empty()) {
+            throw std::runtime_error(not_recorded);
+        }
+        return failed_ ? kFailed : kGood;
     }
 
     ServeArguments arguments_;
     const config::Settings& settings_;
+    std::shared_ptr<const config::Settings> current_;  ///< what runs, live changes included
     asio::io_context io_;
     asio::signal_set signals_;
     asio::signal_set reload_signal_;
@@ -389,15 +470,21 @@ class Server {
     bool reloading_ = false;
     asio::steady_timer stop_timer_;
     asio::steady_timer status_timer_;
+    asio::steady_timer watch_timer_;
+    CounterWatch watch_;
     asio::steady_timer drain_timer_;
     double drain_end_s_ = 0.0;
     bool stopping_ = false;
+    bool failed_ = false;
     wire::TrafficTable logged_traffic_;
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
     World world_;
     Network network_;
-    std::unique_ptr<recording::RecordingWriter> recorder_;
+    Supervision supervision_;
+    config::AdvertiseSettings advertised_;
+    recording::ReportFile report_;
+    std::unique_ptr<recording::Recorder> recorder_;
     std::unique_ptr<TickLoop> loop_;
     std::unique_ptr<AdminApi> admin_;
 };
@@ -409,10 +496,18 @@ int serve(const ServeArguments& arguments) {
     if (!load_or_complain(arguments.config, arguments.sets, settings)) {
         return kUsage;
     }
-    set_up_log(settings);
+    const Log log(settings.server.log);
+    const std::string& folder = settings.server.session.state_folder;
+    if (const std::string before = newest_crash_file(folder); !before.empty()) {
+        log_of(LogArea::kServer)
+            .warn("a run before this one crashed; {} says where (move it away when it was read)",
+                  before);
+    }
+    install_crash_file(folder);
+    log_start(settings);
     settings.replication.meter = settings.replication.meter || !arguments.report.empty();
     for (const std::string& warning : config::stability_warnings_of(settings)) {
-        spdlog::warn("{}", warning);
+        log_of(LogArea::kServer).warn("{}", warning);
     }
     Server server(arguments, settings);
     return server.run();

@@ -2,9 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace zoned::app {
 
@@ -35,7 +40,7 @@ struct ExplainArguments {
 
 struct TicketArguments {
     std::string key;  ///< private key file
-    std::string out;  ///< ticket file; empty: standard output, hex
+    std::string out;  ///< ticket file; empty: standard output, one line of base64
     std::string account;
     std::string name;
     std::string team;
@@ -44,8 +49,12 @@ struct TicketArguments {
 };
 
 struct ReplayArguments {
-    std::string file;
+    std::string file;  ///< or a folder with the pieces of a ring
     unsigned threads = 1;
+    std::int64_t from = 0;  ///< first tick that is compared, or copied to `out`
+    std::int64_t to = 0;    ///< last tick; 0: all
+    std::string out;        ///< a recording of these ticks; nothing is simulated
+    bool info = false;      ///< says what the file holds; nothing is simulated
 };
 
 struct BakeArguments {
@@ -72,15 +81,19 @@ struct TrainArguments {
 
 /// What `zoned ctl` asks of a running server.
 struct CtlArguments {
-    std::string admin;       ///< HOST:PORT; empty: as `state` says
-    std::string token_file;  ///< empty: the one in `state`
+    std::string admin;        ///< HOST:PORT; empty: as `state` says
+    std::string token_file;   ///< empty: the one in `state`
+    std::string certificate;  ///< of a server that speaks TLS; empty: the one in `state`
     std::string state = "state";
     bool json = false;
     std::string command;
     std::string account;
     std::string name;
     std::string reason;
-    std::string text;  ///< to say, PATH=VALUE to set, a log level
+    std::string text;  ///< to say, PATH=VALUE to set, a log level, a type to spawn
+    std::string area;  ///< of the log; empty: all
+    std::vector<double> position_m;
+    double yaw_deg = 0.0;
     std::uint32_t client = 0;
     std::uint32_t entity = 0;
     double hours = 0.0;
@@ -99,6 +112,9 @@ int ticket(const TicketArguments& arguments);
 int replay(const ReplayArguments& arguments);
 int train(const TrainArguments& arguments);
 int ctl(const CtlArguments& arguments);
+
+/// Adds `zoned ctl` with all its commands; `run` becomes what the arguments ask for.
+void add_ctl(CLI::App& app, CtlArguments& arguments, std::function<int()>& run);
 
 /// Parses and dispatches; never throws.
 int run_command_line(int argc, char** argv);

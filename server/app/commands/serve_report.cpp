@@ -1,14 +1,12 @@
 #include "server/app/commands/serve_report.h"
 
+#include "server/app/log/log.h"
 #include "server/recording/report.h"
 #include "server/replication/packer.h"
 #include "proto/session.pb.h"
 
-#include <spdlog/spdlog.h>
-
 #include <cstdio>
 #include <ctime>
-#include <stdexcept>
 
 namespace zoned::app {
 
@@ -48,6 +46,12 @@ void add_loop(const LoopStats& loop, recording::ServerReport& report) {
         to.count = from.count;
         to.skip_reason = from.skip_reason;
     }
+    report.extra["recorded_ticks"] = static_cast<double>(loop.recording.ticks);
+    report.extra["recording_bytes"] = static_cast<double>(loop.recording.bytes);
+    report.extra["recording_failures"] = static_cast<double>(loop.recording.failures);
+    report.extra["recording_behind_ticks_max"] =
+        static_cast<double>(loop.recording.behind_ticks_max);
+    report.extra["recording_cpu_ms"] = 1e-6 * static_cast<double>(loop.recording.writer_cpu_ns);
     report.extra["undeliverable"] = static_cast<double>(loop.undeliverable);
     report.extra["inbox_dropped"] = static_cast<double>(loop.inbox_dropped);
     report.extra["limit_exceeded"] = static_cast<double>(loop.limit_exceeded);
@@ -127,24 +131,27 @@ void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double
             text += fmt::format(" {} {:.0f}", wire::kTrafficReasonNames[r], bytes / seconds);
         }
     }
-    spdlog::info("traffic, bytes/s: seal and headers {:.0f}{}",
-                 static_cast<double>(packets * replication::kPacketOverheadBytes) / seconds,
-                 text);
+    log_of(LogArea::kServer)
+        .info("traffic, bytes/s: seal and headers {:.0f}{}",
+              static_cast<double>(packets * replication::kPacketOverheadBytes) / seconds,
+              text);
     before = std::move(now);
 }
 
 void log_summary(const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
-    spdlog::info(
-        "{} ticks, tick p50 {:.2f} ms, p99 {:.2f} ms, CPU p99 {:.2f} ms, {} overruns, {} handoffs, "
-        "{:.1f} % of a core",
-        loop.ticks,
-        loop.wall_ms.percentile(0.5),
-        loop.wall_ms.percentile(0.99),
-        loop.cpu_ms.percentile(0.99),
-        loop.overruns,
-        loop.handoffs,
-        100.0 * process_cpu_seconds() / figures.seconds);
+    log_of(LogArea::kServer)
+        .info(
+            "{} ticks, tick p50 {:.2f} ms, p99 {:.2f} ms, CPU p99 {:.2f} ms, {} overruns, {} "
+            "handoffs, "
+            "{:.1f} % of a core",
+            loop.ticks,
+            loop.wall_ms.percentile(0.5),
+            loop.wall_ms.percentile(0.99),
+            loop.cpu_ms.percentile(0.99),
+            loop.overruns,
+            loop.handoffs,
+            100.0 * process_cpu_seconds() / figures.seconds);
     const recording::TrafficFigures traffic = traffic_figures(figures, loop);
     std::fputs(wire::traffic_text(
                    loop.traffic, traffic.types, figures.seconds, replication::kPacketOverheadBytes)
@@ -152,7 +159,7 @@ void log_summary(const ServeFigures& figures) {
                stderr);
 }
 
-void write_serve_report(const std::string& file, const ServeFigures& figures) {
+std::string serve_report(const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
     recording::ServerReport report;
     report.world = figures.settings.world_name;
@@ -171,10 +178,7 @@ void write_serve_report(const std::string& file, const ServeFigures& figures) {
         report.zones.push_back(
             {figures.settings.zones[i].name, loop.zones[i].entities, loop.zones[i].state_hash});
     }
-    const auto written = recording::write_report(file, report);
-    if (!written.ok()) {
-        throw std::runtime_error(written.error());
-    }
+    return recording::to_json(report);
 }
 
 }  // namespace zoned::app

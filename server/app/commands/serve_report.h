@@ -25,7 +25,7 @@ void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double
 
 void log_summary(const ServeFigures& figures);
 
-/// Throws std::runtime_error when the file cannot be written.
-void write_serve_report(const std::string& file, const ServeFigures& figures);
+/// As JSON.
+[[nodiscard]] std::string serve_report(const ServeFigures& figures);
 
 }  // namespace zoned::app

@@ -11,6 +11,10 @@ struct AdminTarget {
     std::string host = "127.0.0.1";
     std::uint16_t port = 0;
     std::string token;
+    bool tls = false;
+    /// PEM file with the certificate that the server must show, or with that of its signer; empty:
+    /// the system's.
+    std::string certificate_file;
 };
 
 struct AdminAnswer {
@@ -18,7 +22,8 @@ struct AdminAnswer {
     std::string body;
 };
 
-/// "HOST:PORT" or "[ADDRESS]:PORT"; throws std::invalid_argument that says what is wrong.
+/// "HOST:PORT" or "[ADDRESS]:PORT", for TLS with "https://" in front; throws std::invalid_argument
+/// that says what is wrong.
 AdminTarget parse_admin_address(const std::string& text);
 
 /// Throws std::system_error when the server cannot be reached, std::runtime_error when it does not

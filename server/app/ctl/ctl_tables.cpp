@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <map>
 #include <vector>
 
 namespace zoned::app {
@@ -25,6 +26,17 @@ std::string time_text(double unix_s) {
     gmtime_r(&time, &utc);
     char text[32];
     return std::strftime(text, sizeof(text), "%Y-%m-%d %H:%M UTC", &utc) > 0 ? text : "";
+}
+
+/// "admin info, session error", by name.
+std::string levels_text(const proto::admin::Status& status) {
+    const std::map<std::string, std::string> sorted(status.log_levels().begin(),
+                                                    status.log_levels().end());
+    std::string out;
+    for (const auto& [area, level] : sorted) {
+        out += fmt::format("{}{} {}", out.empty() ? "" : ", ", area, level);
+    }
+    return out;
 }
 
 }  // namespace
@@ -61,8 +73,21 @@ std::string status_text(const proto::admin::Status& s) {
         s.rtt_ms_p99(),
         1e-6 * s.bytes_in(),
         1e-6 * s.bytes_out(),
-        s.log_level(),
+        s.log_level() == "mixed" ? "mixed: " + levels_text(s) : s.log_level(),
         s.state_hash());
+    for (const proto::admin::StoppedZone& zone : s.stopped_zones()) {
+        out += fmt::format("stopped     zone {} at tick {:.0f} in {}: {}\n",
+                           zone.zone(),
+                           zone.tick(),
+                           zone.place(),
+                           zone.text());
+    }
+    for (const proto::admin::SettingChange& change : s.waiting_changes()) {
+        out += fmt::format("waits       for a restart: {} {} -> {}\n",
+                           change.path(),
+                           change.before(),
+                           change.after());
+    }
     const auto counts = [&](const char* title, const auto& map) {
         std::vector<std::pair<std::string, double>> sorted(map.begin(), map.end());
         std::sort(sorted.begin(), sorted.end());

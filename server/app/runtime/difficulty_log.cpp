@@ -1,7 +1,8 @@
 #include "server/app/runtime/difficulty_log.h"
 
+#include "server/app/log/log.h"
+
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,17 +53,18 @@ void log_difficulty(const zone::Zone& zone) {
         return;
     }
     const ai::DifficultyLevels& settings = zone.state().settings.ai.difficulty;
-    spdlog::info(
-        "zone {}: difficulty {} -> {} at tick {}: {} successes and {} failures of players "
-        "at {}, level {:.2f}",
-        zone.state().settings.id.value,
-        settings.levels[change->from].name,
-        settings.levels[change->to].name,
-        zone.report().tick,
-        change->successes,
-        change->failures,
-        settings.levels[change->from].name,
-        change->position);
+    log_of(LogArea::kAgents)
+        .info(
+            "zone {}: difficulty {} -> {} at tick {}: {} successes and {} failures of players "
+            "at {}, level {:.2f}",
+            zone.state().settings.id.value,
+            settings.levels[change->from].name,
+            settings.levels[change->to].name,
+            zone.report().tick,
+            change->successes,
+            change->failures,
+            settings.levels[change->from].name,
+            change->position);
 }
 
 std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone::Zone>> zones) {
@@ -95,16 +97,17 @@ void log_bands(const std::map<std::string, BandFigures>& now,
         if (!other || (last.at && tick - *last.at < between)) {
             continue;
         }
-        spdlog::info(
-            "brain {}: rubber bands of {} NPCs: speed times {:.2f} to {:.2f}, before "
-            "{:.2f} to {:.2f} (tick {})",
-            brain,
-            figures.npcs,
-            figures.least,
-            figures.most,
-            last.figures.least,
-            last.figures.most,
-            tick);
+        log_of(LogArea::kAgents)
+            .info(
+                "brain {}: rubber bands of {} NPCs: speed times {:.2f} to {:.2f}, before "
+                "{:.2f} to {:.2f} (tick {})",
+                brain,
+                figures.npcs,
+                figures.least,
+                figures.most,
+                last.figures.least,
+                last.figures.most,
+                tick);
         last = {figures, tick};
     }
 }

@@ -2,6 +2,7 @@
 
 #include "server/app/runtime/key_files.h"
 #include "server/config/world/world_description.h"
+#include "server/net/socket_address.h"
 
 namespace zoned::app {
 
@@ -60,6 +61,11 @@ net::TlsSettings tls_settings(const config::Settings& settings) {
     tls.limits.max_frame_bytes = network.max_frame_bytes;
     tls.max_connections = network.max_clients + network.max_clients / 4 + 16;
     return tls;
+}
+
+bool admin_is_local(const config::Settings& settings) {
+    const auto parsed = net::parse_address(settings.server.network.admin_address, 0);
+    return parsed.ok() && parsed->is_loopback();
 }
 
 }  // namespace zoned::app

@@ -14,4 +14,7 @@ session::HostSettings host_settings(const config::Settings& settings);
 net::UdpSettings udp_settings(const config::Settings& settings);
 net::TlsSettings tls_settings(const config::Settings& settings);
 
+/// Whether the admin server listens to this machine alone; else it speaks TLS.
+[[nodiscard]] bool admin_is_local(const config::Settings& settings);
+
 }  // namespace zoned::app

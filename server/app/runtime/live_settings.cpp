@@ -1,69 +1,124 @@
 #include "server/app/runtime/live_settings.h"
 
+#include "server/app/runtime/host_settings.h"
 #include "server/config/expand/load_settings.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
-#include <array>
+#include <exception>
 
 namespace zoned::app {
 
 namespace {
 
-struct LiveSetting {
-    const char* path;
-    void (*take)(const config::ServerSettings& from, session::HostLimits& to);
-};
+using Prepared = core::Result<PreparedReload>;
 
-constexpr std::array<LiveSetting, 4> kLive{{
-    {"network.max_clients",
-     [](const config::ServerSettings& from, session::HostLimits& to) {
-         to.max_sessions = from.network.max_clients;
-     }},
-    {"network.silence_timeout_s",
-     [](const config::ServerSettings& from, session::HostLimits& to) {
-         to.silence_timeout_s = from.network.silence_timeout_s;
-     }},
-    {"session.grace_s",
-     [](const config::ServerSettings& from, session::HostLimits& to) {
-         to.grace_s = from.session.grace_s;
-     }},
-    {"session.login_timeout_s",
-     [](const config::ServerSettings& from, session::HostLimits& to) {
-         to.login_timeout_s = from.session.login_timeout_s;
-     }},
-}};
+constexpr std::size_t kMostTold = 20;
 
-std::string live_paths() {
+Prepared prepared(const config::Settings& fresh, const config::Settings& running) {
+    auto plan = config::plan_reload(running, fresh);
+    if (!plan.ok()) {
+        return Prepared::failure(plan.error());
+    }
+    PreparedReload out;
+    out.plan = std::move(*plan);
+    if (out.plan.merged) {
+        try {
+            out.limits = host_limits_of(*out.plan.merged);
+        } catch (const std::exception& error) {
+            return Prepared::failure(error.what());
+        }
+    }
+    return out;
+}
+
+std::string list_of(const std::vector<config::SettingChange>& changes, bool live) {
     std::string out;
-    for (const LiveSetting& setting : kLive) {
-        out += (out.empty() ? "" : ", ") + std::string(setting.path);
+    std::size_t told = 0;
+    for (const config::SettingChange& change : changes) {
+        if (change.live != live) {
+            continue;
+        }
+        if (++told > kMostTold) {
+            return out + ", ...";
+        }
+        out += fmt::format("{}{} {} -> {}{}",
+                           out.empty() ? "" : ", ",
+                           change.path,
+                           change.before,
+                           change.after,
+                           change.note.empty() ? "" : " (" + change.note + ")");
     }
     return out;
 }
 
 }  // namespace
 
-core::Result<LiveChange> changed_limits(const std::string& config,
-                                        const std::vector<std::string>& sets,
-                                        const std::string& path,
-                                        const std::string& value) {
-    using Out = core::Result<LiveChange>;
-    const auto setting = std::find_if(
-        kLive.begin(), kLive.end(), [&](const LiveSetting& live) { return path == live.path; });
-    if (setting == kLive.end()) {
-        return Out::failure(
-            "'" + path + "' takes a restart, or is no setting; these change live: " + live_paths());
-    }
-    std::vector<std::string> more = sets;
-    more.push_back(path + "=" + value);
+session::HostLimits host_limits_of(const config::Settings& settings) {
+    return host_settings(settings);
+}
+
+Prepared prepare_reload(const std::string& file,
+                        const std::vector<std::string>& sets,
+                        const config::Settings& running) {
     config::Settings fresh;
     std::vector<config::ConfigError> errors;
-    if (!config::load_settings(config, more, fresh, errors)) {
-        return Out::failure(config::format_errors(config, errors));
+    if (!config::load_settings(file, sets, fresh, errors)) {
+        return Prepared::failure(config::format_errors(file, errors));
     }
-    return LiveChange([take = setting->take, server = fresh.server](session::HostLimits& limits) {
-        take(server, limits);
-    });
+    return prepared(fresh, running);
+}
+
+Prepared prepare_change(const std::string& path,
+                        const std::string& value,
+                        const config::Settings& running) {
+    if (!config::is_live_setting(path)) {
+        std::string list;
+        for (const std::string& live : config::live_settings()) {
+            list += (list.empty() ? "" : ", ") + live;
+        }
+        return Prepared::failure("'" + path +
+                                 "' takes a restart, or is no setting; these change live, and "
+                                 "agents' settings: " +
+                                 list);
+    }
+    config::Settings fresh;
+    std::vector<config::ConfigError> errors;
+    if (!config::parse_settings(running.text, {path + "=" + value}, fresh, errors)) {
+        return Prepared::failure(config::format_errors("--set", errors));
+    }
+    Prepared out = prepared(fresh, running);
+    if (out.ok()) {
+        for (const config::SettingChange& change : out->plan.changes) {
+            if (!change.live) {
+                return Prepared::failure(change.path + ": " + change.note);
+            }
+        }
+    }
+    return out;
+}
+
+std::string text_of(const std::vector<config::SettingChange>& changes) {
+    const auto live = static_cast<std::size_t>(
+        std::count_if(changes.begin(), changes.end(), [](const auto& c) { return c.live; }));
+    const std::size_t waiting = changes.size() - live;
+    if (changes.empty()) {
+        return "nothing differs";
+    }
+    std::string out;
+    if (live > 0) {
+        out = fmt::format(
+            "{} setting{} changed: {}", live, live == 1 ? "" : "s", list_of(changes, true));
+    }
+    if (waiting > 0) {
+        out += fmt::format("{}{} wait{} for a restart: {}",
+                           out.empty() ? "nothing changed; " : "; ",
+                           waiting,
+                           waiting == 1 ? "s" : "",
+                           list_of(changes, false));
+    }
+    return out;
 }
 
 }  // namespace zoned::app

@@ -1,5 +1,6 @@
 #include "server/app/runtime/network.h"
 
+#include "server/app/log/session_log.h"
 #include "server/app/runtime/host_settings.h"
 
 #include <algorithm>
@@ -65,6 +66,13 @@ session::SessionOutput Network::output() {
     output.send_frame = [this](session::StreamId stream, session::Bytes frame) {
         tls_.send(stream.value, frame);
     };
+    output.send_long_frame =
+        [this](session::StreamId stream, session::Bytes head, session::SharedBytes tail) {
+            tls_.send(stream.value, head, std::move(tail));
+        };
+    output.note = [](const session::SessionNote& note) {
+        log_session(note);
+    };
     output.close_stream = [this](session::StreamId stream) {
         tls_.close(stream.value);
     };
@@ -113,6 +121,12 @@ void Network::deliver(TickResult result) {
     tick_ = result.tick;
     clock_origin_s_ = result.clock_origin_s;
     for (const mailbox::OutboxItem& item : result.items) {
+        if (const auto* done = std::get_if<mailbox::OrderDone>(&item)) {
+            if (order_done_) {
+                order_done_(*done);
+            }
+            continue;
+        }
         const double now = steady_seconds();
         host_.on_outbox(item, now, now - clock_origin_s_);
     }

@@ -31,6 +31,11 @@ class Network {
     /// The sessions, for what an operator asks; on the network thread only.
     [[nodiscard]] session::SessionHost& host() { return host_; }
 
+    /// Called on the network thread with the answers of the zones to an operator's orders.
+    void set_order_done(std::function<void(const mailbox::OrderDone&)> done) {
+        order_done_ = std::move(done);
+    }
+
     /// Tells all clients why the server closes.
     void shutdown(const std::string& text);
     /// Closes the sockets.
@@ -60,6 +65,7 @@ class Network {
     net::TlsCallbacks callbacks();
 
     std::function<void(mailbox::InboxItem)> to_zones_;
+    std::function<void(const mailbox::OrderDone&)> order_done_;
     net::UdpEndpoint udp_;
     net::TlsListener tls_;
     session::SessionHost host_;

@@ -1,8 +1,7 @@
 #include "server/app/runtime/state_flapping_report.h"
 
 #include "server/ai/explain.h"
-
-#include <spdlog/spdlog.h>
+#include "server/app/log/log.h"
 
 #include <algorithm>
 
@@ -63,12 +62,13 @@ void tell_flapping(const std::vector<recording::FlappingFigures>& now,
             continue;
         }
         told.push_back(pair);
-        spdlog::warn("brain {}: NPCs go to and fro: {}, and {} (entity {} at tick {})",
-                     pair.brain,
-                     pair.forth,
-                     pair.back,
-                     pair.entity,
-                     pair.tick);
+        log_of(LogArea::kAgents)
+            .warn("brain {}: NPCs go to and fro: {}, and {} (entity {} at tick {})",
+                  pair.brain,
+                  pair.forth,
+                  pair.back,
+                  pair.entity,
+                  pair.tick);
     }
 }
 

@@ -1,8 +1,8 @@
 #include "server/app/runtime/tick_loop.h"
 
+#include "server/app/log/crash_file.h"
+#include "server/app/log/log.h"
 #include "server/app/runtime/state_flapping_report.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +17,8 @@ namespace {
 /// A sleeping thread wakes up to this late; where precision matters, the rest is spent waiting
 /// awake.
 constexpr double kSpinSeconds = 200e-6;
+/// Between two looks while the loop stands still.
+constexpr auto kStandingPause = std::chrono::milliseconds(10);
 
 /// Sums of traffic are for people: so many ticks old at most.
 constexpr Tick kTrafficEvery = 30;
@@ -47,7 +49,7 @@ std::uint64_t thread_cpu_ns() {
 TickLoop::TickLoop(World& world,
                    const LoopSettings& settings,
                    std::function<void(TickResult)> deliver,
-                   recording::RecordingWriter* recorder)
+                   recording::Recorder* recorder)
     : world_(world),
       settings_(settings),
       deliver_(std::move(deliver)),
@@ -78,14 +80,26 @@ LoopStats TickLoop::stats() const {
     const std::lock_guard lock(stats_mutex_);
     LoopStats copy = stats_;
     copy.inbox_dropped = inbox_.dropped();
+    if (recorder_ != nullptr) {
+        copy.recording = recorder_->figures();
+    }
     return copy;
 }
 
 void TickLoop::loop() {
+    add_signal_stack();
     while (!stop_.load(std::memory_order_relaxed)) {
-        const double due = schedule_.next_due();
-        wait_until(due);
-        while (schedule_.due(steady_seconds()) && !stop_.load(std::memory_order_relaxed)) {
+        const double scale = time_scale_.load(std::memory_order_relaxed);
+        if (scale != clock_.scale()) {
+            clock_.set_scale(scale, steady_seconds());
+        }
+        if (!clock_.runs()) {
+            stand_still();
+            continue;
+        }
+        wait_until(schedule_.next_due());
+        while (schedule_.due(clock_.time(steady_seconds())) &&
+               !stop_.load(std::memory_order_relaxed)) {
             run_tick(schedule_.next_due());
             schedule_.ran();
         }
@@ -95,30 +109,52 @@ void TickLoop::loop() {
 void TickLoop::wait_until(double time_s) {
     // An idle world needs no precision: it sleeps through, and wakes a little late.
     const double spin = world_.idle() ? 0.0 : kSpinSeconds;
-    const double sleep = time_s - steady_seconds() - spin;
+    const double sleep = clock_.until(time_s, steady_seconds()) - spin;
     if (sleep > 0.0) {
         std::this_thread::sleep_for(std::chrono::duration<double>(sleep));
     }
-    while (spin > 0.0 && steady_seconds() < time_s) {
+    while (spin > 0.0 && clock_.time(steady_seconds()) < time_s) {
         std::this_thread::yield();
     }
+}
+
+/// Runs the ticks that were asked for, and answers visits.
+void TickLoop::stand_still() {
+    unsigned steps = steps_.exchange(0);
+    for (; steps > 0 && !stop_.load(std::memory_order_relaxed); --steps) {
+        clock_.skip(schedule_.next_due() - clock_.time(steady_seconds()));
+        run_tick(schedule_.next_due());
+        schedule_.ran();
+    }
+    publish();
+    answer_visit();
+    turns_.fetch_add(1, std::memory_order_relaxed);
+    std::this_thread::sleep_for(kStandingPause);
 }
 
 void TickLoop::run_tick(double due_s) {
     const double begin = steady_seconds();
     const std::uint64_t cpu_begin = thread_cpu_ns() + world_.pool().cpu_ns();
-    inbox_.take_all(items_);
     TickResult result;
-    world_.tick(items_, result.items);
+    const std::size_t known_stopped = world_.stopped().size();
+    step_world(result.items);
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
-    result.clock_origin_s = begin - schedule_.server_time(begin);
-    record_tick();
+    result.clock_origin_s = begin - schedule_.server_time(clock_.time(begin));
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
-    count_tick(begin - due_s, steady_seconds() - begin, cpu_end - cpu_begin);
+    const double end = steady_seconds();
+    count_tick(clock_.time(begin) - due_s, end - begin, cpu_end - cpu_begin);
+    log_.limits(world_, end);
+    if (world_.stopped().size() > known_stopped) {
+        log_.stopped_zones(world_);
+        if (settings_.on_stopped_zone) {
+            settings_.on_stopped_zone();
+        }
+    }
     publish();
     answer_visit();
+    turns_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void TickLoop::publish() {
@@ -144,18 +180,22 @@ void TickLoop::answer_visit() {
     }
 }
 
-void TickLoop::record_tick() {
+void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
     if (recorder_ == nullptr) {
+        inbox_.take_all(items_);
+        world_.tick(items_, out);
         return;
     }
-    std::vector<recording::ZoneTick> ticks;
-    const auto inboxes = world_.inboxes();
-    for (std::size_t i = 0; i < inboxes.size(); ++i) {
-        ticks.push_back({ZoneId(static_cast<std::uint16_t>(i + 1)),
-                         inboxes[i],
-                         world_.zones()[i]->state_hash()});
+    const std::shared_ptr<recording::Inputs> inputs = recorder_->lend();
+    inbox_.take_all(*inputs);
+    recorder_->begin_tick(world_.now() + 1, inputs);
+    world_.tick(*inputs, out);
+    std::vector<std::uint64_t> hashes;
+    hashes.reserve(world_.zones().size());
+    for (const auto& zone : world_.zones()) {
+        hashes.push_back(zone->state_hash());
     }
-    recorder_->add_tick(world_.now(), ticks);
+    recorder_->end_tick(world_.now(), std::move(hashes));
 }
 
 void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
@@ -167,8 +207,10 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.cpu_ns += cpu_ns;
     if (wall_s > schedule_.dt_s()) {
         ++s.overruns;
-        ++s.overrun_causes[overrun_cause(
-            s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s())];
+        const std::string cause =
+            overrun_cause(s, wall_s, static_cast<double>(cpu_ns) * 1e-9, schedule_.dt_s());
+        ++s.overrun_causes[cause];
+        log_.overrun(world_, {1e3 * wall_s, 1e3 * schedule_.dt_s(), cause}, steady_seconds());
     }
     ++s.ticks;
     s.dropped_ticks = schedule_.dropped();
@@ -180,6 +222,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.awake_bodies = 0;
     s.particles = 0;
     s.zones.clear();
+    s.stopped.assign(world_.stopped().begin(), world_.stopped().end());
     zone_ran_.resize(world_.zones().size());
     for (std::size_t i = 0; i < world_.zones().size(); ++i) {
         count_zone(i);
@@ -240,8 +283,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.particles += r.particles.particles;
     s.device_particles += r.particles.on_device;
     if (!r.particles.fault.empty() && s.device_faults++ == 0) {
-        spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
-                     r.particles.fault);
+        log_of(LogArea::kWorld)
+            .warn("compute.device: the device is given up, the CPU goes on: {}", r.particles.fault);
     }
     s.zones.push_back({r.census.entities,
                        r.census.ghosts,

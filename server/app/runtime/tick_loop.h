@@ -2,7 +2,9 @@
 // only reader of the clock.
 #pragma once
 
+#include "server/app/log/tick_log.h"
 #include "server/app/runtime/difficulty_log.h"
+#include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
@@ -94,8 +96,10 @@ struct LoopStats {
     std::uint64_t device_faults = 0;     ///< systems that lost their device
     std::uint32_t entities = 0;
     std::uint32_t awake_bodies = 0;
+    recording::RecorderFigures recording;
     std::uint64_t state_hash = 0;
     std::vector<ZoneSample> zones;
+    std::vector<StoppedZone> stopped;
     std::vector<recording::FlappingFigures> state_flapping;  ///< as old as `traffic`
     wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
@@ -105,6 +109,8 @@ struct LoopSettings {
     unsigned max_catch_up = 3;
     std::size_t mailbox_capacity = 65536;
     double publish_every_s = 0.0;  ///< figures for published(); 0: never
+    /// Called on the loop's thread when a zone has stopped; may be empty.
+    std::function<void()> on_stopped_zone = {};
 };
 
 /// Reads the world between two ticks, on the loop's thread; changes nothing and takes at most a
@@ -112,6 +118,7 @@ struct LoopSettings {
 using WorldVisit = std::function<void(const World&)>;
 /// So many wait at most.
 inline constexpr std::size_t kMostVisits = 16;
+inline constexpr double kMostTimeScale = 8.0;
 
 class TickLoop {
   public:
@@ -119,7 +126,7 @@ class TickLoop {
     TickLoop(World& world,
              const LoopSettings& settings,
              std::function<void(TickResult)> deliver,
-             recording::RecordingWriter* recorder);
+             recording::Recorder* recorder);
     ~TickLoop();
 
     void start();
@@ -133,9 +140,22 @@ class TickLoop {
     /// when too many visits wait already.
     bool visit(WorldVisit visit) { return visits_.push(std::move(visit)); }
 
+    /// From any thread: lets the loop run at `scale` times its rate from now on, 0 to
+    /// kMostTimeScale; at 0 it stands still. Visits are answered meanwhile. For development: the
+    /// clocks of clients follow with delay.
+    void set_time_scale(double scale) { time_scale_.store(scale); }
+
+    [[nodiscard]] double time_scale() const { return time_scale_.load(); }
+
+    /// From any thread: so many ticks more while the loop stands still.
+    void step_ticks(unsigned ticks) { steps_.fetch_add(ticks); }
+
     /// The sums as they were a moment ago (LoopSettings::publish_every_s), null before the first
     /// tick; from any thread. The loop never waits for its readers.
     [[nodiscard]] std::shared_ptr<const LoopStats> published() const { return published_.get(); }
+
+    /// Grows with every tick, and while the loop stands still on request; from any thread.
+    [[nodiscard]] std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }
 
     /// A copy of the sums so far; from any thread.
     [[nodiscard]] LoopStats stats() const;
@@ -143,19 +163,24 @@ class TickLoop {
   private:
     void loop();
     void run_tick(double due_s);
-    void record_tick();
+    void step_world(std::vector<mailbox::OutboxItem>& out);
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
     void count_zone(std::size_t index);
     void count_traffic();
     void publish();
     void answer_visit();
     void wait_until(double time_s);
+    void stand_still();
 
     World& world_;
     LoopSettings settings_;
     std::function<void(TickResult)> deliver_;
-    recording::RecordingWriter* recorder_;
+    recording::Recorder* recorder_;
     TickSchedule schedule_;
+    LoopClock clock_;
+    std::atomic<double> time_scale_{1.0};
+    std::atomic<unsigned> steps_{0};
+    std::atomic<std::uint64_t> turns_{0};
     mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> items_;
     std::atomic<bool> stop_{false};
@@ -163,6 +188,7 @@ class TickLoop {
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
     std::vector<recording::FlappingFigures> flapping_told_;
     LoggedBands logged_bands_;
+    TickLog log_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
     mailbox::Latest<LoopStats> published_;

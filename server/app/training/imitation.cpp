@@ -1,9 +1,10 @@
 #include "server/app/training/imitation.h"
 
+#include "server/app/world/replayed_tick.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/training/policy_file.h"
-#include "server/recording/recorder.h"
+#include "server/recording/recording_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -118,29 +119,6 @@ std::string text_of(const std::vector<config::ConfigError>& errors, const std::s
     return config::format_errors(file + " (its config)", errors);
 }
 
-/// Empty: the tick went as it was recorded.
-std::string replay_tick(const recording::TickRecord& record, World& world) {
-    std::vector<ZoneInbox> inboxes(world.zones().size());
-    if (record.zones.size() != inboxes.size() || record.tick != world.now() + 1) {
-        return "skips ticks or names other zones";
-    }
-    for (const recording::ZoneTick& zone : record.zones) {
-        if (zone.zone.value == 0 || zone.zone.value > inboxes.size()) {
-            return "names a zone that does not exist";
-        }
-        inboxes[zone.zone.value - 1U] = zone.inbox;
-    }
-    std::vector<mailbox::OutboxItem> out;
-    world.replay_tick(inboxes, out);
-    for (const recording::ZoneTick& zone : record.zones) {
-        if (world.zones()[zone.zone.value - 1U]->state_hash() != zone.hash) {
-            return "goes another way than it was recorded, from tick " +
-                   std::to_string(record.tick) + " on (zoned replay says more)";
-        }
-    }
-    return {};
-}
-
 }  // namespace
 
 Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t every_ticks) {
@@ -148,6 +126,10 @@ Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t ev
     const auto opened = reader.open(settings.recording());
     if (!opened) {
         return Played::failure(opened.error());
+    }
+    const auto comparable = reader.check_build();
+    if (!comparable) {
+        return Played::failure(comparable.error());
     }
     config::Settings config;
     std::vector<config::ConfigError> errors;
@@ -165,9 +147,10 @@ Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t ev
         if (!*next) {
             return std::move(observer.ticks);
         }
-        const std::string wrong = replay_tick(record, world);
+        const std::string wrong = replayed_tick(config, record, true, world);
         if (!wrong.empty()) {
-            return Played::failure(settings.recording() + " " + wrong);
+            return Played::failure(settings.recording() +
+                                   " does not go as it was recorded: " + wrong);
         }
         observer.see(world, record.tick);
     }

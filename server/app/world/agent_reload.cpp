@@ -21,17 +21,6 @@ Fresh brains_of(const config::Settings& fresh, const config::Settings& running) 
 
 }  // namespace
 
-Fresh load_brains(const std::string& file,
-                  const std::vector<std::string>& sets,
-                  const config::Settings& running) {
-    config::Settings fresh;
-    std::vector<config::ConfigError> errors;
-    if (!config::load_settings(file, sets, fresh, errors)) {
-        return Fresh::failure(config::format_errors(file, errors));
-    }
-    return brains_of(fresh, running);
-}
-
 core::Result<bool> restore_brains(const config::Settings& running, mailbox::InboxItem& item) {
     auto* brains = std::get_if<mailbox::NewBrains>(&item);
     if (brains == nullptr || brains->settings != nullptr) {

@@ -1,5 +1,6 @@
 #include "server/app/world/world.h"
 
+#include "server/app/world/current_zone.h"
 #include "server/app/world/world_faults.h"
 #include "server/app/world/world_settings.h"
 #include "server/zone/border/zone_portal_exchange.h"
@@ -7,6 +8,8 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <exception>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -79,6 +82,7 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
         }
     }
     inboxes_.resize(zones_.size());
+    fault_of_.resize(zones_.size());
     populate(settings, regions_, zones_);
     topics_.keep(settings.server.topics);
 }
@@ -119,23 +123,38 @@ bool World::idle() const {
 std::size_t World::spawn_zone(mailbox::Join& join) const {
     // Clients come with consecutive numbers: a stride that is coprime to most list lengths spreads
     // them over the map.
-    const Vec3d& point = spawn_points_[(join.client.value * 7919ULL) % spawn_points_.size()];
-    join.spawn[0] = point.x();
-    join.spawn[1] = point.y();
-    join.spawn[2] = point.z();
-    for (std::size_t i = 0; i < regions_.size(); ++i) {
-        if (regions_[i].outside(point.x(), point.z()) == 0.0) {
-            return i;
+    for (std::size_t k = 0; k < spawn_points_.size(); ++k) {
+        const Vec3d& point =
+            spawn_points_[(join.client.value * 7919ULL + k) % spawn_points_.size()];
+        const std::size_t zone = zone_at(point.x(), point.z());
+        ZONED_ASSERT(zone < zones_.size(), "spawn points were checked to lie in a zone");
+        if (runs(zone)) {
+            join.spawn[0] = point.x();
+            join.spawn[1] = point.y();
+            join.spawn[2] = point.z();
+            return zone;
         }
     }
-    ZONED_ASSERT(false, "spawn points were checked to lie in a zone");
-    return 0;
+    return zones_.size();
+}
+
+std::size_t World::zone_at(double x, double z) const {
+    std::size_t zone = 0;
+    while (zone < regions_.size() && regions_[zone].outside(x, z) != 0.0) {
+        ++zone;
+    }
+    return zone;
 }
 
 void World::route(const mailbox::InboxItem& item) {
     if (const auto* join = std::get_if<mailbox::Join>(&item)) {
         mailbox::Join placed = *join;
         const std::size_t zone = spawn_zone(placed);
+        if (zone == zones_.size()) {
+            answers_.emplace_back(mailbox::Kick{
+                placed.client, "every zone with a place to appear has stopped after a fault"});
+            return;
+        }
         zone_of_[placed.client] = zone;
         inboxes_[zone].emplace_back(std::move(placed));
         return;
@@ -145,6 +164,29 @@ void World::route(const mailbox::InboxItem& item) {
         std::holds_alternative<mailbox::NewBrains>(item)) {
         for (ZoneInbox& inbox : inboxes_) {
             inbox.push_back(item);
+        }
+        return;
+    }
+    if (const auto* order = std::get_if<mailbox::SpawnOrder>(&item)) {
+        const std::size_t zone = zone_at(order->position[0], order->position[2]);
+        if (zone < zones_.size() && runs(zone)) {
+            inboxes_[zone].push_back(item);
+        } else {
+            refuse_order(order->number, "no running zone is there");
+        }
+        return;
+    }
+    if (const auto* order = std::get_if<mailbox::MoveOrder>(&item)) {
+        const auto owner = std::find_if(zones_.begin(), zones_.end(), [order](const auto& zone) {
+            return zone->owns(order->entity);
+        });
+        const bool inside = zone_at(order->position[0], order->position[2]) < zones_.size();
+        if (owner != zones_.end() && inside &&
+            runs(static_cast<std::size_t>(owner - zones_.begin()))) {
+            inboxes_[static_cast<std::size_t>(owner - zones_.begin())].push_back(item);
+        } else {
+            refuse_order(order->number,
+                         inside ? "no running zone has that entity" : "no zone is there");
         }
         return;
     }
@@ -175,19 +217,6 @@ void World::tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox:
     step(out);
 }
 
-void World::replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out) {
-    ZONED_ASSERT(inboxes.size() == inboxes_.size(), "a recording has one inbox for each zone");
-    for (std::size_t i = 0; i < inboxes.size(); ++i) {
-        inboxes_[i] = inboxes[i];
-        for (const mailbox::InboxItem& item : inboxes_[i]) {
-            if (const auto* join = std::get_if<mailbox::Join>(&item)) {
-                zone_of_[join->client] = i;
-            }
-        }
-    }
-    step(out);
-}
-
 void World::for_each_zone(void (World::*work)(std::size_t)) {
     if (idle()) {
         // Waking the workers would cost more than there is to do.
@@ -201,7 +230,10 @@ void World::for_each_zone(void (World::*work)(std::size_t)) {
 
 void World::step(std::vector<mailbox::OutboxItem>& out) {
     const std::size_t before = out.size();
+    std::move(answers_.begin(), answers_.end(), std::back_inserter(out));
+    answers_.clear();
     ++now_;
+    clear_stopped();
     if (environment_) {
         environment_->advance(now_);
     }
@@ -214,6 +246,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     }
     for_each_zone(&World::import_ghosts);
     for_each_zone(&World::publish_zone);
+    end_clients(out);
     resolve_events(out);
     resolve_bursts(out);
     if (environment_) {
@@ -252,23 +285,44 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     }
 }
 
+template <class Work>
+void World::guarded(std::size_t index, Work&& work) {
+    if (!runs(index)) {
+        return;
+    }
+    const CurrentZone here(zones_[index]->state());
+    try {
+        work();
+    } catch (const std::exception& error) {
+        stop_zone(index, error.what());
+    } catch (...) {
+        stop_zone(index, "an exception that is no std::exception");
+    }
+}
+
 void World::simulate_zone(std::size_t index) {
-    zones_[index]->simulate(now_, inboxes_[index]);
+    guarded(index, [&] { zones_[index]->simulate(now_, inboxes_[index]); });
 }
 
 void World::import_ghosts(std::size_t index) {
-    zones_[index]->follow_ghosts(states_);
+    guarded(index, [&] { zones_[index]->follow_ghosts(states_); });
 }
 
 void World::publish_zone(std::size_t index) {
-    zones_[index]->publish();
+    guarded(index, [&] { zones_[index]->publish(); });
 }
 
 void World::carry_handoffs(std::vector<mailbox::OutboxItem>& out) {
     for (const auto& zone : zones_) {
         for (zone::Handoff& handoff : zone->output().handoffs) {
             const std::size_t to = handoff.to.value - 1U;
-            zones_[to]->accept_handoff(handoff);
+            if (!runs(to)) {
+                // Its owner keeps it: behind the border nobody would move it.
+                const std::size_t from = handoff.from.value - 1U;
+                guarded(from, [&] { zones_[from]->accept_handoff(handoff); });
+                continue;
+            }
+            guarded(to, [&] { zones_[to]->accept_handoff(handoff); });
             ++handoffs_;
             if (handoff.client) {
                 const ClientId client = handoff.client->client;
@@ -343,7 +397,7 @@ void World::deliver_messages() {
             const auto owner = std::find_if(zones_.begin(), zones_.end(), [&](const auto& z) {
                 return z->owns(message.target);
             });
-            if (owner == zones_.end()) {
+            if (owner == zones_.end() || !runs(static_cast<std::size_t>(owner - zones_.begin()))) {
                 ++undeliverable_;
                 continue;
             }

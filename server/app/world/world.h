@@ -11,14 +11,25 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::app {
 
 class WorldFaults;
 
-/// One tick of one zone as a recording holds it.
+/// A zone whose rules threw: it is not stepped any more.
+struct StoppedZone {
+    ZoneId zone;
+    Tick tick = 0;
+    std::string place;  ///< the pass that ran
+    std::string text;   ///< what the exception says
+    std::size_t clients = 0;
+};
+
+/// What a zone is given before a tick.
 using ZoneInbox = std::vector<mailbox::InboxItem>;
 
 /// Knows the zones and topics of clients. Decides the order of everything that crosses zones, so
@@ -35,15 +46,10 @@ class World {
 
     /// One tick: routes `items` to the zones in their order, steps, collects the output.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
-    /// One tick from a recording: the inbox of each zone as inboxes() was.
-    void replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out);
 
     [[nodiscard]] Tick now() const { return now_; }
 
     [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
-
-    /// The input of each zone in the last tick, for the recorder.
-    [[nodiscard]] std::span<const ZoneInbox> inboxes() const { return inboxes_; }
 
     /// Hash over all zones' hashes.
     [[nodiscard]] std::uint64_t state_hash() const;
@@ -68,10 +74,28 @@ class World {
 
     [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
 
+    /// Zones whose rules threw, in the order in which they stopped. Such a zone stands still, its
+    /// neighbours keep what they would hand to it, and its clients are told and leave.
+    [[nodiscard]] std::span<const StoppedZone> stopped() const { return stopped_; }
+
   private:
     void route(const mailbox::InboxItem& item);
     void step(std::vector<mailbox::OutboxItem>& out);
     void for_each_zone(void (World::*work)(std::size_t));
+    /// Runs a part of a zone's tick; when it throws, the zone stops. From any thread of the pool.
+    template <class Work>
+    void guarded(std::size_t index, Work&& work);
+    // world_stops.cpp
+    void stop_zone(std::size_t index, const std::string& text);
+    [[nodiscard]] bool is_known(ZoneId zone) const;
+
+    [[nodiscard]] bool runs(std::size_t index) const { return !fault_of_[index]; }
+
+    void clear_stopped();
+    /// Tells the clients of zones that stopped just now.
+    void end_clients(std::vector<mailbox::OutboxItem>& out);
+    void refuse_order(std::uint64_t number, const std::string& text);
+    [[nodiscard]] std::size_t zone_at(double x, double z) const;
     void simulate_zone(std::size_t index);
     void import_ghosts(std::size_t index);
     void publish_zone(std::size_t index);
@@ -90,6 +114,7 @@ class World {
     void add_environment_truth(mailbox::AuditRecord& record) const;
     [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
+    /// Number of zones when all have stopped.
     [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
 
     std::vector<Vec3d> spawn_points_;
@@ -108,6 +133,9 @@ class World {
         environment_;  // null: the world has neither clocks nor variables
     Tick environment_sync_ticks_ = 0;
     std::unique_ptr<const WorldFaults> faults_;  // null: the config has no `testing` settings
+    std::vector<std::optional<StoppedZone>> fault_of_;  // by zone
+    std::vector<StoppedZone> stopped_;
+    std::vector<mailbox::OutboxItem> answers_;  // of the world itself, in this tick
     std::uint64_t next_event_ = 0;
     std::uint64_t bursts_sent_ = 0;
     std::uint64_t handoffs_ = 0;

@@ -33,6 +33,13 @@ zone::FaultSettings zone_faults(const config::Settings& settings, ZoneId id) {
             faults.stall_ticks = testing.stall->ticks;
         }
     }
+    if (testing.broken) {
+        const std::string& asked = testing.broken->zone;
+        if (asked.empty() ? id.value == 1 : asked == settings.zones[id.value - 1U].name) {
+            faults.broken = testing.broken->kind;
+            faults.broken_at = testing.broken->at_tick;
+        }
+    }
     return faults;
 }
 

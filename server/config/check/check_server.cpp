@@ -144,15 +144,6 @@ bool serves_loopback(const std::string& address) {
            (four.s_addr == htonl(INADDR_ANY) || ntohl(four.s_addr) >> 24U == 127U);
 }
 
-bool is_loopback(const std::string& address) {
-    in6_addr six{};
-    if (inet_pton(AF_INET6, address.c_str(), &six) == 1) {
-        return IN6_IS_ADDR_LOOPBACK(&six);
-    }
-    in_addr four{};
-    return inet_pton(AF_INET, address.c_str(), &four) == 1 && ntohl(four.s_addr) >> 24U == 127U;
-}
-
 /// At least one kind of client must be able to log in: by a ticket, or in development mode by
 /// loopback with the right to play.
 void check_entrance(const proto::config::Config& config, Diagnostics& diagnostics) {
@@ -184,25 +175,50 @@ void check_entrance(const proto::config::Config& config, Diagnostics& diagnostic
     }
 }
 
+/// Certificate and key go together, and can be read.
+void check_pair(bool has_certificate,
+                const std::string& certificate,
+                const std::string& certificate_path,
+                bool has_key,
+                const std::string& key,
+                const std::string& key_path,
+                const std::string& advice,
+                Diagnostics& diagnostics) {
+    if (has_certificate != has_key) {
+        diagnostics.add(has_key ? key_path : certificate_path,
+                        "needs " + (has_key ? certificate_path : key_path) + " as well");
+    }
+    if (has_certificate) {
+        check_file(certificate, certificate_path, advice, diagnostics);
+    }
+    if (has_key) {
+        check_file(key, key_path, advice, diagnostics);
+    }
+}
+
+void check_log(const proto::config::Log& log, Diagnostics& diagnostics) {
+    std::set<std::string> named;
+    for (int a = 0; a < log.level_size(); ++a) {
+        const std::string& area = log.level(a).area();
+        const std::string path = join_path("log", "level", a) + ".area";
+        if (find_log_area(area) == kLogAreas) {
+            diagnostics.add(path,
+                            "'" + area + "' is no area of the log; there are " + log_area_list());
+        } else if (!named.insert(area).second) {
+            diagnostics.add(path, "'" + area + "' is given twice");
+        }
+    }
+}
+
 void check_session(const proto::config::Session& session, Diagnostics& diagnostics) {
-    if (session.has_tls_certificate_file() != session.has_tls_key_file()) {
-        const bool key = session.has_tls_key_file();
-        diagnostics.add(key ? "session.tls_key_file" : "session.tls_certificate_file",
-                        std::string("needs session.") +
-                            (key ? "tls_certificate_file" : "tls_key_file") + " as well");
-    }
-    if (session.has_tls_certificate_file()) {
-        check_file(session.tls_certificate_file(),
-                   "session.tls_certificate_file",
-                   "leave both files out to have a certificate made for development",
-                   diagnostics);
-    }
-    if (session.has_tls_key_file()) {
-        check_file(session.tls_key_file(),
-                   "session.tls_key_file",
-                   "leave both files out to have a certificate made for development",
-                   diagnostics);
-    }
+    check_pair(session.has_tls_certificate_file(),
+               session.tls_certificate_file(),
+               "session.tls_certificate_file",
+               session.has_tls_key_file(),
+               session.tls_key_file(),
+               "session.tls_key_file",
+               "leave both files out to have a certificate made for development",
+               diagnostics);
     for (int k = 0; k < session.ticket_public_key_file_size(); ++k) {
         check_file(session.ticket_public_key_file(k),
                    join_path("session", "ticket_public_key_file", k),
@@ -215,14 +231,18 @@ void check_testing(const proto::config::Config& config,
                    const std::vector<ZoneRegion>& zones,
                    Diagnostics& diagnostics) {
     const auto& testing = config.testing();
-    if (testing.stall_zone().has_zone()) {
-        const bool known = std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
-            return zone.name == testing.stall_zone().zone();
-        });
+    const auto check_zone = [&](const std::string& path, const std::string& name) {
+        const bool known = std::any_of(
+            zones.begin(), zones.end(), [&](const ZoneRegion& zone) { return zone.name == name; });
         if (!known) {
-            diagnostics.add("testing.stall_zone.zone",
-                            "there is no zone named '" + testing.stall_zone().zone() + "'");
+            diagnostics.add(path, "there is no zone named '" + name + "'");
         }
+    };
+    if (testing.stall_zone().has_zone()) {
+        check_zone("testing.stall_zone.zone", testing.stall_zone().zone());
+    }
+    if (testing.break_zone().has_zone()) {
+        check_zone("testing.break_zone.zone", testing.break_zone().zone());
     }
     if (testing.wrong_limit().has_type()) {
         const bool known = std::any_of(
@@ -266,17 +286,19 @@ void check_server(const proto::config::Config& config,
     const auto& network = config.network();
     check_address(network.bind_address(), "network.bind_address", diagnostics);
     check_address(network.admin_address(), "network.admin_address", diagnostics);
-    if (is_address(network.admin_address()) && !is_loopback(network.admin_address())) {
-        diagnostics.add(
-            "network.admin_address",
-            "'" + network.admin_address() +
-                "' is no loopback address: the admin server has no TLS; leave it at "
-                "127.0.0.1 and reach it from elsewhere through a tunnel such as ssh -L");
-    }
+    check_pair(network.has_admin_certificate_file(),
+               network.admin_certificate_file(),
+               "network.admin_certificate_file",
+               network.has_admin_key_file(),
+               network.admin_key_file(),
+               "network.admin_key_file",
+               "leave both files out to use the certificate of the sessions",
+               diagnostics);
     if (network.tcp_port() != 0 && network.tcp_port() == network.admin_port()) {
         diagnostics.add("network.admin_port", "is the same as tcp_port");
     }
     check_session(config.session(), diagnostics);
+    check_log(config.log(), diagnostics);
     check_entrance(config, diagnostics);
     check_testing(config, zones, diagnostics);
     std::set<std::string> names;

@@ -19,7 +19,20 @@ ListenSettings expand_network(const proto::config::Network& from) {
     out.admin = from.admin();
     out.admin_address = from.admin_address();
     out.admin_port = static_cast<std::uint16_t>(from.admin_port());
+    out.admin_certificate_file = from.admin_certificate_file();
+    out.admin_key_file = from.admin_key_file();
+    out.advertise = {from.advertise().address(),
+                     static_cast<std::uint16_t>(from.advertise().tcp_port()),
+                     static_cast<std::uint16_t>(from.advertise().udp_port())};
     return out;
+}
+
+AgonesSettings expand_agones(const proto::config::Agones& from) {
+    return {from.enabled(),
+            from.health_every_s(),
+            from.patience_s(),
+            from.tcp_port_name(),
+            from.udp_port_name()};
 }
 
 SessionSettings expand_session(const proto::config::Session& from,
@@ -53,7 +66,22 @@ RunSettings expand_run(const proto::config::Run& from) {
     return {from.threads(),
             from.max_catch_up_ticks(),
             from.mailbox_capacity(),
-            static_cast<LogLevel>(from.log_level())};
+            static_cast<LogLevel>(from.log_level()),
+            static_cast<RulesException>(from.on_exception())};
+}
+
+LogSettings expand_log(const proto::config::Log& from, LogLevel level) {
+    LogSettings out;
+    out.json = from.format() == proto::config::LOG_JSON;
+    out.levels.fill(level);
+    for (const proto::config::LogAreaLevel& area : from.level()) {
+        const std::size_t number = find_log_area(area.area());
+        if (number < kLogAreas) {  // check_server reports the others
+            out.levels[number] = static_cast<LogLevel>(area.level());
+        }
+    }
+    out.lines_per_s = from.lines_per_s();
+    return out;
 }
 
 /// Of a message with `probability` and `from_tick`.
@@ -92,6 +120,12 @@ TestingSettings expand_testing(const proto::config::Testing& testing) {
         out.stall = StallSettings{
             stall.zone(), static_cast<Tick>(stall.at_tick()), static_cast<Tick>(stall.ticks())};
     }
+    if (testing.has_break_zone()) {
+        const auto& broken = testing.break_zone();
+        out.broken = BreakSettings{broken.zone(),
+                                   static_cast<Tick>(broken.at_tick()),
+                                   static_cast<zone::BreakKind>(broken.kind())};
+    }
     if (testing.has_leak_topic()) {
         out.leak_topic = share_of(testing.leak_topic());
     }
@@ -118,12 +152,16 @@ ServerSettings expand_server(const proto::config::Config& config) {
     out.network = expand_network(config.network());
     out.session = expand_session(config.session(), config.replication());
     out.run = expand_run(config.run());
+    out.log = expand_log(config.log(), out.run.log_level);
+    out.agones = expand_agones(config.network().agones());
     out.compute = {config.compute().device(), config.compute().cache_folder()};
     for (const proto::config::Topic& topic : config.topic()) {
         out.topics.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
     }
     out.recording_file = config.recording().file();
+    out.ring_s = config.recording().ring_s();
     out.testing = expand_testing(config.testing());
+    out.started_max_clients = out.network.max_clients;
     return out;
 }
 

@@ -54,6 +54,12 @@ void resolve_files(const std::filesystem::path& folder, Config& config) {
     if (config.session().has_tls_key_file()) {
         resolve(*config.mutable_session()->mutable_tls_key_file(), folder);
     }
+    if (config.network().has_admin_certificate_file()) {
+        resolve(*config.mutable_network()->mutable_admin_certificate_file(), folder);
+    }
+    if (config.network().has_admin_key_file()) {
+        resolve(*config.mutable_network()->mutable_admin_key_file(), folder);
+    }
     for (int k = 0; k < config.session().ticket_public_key_file_size(); ++k) {
         resolve(*config.mutable_session()->mutable_ticket_public_key_file(k), folder);
     }

@@ -1,5 +1,6 @@
 #include "server/config/expand/reload_diff.h"
 
+#include "server/config/expand/live_paths.h"
 #include "server/config/settings.h"
 #include "server/config/text/diagnostics.h"
 #include "proto/config/config.pb.h"
@@ -18,20 +19,19 @@ using google::protobuf::Message;
 using google::protobuf::util::MessageDifferencer;
 using proto::config::Config;
 
-/// The config without its agents.
+/// The config without its agents, and without what the server process may change at any time.
 Config without_brains(const Config& config) {
     Config rest = config;
-    rest.clear_brain();
-    rest.clear_tree();
-    rest.clear_domain();
-    rest.clear_fuzzy();
-    rest.clear_blend();
-    rest.clear_behaviour();
-    rest.clear_difficulty();
-    rest.clear_ai();
+    for (const std::string_view field : kBrainFields) {
+        take_setting(field, nullptr, rest);
+    }
     for (proto::config::Type& type : *rest.mutable_type()) {
-        type.clear_brain();
-        type.clear_perception();
+        for (const std::string_view field : kTypeBrainFields) {
+            take_setting(field, nullptr, type);
+        }
+    }
+    for (const std::string_view path : kLivePaths) {
+        take_setting(path, nullptr, rest);
     }
     return rest;
 }

@@ -138,7 +138,7 @@ bool parse_value(const std::string& value,
 bool set_leaf(Message& message,
               const FieldDescriptor& field,
               const Component& component,
-              const std::string& value,
+              std::string value,
               std::string& reason) {
     const Reflection& reflection = *message.GetReflection();
     if (!field.is_repeated()) {
@@ -158,6 +158,9 @@ bool set_leaf(Message& message,
     if (!component.index) {
         std::size_t at = 0;
         const bool split = field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE;
+        if (split && value.size() > 1 && value.front() == '[' && value.back() == ']') {
+            value = value.substr(1, value.size() - 2);  // as a config writes a list
+        }
         while (!value.empty() && at <= value.size()) {
             const std::size_t comma = split ? value.find(',', at) : std::string::npos;
             const std::size_t end = comma == std::string::npos ? value.size() : comma;

@@ -1,5 +1,6 @@
 #include "server/config/text/config_text.h"
 
+#include "server/config/text/brace_check.h"
 #include "server/config/text/renamed_words.h"
 #include "server/config/text/text_repair.h"
 
@@ -152,6 +153,11 @@ std::string advice_on(const Descriptor& message, const std::string& name) {
 bool parse_config_text(const std::string& text,
                        google::protobuf::Message& config,
                        Diagnostics& diagnostics) {
+    if (const auto mistake = find_brace_mistake(text)) {
+        // Without its nesting the text says nothing that could be checked.
+        diagnostics.add_at(mistake->line, mistake->column, "", "syntax: " + mistake->text);
+        return false;
+    }
     std::string remaining = text;
     for (int repair = 0;; ++repair) {
         Collector collector;

@@ -122,6 +122,36 @@ bool statement_before(const std::string& text,
     return false;
 }
 
+bool is_digit(char c) {
+    return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
+
+/// "x_m: 1,5": the parser takes the comma for the end of the setting, the 5 for the number of a
+/// field, and stops at what follows.
+bool decimal_comma(const std::string& text, std::size_t offset, Statement& out) {
+    while (offset > 0 && is_space(text[offset - 1])) {
+        --offset;
+    }
+    while (offset > 0 && is_word(text[offset - 1])) {
+        --offset;
+    }
+    if (offset < 2 || offset >= text.size() || !is_digit(text[offset]) || text[offset - 1] != ',' ||
+        !is_digit(text[offset - 2])) {
+        return false;
+    }
+    std::size_t number = offset - 1;
+    while (number > 0 && is_word(text[number - 1])) {
+        --number;
+    }
+    if (!statement_at(text, number, out)) {
+        return false;
+    }
+    out.end = end_of_value(text, offset);
+    out.decimal =
+        text.substr(number, offset - 1 - number) + "." + text.substr(offset, out.end - offset);
+    return true;
+}
+
 /// The first field of that name with a choice of values, in the message and what it holds.
 const FieldDescriptor* find_choice_named(const Descriptor& message,
                                          const std::string& name,
@@ -205,6 +235,9 @@ bool find_culprit(const std::string& text, const Remark& remark, Statement& out)
     if (remark.text.find("Invalid value for boolean field") == 0) {
         return statement_before(text, offset, quoted(remark.text, 0), quoted(remark.text, 1), out);
     }
+    if (remark.text.find("Expected \"{\"") == 0 && decimal_comma(text, offset, out)) {
+        return true;
+    }
     const bool repairable =
         remark.text.find("Expected integer") == 0 || remark.text.find("Expected double") == 0 ||
         remark.text.find("Expected string") == 0 ||
@@ -218,6 +251,9 @@ bool find_culprit(const std::string& text, const Remark& remark, Statement& out)
 
 std::string explain(const Remark& remark, const Statement& statement, const Descriptor& root) {
     const std::string& text = remark.text;
+    if (!statement.decimal.empty()) {
+        return "a decimal comma: write " + statement.name + ": " + statement.decimal;
+    }
     if (text.find("Unknown enumeration value of") == 0) {
         std::string out = "'" + quoted(text, 0) + "' is not a value of " + statement.name;
         std::set<const Descriptor*> seen;

@@ -22,6 +22,7 @@ struct Statement {
     std::size_t value = 0;
     std::size_t end = 0;
     std::string name;
+    std::string decimal;  ///< the number as it should be, where it was written with a comma
 };
 
 /// Offset of a line and column (both from 1) as the parser counts them: a tab leads to the next

@@ -22,7 +22,8 @@ struct StepMatrix {
 
     /// Both eigenvalues within the unit circle (Jury's criterion).
     [[nodiscard]] bool bounded() const {
-        return determinant <= 1.0 + kGrowthRounding && std::abs(trace) <= 1.0 + determinant + kGrowthRounding;
+        return determinant <= 1.0 + kGrowthRounding &&
+               std::abs(trace) <= 1.0 + determinant + kGrowthRounding;
     }
 };
 
@@ -113,8 +114,8 @@ double largest_product(IntegratorKind kind, double z) {
 /// The largest drag x h.
 double largest_decay(IntegratorKind kind) {
     const auto on_axis = [](const auto& coefficients) {
-        return first_failure([&](double s) { return growth(coefficients, -s) <= 1.0 + kGrowthRounding; },
-                             0.0);
+        return first_failure(
+            [&](double s) { return growth(coefficients, -s) <= 1.0 + kGrowthRounding; }, 0.0);
     };
     switch (kind) {
         case IntegratorKind::kExplicitEuler:

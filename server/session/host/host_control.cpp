@@ -1,4 +1,4 @@
-// What an operator asks of the sessions: who is there, kick, ban, notices, drain, limits.
+// An operator asks the sessions: who is there, kick, ban, notices, drain, limits.
 #include "server/session/host/host_impl.h"
 #include "server/session/login/display_names.h"
 
@@ -110,17 +110,8 @@ void SessionHost::set_draining(const std::string& text) {
     impl_->draining = text;
 }
 
-HostLimits SessionHost::limits() const {
-    const HostSettings& s = impl_->settings;
-    return {s.max_sessions, s.grace_s, s.login_timeout_s, s.silence_timeout_s};
-}
-
 void SessionHost::set_limits(const HostLimits& limits) {
-    HostSettings& s = impl_->settings;
-    s.max_sessions = limits.max_sessions;
-    s.grace_s = limits.grace_s;
-    s.login_timeout_s = limits.login_timeout_s;
-    s.silence_timeout_s = limits.silence_timeout_s;
+    static_cast<HostLimits&>(impl_->settings) = limits;
 }
 
 }  // namespace zoned::session

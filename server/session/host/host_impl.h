@@ -75,6 +75,12 @@ struct SessionHost::Impl {
 
     // ---- session_host.cpp: streams and sessions come and go
     void send(StreamId stream, Bytes frame);
+    void send_long(StreamId stream, Bytes head, const SharedBytes& tail);
+    void note(SessionNote::Kind kind, const Session& session, const std::string& text) const;
+    [[nodiscard]] double backlog_look_s() const;
+    /// A client that takes what waits for it is alive, although it says nothing yet: a large world
+    /// comes in over a slow line.
+    void look_at_backlog(Session& session, double now_s) const;
     /// Closes a stream with a reason; a session on it is left without a stream.
     void close_stream(StreamId stream, proto::ClosingReason reason, const std::string& text);
     /// Closes the stream of a session for a fault of the client, and begins the grace time.
@@ -100,6 +106,7 @@ struct SessionHost::Impl {
 
     HostSettings settings;
     SessionOutput output;
+    SharedBytes world;  ///< field of each Welcome
     HostStats stats;
     RejectCounters rejects;
     SessionTable table;

@@ -66,6 +66,7 @@ void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, doubl
     stats.sessions = static_cast<std::uint32_t>(table.all().size());
     stats.sessions_max = std::max(stats.sessions_max, stats.sessions);
     send_welcome(session, false);
+    note(SessionNote::Kind::kJoined, session, "");
     output.to_zones(mailbox::Join{
         session.client, session.identity.name, session.identity.team, session.identity.rights});
 }
@@ -103,6 +104,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     ++stats.resumed;
     session->events.acknowledge(hello.last_event());
     send_welcome(*session, true);
+    note(SessionNote::Kind::kResumed, *session, "");
     if (session->joined) {
         send(stream, joined_frame(*session->joined));
     }
@@ -112,8 +114,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
 }
 
 void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
-    proto::ServerMessage message;
-    proto::Welcome& welcome = *message.mutable_welcome();
+    proto::Welcome welcome;
     welcome.set_client_id(session.client.value);
     welcome.set_connection_id(session.connection);
     welcome.set_udp_port(udp_port);
@@ -123,10 +124,11 @@ void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
     welcome.set_last_command(session.last_command);
     welcome.set_config_digest(settings.config_digest);
     welcome.set_rights(session.identity.rights);
-    if (!resumed) {
-        *welcome.mutable_world() = settings.world;
+    if (resumed) {
+        send(session.stream, welcome_head(welcome, 0));
+    } else {
+        send_long(session.stream, welcome_head(welcome, world->size()), world);
     }
-    send(session.stream, serialise(message));
 }
 
 void SessionHost::Impl::refuse(StreamId stream, const Refusal& refusal) {
@@ -137,6 +139,13 @@ void SessionHost::Impl::refuse(StreamId stream, const Refusal& refusal) {
     refused.set_text(refusal.text);
     refused.set_protocol_version(settings.protocol_version);
     refused.set_config_digest(settings.config_digest);
+    if (const auto it = streams.find(stream); output.note && it != streams.end()) {
+        SessionNote refusal_note;
+        refusal_note.kind = SessionNote::Kind::kRefused;
+        refusal_note.from = it->second.peer;
+        refusal_note.text = refusal.text;
+        output.note(refusal_note);
+    }
     streams.erase(stream);
     send(stream, serialise(message));
     output.close_stream(stream);

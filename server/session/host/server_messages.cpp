@@ -11,6 +11,41 @@ std::vector<std::uint8_t> serialise(const proto::ServerMessage& message) {
     return frame;
 }
 
+namespace {
+
+/// Key and length of a field that is a message (Protocol Buffers, "Encoding").
+void put_field_head(int field, std::size_t length, std::vector<std::uint8_t>& out) {
+    for (std::uint64_t number : {std::uint64_t(field) << 3U | 2U, std::uint64_t(length)}) {
+        for (; number >= 0x80U; number >>= 7U) {
+            out.push_back(static_cast<std::uint8_t>(number | 0x80U));
+        }
+        out.push_back(static_cast<std::uint8_t>(number));
+    }
+}
+
+void put_message(const google::protobuf::MessageLite& message, std::vector<std::uint8_t>& out) {
+    const std::size_t at = out.size();
+    out.resize(at + message.ByteSizeLong());
+    message.SerializeWithCachedSizesToArray(out.data() + at);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> world_field(const proto::WorldDescription& world) {
+    std::vector<std::uint8_t> out;
+    put_field_head(proto::Welcome::kWorldFieldNumber, world.ByteSizeLong(), out);
+    put_message(world, out);
+    return out;
+}
+
+std::vector<std::uint8_t> welcome_head(const proto::Welcome& welcome, std::size_t tail_bytes) {
+    std::vector<std::uint8_t> out;
+    put_field_head(
+        proto::ServerMessage::kWelcomeFieldNumber, welcome.ByteSizeLong() + tail_bytes, out);
+    put_message(welcome, out);
+    return out;
+}
+
 std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason, const std::string& text) {
     proto::ServerMessage message;
     message.mutable_closing()->set_reason(reason);

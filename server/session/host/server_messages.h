@@ -14,6 +14,12 @@ namespace zoned::session {
 /// Serialises a message into a frame, without the length prefix.
 [[nodiscard]] std::vector<std::uint8_t> serialise(const proto::ServerMessage& message);
 
+/// The field Welcome.world, serialised: the same bytes for all clients.
+[[nodiscard]] std::vector<std::uint8_t> world_field(const proto::WorldDescription& world);
+/// The frame of a Welcome without its last `tail_bytes`, which are its field `world`.
+[[nodiscard]] std::vector<std::uint8_t> welcome_head(const proto::Welcome& welcome,
+                                                     std::size_t tail_bytes);
+
 [[nodiscard]] std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason,
                                                       const std::string& text);
 [[nodiscard]] std::vector<std::uint8_t> joined_frame(const mailbox::Joined& joined);

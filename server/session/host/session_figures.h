@@ -27,12 +27,23 @@ struct SessionFigures {
     std::size_t waiting_events = 0;
 };
 
-/// Settings of the host that may change while it runs.
-struct HostLimits {
-    std::uint32_t max_sessions = 0;
-    double grace_s = 0.0;
-    double login_timeout_s = 0.0;
-    double silence_timeout_s = 0.0;
+/// A client came, went or was refused: for the log.
+struct SessionNote {
+    enum class Kind : std::uint8_t {
+        kJoined,
+        kResumed,  ///< came back within the grace time
+        kAway,     ///< its stream ended; the grace time runs
+        kLeft,     ///< for good
+        kRefused,  ///< was not let in
+    };
+
+    Kind kind = Kind::kJoined;
+    ClientId client;  ///< none where it was refused
+    std::string account;
+    std::string name;
+    mailbox::Address from;
+    std::uint32_t rights = 0;
+    std::string text;  ///< the reason, for all but the first two kinds
 };
 
 }  // namespace zoned::session

@@ -32,6 +32,20 @@ HostSettings checked(HostSettings settings) {
     return settings;
 }
 
+const char* leave_text(mailbox::LeaveReason reason) {
+    switch (reason) {
+        case mailbox::LeaveReason::kQuit:
+            return "quit";
+        case mailbox::LeaveReason::kTimeout:
+            return "did not come back within its grace time";
+        case mailbox::LeaveReason::kKicked:
+            return "kicked";
+        case mailbox::LeaveReason::kShutdown:
+            break;
+    }
+    return "the server closes";
+}
+
 /// Which message a frame begins with: its key is number << 3 | wire type, in groups of 7 bits
 /// (Protocol Buffers, "Encoding").
 std::uint32_t message_number(std::span<const std::uint8_t> frame) {
@@ -52,6 +66,7 @@ std::uint32_t message_number(std::span<const std::uint8_t> frame) {
 SessionHost::Impl::Impl(HostSettings settings_in, SessionOutput output_in)
     : settings(checked(std::move(settings_in))),
       output(std::move(output_in)),
+      world(std::make_shared<const Bytes>(world_field(settings.world))),
       nonces(settings.max_remembered_tickets),
       fault_rng(settings.testing.seed) {
     plain.reserve(wire::kMaxDatagramBytes);
@@ -63,6 +78,49 @@ void SessionHost::Impl::send(StreamId stream, Bytes frame) {
     stats.frame_bytes_out += frame.size();
     stats.frame_bytes_by_message[message_number(frame)] += frame.size();
     output.send_frame(stream, std::move(frame));
+}
+
+void SessionHost::Impl::send_long(StreamId stream, Bytes head, const SharedBytes& tail) {
+    if (!output.send_long_frame) {
+        head.insert(head.end(), tail->begin(), tail->end());
+        send(stream, std::move(head));
+        return;
+    }
+    ++stats.frames_out;
+    stats.frame_bytes_out += head.size() + tail->size();
+    stats.frame_bytes_by_message[message_number(head)] += head.size() + tail->size();
+    output.send_long_frame(stream, std::move(head), tail);
+}
+
+void SessionHost::Impl::note(SessionNote::Kind kind,
+                             const Session& session,
+                             const std::string& text) const {
+    if (output.note) {
+        output.note({kind,
+                     session.client,
+                     session.identity.account,
+                     session.identity.name,
+                     session.peer,
+                     session.identity.rights,
+                     text});
+    }
+}
+
+/// Two looks show whether a client takes its bytes: both must fit into the time of silence.
+double SessionHost::Impl::backlog_look_s() const {
+    return std::min(1.0, 0.25 * settings.silence_timeout_s);
+}
+
+void SessionHost::Impl::look_at_backlog(Session& session, double now_s) const {
+    if (!output.stream_backlog || now_s - session.backlog_seen_s < backlog_look_s()) {
+        return;
+    }
+    const std::size_t backlog = output.stream_backlog(session.stream);
+    if (backlog < session.backlog_bytes) {
+        session.last_heard_s = now_s;
+    }
+    session.backlog_bytes = backlog;
+    session.backlog_seen_s = now_s;
 }
 
 void SessionHost::Impl::close_stream(StreamId stream,
@@ -82,6 +140,7 @@ void SessionHost::Impl::suspend(Session& session,
                                 const std::string& text,
                                 double now_s) {
     session.grace_ends_s = now_s + settings.grace_s;
+    note(SessionNote::Kind::kAway, session, text);
     close_stream(session.stream, reason, text);
 }
 
@@ -92,6 +151,7 @@ void SessionHost::Impl::end(Session& session,
     if (session.stream) {
         close_stream(session.stream, reason, text);
     }
+    note(SessionNote::Kind::kLeft, session, text.empty() ? leave_text(leave) : text);
     output.to_zones(mailbox::Leave{session.client, leave});
     table.remove(session);
     stats.sessions = static_cast<std::uint32_t>(table.all().size());
@@ -140,6 +200,9 @@ void SessionHost::Impl::tick(double now_s, Tick tick_now) {
         }
         if (const auto acks = session->path.take_silence(now_s)) {
             send_acks(*session, *acks);
+        }
+        if (now_s - session->last_heard_s > backlog_look_s()) {
+            look_at_backlog(*session, now_s);
         }
         if (now_s - session->last_heard_s > settings.silence_timeout_s) {
             reject(Reject::kSilence);
@@ -213,6 +276,7 @@ void SessionHost::on_stream_closed(StreamId stream, double now_s) {
     if (Session* session = impl_->table.by_stream(stream)) {
         impl_->table.attach(*session, StreamId{});
         session->grace_ends_s = now_s + impl_->settings.grace_s;
+        impl_->note(SessionNote::Kind::kAway, *session, "its connection ended");
     }
 }
 

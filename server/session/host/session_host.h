@@ -24,6 +24,7 @@
 namespace zoned::session {
 
 using Bytes = std::vector<std::uint8_t>;
+using SharedBytes = std::shared_ptr<const Bytes>;
 
 /// An accepted TCP connection, numbered by its acceptor. Zero = none.
 using StreamId = StrongId<struct StreamTag, std::uint64_t>;
@@ -37,6 +38,10 @@ struct SessionOutput {
     std::function<void(mailbox::InboxItem)> to_zones;
     std::function<std::size_t(StreamId)>
         stream_backlog;  ///< bytes that wait in a stream; may be empty: never any
+    /// A frame that ends with bytes which many frames share; may be empty: it is put together and
+    /// goes by send_frame.
+    std::function<void(StreamId, Bytes head, SharedBytes tail)> send_long_frame = {};
+    std::function<void(const SessionNote&)> note = {};  ///< may be empty
 };
 
 /// The sessions that an operator means: those for which any of these holds that is set.
@@ -142,7 +147,6 @@ class SessionHost {
     /// From now on new logins are refused with this text; sessions go on, and may come back within
     /// their grace time. Empty: logins are taken again.
     void set_draining(const std::string& text);
-    [[nodiscard]] HostLimits limits() const;
     /// Holds from now on; sessions beyond a smaller number of places stay.
     void set_limits(const HostLimits& limits);
 

@@ -52,6 +52,8 @@ struct Session {
     double grace_ends_s = 0.0;
     double last_heard_s = 0.0;     ///< datagram or frame
     double last_datagram_s = 0.0;  ///< datagram, in either direction
+    double backlog_seen_s = 0.0;   ///< when its stream's backlog was looked at
+    std::size_t backlog_bytes = 0;
     DatagramPath path;
     Pacer pacer;
     std::vector<PacedState> paced;  ///< ascending by due_s and sequence

@@ -5,6 +5,7 @@
 #include "shared/core/rng.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace zoned::zone {
 
@@ -21,6 +22,12 @@ struct ShareFault {
     }
 };
 
+enum class BreakKind : std::uint8_t {
+    kThrow,  ///< the rules throw
+    kCrash,  ///< SIGSEGV
+    kAbort,  ///< SIGABRT
+};
+
 /// Faults on purpose, to check the checkers. All off by default.
 struct FaultSettings {
     ShareFault corrupt;             ///< these entities' replicated positions are off ...
@@ -32,6 +39,8 @@ struct FaultSettings {
     Tick stall_from = 0;        ///< this zone does not simulate nor publish from this tick ...
     Tick stall_ticks = 0;       ///< ... for this many
     bool silent_bound = false;  ///< clients are not notified of wider bounds
+    std::optional<BreakKind> broken;  ///< the rules of this zone fail ...
+    Tick broken_at = 0;               ///< ... in this tick
 
     [[nodiscard]] bool operator==(const FaultSettings&) const = default;
 };

@@ -1,6 +1,7 @@
 #include "server/zone/faults/faulty_zone.h"
 
 #include "server/zone/census.h"
+#include "server/zone/faults/broken_rules.h"
 #include "shared/core/assert.h"
 #include "shared/wire/packet.h"
 
@@ -52,7 +53,11 @@ FaultyZone::FaultyZone(ZoneSettings settings,
                        const FaultSettings& faults,
                        std::unique_ptr<Rules> rules,
                        Stopwatch stopwatch)
-    : Zone(std::move(settings), std::move(rules), stopwatch),
+    : Zone(std::move(settings),
+           faults.broken
+               ? std::make_unique<BrokenRules>(std::move(rules), *faults.broken, faults.broken_at)
+               : std::move(rules),
+           stopwatch),
       faults_(faults) {
 }
 

@@ -35,8 +35,9 @@ inline std::string read(const std::string& path) {
 /// A server on the minimal world with free ports.
 class Process : public ::testing::Test {
   protected:
-    std::unique_ptr<Child> start_server(std::vector<std::string> more = {}) {
-        std::vector<std::string> arguments{"serve", "--config", minimal(), "--set", state_set()};
+    std::unique_ptr<Child> start_server(std::vector<std::string> more = {},
+                                        const std::string& config = minimal()) {
+        std::vector<std::string> arguments{"serve", "--config", config, "--set", state_set()};
         arguments.insert(arguments.end(), more.begin(), more.end());
         auto server = std::make_unique<Child>("zoned", arguments);
         EXPECT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();

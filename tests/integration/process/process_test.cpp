@@ -103,11 +103,11 @@ TEST_F(Process, ReadsBrainsAnewAndReplaysTheRun) {
     };
     // Watchmen stroll instead of walking their round.
     write(with("state { name: \"walk\" action: PATROL", "state { name: \"walk\" action: WANDER"));
-    reload_until("brains are as");
+    reload_until("PATROL -> WANDER");
     write(with("to: \"stand\" threshold: 20", "to: \"stood\" threshold: 20"));
     reload_until("no state named 'stood'");
     write(with("spawn { x_m: -20", "spawn { x_m: -21"));
-    reload_until("only brains can be read anew");
+    reload_until("waits for a restart: spawn[0].x_m -20 -> -21");
     server.signal(SIGTERM);
     EXPECT_EQ(server.wait(kPatience), 0) << server.errors();
     Child replay("zoned", {"replay", recording, "--threads", "2"});

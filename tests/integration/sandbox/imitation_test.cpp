@@ -4,7 +4,7 @@
 
 #include "server/ai/learning/descent.h"
 #include "server/config/training/policy_file.h"
-#include "server/recording/recorder.h"
+#include "server/recording/recording_file.h"
 #include "tests/harness/game_test.h"
 
 #include <cstdio>
@@ -53,29 +53,27 @@ class Imitation : public GameTest {
 
   private:
     void record() {
-        recording::RecordingWriter writer;
-        bool open = false;
+        recording::RecordingFile writer;
         Tick written = 0;
         run([&](VirtualServer& now, double) {
-            if (!open) {
+            if (!writer.is_open()) {
                 recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
                 header.config_text = now.settings().text;
                 header.config_digest = now.settings().digest;
                 header.seed = now.settings().seed;
                 ASSERT_TRUE(writer.open(file_, header).ok());
-                open = true;
             }
             if (now.world().now() == written) {
                 return;
             }
             written = now.world().now();
-            std::vector<recording::ZoneTick> zones;
-            for (std::size_t z = 0; z < now.world().zones().size(); ++z) {
-                zones.push_back({ZoneId(static_cast<std::uint16_t>(z + 1)),
-                                 now.world().inboxes()[z],
-                                 now.world().zones()[z]->state_hash()});
+            recording::TickRecord record;
+            record.tick = written;
+            record.items = now.last_items();
+            for (const auto& zone : now.world().zones()) {
+                record.hashes.push_back(zone->state_hash());
             }
-            writer.add_tick(written, zones);
+            writer.add_tick(record);
         });
         ASSERT_TRUE(writer.close().ok());
     }

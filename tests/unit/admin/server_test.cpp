@@ -303,17 +303,31 @@ class Spectated : public Served {
         source.scene = [] {
             return "{\"world\": \"test\"}";
         };
-        source.sample = [this](const std::function<void(SpectatorSample)>& take) {
-            SpectatorSample sample{++samples_, std::vector<SpectatorRow>(20000)};
-            for (std::uint32_t i = 0; i < sample.rows.size(); ++i) {
-                sample.rows[i].id = i + 1;
-                sample.rows[i].position[0] = static_cast<float>(samples_);
-            }
-            take(std::move(sample));
+        source.sample = [this](const std::shared_ptr<SpectatorSample>& into,
+                               const std::function<void()>& taken) {
+            fill(*into);
+            taken();
             return true;
         };
         server_ = std::make_unique<AdminServer>(settings, std::vector<AdminRoute>{}, source);
         server_->start();
+    }
+
+    void fill(SpectatorSample& sample) {
+        sample.tick = ++samples_;
+        sample.zones.resize(1);
+        SpectatorZone& zone = sample.zones[0];
+        zone.id.clear();
+        for (std::uint32_t i = 1; i <= kEntities; ++i) {
+            zone.id.emplace_back(i);
+        }
+        zone.type.assign(kEntities, 0);
+        zone.flags.assign(kEntities, 0);
+        zone.client.assign(kEntities, {});
+        zone.position.assign(kEntities, Vec3(static_cast<float>(samples_), 0.0F, 0.0F));
+        zone.orientation.assign(kEntities, Quat::Identity());
+        zone.velocity.assign(kEntities, Vec3::Zero());
+        layers_asked_ = sample.layers;
     }
 
     static std::string upgrade(const std::string& token, const std::string& more = "") {
@@ -330,7 +344,9 @@ class Spectated : public Served {
         return count.get_future().get();
     }
 
+    static constexpr std::uint32_t kEntities = 20000;
     std::int64_t samples_ = 0;
+    std::atomic<std::uint32_t> layers_asked_{0};
 };
 
 TEST_F(Spectated, ShowsTheWorldToWhoeverHasTheToken) {
@@ -340,10 +356,10 @@ TEST_F(Spectated, ShowsTheWorldToWhoeverHasTheToken) {
     EXPECT_EQ(status_of(head), 101) << head;
     EXPECT_NE(viewer.receive_until("}").find("\"world\": \"test\""), std::string::npos);
     EXPECT_EQ(viewers(), 1U);
-    // A binary frame (0x82) with a length of 64 bits: 16 + 28 x 20,000 bytes (RFC 6455, 5.2).
+    // A binary frame (0x82) with a length of 64 bits: 16 + 44 x 20,000 bytes (RFC 6455, 5.2).
     const std::string frame = viewer.receive_until(std::string("\x01\0\0\0", 4));
     EXPECT_EQ(frame.substr(0, 2), "\x82\x7F");
-    EXPECT_EQ(static_cast<unsigned char>(frame[9]), (16U + 28U * 20000U) & 0xFFU);
+    EXPECT_EQ(static_cast<unsigned char>(frame[9]), (16U + 44U * kEntities) & 0xFFU);
 }
 
 TEST_F(Spectated, RefusesForeignPagesAndWrongTokens) {
@@ -365,6 +381,31 @@ TEST_F(Spectated, SkipsWhatASlowViewerDoesNotTake) {
     while (refused("slow_viewer") == 0 && std::chrono::steady_clock::now() < patience) {
     }
     EXPECT_EQ(refused("slow_viewer"), 1U);
+    EXPECT_EQ(viewers(), 1U);
+}
+
+/// A masked binary frame (RFC 6455, 5.2); the mask is zero.
+std::string binary_frame(const std::string& bytes) {
+    return "\x82" + std::string(1, static_cast<char>(0x80U | bytes.size())) + std::string(4, '\0') +
+           bytes;
+}
+
+TEST_F(Spectated, SamplesTheLayersThatViewersAskFor) {
+    const RawSocket viewer(port());
+    viewer.send(upgrade(kToken));
+    viewer.receive_until("\r\n\r\n");
+    viewer.send(binary_frame(std::string("\x05\0\0\0", 4) + std::string(12, '\0')));
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (layers_asked_ != 5U && std::chrono::steady_clock::now() < patience) {
+    }
+    EXPECT_EQ(layers_asked_, 5U);
+    // A wish of another length, and an eye that is nowhere (NaN), change nothing.
+    viewer.send(binary_frame("short"));
+    viewer.send(binary_frame(std::string("\x01\0\0\0\0\0\xC0\x7F", 8) + std::string(8, '\0')));
+    while (refused("bad_wish") != 2 && std::chrono::steady_clock::now() < patience) {
+    }
+    EXPECT_EQ(refused("bad_wish"), 2U);
+    EXPECT_EQ(layers_asked_, 5U);
     EXPECT_EQ(viewers(), 1U);
 }
 

@@ -1,12 +1,22 @@
-#include "server/admin/spectator_hub.h"
+#include "server/admin/spectator/spectator_hub.h"
+
+#include "server/admin/spectator/spectator_layers.h"
+#include "server/world/entities.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <map>
 
 namespace zoned::admin {
 namespace {
+
+constexpr float kTick_s = 0.05F;
+
+float float_of(std::uint16_t half) {
+    return static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(half));
+}
 
 /// What a viewer knows after the messages that it got.
 class Viewer {
@@ -21,79 +31,208 @@ class Viewer {
             return value;
         };
         const std::uint32_t removed = u32(8);
-        const std::uint32_t rows_here = u32(12);
+        rows_told = u32(12);
         ASSERT_EQ(bytes.size(),
-                  SpectatorHub::kHeadBytes + 4 * removed + SpectatorHub::kRowBytes * rows_here);
+                  SpectatorHub::kHeadBytes + 4 * removed + SpectatorHub::kRowBytes * rows_told);
         if (u32(0) == 1) {
             rows.clear();
         }
+        tick = u32(4);
         std::size_t at = SpectatorHub::kHeadBytes;
         for (std::uint32_t i = 0; i < removed; ++i, at += 4) {
             EXPECT_EQ(rows.erase(u32(at)), 1U);
         }
-        for (std::uint32_t i = 0; i < rows_here; ++i, at += SpectatorHub::kRowBytes) {
-            SpectatorRow row;
-            std::memcpy(&row.id, bytes.data() + at, 4);
-            std::memcpy(row.position.data(), bytes.data() + at + 4, 12);
-            std::memcpy(row.orientation.data(), bytes.data() + at + 16, 8);
-            std::memcpy(&row.type, bytes.data() + at + 24, 2);
-            row.flags = static_cast<std::uint8_t>(bytes[at + 26]);
-            row.zone = static_cast<std::uint8_t>(bytes[at + 27]);
-            rows[row.id] = row;
+        for (std::uint32_t i = 0; i < rows_told; ++i, at += SpectatorHub::kRowBytes) {
+            std::memcpy(&rows[u32(at)], bytes.data() + at + 4, sizeof(SpectatorRow));
         }
     }
 
-    std::map<std::uint32_t, SpectatorRow> rows;
+    /// Where it shows an entity, by its number; NaN when it knows none.
+    [[nodiscard]] Vec3 shown(std::uint32_t id) const {
+        for (const auto& [slot, row] : rows) {
+            if (row.id == id) {
+                const float elapsed = kTick_s * static_cast<float>(tick - row.tick);
+                return {row.position[0] + elapsed * float_of(row.velocity[0]),
+                        row.position[1] + elapsed * float_of(row.velocity[1]),
+                        row.position[2] + elapsed * float_of(row.velocity[2])};
+            }
+        }
+        return Vec3::Constant(std::nanf(""));
+    }
+
+    std::map<std::uint32_t, SpectatorRow> rows;  ///< by slot
+    std::uint32_t tick = 0;
+    std::uint32_t rows_told = 0;
 };
 
-SpectatorRow row(std::uint32_t id, float x) {
-    SpectatorRow out;
-    out.id = id;
-    out.position = {x, 2.0F, 3.0F};
-    out.orientation = {0, 0, -5, 32767};
-    out.type = 300;
-    out.flags = kSpectatorAtRest;
-    out.zone = 4;
+void add(SpectatorSample& sample,
+         std::uint32_t id,
+         const Vec3& at,
+         const Vec3& velocity = Vec3::Zero(),
+         std::uint8_t flags = 0) {
+    if (sample.zones.empty()) {
+        sample.tick_s = kTick_s;
+        sample.zones.emplace_back().number = 4;
+        sample.zones.back().origin = Vec3d(1000.0, 0.0, 0.0);
+    }
+    SpectatorZone& zone = sample.zones.back();
+    zone.id.emplace_back(id);
+    zone.type.push_back(300);
+    zone.flags.push_back(flags);
+    zone.client.emplace_back(id == 9 ? 5U : 0U);
+    zone.position.push_back(at);
+    zone.orientation.push_back(Quat::Identity());
+    zone.velocity.push_back(velocity);
+}
+
+SpectatorSample sample_at(std::int64_t tick) {
+    SpectatorSample out;
+    out.tick = tick;
     return out;
 }
 
 TEST(SpectatorHub, LeadsAViewerFromSampleToSample) {
     SpectatorHub hub;
     Viewer viewer;
-    viewer.take(hub.update({1, {row(1, 0), row(2, 0), row(3, 0)}}));
-    viewer.take(hub.update({2, {row(3, 0), row(1, 5), row(4, 1)}}));
-    ASSERT_EQ(viewer.rows.size(), 3U);
-    EXPECT_EQ(viewer.rows.at(1), row(1, 5));
-    EXPECT_EQ(viewer.rows.at(3), row(3, 0));
-    EXPECT_EQ(viewer.rows.at(4), row(4, 1));
+    SpectatorSample first = sample_at(1);
+    add(first, 1, {0, 2, 3});
+    add(first, 2, {0, 0, 0});
+    add(first, 9, {0, 0, 0});
+    viewer.take(hub.update(first, {}));
+    EXPECT_EQ(viewer.rows.size(), 3U);
+    SpectatorSample second = sample_at(2);
+    add(second, 9, {0, 0, 0});
+    add(second, 1, {5, 2, 3});
+    add(second, 4, {1, 0, 0});
+    viewer.take(hub.update(second, {}));
+    EXPECT_EQ(viewer.rows.size(), 3U);
+    EXPECT_EQ(viewer.rows_told, 2U) << "9 has not changed";
+    EXPECT_TRUE(viewer.shown(1).isApprox(Vec3(1005, 2, 3)));
+    EXPECT_TRUE(std::isnan(viewer.shown(2).x()));
     Viewer late;
     late.take(hub.everything());
-    EXPECT_EQ(late.rows, viewer.rows);
+    EXPECT_EQ(late.rows.size(), 3U);
+    EXPECT_TRUE(late.shown(4).isApprox(Vec3(1001, 0, 0)));
+}
+
+TEST(SpectatorHub, TellsWhatGoesStraightOnOnce) {
+    SpectatorHub hub;
+    Viewer viewer;
+    const Vec3 velocity(1.4F, 0.0F, -0.3F);
+    for (int tick = 1; tick <= 200; ++tick) {
+        SpectatorSample sample = sample_at(tick);
+        const Vec3 at = Vec3(10, 1, 10) + velocity * (kTick_s * static_cast<float>(tick));
+        add(sample, 1, at, velocity);
+        viewer.take(hub.update(sample, {}));
+        EXPECT_LE((viewer.shown(1) - at - Vec3(1000, 0, 0)).norm(),
+                  SpectatorHub::kLeastError_m + 1e-3F);
+    }
+    EXPECT_GE(viewer.tick - viewer.rows.begin()->second.tick, 4U);
+}
+
+/// The bound that the messages promise holds whatever entities do, for each eye.
+TEST(SpectatorHub, KeepsItsBoundForTheNearestEye) {
+    SpectatorHub hub;
+    Viewer viewer;
+    SpectatorWish far;
+    far.eye = {1000.0F, 400.0F, 0.0F};
+    SpectatorWish near = far;
+    near.eye = {1000.0F, 20.0F, 0.0F};
+    std::size_t rows_far = 0;
+    std::size_t rows_near = 0;
+    for (int tick = 1; tick <= 400; ++tick) {
+        const bool close = tick > 200;
+        SpectatorSample sample = sample_at(tick);
+        const float turn = 0.1F * static_cast<float>(tick);
+        const Vec3 at(2.0F * std::cos(turn), 1.0F, 2.0F * std::sin(turn));
+        add(sample, 1, at, Vec3(-4.0F * std::sin(turn), 0.0F, 4.0F * std::cos(turn)));
+        const std::vector<SpectatorWish> wishes = close ? std::vector{far, near} : std::vector{far};
+        viewer.take(hub.update(sample, wishes));
+        const float distance =
+            (at + Vec3(1000, 0, 0) - Vec3(wishes.back().eye[0], wishes.back().eye[1], 0.0F)).norm();
+        const float bound =
+            std::max(SpectatorHub::kLeastError_m, SpectatorHub::kErrorPerMetre * distance);
+        EXPECT_LE((viewer.shown(1) - at - Vec3(1000, 0, 0)).norm(), bound + 1e-3F) << tick;
+        (close ? rows_near : rows_far) += viewer.rows_told;
+    }
+    EXPECT_LT(2 * rows_far, rows_near) << "a far eye costs as much as a near one";
 }
 
 TEST(SpectatorHub, SaysOnlyWhatChanged) {
     SpectatorHub hub;
-    SpectatorSample sample{1, {}};
+    SpectatorSample sample = sample_at(1);
     for (std::uint32_t id = 1; id <= 1000; ++id) {
-        sample.rows.push_back(row(id, 0));
+        add(sample, id, {static_cast<float>(id), 0, 0}, Vec3::Zero(), world::kAtRest);
     }
-    EXPECT_EQ(hub.update(sample)->size(),
+    EXPECT_EQ(hub.update(sample, {})->size(),
               SpectatorHub::kHeadBytes + 1000 * SpectatorHub::kRowBytes);
-    EXPECT_EQ(hub.update(sample), nullptr);
-    sample.rows[7].position[0] = 1.0F;
-    EXPECT_EQ(hub.update(sample)->size(), SpectatorHub::kHeadBytes + SpectatorHub::kRowBytes);
-    sample.rows.clear();
-    EXPECT_EQ(hub.update(sample)->size(), SpectatorHub::kHeadBytes + 4 * 1000);
+    EXPECT_EQ(hub.update(sample, {})->size(), SpectatorHub::kHeadBytes);
+    sample.zones[0].position[7].x() += 1.0F;
+    EXPECT_EQ(hub.update(sample, {})->size(), SpectatorHub::kHeadBytes + SpectatorHub::kRowBytes);
+    sample.zones[0].orientation[3] = Quat(Eigen::AngleAxisf(0.1F, Vec3::UnitY()));
+    EXPECT_EQ(hub.update(sample, {})->size(), SpectatorHub::kHeadBytes + SpectatorHub::kRowBytes);
+    sample.zones.clear();
+    EXPECT_EQ(hub.update(sample, {})->size(), SpectatorHub::kHeadBytes + 4 * 1000);
     EXPECT_EQ(hub.everything()->size(), SpectatorHub::kHeadBytes);
+}
+
+TEST(SpectatorHub, ShowsNeitherGhostsNorWhatIsHidden) {
+    SpectatorHub hub;
+    Viewer viewer;
+    SpectatorSample sample = sample_at(1);
+    add(sample, 1, {0, 0, 0}, Vec3::Zero(), world::kGhost);
+    add(sample, 2, {0, 0, 0}, Vec3::Zero(), world::kHidden);
+    add(sample, 9, {0, 0, 0});
+    viewer.take(hub.update(sample, {}));
+    ASSERT_EQ(viewer.rows.size(), 1U);
+    EXPECT_EQ(viewer.rows.begin()->second.flags, kSpectatorAvatar);
+    EXPECT_EQ(viewer.rows.begin()->second.zone, 4);
+}
+
+/// The columns of a suspended agent are those of its last event; the walker tells where it is.
+TEST(SpectatorHub, FollowsAgentsOffScreen) {
+    SpectatorHub hub;
+    Viewer viewer;
+    SpectatorSample sample = sample_at(1);
+    add(sample, 1, {10, 1, 10}, Vec3(7, 0, 0), world::kDozing);
+    viewer.take(hub.update(sample, {}));
+    EXPECT_TRUE(viewer.shown(1).isApprox(Vec3(1010, 1, 10)));
+    sample.tick = 21;
+    sample.walkers.push_back({0, 0, Vec2(12, 10), Vec2(2, 0)});
+    viewer.take(hub.update(sample, {}));
+    EXPECT_TRUE(viewer.shown(1).isApprox(Vec3(1012, 1, 10)));
+    sample.tick = 31;
+    sample.walkers.clear();
+    viewer.take(hub.update(sample, {}));
+    EXPECT_EQ(viewer.rows_told, 0U) << "its turn has not come";
+    EXPECT_TRUE(viewer.shown(1).isApprox(Vec3(1013, 1, 10)));
 }
 
 TEST(SpectatorHub, BeginsAnewAfterNobodyLooked) {
     SpectatorHub hub;
-    hub.update({1, {row(1, 0)}});
+    SpectatorSample sample = sample_at(1);
+    add(sample, 1, {0, 0, 0});
+    hub.update(sample, {});
     hub.clear();
     EXPECT_EQ(hub.everything()->size(), SpectatorHub::kHeadBytes);
-    EXPECT_EQ(hub.update({2, {row(1, 0)}})->size(),
-              SpectatorHub::kHeadBytes + SpectatorHub::kRowBytes);
+    EXPECT_EQ(hub.update(sample, {})->size(), SpectatorHub::kHeadBytes + SpectatorHub::kRowBytes);
+}
+
+TEST(SpectatorLayers, TellsFacesOnceAndPlacesAlways) {
+    SpectatorLayers layers;
+    SpectatorSample sample = sample_at(7);
+    sample.layers = kLayerSofts | kLayerJoints;
+    sample.softs.push_back(
+        {EntityId(3), Vec3d(1000, 0, 0), {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {{{0, 1, 2}}}});
+    sample.joints.push_back({Vec3d(1, 2, 3), Vec3d(4, 5, 6), Vec3d(7, 8, 9)});
+    const auto first = layers.update(sample, false);
+    ASSERT_EQ(first.size(), 2U);
+    EXPECT_EQ(first[0].bytes->size(), 16U + 36U);
+    EXPECT_EQ(first[1].bytes->size(), 16U + 12U + 36U + 12U);
+    EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 12U + 36U);
+    EXPECT_EQ(layers.update(sample, true)[1].bytes->size(), 16U + 12U + 36U + 12U);
+    sample.softs[0].faces.push_back({{0, 2, 1}});  // torn or mended
+    EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 12U + 36U + 24U);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 namespace zoned::app {
@@ -83,6 +84,30 @@ TEST_F(RunScript, TakesNumbersFromArgumentsAndEnvironmentAndPassesTheRestOn) {
 TEST_F(RunScript, EndsWithTheVerdictOfTheClients) {
     EXPECT_EQ(run("CLIENT_CODE=1", ""), 1) << output_;
     EXPECT_TRUE(fs::exists(root_ / "stopped"));
+}
+
+TEST_F(RunScript, KeepsTheWorldOpenUntilItIsInterrupted) {
+    // A process in the background ignores an interrupt of its shell: the script is sent its own.
+    program("interrupted",
+            "timeout --foreground --preserve-status --signal=INT 2 \"$ROOT/server/run.sh\" \"$@\"");
+    program("build/client-sim", "echo \"$@\" >\"$ROOT/asked\"; exec sleep 20");
+    fs::create_directories(root_ / "build/run");
+    std::ofstream(root_ / "build/run/admin.token") << "secret";
+    const std::string command = "ROOT=" + root_.string() + " bash " +
+                                (root_ / "interrupted").string() + " --bots 3 --open 2>&1";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    ASSERT_NE(pipe, nullptr);
+    std::array<char, 512> buffer{};
+    while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) {
+        output_ += buffer.data();
+    }
+    EXPECT_EQ(WEXITSTATUS(pclose(pipe)), 0) << output_;
+    EXPECT_TRUE(printed("look at the world: http://127.0.0.1:4002/#token=secret")) << output_;
+    EXPECT_TRUE(printed("until Ctrl-C")) << output_;
+    std::ifstream asked(root_ / "asked");
+    const std::string line((std::istreambuf_iterator<char>(asked)), {});
+    EXPECT_NE(line.find("--bots 3 --seconds 604800 --no-audit --no-freeze"), std::string::npos);
+    EXPECT_TRUE(fs::exists(root_ / "stopped")) << "the server was asked to stop";
 }
 
 TEST_F(RunScript, SaysWhyTheServerDidNotStart) {

@@ -13,6 +13,41 @@ TEST(Settings, AcceptsTheTestsOwnConfig) {
     EXPECT_EQ(format_errors("test", out.errors), "");
 }
 
+/// A config that lacks a brace is reported once, at the block without an end.
+void expect_brace(const std::string& text, const std::string& needle, const std::string& words) {
+    const Outcome out = parse(text);
+    ASSERT_EQ(out.errors.size(), 1U) << format_errors("test", out.errors);
+    const auto [line, column] = place_of(text, needle);
+    EXPECT_EQ(out.errors[0].line, line) << out.errors[0].text;
+    EXPECT_NE(out.errors[0].text.find(words), std::string::npos) << out.errors[0].text;
+}
+
+TEST(Settings, NamesTheBlockThatHasNoEnd) {
+    expect_brace(with("  max_z_m: 50\n}", "  max_z_m: 50\n"), "world {", "'world {' of line 1");
+    expect_brace(with("max_x_m: 0 max_z_m: 50 }", "max_x_m: 0 max_z_m: 50 "),
+                 "zone { name: \"west\"",
+                 "'zone {' of line 9");
+    expect_brace(with("ghost_margin_m: 60\n}", "ghost_margin_m: 60"), "zones {", "'zones {'");
+    expect_brace(with("{ radius_m: 0.4 length_m: 1 }", "{ radius_m: 0.4 length_m: 1 "),
+                 "capsule {",
+                 "'capsule {'");
+    expect_brace(with("position_bound_m: 0.5 }", "position_bound_m: 0.5 "),
+                 "lod { position",
+                 "a } is missing");
+    expect_brace(with("aura_m { normal: 50 }\n}", "aura_m [ normal: 50 }\n}"),
+                 "aura_m [",
+                 "'aura_m [' of line");
+}
+
+TEST(Settings, NamesABraceThatClosesNothing) {
+    expect_brace(
+        with("spawn { x_m: 1 z_m: 2 }", "spawn { x_m: 1 z_m: 2 } }"), "spawn {", "closes nothing");
+    // Braces in comments and texts are none.
+    EXPECT_TRUE(parse(with("world {", "# } {\nworld {")).ok);
+    const Outcome name = parse(with("name: \"test\"", "name: \"te}st\""));
+    EXPECT_EQ(format_errors("test", name.errors).find("closes"), std::string::npos);
+}
+
 struct Case {
     std::string name;
     std::string from;
@@ -33,6 +68,8 @@ TEST_P(OneMistake, IsReportedAtItsPlace) {
 
 const Case kText[] = {
     {"Syntax", "spawn { x_m: 1", "spawn { x_m 1", "1 z_m: 2", "syntax"},
+    {"DecimalComma", "spawn { x_m: 1 ", "spawn { x_m: 1,5 ", "x_m: 1,5", "write x_m: 1.5"},
+    {"DecimalCommaAtTheEnd", "z_m: 2 }", "z_m: -2,25 }", "z_m: -2,25", "write z_m: -2.25"},
     {"UnknownField",
      "ghost_margin_m: 60",
      "ghost_margin_m: 60 ghost_margin: 5",
@@ -410,11 +447,26 @@ const Case kServer[] = {
      "network { tcp_port: 7000 admin_port: 7000 }\nspawn {",
      "admin_port",
      "same as tcp_port"},
-    {"AdminForAll",
+    {"AdminKeyWithoutCertificate",
      "spawn {",
-     "network { admin_address: \"0.0.0.0\" }\nspawn {",
-     "admin_address",
-     "no loopback address"},
+     "network { admin_key_file: \"/dev/null\" }\nspawn {",
+     "admin_key_file",
+     "needs network.admin_certificate_file"},
+    {"UnknownLogArea",
+     "spawn {",
+     "log { level { area: \"sessions\" } }\nspawn {",
+     "area",
+     "no area of the log; there are server, session"},
+    {"LogAreaTwice",
+     "spawn {",
+     "log { level { area: \"tick\" }\nlevel { area:  \"tick\" } }\nspawn {",
+     "area:  ",
+     "given twice"},
+    {"UnknownBrokenZone",
+     "spawn {",
+     "testing { break_zone { zone: \"nowhere\" } }\nspawn {",
+     "zone: \"nowhere",
+     "no zone named 'nowhere'"},
     {"KeyWithoutCertificate",
      "dev_mode_loopback: true",
      "dev_mode_loopback: true\ntls_key_file: \"/dev/null\"",
@@ -531,11 +583,11 @@ TEST(Settings, ReportsAllMistakesOfAFileAtOnceInOrderOfLine) {
 }
 
 TEST(Settings, ReportsWhatStandsBeforeASyntaxErrorToo) {
-    const std::string text = with("spawn {", "}\nspawn {", with("name: \"test\"", "nam: \"test\""));
+    const std::string text = with("spawn {", "=\nspawn {", with("name: \"test\"", "nam: \"test\""));
     const Outcome out = parse(text);
     ASSERT_EQ(out.errors.size(), 2u) << format_errors("test", out.errors);
     EXPECT_EQ(out.errors[0].line, 2);
-    EXPECT_EQ(out.errors[1].line, place_of(text, "}\nspawn").first);
+    EXPECT_EQ(out.errors[1].line, place_of(text, "=\nspawn").first);
 }
 
 TEST(Settings, NamesTheFileThatCannotBeRead) {

@@ -12,9 +12,11 @@ TEST(ServerSettings, HaveTheDefaultsOfTheSchema) {
     const ServerSettings plain;
     EXPECT_EQ(from_schema.network, plain.network);
     EXPECT_EQ(from_schema.session, plain.session);
+    EXPECT_EQ(from_schema.agones, plain.agones);
     EXPECT_EQ(from_schema.run, plain.run);
     EXPECT_EQ(from_schema.compute, plain.compute);
     EXPECT_EQ(from_schema.recording_file, plain.recording_file);
+    EXPECT_EQ(from_schema.ring_s, plain.ring_s);
     EXPECT_EQ(from_schema.testing.faults, plain.testing.faults);
     EXPECT_FALSE(from_schema.testing.stall || from_schema.testing.wrong_limit);
 }

@@ -68,6 +68,16 @@ class Server {
                     listener->send(n, {reinterpret_cast<const std::uint8_t*>(last.data()), 10});
                 }
                 listener->close(n);
+            } else if (text == "tail") {
+                const auto tail = std::make_shared<const std::vector<std::uint8_t>>(3'000'000, 't');
+                const auto send = [&](const std::string& part, const SharedBytes& end) {
+                    listener->send(
+                        n, {reinterpret_cast<const std::uint8_t*>(part.data()), part.size()}, end);
+                };
+                send("head:", tail);
+                send("after it", nullptr);
+                send("head:", tail);
+                backlog = listener->backlog(n);
             } else if (text == "flood") {
                 const std::vector<std::uint8_t> big(60'000, 1);
                 for (int i = 0; i < 1000; ++i) {
@@ -128,6 +138,7 @@ class Server {
     std::thread thread;
     std::uint16_t port = 0;
     std::string fingerprint;
+    std::size_t backlog = 0;
     std::mutex mutex;
     std::condition_variable changed;
     std::vector<StreamNumber> opened;
@@ -248,6 +259,23 @@ TEST(TlsListener, DropsAClientThatDoesNotReadAndCountsIt) {
     ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
     EXPECT_THAT(server.first_reason(), testing::HasSubstr("too slow"));
     EXPECT_EQ(server.stats().queue_overflow, 1U);
+}
+
+TEST(TlsListener, SendsSharedTailsBeyondTheQueueLimitInOrder) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient client;
+    ASSERT_TRUE(client.connect(server.port));
+    client.send("tail");
+    // Three times as much as may wait, and a frame behind it.
+    const std::string large = client.receive();
+    ASSERT_EQ(large.size(), 5U + 3'000'000U) << client.error;
+    EXPECT_EQ(large.substr(0, 5), "head:");
+    EXPECT_EQ(std::count(large.begin() + 5, large.end(), 't'), 3'000'000);
+    EXPECT_EQ(client.receive(), "after it");
+    EXPECT_EQ(client.receive().size(), 5U + 3'000'000U);
+    EXPECT_EQ(server.stats().queue_overflow, 0U);
+    EXPECT_EQ(server.backlog, 2 * (4U + 5U + 3'000'000U) + 4U + 8U);
 }
 
 TEST(TlsListener, NoticesAPeerThatVanishes) {

@@ -91,18 +91,5 @@ TEST(ServerReport, HoldsTheFieldsThatScriptsRelyOn) {
     EXPECT_EQ(field(pass, "ticks_skipped").number_value(), 3500.0);
 }
 
-TEST(ServerReport, IsWrittenToItsFileOrSaysWhyNot) {
-    const std::string file = testing::TempDir() + "zoned_report.json";
-    ASSERT_TRUE(write_report(file, ServerReport{}).ok());
-    std::ifstream in(file);
-    std::ostringstream text;
-    text << in.rdbuf();
-    EXPECT_EQ(text.str(), to_json(ServerReport{}));
-    std::remove(file.c_str());
-    const auto failed = write_report("/nonexistent/report.json", ServerReport{});
-    ASSERT_FALSE(failed.ok());
-    EXPECT_THAT(failed.error(), testing::HasSubstr("No such file"));
-}
-
 }  // namespace
 }  // namespace zoned::recording

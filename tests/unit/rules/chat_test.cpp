@@ -176,5 +176,32 @@ TEST_F(Chatting, StanceFollowsTheInput) {
     EXPECT_EQ(stance(), static_cast<int>(world::Stance::kIdle));
 }
 
+TEST_F(Chatting, SneaksAndLooksFarWhereTheWorldHasThoseStances) {
+    const world::Row row = zone.entities().find(player);
+    const auto after = [&](int move_x, int buttons) {
+        motion::InputCommand command;
+        command.move_x = static_cast<std::int8_t>(move_x);
+        command.buttons = static_cast<std::uint16_t>(buttons);
+        zone.tick();
+        zone.game.on_input(zone, player, command, 0);
+        return static_cast<int>(zone.entities().stance[row]);
+    };
+    constexpr int kNormal = static_cast<int>(world::Stance::kNormal);
+    constexpr int kRunning = static_cast<int>(world::Stance::kRunning);
+    constexpr int kSprint = motion::kButtonSprint;
+    EXPECT_EQ(after(60, sandbox::BUTTON_SNEAK), kNormal);
+    EXPECT_EQ(after(60, sandbox::BUTTON_SPYGLASS), kNormal);
+    zone.stances = {"spyglass", "sneaking"};
+    const int spyglass = world::kFirstNamedStance;
+    const int sneaking = world::kFirstNamedStance + 1;
+    EXPECT_EQ(after(60, sandbox::BUTTON_SNEAK), sneaking);
+    EXPECT_EQ(after(65, sandbox::BUTTON_SNEAK), kNormal) << "too fast to go unheard";
+    EXPECT_EQ(after(0, sandbox::BUTTON_SNEAK), sneaking);
+    EXPECT_EQ(after(100, sandbox::BUTTON_SPYGLASS), spyglass);
+    EXPECT_EQ(after(0, sandbox::BUTTON_SPYGLASS | sandbox::BUTTON_SNEAK), spyglass);
+    EXPECT_EQ(after(60, kSprint | sandbox::BUTTON_SPYGLASS), kRunning);
+    EXPECT_EQ(after(60, kSprint | sandbox::BUTTON_SNEAK), kRunning);
+}
+
 }  // namespace
 }  // namespace zoned::rules::test

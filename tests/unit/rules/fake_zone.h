@@ -294,6 +294,13 @@ class FakeZone final : public zone::RulesContext {
         entities_.appearance[owned(entity)] = appearance;
     }
 
+    [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override {
+        const auto it = std::find(stances.begin(), stances.end(), name);
+        return it == stances.end()
+                   ? RulesContext::stance_named(name)
+                   : static_cast<world::Stance>(world::kFirstNamedStance + (it - stances.begin()));
+    }
+
     void set_stance(EntityId entity, world::Stance stance) override {
         entities_.stance[owned(entity)] = static_cast<std::uint8_t>(stance);
     }
@@ -405,7 +412,8 @@ class FakeZone final : public zone::RulesContext {
     std::vector<Sent> sent;
     std::vector<Mail> outbox;
     std::vector<Emitted> emitted;
-    std::uint32_t hail_near = 0;  ///< particles of "hail" near any point that is queried
+    std::uint32_t hail_near = 0;       ///< particles of "hail" near any point that is queried
+    std::vector<std::string> stances;  ///< the world's own
     std::vector<std::string> topics;
     std::vector<ClientId> resets;
     std::vector<bool> outcomes;  ///< reported to difficulty: whether a player succeeded

@@ -114,8 +114,7 @@ TEST(Control, ChangesLimitsLive) {
     TestHost host(dev_settings());
     FakeClient first(host);
     ASSERT_TRUE(first.log_in());
-    HostLimits limits = host.host.limits();
-    EXPECT_EQ(limits.max_sessions, 20000U);
+    HostLimits limits = dev_settings();
     limits.max_sessions = 1;
     limits.grace_s = 1.0;
     host.host.set_limits(limits);
@@ -124,6 +123,49 @@ TEST(Control, ChangesLimitsLive) {
     host.host.on_stream_closed(first.stream, host.now_s);
     host.advance(1.1);
     EXPECT_EQ(host.host.stats().sessions, 0U);
+}
+
+TEST(Control, NotesWhoComesAndGoes) {
+    HostSettings settings = dev_settings();
+    settings.max_sessions = 1;
+    std::vector<SessionNote> notes;
+    TestHost host(settings, [&](const SessionNote& note) { notes.push_back(note); });
+    FakeClient client(host);
+    ASSERT_TRUE(client.log_in());
+    FakeClient second(host);
+    EXPECT_FALSE(second.log_in());
+    client.drop();
+    ASSERT_TRUE(client.resume(0));
+    SessionChoice who;
+    who.client = client.client;
+    EXPECT_EQ(host.host.kick(who, "be kind"), 1U);
+    using Kind = SessionNote::Kind;
+    ASSERT_EQ(notes.size(), 5U);
+    EXPECT_EQ(notes[0].kind, Kind::kJoined);
+    EXPECT_EQ(notes[0].name, "ann");
+    EXPECT_EQ(notes[0].rights, mailbox::kRightPlay);
+    EXPECT_EQ(notes[1].kind, Kind::kRefused);
+    EXPECT_NE(notes[1].text.find("full"), std::string::npos);
+    EXPECT_EQ(notes[2].kind, Kind::kAway);
+    EXPECT_EQ(notes[3].kind, Kind::kResumed);
+    EXPECT_EQ(notes[4].kind, Kind::kLeft);
+    EXPECT_EQ(notes[4].text, "be kind");
+}
+
+TEST(Control, WaitsForAClientThatStillTakesItsWorld) {
+    HostSettings settings = dev_settings();
+    settings.silence_timeout_s = 2.0;
+    TestHost host(settings);
+    FakeClient client(host);
+    ASSERT_TRUE(client.log_in());
+    host.backlog = 4'000'000;
+    for (int i = 0; i < 10; ++i) {
+        host.advance(1.0);
+        host.backlog -= 100'000;
+    }
+    EXPECT_EQ(host.closed.count(client.stream), 0U) << "it says nothing, but takes its world";
+    host.advance(4.0);  // and now it takes nothing any more
+    EXPECT_EQ(host.closed.count(client.stream), 1U);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "shared/wire/seal.h"
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -53,7 +54,7 @@ inline HostSettings dev_settings() {
 
 class TestHost {
   public:
-    explicit TestHost(HostSettings settings)
+    explicit TestHost(HostSettings settings, std::function<void(const SessionNote&)> note = {})
         : host(std::move(settings),
                SessionOutput{[this](StreamId s, Bytes f) {
                                  proto::ServerMessage m;
@@ -68,9 +69,9 @@ class TestHost {
                                  host.recycle(std::move(d));
                              },
                              [this](mailbox::InboxItem item) { inbox.push_back(std::move(item)); },
-                             [this](StreamId) {
-                                 return backlog;
-                             }}) {}
+                             [this](StreamId) { return backlog; },
+                             {},
+                             std::move(note)}) {}
 
     StreamId open(bool loopback = true) {
         const StreamId stream{++last_stream};

@@ -1,0 +1,28 @@
+# cmake --install: programs, the worlds that come with them, guides and notices. What a world names (geometry, policies) is
+# installed beside it, so that the installed `zoned serve --config <a world>` runs.
+include(GNUInstallDirs)
+set(ZONED_DATA_DIR ${CMAKE_INSTALL_DATADIR}/zoned)
+
+install(TARGETS zoned client-sim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+file(GLOB WORLDS CONFIGURE_DEPENDS config/*.txtpb)
+install(FILES ${WORLDS} DESTINATION ${ZONED_DATA_DIR}/worlds)
+install(DIRECTORY config/geometry config/training DESTINATION ${ZONED_DATA_DIR}/worlds)
+# The schema explains every setting.
+install(DIRECTORY proto/config DESTINATION ${ZONED_DATA_DIR}/proto FILES_MATCHING PATTERN "*.proto")
+install(DIRECTORY docker/monitoring DESTINATION ${ZONED_DATA_DIR})
+
+install(FILES README.md config/npcs.md config/training.md proto/WIRE.md docker/debian/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY config/guides DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# The programs say themselves what their manual pages and completions hold; client-sim does so by --help.
+set(MAN ${PROJECT_BINARY_DIR}/man)
+file(MAKE_DIRECTORY ${MAN})
+add_custom_command(OUTPUT ${MAN}/zoned.1 COMMAND zoned manual > ${MAN}/zoned.1 DEPENDS zoned VERBATIM)
+add_custom_command(OUTPUT ${MAN}/zoned.bash COMMAND zoned completion bash > ${MAN}/zoned.bash DEPENDS zoned VERBATIM)
+add_custom_command(OUTPUT ${MAN}/client-sim.1 VERBATIM
+  COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:client-sim> -DVERSION=${PROJECT_VERSION} -DOUT=${MAN}/client-sim.1
+    -P ${PROJECT_SOURCE_DIR}/docker/debian/manual_page.cmake
+  DEPENDS client-sim docker/debian/manual_page.cmake)
+add_custom_target(manual_pages ALL DEPENDS ${MAN}/zoned.1 ${MAN}/zoned.bash ${MAN}/client-sim.1)
+install(FILES ${MAN}/zoned.1 ${MAN}/client-sim.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${MAN}/zoned.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME zoned)

@@ -1,0 +1,27 @@
+// Spectator scene: what viewers are told once: types, zones and doors as JSON, geometry in pieces.
+#pragma once
+
+#include "server/config/settings.h"
+
+#include <cstdint>
+#include <string>
+
+namespace zoned::app {
+
+/// The largest piece, bytes, but for one row of heights that is longer.
+inline constexpr std::size_t kPieceBytes = 262144;
+
+/// As server/admin/viewer/renderer.js reads it: world, tick rate, ground, types, zones, doors,
+/// surfaces, and how many pieces of geometry there are.
+[[nodiscard]] std::string scene_json(const config::Settings& settings);
+
+/// Piece `number`, from 1 on; empty where there is none. Little-endian, with the head u32 kind,
+/// u32 owner, u32 first, u32 count:
+/// 1 boxes: `count` times f32 centre x, y, z, half sizes x, y, z, orientation x, y, z, w.
+/// 2 triangles of type `owner`, in its body's axes: 9 f32 each.
+/// 3 heights of surface `owner`: `count` rows from row `first` on, f32 each.
+/// 4 vertices of surface `owner`: 3 f32 each, from vertex `first` on.
+/// 5 triangles of surface `owner`: 3 u32 each, from triangle `first` on.
+[[nodiscard]] std::string scene_piece(const config::Settings& settings, std::uint32_t number);
+
+}  // namespace zoned::app

@@ -1,0 +1,44 @@
+// CounterWatch: turns counters that grow into log lines: what is dropped, refused or in trouble is
+// told when it happens, and at most once in a while.
+#pragma once
+
+#include "server/app/runtime/tick_loop.h"
+#include "server/net/tls_connection.h"
+#include "server/net/udp_endpoint.h"
+#include "server/session/host/session_host.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace zoned::app {
+
+/// The counters of a process at one moment.
+struct WatchedCounters {
+    const LoopStats& loop;
+    const session::HostStats& host;
+    const net::TlsStats& tls;
+    const net::UdpStats& udp;
+};
+
+class CounterWatch {
+  public:
+    /// Compares with the look before, and logs; call about once a second. A counter is told at
+    /// once when it begins to grow, then at most every ten seconds, with the sum.
+    void look(const WatchedCounters& counters, double now_s);
+
+  private:
+    struct Watched {
+        std::uint64_t told = 0;  ///< count of the last line
+        double told_s = -1e9;    ///< its time
+    };
+
+    void look_at_refusals(const std::map<std::string, std::uint64_t>& rejected, double now_s);
+
+    std::vector<Watched> watched_;
+    std::map<std::string, std::uint64_t> rejected_told_;
+    double rejected_told_s_ = -1e9;
+};
+
+}  // namespace zoned::app

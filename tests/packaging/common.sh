@@ -1,0 +1,50 @@
+# Shared by the packaging tests: steps with a name, a scratch folder that goes, a base system, a server that is waited for.
+set -euo pipefail
+
+say() { printf '%s\n' "packaging: $*" >&2; }
+fail() { say "FAILED: $*"; exit 1; }
+# need PROGRAM PACKAGE: exit 3 where the machine lacks something.
+need() { command -v "$1" >/dev/null || { say "needs $1: apt-get install $2"; exit 3; }; }
+
+scratch="$(mktemp -d "${TMPDIR:-/var/tmp}/zoned-packaging.XXXXXX")"
+declare -a mounted=() started=()
+clean_up() {
+    local at
+    for at in "${started[@]}"; do kill "$at" 2>/dev/null || true; done
+    for ((at = ${#mounted[@]} - 1; at >= 0; --at)); do umount -l "${mounted[at]}" 2>/dev/null || true; done
+    if [[ -n "${KEEP:-}" ]]; then say "kept $scratch"; else rm -rf --one-file-system "$scratch"; fi
+}
+trap clean_up EXIT
+
+# wait_for SECONDS COMMAND...: until the command succeeds.
+wait_for() {
+    local end=$((SECONDS + $1))
+    shift
+    until "$@" >/dev/null 2>&1; do
+        ((SECONDS < end)) || return 1
+        sleep 0.1
+    done
+}
+
+# base_system FOLDER: a bare Debian 12 by debootstrap, or from the tar file ZONED_BASE_TAR where it is set.
+base_system() {
+    mkdir -p "$1"
+    if [[ -n "${ZONED_BASE_TAR:-}" ]]; then
+        tar -C "$1" -xf "$ZONED_BASE_TAR"
+        mkdir -p "$1"/{dev,proc,sys}
+    else
+        need debootstrap debootstrap
+        say "debootstrap"
+        debootstrap --variant=minbase bookworm "$1" >"$scratch/debootstrap.log" 2>&1 || {
+            tail -n 5 "$scratch/debootstrap.log" >&2
+            exit 3
+        }
+    fi
+    # The package sources and proxies that work here work inside as well.
+    local file
+    for file in /etc/apt/sources.list /etc/apt/apt.conf /etc/resolv.conf; do
+        if [[ -f $file ]]; then cp "$file" "$1$file"; fi
+    done
+    cp -r /etc/apt/apt.conf.d/. "$1/etc/apt/apt.conf.d/" 2>/dev/null || true
+    cp -r /etc/apt/sources.list.d/. "$1/etc/apt/sources.list.d/" 2>/dev/null || true
+}
