@@ -4,12 +4,16 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/stream.hpp>
+#include <boost/beast/core/buffers_range.hpp>
 #include <boost/beast/core/role.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 namespace zoned::admin {
@@ -46,23 +50,56 @@ class AdminStream {
 
     template <class Buffers, class Handler>
     void async_read_some(const Buffers& buffers, Handler&& handler) {
-        if (inner_->tls) {
-            inner_->tls->async_read_some(buffers, std::forward<Handler>(handler));
-        } else {
-            inner_->tcp.async_read_some(buffers, std::forward<Handler>(handler));
-        }
+        start_read(first_of(buffers), erased(std::forward<Handler>(handler)));
     }
 
     template <class Buffers, class Handler>
     void async_write_some(const Buffers& buffers, Handler&& handler) {
-        if (inner_->tls) {
-            inner_->tls->async_write_some(buffers, std::forward<Handler>(handler));
-        } else {
-            inner_->tcp.async_write_some(buffers, std::forward<Handler>(handler));
-        }
+        start_write(gathered(buffers), erased(std::forward<Handler>(handler)));
     }
 
   private:
+    /// One type for all that waits: the connection below and TLS are compiled once, not once for
+    /// each operation of HTTP and WebSockets.
+    using Waiting = std::function<void(boost::beast::error_code, std::size_t)>;
+    using Gathered = std::array<boost::asio::const_buffer, 16>;
+
+    template <class Handler>
+    static Waiting erased(Handler&& handler) {
+        auto held = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+        return [held](boost::beast::error_code error, std::size_t bytes) {
+            auto& waiting = *held;
+            std::move(waiting)(error, bytes);
+        };
+    }
+
+    /// A read of some bytes may take fewer than there is room for.
+    template <class Buffers>
+    static boost::asio::mutable_buffer first_of(const Buffers& buffers) {
+        for (const boost::asio::mutable_buffer buffer : boost::beast::buffers_range_ref(buffers)) {
+            if (buffer.size() > 0) {
+                return buffer;
+            }
+        }
+        return {};
+    }
+
+    /// So may a write.
+    template <class Buffers>
+    static Gathered gathered(const Buffers& buffers) {
+        Gathered out;
+        std::size_t count = 0;
+        for (const boost::asio::const_buffer buffer : boost::beast::buffers_range_ref(buffers)) {
+            if (buffer.size() > 0 && count < out.size()) {
+                out[count++] = buffer;
+            }
+        }
+        return out;
+    }
+
+    void start_read(boost::asio::mutable_buffer buffer, Waiting waiting);
+    void start_write(const Gathered& buffers, Waiting waiting);
+
     /// TLS refers to the connection below: neither moves.
     struct Inner {
         explicit Inner(boost::asio::ip::tcp::socket socket) : tcp(std::move(socket)) {}

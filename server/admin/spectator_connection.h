@@ -65,7 +65,7 @@ class SpectatorConnection : public std::enable_shared_from_this<SpectatorConnect
     std::uint64_t number_;
     AdminRouter& router_;
     std::function<void(std::uint64_t)> closed_callback_;
-    boost::beast::websocket::stream<AdminStream> socket_;
+    boost::beast::websocket::stream<AdminStream, false> socket_;  // messages are not compressed
     boost::beast::flat_buffer buffer_;
     std::deque<Queued> queue_;
     SpectatorWish wish_;

@@ -2,6 +2,7 @@
 
 #include "server/compute/spin_wait.h"
 #include "shared/core/assert.h"
+#include "shared/core/signal_stack.h"
 
 #include <ctime>
 
@@ -110,6 +111,7 @@ bool WorkerPool::help_all() {
 }
 
 void WorkerPool::work_loop() {
+    core::add_signal_stack();
     for (std::uint32_t heard = bell_.load(); !stop_.load(); heard = bell_.load()) {
         if (help_all()) {
             ring();  // wakes the threads that wait for the end of a batch

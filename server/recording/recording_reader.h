@@ -10,7 +10,7 @@
 
 namespace zoned::recording {
 
-/// Reads a file, or a folder with the pieces of one (see InputRing). Not thread-safe.
+/// Reads a file, or a folder with the pieces of one (CrashRing). Not thread-safe.
 class RecordingReader {
   public:
     RecordingReader();

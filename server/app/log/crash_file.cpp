@@ -2,6 +2,7 @@
 
 #include "server/app/world/current_zone.h"
 #include "server/recording/recorder.h"
+#include "shared/core/signal_stack.h"
 
 #include <execinfo.h>
 #include <fcntl.h>
@@ -15,14 +16,12 @@
 #include <ctime>
 #include <exception>
 #include <filesystem>
-#include <memory>
 
 namespace zoned::app {
 
 namespace {
 
 constexpr int kMostFrames = 64;
-constexpr std::size_t kSignalStackBytes = 65536;
 /// The process lives on so long at most for the inputs of its last tick to come to disk.
 constexpr int kMostWait_ms = 200;
 constexpr std::array kFatal{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
@@ -195,7 +194,7 @@ void install_crash_file(const std::string& folder) {
     // The first call loads the library that walks the stack, which takes memory.
     std::array<void*, 4> frames{};
     (void)::backtrace(frames.data(), static_cast<int>(frames.size()));
-    add_signal_stack();
+    core::add_signal_stack();
 
     struct sigaction action {};
 
@@ -206,18 +205,6 @@ void install_crash_file(const std::string& folder) {
         ::sigaction(number, &action, nullptr);
     }
     std::set_terminate(on_terminate);
-}
-
-void add_signal_stack() {
-    thread_local std::unique_ptr<std::array<char, kSignalStackBytes>> memory;
-    if (memory) {
-        return;
-    }
-    memory = std::make_unique<std::array<char, kSignalStackBytes>>();
-    stack_t stack{};
-    stack.ss_sp = memory->data();
-    stack.ss_size = memory->size();
-    ::sigaltstack(&stack, nullptr);
 }
 
 std::string newest_crash_file(const std::string& folder) {

@@ -8,12 +8,9 @@ namespace zoned::app {
 /// From now on SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT write `folder`/crash-TIME-PID.txt before
 /// the process dies by them as ever. What the handler does is async-signal-safe (POSIX, "Signal
 /// Concepts"): the stack is walked by a library that was loaded before, and printed without memory.
-/// The recorder's thread, where there is one, has a fifth of a second for the last inputs.
+/// The recorder's thread, where there is one, has a fifth of a second for the last inputs. Threads
+/// with a core::add_signal_stack() report an overflow of their own stack too.
 void install_crash_file(const std::string& folder);
-
-/// Gives the calling thread a stack for signal handlers, so that an overflow of its own stack is
-/// told too; for as long as the thread lives.
-void add_signal_stack();
 
 /// The newest crash file of the folder; empty: there is none.
 [[nodiscard]] std::string newest_crash_file(const std::string& folder);

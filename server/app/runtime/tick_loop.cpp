@@ -1,8 +1,8 @@
 #include "server/app/runtime/tick_loop.h"
 
-#include "server/app/log/crash_file.h"
 #include "server/app/log/log.h"
 #include "server/app/runtime/state_flapping_report.h"
+#include "shared/core/signal_stack.h"
 
 #include <algorithm>
 #include <chrono>
@@ -87,7 +87,7 @@ LoopStats TickLoop::stats() const {
 }
 
 void TickLoop::loop() {
-    add_signal_stack();
+    core::add_signal_stack();
     while (!stop_.load(std::memory_order_relaxed)) {
         const double scale = time_scale_.load(std::memory_order_relaxed);
         if (scale != clock_.scale()) {

@@ -1,5 +1,5 @@
 // Supervision: signs of life stop when the world stands still; Agones' answers are read or refused.
-#include "server/app/runtime/supervision.h"
+#include "server/app/supervision/supervision.h"
 
 #include <gmock/gmock.h>
 #include <sys/socket.h>

@@ -1,9 +1,12 @@
 #include "server/compute/worker_pool.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <atomic>
+#include <chrono>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 namespace zoned::compute {
@@ -31,6 +34,27 @@ TEST(WorkerPool, HasSeenAllThatTasksWroteWhenItReturns) {
     for (const std::uint64_t value : values) {
         EXPECT_EQ(value, 2000U * 2001U / 2U);
     }
+}
+
+/// Otherwise nothing could report that a zone's step has filled the stack of its thread.
+TEST(WorkerPool, ThreadsHaveAStackForSignals) {
+    WorkerPool pool(2);
+    std::atomic<int> own_threads{0};
+    std::atomic<int> with_stack{0};
+    const std::thread::id caller = std::this_thread::get_id();
+    for (int round = 0; round < 10000 && own_threads.load() == 0; ++round) {
+        pool.run(2, [&](std::size_t) {
+            if (std::this_thread::get_id() != caller) {
+                stack_t stack{};
+                ::sigaltstack(nullptr, &stack);
+                with_stack.fetch_add((stack.ss_flags & SS_DISABLE) == 0 ? 1 : 0);
+                own_threads.fetch_add(1);
+            }
+            std::this_thread::sleep_for(std::chrono::microseconds(100));
+        });
+    }
+    EXPECT_GT(own_threads.load(), 0);
+    EXPECT_EQ(with_stack.load(), own_threads.load());
 }
 
 TEST(WorkerPool, CountsTheTimeOfItsOwnThreadsOnly) {

@@ -1,4 +1,4 @@
-#include "server/app/runtime/agones_sdk.h"
+#include "server/app/supervision/agones_sdk.h"
 
 #include "server/app/ctl/admin_client.h"
 

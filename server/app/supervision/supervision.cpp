@@ -1,4 +1,4 @@
-#include "server/app/runtime/supervision.h"
+#include "server/app/supervision/supervision.h"
 
 #include "server/app/log/log.h"
 

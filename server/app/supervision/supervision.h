@@ -2,8 +2,8 @@
 // its world ticks, and that it ends.
 #pragma once
 
-#include "server/app/runtime/agones_sdk.h"
-#include "server/app/runtime/service_notice.h"
+#include "server/app/supervision/agones_sdk.h"
+#include "server/app/supervision/service_notice.h"
 #include "server/config/server_settings.h"
 
 #include <asio/io_context.hpp>

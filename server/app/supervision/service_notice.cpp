@@ -1,4 +1,4 @@
-#include "server/app/runtime/service_notice.h"
+#include "server/app/supervision/service_notice.h"
 
 #include <sys/socket.h>
 #include <sys/un.h>
