@@ -449,10 +449,10 @@ TEST_F(OwnAvatarTest, SendsOnlyConsecutiveCommandsAfterAStateAWholeRingAway) {
         for (command.tick = 1; command.tick <= 2 * ring; ++command.tick) {
             own.push(command);
         }
-        wire::OwnState state;
-        state.avatar = EntityId(7);
-        state.input_tick = 2 * ring + away;
-        own.reconcile(state, ZoneId(1));
+        wire::OwnState sent;
+        sent.avatar = EntityId(7);
+        sent.input_tick = 2 * ring + away;
+        own.reconcile(sent, ZoneId(1));
         const auto commands = own.newest_commands(wire::kMaxCommandsPerPacket);
         for (std::size_t i = 0; i < commands.size(); ++i) {
             EXPECT_EQ(commands[i].tick, 2 * ring + 1 - static_cast<Tick>(commands.size() - i))
