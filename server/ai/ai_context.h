@@ -6,6 +6,7 @@
 #include "shared/math/types.h"
 
 #include <functional>
+#include <limits>
 
 namespace zoned::compute {
 class Team;
@@ -30,6 +31,29 @@ class PathService;
 class PointsOfInterest;
 struct AiSettings;
 
+/// The box around all zones of the world, in coordinates x, z of this one, m. Nobody sets out for a
+/// place beyond it.
+struct WorldBox {
+    Vec2 lower = Vec2::Constant(-std::numeric_limits<float>::infinity());
+    Vec2 upper = Vec2::Constant(std::numeric_limits<float>::infinity());
+
+    /// The place within that is nearest.
+    [[nodiscard]] Vec2 nearest(const Vec2& place) const {
+        return place.cwiseMax(lower).cwiseMin(upper);
+    }
+
+    /// What is left of a direction where it would lead out.
+    [[nodiscard]] Vec2 held(const Vec2& here, Vec2 direction) const {
+        for (const int axis : {0, 1}) {
+            if ((here[axis] >= upper[axis] && direction[axis] > 0.0F) ||
+                (here[axis] <= lower[axis] && direction[axis] < 0.0F)) {
+                direction[axis] = 0.0F;
+            }
+        }
+        return direction;
+    }
+};
+
 /// All passes of an update share one context. It owns nothing.
 struct AiContext {
     AgentStore& agents;
@@ -49,6 +73,7 @@ struct AiContext {
     const physics::Query* query = nullptr;  ///< for lines of sight; null: nothing blocks them
     PathService* paths = nullptr;           ///< null: no paths are planned
     float shared_m = 0.0F;                  ///< so near half_size, entities may be of other zones
+    WorldBox world{};
     /// The result of make_grid() in this update; null: no agent looks for other entities than
     /// players.
     const spatial::PointGrid* near = nullptr;

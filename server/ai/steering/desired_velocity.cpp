@@ -39,17 +39,19 @@ Vec2 flat(const Vec3& v) {
     return {v.x(), v.z()};
 }
 
-Vec2 corner_of(const Agent& agent, float radius, std::uint8_t corner) {
+Vec2 corner_of(const Agent& agent, float radius, std::uint8_t corner, const Surroundings& around) {
     const bool right = corner == 1 || corner == 2;
     const bool up = corner >= 2;
-    return flat(agent.home) + Vec2(right ? radius : -radius, up ? radius : -radius);
+    return around.ai.world.nearest(flat(agent.home) +
+                                   Vec2(right ? radius : -radius, up ? radius : -radius));
 }
 
-std::uint8_t nearest_corner(const Agent& agent, float radius, const Vec2& here) {
+std::uint8_t nearest_corner(const Agent& agent, float radius, const Surroundings& around) {
+    const Vec2 here = around.at;
     std::uint8_t best = 0;
     for (std::uint8_t corner = 1; corner < 4; ++corner) {
-        if ((corner_of(agent, radius, corner) - here).squaredNorm() <
-            (corner_of(agent, radius, best) - here).squaredNorm()) {
+        if ((corner_of(agent, radius, corner, around) - here).squaredNorm() <
+            (corner_of(agent, radius, best, around) - here).squaredNorm()) {
             best = corner;
         }
     }
@@ -74,11 +76,11 @@ DesiredVelocity wander_velocity(Agent& agent, const BrainState& state, const Sur
 }
 
 DesiredVelocity patrol_velocity(Agent& agent, const BrainState& state, const Surroundings& around) {
-    Vec2 goal = corner_of(agent, state.radius_m, agent.corner);
+    Vec2 goal = corner_of(agent, state.radius_m, agent.corner, around);
     if (around.there || (goal - around.at).norm() < kArriveM) {
         agent.corner = static_cast<std::uint8_t>((agent.corner + 1) & 3);
         restart_progress(agent, around.ai.entities.position[around.self], around.ai.now);
-        goal = corner_of(agent, state.radius_m, agent.corner);
+        goal = corner_of(agent, state.radius_m, agent.corner, around);
     }
     return go_to(goal, around.at);
 }
@@ -170,7 +172,8 @@ DesiredVelocity prey_velocity(const Agent& agent,
     desired.seeks = sign > 0.0F;
     desired.goal = target->place;
     // On the very spot of its prey any direction leads away.
-    desired.direction = distance < 1e-4F ? Vec2(1.0F, 0.0F) : Vec2(sign * towards);
+    const Vec2 way = distance < 1e-4F ? Vec2(1.0F, 0.0F) : Vec2(sign * towards);
+    desired.direction = sign > 0.0F ? way : around.ai.world.held(around.at, way);
     return desired;
 }
 
@@ -316,7 +319,8 @@ void restart_progress(Agent& agent, const Vec3& here, Tick now) {
     agent.anchor_since = now;
 }
 
-/// A uniform point of the disc around home that is not where it stands already.
+/// A uniform point of the disc around home, as far as that lies in the world, that is not where it
+/// stands already.
 void pick_wander_target(Agent& agent, float radius, const Surroundings& around) {
     for (int attempt = 0; attempt < 8; ++attempt) {
         // Rejection from the square needs no trigonometry.
@@ -325,7 +329,8 @@ void pick_wander_target(Agent& agent, float radius, const Surroundings& around) 
             point.x() = agent.rng.range(-1.0F, 1.0F);
             point.y() = agent.rng.range(-1.0F, 1.0F);
         } while (point.squaredNorm() > 1.0F);
-        agent.target = agent.home + Vec3(point.x() * radius, 0.0F, point.y() * radius);
+        const Vec2 target = around.ai.world.nearest(flat(agent.home) + radius * point);
+        agent.target = Vec3(target.x(), agent.home.y(), target.y());
         if ((flat(agent.target) - around.at).norm() > 2.0F * kArriveM) {
             break;
         }
@@ -350,7 +355,7 @@ void begin_action(Agent& agent, const BrainState& state, const Surroundings& aro
         agent.steps = 0;
         agent.target = around.ai.entities.position[around.self];
     } else if (state.action == ActionKind::kPatrol) {
-        agent.corner = nearest_corner(agent, state.radius_m, around.at);
+        agent.corner = nearest_corner(agent, state.radius_m, around);
     }
 }
 

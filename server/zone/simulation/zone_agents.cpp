@@ -20,6 +20,27 @@ Vec2 half_size(const ZoneState& state) {
             static_cast<float>(0.5 * (region.max_z - region.min_z) + slack)};
 }
 
+/// So far within the edge goals are: a walker stops a little beyond them.
+constexpr double kInside = 1.0;
+
+ai::WorldBox world_box(const ZoneState& state) {
+    const Vec3d origin = state.settings.region().origin();
+    ai::WorldBox box;
+    if (state.settings.regions.empty()) {
+        return box;
+    }
+    Vec2d lower = Vec2d::Constant(std::numeric_limits<double>::infinity());
+    Vec2d upper = -lower;
+    for (const Region& region : state.settings.regions) {
+        lower = lower.cwiseMin(Vec2d(region.min_x, region.min_z));
+        upper = upper.cwiseMax(Vec2d(region.max_x, region.max_z));
+    }
+    const Vec2d here(origin.x(), origin.z());
+    box.lower = (lower - here + Vec2d::Constant(kInside)).cast<float>();
+    box.upper = (upper - here - Vec2d::Constant(kInside)).cast<float>();
+    return box;
+}
+
 }  // namespace
 
 ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Query* query) {
@@ -36,7 +57,8 @@ ai::AiContext context_of(ZoneState& state, compute::Team& team, const physics::Q
             [&state]() -> const spatial::PointGrid& { return current_grid(state); },
             query,
             state.paths.empty() ? nullptr : &state.paths,
-            state.settings.handoff_hysteresis_m};
+            state.settings.handoff_hysteresis_m,
+            world_box(state)};
 }
 
 std::uint32_t update_agents(ZoneState& state) {

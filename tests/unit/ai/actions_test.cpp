@@ -180,6 +180,31 @@ TEST(Wander, StaysWithinItsRadiusAndTurnsSeldom) {
     EXPECT_GT(changes, 10);
 }
 
+/// Its disc ends beyond the world: it goes up to the edge and no farther.
+TEST(Wander, AndPatrolStayInTheWorld) {
+    for (const ActionKind action : {ActionKind::kWander, ActionKind::kPatrol}) {
+        Field field;
+        field.settings.brains = {single(action, 20.0F)};
+        field.world.upper = Vec2(5.0F, 1.0e6F);
+        field.add_npc(1, kGuard, 0, Vec3::Zero());
+        float farthest = 0.0F;
+        for (int i = 0; i < 30 * 120; ++i) {
+            field.step();
+            farthest = std::max(farthest, field.position(1).x());
+        }
+        // A walker has arrived a little before its goal or beyond it, by a tick's walk at most.
+        EXPECT_NEAR(farthest, 5.0F, 1.5F) << static_cast<int>(action);
+    }
+}
+
+TEST(Flee, GoesAlongTheEdgeOfTheWorld) {
+    const WorldBox world{Vec2(-10.0F, -10.0F), Vec2(10.0F, 10.0F)};
+    EXPECT_EQ(world.held({0.0F, 10.5F}, {3.0F, 4.0F}), Vec2(3.0F, 0.0F));
+    EXPECT_EQ(world.held({0.0F, 10.5F}, {3.0F, -4.0F}), Vec2(3.0F, -4.0F));
+    EXPECT_EQ(world.held({-10.0F, -10.0F}, {-1.0F, -1.0F}), Vec2(0.0F, 0.0F));
+    EXPECT_EQ(world.held({0.0F, 0.0F}, {-1.0F, -1.0F}), Vec2(-1.0F, -1.0F));
+}
+
 TEST(Wander, FacesWhereItWalks) {
     Field field;
     field.settings.brains = {single(ActionKind::kWander, 20.0F)};

@@ -118,6 +118,7 @@ class Field {
                      }};
         ai.paths = paths.empty() ? nullptr : &paths;
         ai.near = &grid;
+        ai.world = world;
         return ai;
     }
 
@@ -140,6 +141,7 @@ class Field {
     compute::Team team;
     AiSettings settings;
     Tick now = 0;
+    WorldBox world;
     std::function<bool(const Vec3&)> wall;
 
   private:
