@@ -1,5 +1,8 @@
 #include "tests/harness/game_test.h"
 
+#include <string>
+#include <vector>
+
 namespace zoned::harness {
 namespace {
 
@@ -29,16 +32,26 @@ TEST_F(Pressure, WidensTheBoundsAndSaysSo) {
 TEST_F(Pressure, IsRelievedByCodingForWhoseDownlinkIsShort) {
     // Enough for about half of the time: of less, headers take most, which no codec makes smaller.
     server.sets.back() = "replication.budget_bytes_per_s=5000";
-    const auto shared = run();
-    server.sets.front() = "replication.codec=AUTO";
-    const auto chosen = run();
-    EXPECT_TRUE(chosen.consistent) << reasons(chosen);
-    EXPECT_EQ(chosen.malformed_records, 0u);
-    EXPECT_EQ(chosen.view_resets, 0u);
     const auto share = [](const measure::RunReport& r) {
         return static_cast<double>(r.audit.samples_widened) / static_cast<double>(r.audit.samples);
     };
-    EXPECT_LT(share(chosen), 0.8 * share(shared));
+    // Where the crowd walks decides too: several worlds, of which the mean counts.
+    constexpr int kWorlds = 6;
+    double shared = 0.0;
+    double chosen = 0.0;
+    for (int seed = 1; seed <= kWorlds; ++seed) {
+        const std::vector<std::string> sets = server.sets;
+        server.sets.push_back("world.seed=" + std::to_string(seed));
+        shared += share(run()) / kWorlds;
+        server.sets.front() = "replication.codec=AUTO";
+        const auto coded = run();
+        EXPECT_TRUE(coded.consistent) << reasons(coded);
+        EXPECT_EQ(coded.malformed_records, 0u);
+        EXPECT_EQ(coded.view_resets, 0u);
+        chosen += share(coded) / kWorlds;
+        server.sets = sets;
+    }
+    EXPECT_LT(chosen, 0.8 * shared);
 }
 
 TEST_F(Pressure, IsFoundWhereTheServerIsSilentlyLate) {
