@@ -31,8 +31,8 @@ class PathService;
 class PointsOfInterest;
 struct AiSettings;
 
-/// The box around all zones of the world, in coordinates x, z of this one, m. Nobody sets out for a
-/// place beyond it.
+/// The box around all zones of the world, in coordinates x, z of this one, m. Who wanders, patrols
+/// or flees does not set out beyond it.
 struct WorldBox {
     Vec2 lower = Vec2::Constant(-std::numeric_limits<float>::infinity());
     Vec2 upper = Vec2::Constant(std::numeric_limits<float>::infinity());
@@ -42,7 +42,7 @@ struct WorldBox {
         return place.cwiseMax(lower).cwiseMin(upper);
     }
 
-    /// What is left of a direction where it would lead out.
+    /// The direction without its part that would lead out.
     [[nodiscard]] Vec2 held(const Vec2& here, Vec2 direction) const {
         for (const int axis : {0, 1}) {
             if ((here[axis] >= upper[axis] && direction[axis] > 0.0F) ||

@@ -65,7 +65,7 @@ class AdminApi {
 
     void stop() { server_.stop(); }
 
-    /// Those of a reload's changes that wait for a restart are told from now on; from any thread.
+    /// Answers name the changes among these that wait for a restart from now on; from any thread.
     void set_waiting(const std::vector<config::SettingChange>& changes);
 
     /// From now on the server is not ready; from any thread.

@@ -184,18 +184,15 @@ void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
     if (recorder_ == nullptr) {
         inbox_.take_all(items_);
         world_.tick(items_, out);
+        world_.hash_zones(hashes_);
         return;
     }
     const std::shared_ptr<recording::Inputs> inputs = recorder_->lend();
     inbox_.take_all(*inputs);
     recorder_->begin_tick(world_.now() + 1, inputs);
     world_.tick(*inputs, out);
-    std::vector<std::uint64_t> hashes;
-    hashes.reserve(world_.zones().size());
-    for (const auto& zone : world_.zones()) {
-        hashes.push_back(zone->state_hash());
-    }
-    recorder_->end_tick(world_.now(), std::move(hashes));
+    world_.hash_zones(hashes_);
+    recorder_->end_tick(world_.now(), hashes_);
 }
 
 void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
@@ -227,7 +224,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     for (std::size_t i = 0; i < world_.zones().size(); ++i) {
         count_zone(i);
     }
-    s.state_hash = world_.state_hash();
+    s.state_hash = world_hash(hashes_);
     if (s.ticks % kTrafficEvery == 0) {
         count_traffic();
     }
@@ -291,7 +288,7 @@ void TickLoop::count_zone(std::size_t index) {
                        r.census.awake_bodies,
                        r.census.viewers,
                        step_ns,
-                       zone.state_hash()});
+                       hashes_[index]});
 }
 
 }  // namespace zoned::app

@@ -183,6 +183,7 @@ class TickLoop {
     std::atomic<std::uint64_t> turns_{0};
     mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> items_;
+    std::vector<std::uint64_t> hashes_;  // of the zones after the last tick
     std::atomic<bool> stop_{false};
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass

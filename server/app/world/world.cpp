@@ -95,10 +95,23 @@ void World::use_device(compute::Device* device, const compute::Crossover& crosso
     }
 }
 
-std::uint64_t World::state_hash() const {
-    core::StateHash hash;
+void World::hash_zones(std::vector<std::uint64_t>& out) const {
+    out.clear();
     for (const auto& zone : zones_) {
-        hash.add(zone->state_hash());
+        out.push_back(zone->state_hash());
+    }
+}
+
+std::uint64_t World::state_hash() const {
+    std::vector<std::uint64_t> zones;
+    hash_zones(zones);
+    return world_hash(zones);
+}
+
+std::uint64_t world_hash(std::span<const std::uint64_t> zones) {
+    core::StateHash hash;
+    for (const std::uint64_t zone : zones) {
+        hash.add(zone);
     }
     return hash.value();
 }

@@ -32,6 +32,9 @@ struct StoppedZone {
 /// What a zone is given before a tick.
 using ZoneInbox = std::vector<mailbox::InboxItem>;
 
+/// World::state_hash() from the hashes of its zones.
+std::uint64_t world_hash(std::span<const std::uint64_t> zones);
+
 /// Knows the zones and topics of clients. Decides the order of everything that crosses zones, so
 /// that a run does not depend on the number of threads.
 class World {
@@ -51,6 +54,8 @@ class World {
 
     [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
 
+    /// The state hash of each zone. It visits the whole state: once a tick is enough.
+    void hash_zones(std::vector<std::uint64_t>& out) const;
     /// Hash over all zones' hashes.
     [[nodiscard]] std::uint64_t state_hash() const;
 

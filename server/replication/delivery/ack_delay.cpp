@@ -27,7 +27,6 @@ void AckDelay::begin_tick(Tick now, float tick_s, Tick patience) {
         tolerance_ = kLeastTolerance;
     }
     for (const Acked& acked : fresh_) {
-        spurious_ += acked.given_up ? 1 : 0;
         if (!acked.outage) {
             (acked.overtaken_by > 0 ? reordered_ : delay_).add(now - acked.sent_tick);
         }
@@ -59,8 +58,8 @@ bool AckDelay::probe(Tick now, Tick age) {
     if (age <= overdue_after()) {
         return false;
     }
-    // What becomes overdue before an answer to the first probe can be there goes with it: it may
-    // have been lost by the same burst, and the promised bound allows for one resend.
+    // Packets that become overdue before an answer to the first probe can be there go with it: the
+    // same burst may have lost them, and the promised bound allows for one resend.
     probe_tick_ = probe_tick_ < 0 ? now : probe_tick_;
     return true;
 }

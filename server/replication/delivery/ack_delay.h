@@ -52,9 +52,6 @@ class AckDelay {
     /// Whether a packet after which nothing was acknowledged is to be probed for.
     [[nodiscard]] bool probe(Tick now, Tick age);
 
-    /// Resends for packets that were only late.
-    [[nodiscard]] std::uint64_t spurious() const { return spurious_; }
-
     void hash(core::StateHash& hash) const;
 
     static constexpr std::uint64_t kLeastTolerance = 3;  ///< RFC 9002, kPacketThreshold
@@ -84,7 +81,6 @@ class AckDelay {
     Tick patience_ = 1;
     Tick probe_tick_ = -1;  // when the present round of probes began; -1: none
     int doublings_ = 0;
-    std::uint64_t spurious_ = 0;
 };
 
 }  // namespace zoned::replication

@@ -99,7 +99,7 @@ TEST_F(Reloaded, TakesWhatCanChangeAndNamesWhatWaits) {
     Child second("client-sim", play(1, 2));
     EXPECT_NE(second.wait(kPatience), 0);
     EXPECT_NE(second.output().find("full"), std::string::npos) << second.output();
-    // What waits is told until a reload says otherwise, whoever asked for that.
+    // A reload alone says otherwise of the changes that wait, whoever asked for it.
     EXPECT_EQ(ctl({"set", "session.grace_s=9"}), 0) << complained;
     EXPECT_NE(ask("/api/v1/status").find("run.max_catch_up_ticks"), std::string::npos);
     write(read(minimal()));

@@ -42,12 +42,14 @@ TEST_F(Pressure, IsRelievedByCodingForWhoseDownlinkIsShort) {
     for (int seed = 1; seed <= kWorlds; ++seed) {
         const std::vector<std::string> sets = server.sets;
         server.sets.push_back("world.seed=" + std::to_string(seed));
-        shared += share(run()) / kWorlds;
+        const double plain = share(run());
         server.sets.front() = "replication.codec=AUTO";
         const auto coded = run();
         EXPECT_TRUE(coded.consistent) << reasons(coded);
         EXPECT_EQ(coded.malformed_records, 0u);
         EXPECT_EQ(coded.view_resets, 0u);
+        EXPECT_LT(share(coded), plain) << seed;
+        shared += plain / kWorlds;
         chosen += share(coded) / kWorlds;
         server.sets = sets;
     }

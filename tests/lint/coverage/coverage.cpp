@@ -140,7 +140,7 @@ class CoverageCheck {
         }
     }
 
-    /// What a row of its state has to say, and what it has no place for.
+    /// A row of a state has things to say, and no place for others.
     void check_state(const CoverageRow& row) {
         if (row.item.empty()) {
             find(row, "has no name");
