@@ -90,11 +90,12 @@ class RawSocket {
         return text;
     }
 
-    /// True when the other side has closed and sends nothing more.
+    /// True when the other side has closed and sends nothing more. Bytes sent after its end make
+    /// the kernel report a reset or a broken pipe; only running out of patience is no end.
     bool closed() const {
         char c = 0;
         const ssize_t got = ::recv(fd_, &c, 1, 0);
-        return got == 0 || (got < 0 && errno == ECONNRESET);
+        return got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK);
     }
 
   private:
