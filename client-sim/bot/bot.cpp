@@ -82,10 +82,26 @@ void Bot::evaluate() {
         return;
     }
     const clock::TickClock ticks(1.0 / world_->tick_s);
-    view_->evaluate(ticks.tick_at(client_.clock().server_time(now_s_)));
-    if (settled_tick_ < 0 && joined_ && now_s_ - joined_s_ > kSettleS) {
+    const Tick present = ticks.tick_at(client_.clock().server_time(now_s_));
+    if (static_cast<double>(view_->tick() - present) * world_->tick_s > kSetBackS) {
+        set_back(present);
+    }
+    view_->evaluate(present);
+    if (settled_tick_ < 0 && joined_ && now_s_ - settling_since_s_ > kSettleS) {
         settled_tick_ = view_->tick();
     }
+}
+
+/// A server that stood still drops the ticks that it can't catch up with (TickSchedule). Its
+/// clients predicted them all the same, and would show a standing world until it comes to them.
+void Bot::set_back(Tick tick) {
+    ++set_backs_;
+    view_->set_back(tick);
+    arrivals_.set_back(client_.clock().server_time(now_s_));
+    next_input_ = -1;
+    settling_since_s_ = now_s_;
+    settled_tick_ = -1;
+    observer_.on_set_back(*this);
 }
 
 /// In ticks: the command for the tick that this has reached is due.
@@ -209,6 +225,7 @@ void Bot::on_joined(const proto::Joined& joined) {
     if (!joined_) {
         joined_ = true;
         joined_s_ = now_s_;
+        settling_since_s_ = now_s_;
         joined_tick_ = joined.tick();
     }
     observer_.on_joined(*this, joined);
@@ -257,7 +274,7 @@ bool Bot::on_packet(const link::OpenedPacket& packet) {
     // An unreadable packet counts as not arrived.
     if (taken.read && client_.clock().ready()) {
         // On the view's own clock, which stands still when the estimate of the server's is set
-        // back: the number of ticks shown without this update counts.
+        // back a little: the number of ticks shown without this update counts.
         const double shown_s = static_cast<double>(view_->tick()) * world_->tick_s;
         arrivals_.on_packet(packet.sequence,
                             packet.head.tick,

@@ -23,6 +23,8 @@ class Observer {
   public:
     virtual ~Observer() = default;
     virtual void on_joined(Bot& bot, const proto::Joined& joined) = 0;
+    /// The server's clock was set back: the view began anew at an earlier tick.
+    virtual void on_set_back(Bot& bot) = 0;
     virtual void on_event(Bot& bot, const proto::Event& event) = 0;
     virtual void on_audit(Bot& bot, const proto::AuditRecord& record) = 0;
     /// A publication of another entity is displayed from view tick `from_tick` on.
@@ -94,7 +96,8 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
 
     [[nodiscard]] double now_s() const { return now_s_; }
 
-    /// The first view tick after joining with clock and view settled; -1 before.
+    /// The first view tick with clock and view settled, after joining and after each time that the
+    /// server's clock was set back; -1 before.
     [[nodiscard]] Tick settled_tick() const { return settled_tick_; }
 
     /// Ticks by which commands are made ahead of the server's clock; 0 before the first command.
@@ -114,6 +117,12 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
 
     [[nodiscard]] std::uint64_t bad_worlds() const { return bad_worlds_; }
 
+    /// Times that the server's clock was set back by more than kSetBackS.
+    [[nodiscard]] std::uint64_t set_backs() const { return set_backs_; }
+
+    /// A view that is ahead of the server's clock by this much goes back instead of waiting, s.
+    static constexpr double kSetBackS = 0.25;
+
     void on_welcome(const proto::Welcome& welcome) override;
     void on_joined(const proto::Joined& joined) override;
     void on_event(const proto::Event& event) override;
@@ -126,6 +135,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
 
   private:
     void evaluate();
+    void set_back(Tick tick);
     void send_inputs();
     void hear_of_commands(const wire::OwnState& own);
     void answer_players(const proto::Event& event);
@@ -149,7 +159,9 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     Tick joined_tick_ = 0;
     EntityId avatar_;
     Ledger ledger_;
+    double settling_since_s_ = 0.0;
     Tick settled_tick_ = -1;
+    std::uint64_t set_backs_ = 0;
     double next_probe_s_ = 0.0;
     double next_maintenance_s_ = 0.0;
     double last_audit_s_ = 0.0;

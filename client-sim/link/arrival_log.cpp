@@ -28,6 +28,14 @@ void ArrivalLog::on_packet(std::uint64_t sequence,
     newest_tick_ = std::max(newest_tick_, tick);
 }
 
+void ArrivalLog::set_back(double server_s) {
+    arrival_count_ = 0;
+    gap_count_ = 0;
+    for (SequenceArrival& place : places_) {
+        place.arrival_s = std::min(place.arrival_s, server_s);
+    }
+}
+
 std::optional<double> ArrivalLog::arrival_s(std::uint64_t sequence) const {
     const SequenceArrival& place = places_[sequence % kArrivals];
     return place.sequence == sequence ? std::optional<double>(place.arrival_s) : std::nullopt;

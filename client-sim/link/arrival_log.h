@@ -22,8 +22,8 @@ struct UpdateAge {
     double plain_s = 0.0;   ///< D for updates that were not lost: without the resend
 };
 
-/// Times are server time as the view shows it (an estimate that never goes back); the packet of
-/// tick t has the nominal time t * tick_s.
+/// Times are server time as the view shows it: an estimate that goes back in set_back() alone. The
+/// packet of tick t has the nominal time t * tick_s.
 class ArrivalLog {
   public:
     void set_tick_s(double tick_s) { tick_s_ = tick_s; }
@@ -33,6 +33,10 @@ class ArrivalLog {
                    Tick tick,
                    double arrival_server_s,
                    const wire::Widened& widened = {});
+
+    /// The view's clock was set back to `server_s`: the delays measured by the old one are
+    /// forgotten, and what has come had come by then.
+    void set_back(double server_s);
 
     /// D at tick T by DESIGN's formula: the largest delay within `window_s` around T plus one tick.
     /// A round trip and a tick are added where a packet with updates that matter at T was lost. The

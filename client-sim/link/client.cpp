@@ -11,6 +11,8 @@ namespace {
 
 /// Events are acknowledged in batches: at the latest after this time.
 constexpr double kEventAckDelayS = 0.1;
+/// While the path is asked, one datagram in this many goes inside the stream.
+constexpr std::uint64_t kAskEvery = 8;
 /// While tunnelling, one datagram in this many is tried over UDP, to return to UDP.
 constexpr std::uint64_t kProbeEvery = 30;
 constexpr std::size_t kMaxUnackedCommands = 1024;
@@ -203,10 +205,9 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     rights_ = welcome.rights();
     resume_token_ = welcome.resume_token();
     grace_s_ = static_cast<double>(welcome.grace_s());
-    online_since_s_ = now_s;
     last_udp_s_ = now_s;
     last_packet_s_ = now_s;
-    tunnelling_ = false;
+    path_ = DatagramPath::kUdp;
     channel_.set_connection(welcome.connection_id());
     if (welcome.has_world() && welcome.world().tick_rate_hz() > 0.0) {
         channel_.set_tick_s(1.0 / welcome.world().tick_rate_hz());
@@ -271,7 +272,9 @@ void Client::on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, do
     last_packet_s_ = now_s;
     if (!tunnel) {
         last_udp_s_ = now_s;
-        tunnelling_ = false;
+        path_ = DatagramPath::kUdp;
+    } else if (path_ == DatagramPath::kAsking && answered_s_ < 0.0) {
+        answered_s_ = now_s;
     }
     if (handler_.on_packet(*packet)) {
         channel_.acknowledge(*packet, now_s);
@@ -324,10 +327,32 @@ void Client::timers(double now_s) {
             send(message);
         }
     }
-    if (!tunnelling_ && now_s - std::max(last_udp_s_, online_since_s_) > kTunnelAfterS) {
-        tunnelling_ = true;
+    choose_path(now_s);
+}
+
+void Client::choose_path(double now_s) {
+    if (path_ == DatagramPath::kUdp && now_s - last_udp_s_ > kTunnelAfterS) {
+        path_ = DatagramPath::kAsking;
+        answered_s_ = -1.0;
+        path_counter_ = 0;
+    }
+    if (path_ == DatagramPath::kAsking && answered_s_ >= 0.0 &&
+        now_s - answered_s_ > kTunnelSureS) {
+        path_ = DatagramPath::kStream;
         stats_.tunnelled = true;
     }
+}
+
+bool Client::next_goes_inside_stream() {
+    switch (path_) {
+        case DatagramPath::kUdp:
+            return false;
+        case DatagramPath::kAsking:
+            return path_counter_++ % kAskEvery == 0;
+        case DatagramPath::kStream:
+            return ++path_counter_ % kProbeEvery != 0;
+    }
+    return false;
 }
 
 void Client::send(const proto::ClientMessage& message) {
@@ -363,7 +388,7 @@ std::uint64_t Client::send_input(std::span<const std::uint8_t> body, double now_
         return 0;
     }
     Bytes datagram = channel_.seal(body, now_s);
-    if (tunnelling_ && ++tunnel_counter_ % kProbeEvery != 0) {
+    if (next_goes_inside_stream()) {
         proto::ClientMessage message;
         message.mutable_datagram()->set_sealed(datagram.data(), datagram.size());
         send(message);

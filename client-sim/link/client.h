@@ -110,7 +110,11 @@ class Client {
     /// Local time of the newest datagram that authenticated.
     [[nodiscard]] double last_packet_s() const { return last_packet_s_; }
 
+    /// After so much silence over UDP the stream is asked as well: a server that answers there, and
+    /// for kTunnelSureS not over UDP, is alive behind a path that lets no datagram through. One
+    /// that is silent on both has stopped.
     static constexpr double kTunnelAfterS = 2.0;
+    static constexpr double kTunnelSureS = 0.5;
     static constexpr double kStreamTimeoutS = 10.0;
     static constexpr int kFirstAttempts = 3;
 
@@ -126,6 +130,12 @@ class Client {
         std::string reason;
         wire::SealKey down;
         wire::SealKey up;
+    };
+
+    enum class DatagramPath : std::uint8_t {
+        kUdp,
+        kAsking,  ///< over UDP, now and then inside the stream
+        kStream,  ///< inside the stream, now and then over UDP
     };
 
     struct PendingCommand {
@@ -145,6 +155,8 @@ class Client {
     void on_closed(const std::string& reason, double now_s);
     void connect(double now_s);
     void timers(double now_s);
+    void choose_path(double now_s);
+    bool next_goes_inside_stream();
     void forget_session();
     void send(const proto::ClientMessage& message);
     void send_pending(const PendingCommand& command);
@@ -170,11 +182,11 @@ class Client {
     double event_ack_due_s_ = 0.0;
     std::uint64_t next_command_ = 1;
     std::deque<PendingCommand> unacked_;
-    double online_since_s_ = 0.0;
     double last_packet_s_ = 0.0;
     double last_udp_s_ = 0.0;
-    bool tunnelling_ = false;
-    std::uint64_t tunnel_counter_ = 0;
+    DatagramPath path_ = DatagramPath::kUdp;
+    double answered_s_ = -1.0;  // when the stream answered since the path is asked; -1: not yet
+    std::uint64_t path_counter_ = 0;
     SessionStats stats_;
 };
 

@@ -98,7 +98,7 @@ class Auditor {
 
     void forget_frozen() { frozen_ = {}; }
 
-    /// A resume or a new session: no entity was known before.
+    /// A resume, a new session or a view that was set back: no entity was known before.
     void restart();
 
     static constexpr std::size_t kMaxWaiting = 16;

@@ -44,6 +44,10 @@ void Collector::on_joined(bot::Bot& bot, const proto::Joined&) {
     mine.auditor.restart();
 }
 
+void Collector::on_set_back(bot::Bot& bot) {
+    per_bot_[bot.settings().index].auditor.restart();
+}
+
 void Collector::on_event(bot::Bot& bot, const proto::Event& event) {
     if (event.history()) {
         return;  // others received it long ago: nothing to compare

@@ -270,6 +270,20 @@ std::size_t EntityStore::end_reset(Tick view_tick) {
     return gone;
 }
 
+void EntityStore::set_back(Tick view_tick) {
+    for (auto& [id, entity] : entities_) {
+        entity.late.clear();
+        if (entity.versions.empty()) {
+            continue;
+        }
+        Version newest = std::move(entity.versions.back());
+        newest.from_tick = std::min(newest.from_tick, view_tick);
+        newest.converging = false;  // its blend began at a tick that is yet to come
+        entity.versions.assign(1, std::move(newest));
+        entity.present_since = std::min(entity.present_since, view_tick);
+    }
+}
+
 const Version* EntityStore::version_at(const Entity& entity, Tick tick) {
     for (auto it = entity.versions.rbegin(); it != entity.versions.rend(); ++it) {
         if (it->from_tick <= tick) {

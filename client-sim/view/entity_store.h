@@ -122,6 +122,10 @@ class EntityStore {
     /// ... or they are removed. Returns the number of removed entities.
     std::size_t end_reset(Tick view_tick);
 
+    /// The server's clock was set back to `view_tick`: the newest publications hold from there on,
+    /// and what was displayed for later ticks is forgotten.
+    void set_back(Tick view_tick);
+
     [[nodiscard]] const std::map<EntityId, Entity>& entities() const { return entities_; }
 
     [[nodiscard]] std::size_t present_count() const { return present_count_; }

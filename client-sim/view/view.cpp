@@ -90,19 +90,11 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
                : std::nullopt;
 }
 
-void View::clear() {
-    store_ = EntityStore(*world_, display_settings());
-    coded_.reset();
-    newest_decoded_ = 0;
-    undecoded_ = 0;
+void View::set_back(Tick tick) {
+    tick_ = tick;
+    store_.set_back(tick);
     playout_ = Playout(world_->tick_s);
     own_ = OwnAvatar(*world_);
-    bursts_.clear();
-    environment_ = clock::SharedEnvironment(world_->environment, world_->tick_s);
-    zone_ = {};
-    newest_sequence_ = 0;
-    wish_.clear();
-    resetting_ = false;
 }
 
 void View::diverged(const char* reason) {

@@ -99,8 +99,9 @@ class View {
 
     /// A reason to ask the server for a reset, at most once in kResetS; empty: none.
     std::string take_reset_wish(double now_s);
-    /// The session began anew: nothing of the old view holds.
-    void clear();
+
+    /// The server's clock was set back, by a stall of the server: the view goes on from `tick`.
+    void set_back(Tick tick);
 
     [[nodiscard]] const EntityStore& store() const { return store_; }
 

@@ -82,5 +82,29 @@ TEST_F(Process, ComesThroughOutagesOfThePathAndSaysSo) {
     EXPECT_NE(read(report).find("\"events_lost\": 0,"), std::string::npos) << read(report);
 }
 
+/// A server that stands still for longer than its sessions live in silence: its clients wait, over
+/// the same path, and all that they show 2 s after it goes on is within its bound.
+TEST_F(Process, KeepsItsClientsWhenTheServerStandsStill) {
+    const auto server = start_server();
+    const std::string report = scratch_folder() + "/client.json";
+    std::vector<std::string> arguments = play(6, 12);
+    arguments.insert(arguments.end(), {"--report", report});
+    Child client("client-sim", arguments);
+    EXPECT_EQ(client.wait(3.0), -1) << client.output() << client.errors();
+    server->signal(SIGSTOP);
+    EXPECT_EQ(client.wait(4.0), -1) << client.output() << client.errors();
+    server->signal(SIGCONT);
+    // The stall itself is found, and nothing else.
+    EXPECT_EQ(client.wait(kPatience), 1) << client.output() << client.errors();
+    const std::string text = read(report);
+    EXPECT_NE(text.find("\"reasons\": [\"stall: the server was silent for too long"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("times\"],"), std::string::npos) << text;
+    for (const char* key : {"\"tunnelled_bots\": 0", "\"resumed\": 0", "\"bots_lost\": 0"}) {
+        EXPECT_NE(text.find(key), std::string::npos) << key << text;
+    }
+}
+
 }  // namespace
 }  // namespace zoned::testing_process

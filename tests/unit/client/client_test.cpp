@@ -252,6 +252,19 @@ TEST_F(ClientTest, TunnelsThroughTheStreamWhereNoDatagramComes) {
     EXPECT_EQ(server->tunnelled_packets, tunnelled);
 }
 
+TEST_F(ClientTest, DoesNotTunnelWhereTheServerIsSilentOnBothPaths) {
+    make();
+    run_for(1.0);
+    server->stopped = true;
+    run_for(6.0);
+    server->stopped = false;
+    run_for(3.0);
+    EXPECT_FALSE(client->stats().tunnelled);
+    const int inside = server->tunnelled_packets;
+    run_for(1.0);
+    EXPECT_EQ(server->tunnelled_packets, inside) << "the path is no longer asked";
+}
+
 TEST_F(ClientTest, ClosesForGoodWhenRefused) {
     make();
     server->refuse = true;

@@ -143,6 +143,11 @@ void FakeServer::send(const proto::ServerMessage& message) {
 }
 
 void FakeServer::advance(double now_s) {
+    if (stopped) {
+        stopped_s_ += now_s - now_s_;
+        now_s_ = now_s;
+        return;
+    }
     now_s_ = now_s;
     if (opening_) {
         opening_ = false;
@@ -158,7 +163,7 @@ void FakeServer::advance(double now_s) {
     while (up_datagrams_.pop_due(now_s, bytes)) {
         on_datagram(bytes, false);
     }
-    const auto due = static_cast<Tick>(std::floor((now_s + kClockOffsetS) / kTickS + 1e-6));
+    const auto due = static_cast<Tick>(std::floor(clock_s() / kTickS + 1e-6));
     if (tick == 0) {
         tick = due;
         first_tick_ = due;
@@ -266,7 +271,7 @@ link::Bytes FakeServer::seal_packet(const std::vector<std::uint8_t>& body) {
     const std::uint64_t sequence = next_sequence_++;
     wire::DownTransport transport;
     transport.send_time_us =
-        static_cast<std::uint32_t>(static_cast<std::uint64_t>((now_s_ + kClockOffsetS) * 1e6));
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>(clock_s() * 1e6));
     transport.ack_low = static_cast<std::uint16_t>(acks_.newest());
     transport.ack_bits = acks_.bits();
     transport.ack_delay_10us =

@@ -77,6 +77,9 @@ class FakeServer final : public link::Transport {
     bool refuse = false;
     bool udp_blocked = false;
     bool stalled = false;
+    /// Stands still: nothing is read, sent or ticked, and its clock loses the time, as that of a
+    /// server does that drops the ticks of a stall.
+    bool stopped = false;
     bool frozen = false;
     bool states = true;
     wire::Widened widened;  ///< sent in every packet
@@ -95,6 +98,9 @@ class FakeServer final : public link::Transport {
 
   private:
     void step(double now_s);
+
+    [[nodiscard]] double clock_s() const { return now_s_ + kClockOffsetS - stopped_s_; }
+
     void publish(std::vector<std::uint8_t>& body);
     void on_frame(const link::Bytes& frame);
     void on_datagram(const link::Bytes& datagram, bool tunnel);
@@ -109,6 +115,7 @@ class FakeServer final : public link::Transport {
     bool opening_ = false;
     bool session_ = false;
     double now_s_ = 0.0;
+    double stopped_s_ = 0.0;  // in all
     std::uint64_t key_turn_ = 0;
     std::optional<wire::Seal> down_;
     std::optional<wire::Seal> up_;

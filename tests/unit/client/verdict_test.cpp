@@ -332,6 +332,29 @@ TEST_F(VerdictTest, FindsAStall) {
     EXPECT_TRUE(has_reason(r, "stall: 1 client heard nothing")) << all(r);
 }
 
+/// Every kind of view, as each keeps a clock of its own.
+TEST_F(VerdictTest, GoesBackWithAServerThatStoodStillAndPromisesWhatItPromised) {
+    for (const auto of : {view::ViewKind::kExtrapolate, view::ViewKind::kInterpolate}) {
+        kind = of;
+        make();
+        run_for(3.0);
+        server().stopped = true;
+        run_for(3.0);
+        server().stopped = false;
+        run_for(1.0);
+        const std::uint64_t before = finish().audit.samples;
+        EXPECT_EQ(bots.front()->set_backs(), 1U);
+        EXPECT_LE(bots.front()->view()->tick(), server().tick + 1);
+        EXPECT_GE(bots.front()->view()->tick(), server().tick - 5);
+        run_for(4.0);
+        const RunReport r = finish();
+        EXPECT_GT(r.audit.samples, before + 20);
+        EXPECT_LT(r.audit.predicted_m.max(), 0.07);
+        ASSERT_EQ(r.reasons.size(), 1U) << all(r);
+        EXPECT_TRUE(has_reason(r, "stall: the server was silent")) << all(r);
+    }
+}
+
 TEST_F(VerdictTest, SaysThatNothingWasComparedWithoutTheRight) {
     make();
     server().rights = 1;
