@@ -126,7 +126,7 @@ ResumableTask GridPlanner::index(IndexBounds bounds) {
         cancelled = co_await Spent{part.taken()};
     }
     cancelled = co_await Spent{part.taken()};
-    if (cancelled || labels_ || landmarks_.known()) {
+    if (cancelled || labels_ || landmarks_.known() || landmarks_.needless()) {
         co_return;
     }
     // The landmarks are of the map with all doors open that ever were: true however they turn.

@@ -16,14 +16,13 @@ constexpr std::uint64_t kDistanceUnits = 2;  ///< one that is counted
 ResumableTask Landmarks::build(const GridMap& map,
                                const Components& components,
                                std::size_t most_bytes) {
-    known_ = false;
+    forget();
+    path_sum_ = 0.0;
+    line_sum_ = 0.0;
     const std::size_t each = std::size_t{map.places()} * sizeof(std::uint16_t);
     count_ = kMost * each <= most_bytes ? kMost : kLanes * each <= most_bytes ? kLanes : 0;
     if (count_ == 0) {
         co_return;
-    }
-    if (far_.size() != count_ * map.places()) {
-        far_.assign(count_ * map.places(), 0);
     }
     nearest_.resize(map.places());
     // A cell of the largest component. Other components learning nothing.
@@ -55,12 +54,21 @@ ResumableTask Landmarks::build(const GridMap& map,
             constexpr Cost kMostUnits = 65'000;
             unit_ = 2 * field_.longest() / kMostUnits + 1;
         }
+        if (i == 1 && far_.size() != count_ * map.places()) {
+            far_.assign(count_ * map.places(), 0);
+        }
         Cost farthest = 0;
+        const Cell from = map.cell(at);
         for (Place p = 0; p < map.places(); ++p) {
             const Cost cost = field_.cost(p);
             if (i != 0) {
                 far_[p * count_ + i - 1] =
                     cost == kNoCost ? std::uint16_t{0} : static_cast<std::uint16_t>(cost / unit_);
+            }
+            if (i == 0 && cost != kNoCost) {
+                const Cell to = map.cell(p);
+                path_sum_ += static_cast<double>(cost);
+                line_sum_ += static_cast<double>(octile(to.x - from.x, to.y - from.y));
             }
             if (cost != kNoCost) {
                 nearest_[p] = i <= 1 ? cost : std::min(nearest_[p], cost);
@@ -73,8 +81,13 @@ ResumableTask Landmarks::build(const GridMap& map,
                 co_return;
             }
         }
+        if (i == 0 && path_sum_ <= (1.0 + kNeedlessShare) * line_sum_) {
+            needless_ = true;
+            far_ = {};
+            break;
+        }
     }
-    known_ = at != 0;
+    known_ = at != 0 && !needless_;
     // The rest is not needed before the map is another.
     const std::size_t held = bytes() - far_.capacity() * sizeof(std::uint16_t);
     field_ = FlowField();

@@ -33,7 +33,17 @@ class Landmarks {
     /// True if the bounds of the map that was built last are known.
     [[nodiscard]] bool known() const { return known_; }
 
-    void forget() { known_ = false; }
+    /// True if the last map needs none: its paths are hardly longer than on an empty map.
+    [[nodiscard]] bool needless() const { return needless_; }
+
+    void forget() {
+        known_ = false;
+        needless_ = false;
+    }
+
+    /// Landmarks are needless where paths from one cell to all others are longer than on an empty
+    /// map by no more than this share in the mean: searches know that bound without them.
+    static constexpr double kNeedlessShare = 0.02;
 
     /// Towards: the bounds on paths from places to one goal.
     class Towards {
@@ -83,9 +93,12 @@ class Landmarks {
     std::size_t count_ = 0;
     Cost unit_ = 1;
     bool known_ = false;
+    bool needless_ = false;
     FlowField field_;
     std::vector<Cost> nearest_;         // by place, of the landmarks so far
     std::vector<std::uint32_t> cells_;  // by component
+    double path_sum_ = 0.0;             // costs of the best paths from the first cell,
+    double line_sum_ = 0.0;             // and of those on an empty map
 };
 
 }  // namespace zoned::ai::pathfinding
