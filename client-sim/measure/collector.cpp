@@ -289,6 +289,7 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     r.unauthenticated += client.datagrams().unauthenticated;
     r.malformed += client.datagrams().malformed + client.stats().malformed_frames;
     r.server_silences += client.datagrams().server_silences;
+    r.clock_set_backs += bot.set_backs();
     r.silent_bots += mine.silent ? 1 : 0;
     if (bot.view() != nullptr) {
         const view::ViewStats& v = bot.view()->stats();

@@ -103,6 +103,7 @@ void write_transport(core::JsonWriter& json, const RunReport& r) {
     json.field("bursts_refused", r.bursts_refused);
     json.field("unknown_keyframes", r.unknown_keyframes);
     json.field("server_silences", r.server_silences);
+    json.field("clock_set_backs", r.clock_set_backs);
     json.field("silent_bots", r.silent_bots);
     json.field("tunnelled", r.tunnelled_bots > 0);
     json.field("tunnelled_bots", r.tunnelled_bots);

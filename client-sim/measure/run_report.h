@@ -65,7 +65,8 @@ struct RunReport {
     std::uint64_t unauthenticated = 0;
     std::uint64_t malformed = 0;
     std::uint64_t server_silences = 0;
-    std::uint64_t silent_bots = 0;  ///< received nothing in the last seconds of the run
+    std::uint64_t clock_set_backs = 0;  ///< times that a server dropped ticks, by all clients
+    std::uint64_t silent_bots = 0;      ///< received nothing in the last seconds of the run
     std::uint64_t tunnelled_bots = 0;
     std::uint64_t streams_lost = 0;
     std::uint64_t resumed = 0;

@@ -161,6 +161,11 @@ void judge(RunReport& r) {
         r.reasons.push_back("stall: the server was silent for too long " +
                             count_of(r.server_silences, "time", "times"));
     }
+    if (r.clock_set_backs > 0) {
+        // Its clients waited, and their views went back with it: no promise was broken.
+        r.warnings.push_back("stall: the server dropped ticks and set its clock back, as " +
+                             count_of(r.clock_set_backs, "view", "views") + " noticed");
+    }
     if (r.silent_bots > 0) {
         r.reasons.push_back("stall: " + count_of(r.silent_bots, "client", "clients") +
                             " heard nothing at the end of the run");

@@ -94,13 +94,10 @@ TEST_F(Process, KeepsItsClientsWhenTheServerStandsStill) {
     server->signal(SIGSTOP);
     EXPECT_EQ(client.wait(4.0), -1) << client.output() << client.errors();
     server->signal(SIGCONT);
-    // The stall itself is found, and nothing else.
-    EXPECT_EQ(client.wait(kPatience), 1) << client.output() << client.errors();
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output() << client.errors();
+    EXPECT_NE(client.output().find("WARNING: stall: the server dropped ticks"), std::string::npos)
+        << client.output();
     const std::string text = read(report);
-    EXPECT_NE(text.find("\"reasons\": [\"stall: the server was silent for too long"),
-              std::string::npos)
-        << text;
-    EXPECT_NE(text.find("times\"],"), std::string::npos) << text;
     for (const char* key : {"\"tunnelled_bots\": 0", "\"resumed\": 0", "\"bots_lost\": 0"}) {
         EXPECT_NE(text.find(key), std::string::npos) << key << text;
     }
