@@ -59,11 +59,16 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
     UpdateAge age;
     const double at_s = static_cast<double>(tick) * tick_s_;
     const std::size_t arrivals = std::min(arrival_count_, kArrivals);
+    double stalled_s = 0.0;
     for (std::size_t i = 0; i < arrivals; ++i) {
         const Arrival& a = arrivals_[i];
+        const double sent_s = static_cast<double>(a.tick) * tick_s_;
+        if (sent_s <= at_s && a.arrival_s > at_s) {
+            stalled_s = std::max(stalled_s, at_s - sent_s + tick_s_);
+            age.measured = true;
+        }
         if (a.arrival_s >= at_s - window_s && a.arrival_s <= at_s + window_s) {
-            const double delay = a.arrival_s - static_cast<double>(a.tick) * tick_s_;
-            age.delay_s = std::max(age.delay_s, delay);
+            age.delay_s = std::max(age.delay_s, a.arrival_s - sent_s);
             age.measured = true;
         }
     }
@@ -95,8 +100,9 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
     if (age.loss) {
         age.age_s += resend_s;
     }
-    age.age_s = std::max(age.age_s, outage_s);
-    age.plain_s = std::max(age.delay_s + tick_s_, outage_s);
+    const double silence_s = std::max(outage_s, stalled_s);
+    age.age_s = std::max(age.age_s, silence_s);
+    age.plain_s = std::max(age.delay_s + tick_s_, silence_s);
     age.widened = notified_bounds(tick, age);
     return age;
 }

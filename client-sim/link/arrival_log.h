@@ -42,7 +42,8 @@ class ArrivalLog {
     /// A round trip and a tick are added where a packet with updates that matter at T was lost. The
     /// loss counts until the server has given the packet up (wire::resend_timeout_ticks) and sent
     /// again. Across an outage (a gap in the sequence longer than kOutageTicks) updates are as old
-    /// as the outage.
+    /// as the outage. Where packets from before T were read after it, however long after, updates
+    /// are as old as the oldest of these: a stall of this process, or of the path.
     [[nodiscard]] UpdateAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
 
     /// Arrival of the packet by the time of on_packet(); none where it did not come, or came too

@@ -56,6 +56,26 @@ TEST(AgeOf, IsThatOfAllUpdatesWhereThisEntityLostNone) {
     EXPECT_DOUBLE_EQ(age_at(153, log, carried_by({140, 147})).age_s, around.age_s);
 }
 
+TEST(ArrivalLog, CountsWhatWasReadAfterAStallOfTheClient) {
+    link::ArrivalLog log;
+    log.set_tick_s(kTick_s);
+    // Asleep for six seconds from tick 20 on: all that came meanwhile is read at tick 200.
+    for (Tick t = 1; t <= 260; ++t) {
+        const double due_s = static_cast<double>(t) * kTick_s + kDelay_s;
+        const double wake_s = 200 * kTick_s;
+        log.on_packet(static_cast<std::uint64_t>(t), t, t > 20 ? std::max(due_s, wake_s) : due_s);
+    }
+    EXPECT_NEAR(log.at(15, kRtt_s).plain_s, kDelay_s + kTick_s, 1e-9);
+    for (const Tick tick : {40, 100, 130, 199}) {
+        const link::UpdateAge age = log.at(tick, kRtt_s);
+        EXPECT_TRUE(age.measured);
+        EXPECT_FALSE(age.loss);
+        EXPECT_GE(age.plain_s, static_cast<double>(tick - 21 + 1) * kTick_s - 1e-9) << tick;
+    }
+    // Two seconds after it woke nothing is left of it.
+    EXPECT_NEAR(log.at(261, kRtt_s).plain_s, kDelay_s + kTick_s, 1e-9);
+}
+
 TEST(AgeOf, GrantsNoResendWhereTheServerNamesAllPacketsAndNoneOfThisEntityWasLost) {
     const link::ArrivalLog log = log_without({150});
     EXPECT_TRUE(log.at(152, kRtt_s).loss);
