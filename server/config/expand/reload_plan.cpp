@@ -29,8 +29,7 @@ constexpr std::size_t kMostValueBytes = 80;
 
 std::string shortened(std::string text) {
     if (text.size() > kMostValueBytes) {
-        text.resize(kMostValueBytes);
-        text += "...";
+        text.replace(kMostValueBytes, std::string::npos, "...");
     }
     return text;
 }

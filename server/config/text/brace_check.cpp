@@ -117,8 +117,9 @@ class BraceScan {
     void close(std::size_t at) {
         if (open_.empty()) {
             found_ = place(at);
-            found_->text = std::string("this ") + text_[at] +
-                           " closes nothing: take it out, or look for the beginning of its block";
+            found_->text = "this ";
+            found_->text += text_[at];
+            found_->text += " closes nothing: take it out, or look for the beginning of its block";
             return;
         }
         const OpenBlock block = open_.back();
