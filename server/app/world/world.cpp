@@ -164,8 +164,10 @@ void World::route(const mailbox::InboxItem& item) {
         mailbox::Join placed = *join;
         const std::size_t zone = spawn_zone(placed);
         if (zone == zones_.size()) {
-            answers_.emplace_back(mailbox::Kick{
-                placed.client, "every zone with a place to appear has stopped after a fault"});
+            mailbox::Kick kick;
+            kick.client = placed.client;
+            kick.reason = "every zone with a place to appear has stopped after a fault";
+            answers_.emplace_back(std::move(kick));
             return;
         }
         zone_of_[placed.client] = zone;

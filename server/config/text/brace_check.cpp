@@ -124,9 +124,11 @@ class BraceScan {
         }
         const OpenBlock block = open_.back();
         if (closing_of(block.bracket) != text_[at]) {
-            report(block,
-                   std::string(" before the ") + text_[at] + " of line " +
-                       std::to_string(line_of(at)));
+            std::string where = " before the ";
+            where += text_[at];
+            where += " of line ";
+            where += std::to_string(line_of(at));
+            report(block, where);
             return;
         }
         const bool under_outer =
