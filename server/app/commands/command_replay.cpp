@@ -205,8 +205,10 @@ int replay(const ReplayArguments& arguments) {
         return kUsage;
     }
     if (arguments.serve) {
-        return serve_replay(std::move(settings),
-                            {arguments.file, arguments.threads, arguments.port, arguments.from});
+        const auto shown =
+            serve_replay(std::move(settings),
+                         {arguments.file, arguments.threads, arguments.port, arguments.from});
+        return !shown.ok() ? complain(kFailed, shown.error()) : *shown ? kGood : kFailed;
     }
     return simulate(reader, settings, arguments);
 }

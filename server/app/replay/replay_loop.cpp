@@ -10,8 +10,8 @@ namespace zoned::app {
 
 namespace {
 
-constexpr auto kStandingPause = std::chrono::milliseconds(10);
-constexpr double kPublishEvery_s = 0.25;
+constexpr auto kReplayPause = std::chrono::milliseconds(10);
+constexpr double kReplayFiguresEvery_s = 0.25;
 /// Those who look see a world that runs fast, while it is simulated to a tick.
 constexpr double kShowEvery_s = 0.03;
 /// So far behind its pace a machine that is too slow may fall, s.
@@ -115,7 +115,7 @@ void ReplayLoop::stand_still() {
     publish();
     visits_.answer(*world_);
     due_s_ = steady_seconds();
-    std::this_thread::sleep_for(kStandingPause);
+    std::this_thread::sleep_for(kReplayPause);
 }
 
 void ReplayLoop::play(double scale) {
@@ -183,7 +183,7 @@ void ReplayLoop::publish() {
     if (now < publish_due_s_ || figures_.ticks == 0) {
         return;
     }
-    publish_due_s_ = now + kPublishEvery_s;
+    publish_due_s_ = now + kReplayFiguresEvery_s;
     auto copy = std::make_shared<LoopStats>(figures_);
     copy->published_s = now;
     published_.publish(std::move(copy));

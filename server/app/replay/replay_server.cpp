@@ -5,7 +5,6 @@
 #include "server/app/admin/spectator_routes.h"
 #include "server/app/admin/spectator_scene.h"
 #include "server/app/admin/spectator_source.h"
-#include "server/app/commands/commands.h"
 #include "server/app/replay/replay_loop.h"
 #include "proto/viewer.pb.h"
 #include "shared/core/json.h"
@@ -128,24 +127,23 @@ class ReplayServer {
 
 }  // namespace
 
-int serve_replay(config::Settings settings, const ReplayServerArguments& arguments) {
+core::Result<bool> serve_replay(config::Settings settings, const ReplayServerArguments& arguments) {
     // A recording may be stopped and slowed down as a world in development may.
     settings.server.session.dev_mode_loopback = true;
     asio::io_context io;
     asio::signal_set signals(io, SIGINT, SIGTERM);
     signals.async_wait([](const asio::error_code&, int) {});
     ReplayServer server(settings, arguments);
-    const auto opened = server.open(arguments);
+    auto opened = server.open(arguments);
     if (!opened.ok()) {
-        std::fprintf(stderr, "zoned: %s\n", opened.error().c_str());
-        return kFailed;
+        return opened;
     }
     io.run();
     const ReplayState state = server.stop();
     if (!state.fault.empty()) {
         std::fprintf(stderr, "zoned: %s: %s\n", arguments.file.c_str(), state.fault.c_str());
     }
-    return state.differs ? kFailed : kGood;
+    return !state.differs;
 }
 
 }  // namespace zoned::app

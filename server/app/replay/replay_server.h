@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/config/settings.h"
+#include "shared/core/result.h"
 
 #include <cstdint>
 #include <string>
@@ -15,8 +16,8 @@ struct ReplayServerArguments {
     std::int64_t from = 0;   ///< first tick that is shown; 0: the first there is
 };
 
-/// Prints the viewer's address and serves until a signal. Returns an exit code: 1 where a hash
-/// differed. Throws std::system_error where the port is taken.
-int serve_replay(config::Settings settings, const ReplayServerArguments& arguments);
+/// Prints the viewer's address and serves until a signal. True: no hash differed. Fails where the
+/// recording cannot be shown. Throws std::system_error where the port is taken.
+core::Result<bool> serve_replay(config::Settings settings, const ReplayServerArguments& arguments);
 
 }  // namespace zoned::app
