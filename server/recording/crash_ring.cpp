@@ -132,22 +132,26 @@ void CrashRing::begin_piece(Tick tick) {
     piece_ = RecordingFile();
     std::error_code error;
     while (pieces_.size() > kPieces) {
-        fs::remove(pieces_.front(), error);
+        fs::remove(pieces_.front().file, error);
         pieces_.pop_front();
     }
     char name[32];
     std::snprintf(name, sizeof(name), "/%012lld.zrec", static_cast<long long>(tick));
     ticks_ = 0;
-    pieces_.push_back(folder_ + name);
+    pieces_.push_back({tick, folder_ + name});
     // A failure stays in error(); the next piece tries again.
-    [[maybe_unused]] const Result<bool> opened = piece_.open(pieces_.back(), header_);
+    [[maybe_unused]] const Result<bool> opened = piece_.open(pieces_.back().file, header_);
+}
+
+Tick CrashRing::first_tick() const {
+    return lock_ < 0 || pieces_.empty() ? 0 : pieces_.front().first;
 }
 
 void CrashRing::restart() {
     piece_ = RecordingFile();
     std::error_code error;
-    for (const std::string& file : pieces_) {
-        fs::remove(file, error);
+    for (const Piece& piece : pieces_) {
+        fs::remove(piece.file, error);
     }
     pieces_.clear();
 }

@@ -37,6 +37,9 @@ class CrashRing {
     /// The folder that holds the inputs of an earlier run that did not end well; empty: none.
     [[nodiscard]] const std::string& kept() const { return kept_; }
 
+    /// The oldest tick that a piece begins with; 0: there is none.
+    [[nodiscard]] Tick first_tick() const;
+
     /// Why the present piece is not written; empty: all is well.
     [[nodiscard]] const std::string& error() const { return piece_.error(); }
 
@@ -50,7 +53,13 @@ class CrashRing {
     std::uint64_t piece_ticks_ = 1;
     std::uint64_t ticks_ = 0;  ///< of the piece
     RecordingFile piece_;
-    std::deque<std::string> pieces_;
+
+    struct Piece {
+        Tick first = 0;
+        std::string file;
+    };
+
+    std::deque<Piece> pieces_;
     int lock_ = -1;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <utility>
 
 namespace zoned::recording {
@@ -47,6 +48,9 @@ Recorder::~Recorder() {
         }
         filled_.notify_one();
         thread_.join();
+    }
+    if (copier_.joinable()) {
+        copier_.join();
     }
 }
 
@@ -94,9 +98,12 @@ void Recorder::push(Entry entry, bool wake) {
         const std::lock_guard lock(mutex_);
         if (overflowed_ || entries_.size() >= most_entries_) {
             overflowed_ = true;
+            // Nobody waits for what will never be written.
+            inputs_written.fetch_add(entry.inputs ? 1 : 0, std::memory_order_relaxed);
             return;
         }
         entries_.push_back(std::move(entry));
+        wake = wake || orders_wait_;
     }
     if (wake) {
         filled_.notify_one();
@@ -115,23 +122,25 @@ void Recorder::end_tick(Tick tick, std::vector<std::uint64_t> hashes) {
 
 void Recorder::run() {
     std::vector<Entry> entries;
+    std::vector<Order> orders;
     bool closing = false;
     bool overflowed = false;
     while (!closing) {
         {
             std::unique_lock lock(mutex_);
-            filled_.wait(lock, [this] { return !entries_.empty() || closing_; });
+            filled_.wait(lock,
+                         [this] { return !entries_.empty() || !orders_.empty() || closing_; });
             entries.swap(entries_);
+            std::move(orders_.begin(), orders_.end(), std::back_inserter(orders));
+            orders_.clear();
             closing = closing_;
             overflowed = std::exchange(overflowed_, false);
             figures_.behind_ticks_max =
                 std::max<std::uint64_t>(figures_.behind_ticks_max, entries.size() / 2);
         }
-        std::uint64_t begun = 0;
-        for (const Entry& entry : entries) {
-            write(entry);
-            begun += entry.inputs ? 1 : 0;
-        }
+        write_all(entries, orders);
+        const auto begun = static_cast<std::uint64_t>(std::count_if(
+            entries.begin(), entries.end(), [](const Entry& e) { return e.inputs != nullptr; }));
         file_.flush();
         ring_.flush();
         inputs_written.fetch_add(begun, std::memory_order_relaxed);
@@ -141,9 +150,30 @@ void Recorder::run() {
         }
         look_for_failures();
         const std::lock_guard lock(mutex_);
+        orders_wait_ = !orders.empty();
         figures_.ticks += begun;
         figures_.bytes = file_.bytes();
         figures_.writer_cpu_ns = writer_cpu_ns();
+    }
+    for (const Order& order : orders) {
+        order.answer(Result<std::string>::failure("the server stops"));
+    }
+}
+
+/// Orders are carried out between two ticks, as late as these entries allow.
+void Recorder::write_all(const std::vector<Entry>& entries, std::vector<Order>& orders) {
+    const bool ends_within = !entries.empty() && entries.back().inputs != nullptr;
+    const std::size_t whole = entries.size() - (ends_within ? 1 : 0);
+    for (std::size_t i = 0; i < whole; ++i) {
+        write(entries[i]);
+    }
+    if (!orders.empty() && !within_tick_) {
+        file_.flush();
+        ring_.flush();
+        carry_out(orders);
+    }
+    if (ends_within) {
+        write(entries.back());
     }
 }
 
@@ -152,6 +182,8 @@ void Recorder::write(const Entry& entry) {
                                                 : encoder_.hashes(entry.tick, entry.hashes);
     file_.append(frame, entry.inputs != nullptr);
     ring_.append(frame, entry.tick, entry.inputs != nullptr);
+    within_tick_ = entry.inputs != nullptr;
+    whole_tick_ = within_tick_ ? whole_tick_ : entry.tick;
 }
 
 /// Ticks were left out: no replay comes past them.
@@ -188,8 +220,11 @@ Result<bool> Recorder::close(bool keeps_ring) {
         filled_.notify_one();
         thread_.join();
     }
+    if (copier_.joinable()) {
+        copier_.join();
+    }
     ring_.close(keeps_ring);
-    if (settings_.file.empty()) {
+    if (!file_.is_open()) {
         return true;
     }
     Result<bool> closed = file_.close();

@@ -29,6 +29,10 @@ struct RecorderSettings {
     RecordingHeader header;
 };
 
+/// The result of an operator's wish as a text, or why it came to nothing; called on a thread of the
+/// recorder's.
+using RecordingAnswer = std::function<void(const core::Result<std::string>&)>;
+
 struct RecorderFigures {
     std::uint64_t ticks = 0;     ///< taken by the writer
     std::uint64_t bytes = 0;     ///< of the file
@@ -59,6 +63,17 @@ class Recorder {
     /// After it, with the state hash of each zone.
     void end_tick(Tick tick, std::vector<std::uint64_t> hashes);
 
+    // Wishes of an operator, from any thread; carried out between two ticks.
+
+    /// Ends the recording of the file in good order; the ring goes on.
+    void stop_file(RecordingAnswer answer);
+    /// Begins a file that does not exist yet. A replay starts with tick 1: where ticks have run,
+    /// the ring must hold all of them.
+    void start_file(std::string file, RecordingAnswer answer);
+    /// Writes the run up to now into a file of its own, that does not exist yet, whole or not at
+    /// all: from the file that is recorded, or from the ring where it holds the whole run.
+    void snapshot(std::string file, RecordingAnswer answer);
+
     /// Ends both recordings: the file gets its end mark, the ring goes, unless it is wanted for the
     /// fault that ended the run. Fails with what went wrong with the file, at any time.
     core::Result<bool> close(bool keeps_ring = false);
@@ -78,9 +93,29 @@ class Recorder {
 
     struct Pool;
 
+    enum class Wish : std::uint8_t {
+        kStop,
+        kStart,
+        kSnapshot
+    };
+
+    struct Order {
+        Wish wish = Wish::kStop;
+        std::string file;
+        RecordingAnswer answer;
+    };
+
     void push(Entry entry, bool wake);
     void run();
+    void write_all(const std::vector<Entry>& entries, std::vector<Order>& orders);
     void write(const Entry& entry);
+    // recorder_orders.cpp
+    void order(Wish wish, std::string file, RecordingAnswer answer);
+    void carry_out(std::vector<Order>& orders);
+    core::Result<std::string> end_file();
+    core::Result<std::string> begin_file(const std::string& file);
+    /// Answers at once or from `copier_`.
+    void copy_run(const Order& order);
     void fall_behind();
     void look_for_failures();
 
@@ -89,6 +124,10 @@ class Recorder {
     RecordingFile file_;  // of the writer's thread, from open() to close()
     CrashRing ring_;
     FrameEncoder encoder_;
+    Tick whole_tick_ = 0;       // the last one with hashes
+    bool within_tick_ = false;  // its inputs are written, its hashes are not
+    std::thread copier_;
+    std::atomic<bool> copies_{false};
     bool file_told_ = false;
     bool ring_told_ = false;
     std::shared_ptr<Pool> pool_;
@@ -97,6 +136,8 @@ class Recorder {
     mutable std::mutex mutex_;  // guards what follows
     std::condition_variable filled_;
     std::vector<Entry> entries_;
+    std::vector<Order> orders_;
+    bool orders_wait_ = false;  ///< for the end of a tick
     bool overflowed_ = false;
     bool closing_ = false;
     RecorderFigures figures_;

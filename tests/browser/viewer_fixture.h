@@ -29,21 +29,28 @@ class ViewerFixture : public testing_process::Process {
     }
 
     void serve(const std::string& config = testing_process::minimal()) {
-        server = start_server({"--set",
-                               "network.admin_port=" + std::to_string(admin_port),
-                               "--report",
-                               testing_process::scratch_folder() + "/report.json"},
-                              config);
+        server =
+            start_server({"--set",
+                          "recording.file=\"" + testing_process::scratch_folder() + "/run.zrec\"",
+                          "--set",
+                          "network.admin_port=" + std::to_string(admin_port),
+                          "--report",
+                          testing_process::scratch_folder() + "/report.json"},
+                         config);
         admin_port = testing_process::number_after(server->output(), "admin=");
     }
 
     /// Another world of the config folder in place of the minimal one.
     void serve_world(const std::string& name) {
+        serve_instead(ZONED_SOURCE_DIR "/config/" + name + ".txtpb");
+    }
+
+    void serve_instead(const std::string& config) {
         if (server) {
             server->signal(SIGTERM);
             EXPECT_EQ(server->wait(testing_process::kPatience), 0);
         }
-        serve(ZONED_SOURCE_DIR "/config/" + name + ".txtpb");
+        serve(config);
     }
 
     std::vector<std::string> players(int count, int seconds) const {
@@ -75,6 +82,18 @@ class ViewerFixture : public testing_process::Process {
             << server->errors();
         ASSERT_TRUE(browser->wait_until("zoned.entities.size === 12"));
         ASSERT_TRUE(browser->wait_until("zoned.counts().frames > 2"));
+    }
+
+    /// A recording of the world that runs, shown in its place.
+    void replay(const std::string& file) {
+        server->signal(SIGTERM);
+        EXPECT_EQ(server->wait(testing_process::kPatience), 0) << server->errors();
+        server = std::make_unique<testing_process::Child>(
+            "zoned", std::vector<std::string>{"replay", file, "--serve"});
+        ASSERT_TRUE(server->wait_for_output("#token=", testing_process::kPatience))
+            << server->errors();
+        const std::string said = server->output();
+        browser->open(said.substr(said.find("http://"), said.rfind('\n') - said.find("http://")));
     }
 
     void expect_no_errors() const {

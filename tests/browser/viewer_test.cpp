@@ -1,6 +1,10 @@
 // The viewer in a real browser, on a live server.
 #include "tests/browser/viewer_fixture.h"
 
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
 namespace zoned::testing_browser {
 namespace {
 
@@ -63,19 +67,110 @@ TEST_F(Viewer, ExplainsWhatIsClicked) {
     expect_no_errors();
 }
 
+/// Median and least time of frames that are drawn to their end, at a size of the picture: "a b",
+/// ms.
+std::string frame_times(double size) {
+    return "(() => { const r = zoned.renderer; r.fixedScale = " + std::to_string(size) +
+           "; const p = new Uint8Array(4); const times = []; for (let i = 0; i < 30; ++i) {"
+           " const t = performance.now(); zoned.draw();"
+           " r.gl.readPixels(0, 0, 1, 1, r.gl.RGBA, r.gl.UNSIGNED_BYTE, p);"
+           " times.push(performance.now() - t); } times.sort((a, b) => a - b);"
+           " r.fixedScale = 0; return times[15].toFixed(1) + ' ' + times[0].toFixed(1); })()";
+}
+
 TEST_F(Viewer, DrawsACityOfSixThousandPeople) {
     serve_world("city");
-    browser->open(address() + "#token=" + token());
-    ASSERT_TRUE(browser->wait_until("window.zoned?.entities.size > 6000", kPatience));
-    // Each frame is sorted, uploaded and drawn to its end, in software on most test machines.
-    const std::string frame_ms = browser->evaluate(
-        "(() => { const r = zoned.renderer; const p = new Uint8Array(4); const t ="
-        " performance.now(); for (let i = 0; i < 10; ++i) { zoned.entities.changed = true;"
-        " zoned.draw(); r.gl.readPixels(0, 0, 1, 1, r.gl.RGBA, r.gl.UNSIGNED_BYTE, p); }"
-        " return (performance.now() - t) / 10; })()");
-    RecordProperty("frame_ms", frame_ms);
-    EXPECT_LT(std::stod(frame_ms), 1000.0);
+    open_world("city");
+    ASSERT_TRUE(browser->wait_until("zoned.entities.size > 6000", kPatience));
+    const double first_ms = std::stod(browser->evaluate("zoned.counts().first_picture_ms"));
+    // The page paces itself: it draws what the machine can.
+    browser->evaluate(
+        "(() => { const t = performance.now(); const n = zoned.counts().frames;"
+        " setTimeout(() => { window.paced = 1000 * (zoned.counts().frames - n) /"
+        " (performance.now() - t); }, 3000); })()");
+    ASSERT_TRUE(browser->wait_until("window.paced > 0"));
+    const double paced = std::stod(browser->evaluate("window.paced"));
+    std::printf(
+        "city: first picture %.0f ms after the page was opened; %.1f frames a second, "
+        "picture at %s of its size\n",
+        first_ms,
+        paced,
+        browser->evaluate("zoned.renderer.scale.toFixed(2)").c_str());
+    for (const double size : {1.0, 0.5}) {
+        std::istringstream times(browser->evaluate(frame_times(size)));
+        double median = 0.0;
+        double least = 0.0;
+        ASSERT_TRUE(times >> median >> least);
+        std::printf(
+            "city: a frame at size %.1f takes %.1f ms, at least %.1f\n", size, median, least);
+        // Of 30 frames one at least is not held up by others on this machine.
+        EXPECT_LT(least, size < 1.0 ? 33.0 : 80.0);
+    }
+    // A second is promised on a machine with nothing else to do; such a one tests are not run on.
+    EXPECT_LT(first_ms, 3000.0);
+    EXPECT_GT(paced, 10.0);
+    EXPECT_GE(std::stod(browser->evaluate("zoned.renderer.scale")), 0.5);
     browser->screenshot(scratch_folder() + "/city.png");
+    expect_no_errors();
+}
+
+TEST_F(Viewer, PicturesAreAsLargeAsTheUserSays) {
+    look();
+    const auto choose_size = [&](const std::string& size) {
+        browser->evaluate("(() => { const s = document.getElementById('size'); s.value = '" + size +
+                          "'; s.dispatchEvent(new Event('change')); })()");
+    };
+    const std::string share = "zoned.renderer.canvas.width / zoned.renderer.canvas.clientWidth";
+    choose_size("half");
+    EXPECT_TRUE(browser->wait_until("Math.abs(" + share + " - 0.5) < 0.01"));
+    choose_size("full");
+    EXPECT_TRUE(browser->wait_until("Math.abs(" + share + " - 1) < 0.01"));
+    // Frames that come late change an automatic size alone, and never below half.
+    browser->evaluate("(() => { for (let i = 0; i < 500; ++i) zoned.renderer.adapt(100); })()");
+    browser->evaluate("zoned.draw()");
+    EXPECT_EQ(browser->evaluate("Math.abs(" + share + " - 1) < 0.01"), "true");
+    choose_size("automatic");
+    browser->evaluate(
+        "(() => { for (let i = 0; i < 500; ++i) zoned.renderer.adapt(100); "
+        "zoned.draw(); window.late = " +
+        share +
+        "; for (let i = 0; i < 2000; ++i) "
+        "zoned.renderer.adapt(10); zoned.draw(); window.early = " +
+        share + "; })()");
+    EXPECT_EQ(browser->evaluate("Math.abs(window.late - 0.5) < 0.01"), "true");
+    EXPECT_EQ(browser->evaluate("Math.abs(window.early - 1) < 0.01"), "true");
+    expect_no_errors();
+}
+
+/// Near ones are shapes and far ones points; both lie where the entity is projected to.
+TEST_F(Viewer, PointsLieWhereTheirEntitiesAre) {
+    look();
+    browser->evaluate("document.getElementById('pause').click()");
+    ASSERT_TRUE(browser->wait_until(
+        "document.getElementById('pause').getAttribute('aria-pressed') === 'true'"));
+    const std::string crate = browser->evaluate(first_of("crate"));
+    // The colour of the chosen entity is no other's.
+    browser->evaluate("(() => { zoned.choose(" + crate +
+                      "); for (const key of Object.keys("
+                      "zoned.overlay.shown)) zoned.overlay.shown[key] = false; })()");
+    const std::string yellow =
+        "(() => { const r = zoned.renderer; const gl = r.gl; r.fixedScale = 1; r.lines.circle = () "
+        "=> {}; zoned.draw(); const w = gl.drawingBufferWidth, h = gl.drawingBufferHeight; const p "
+        "="
+        " new Uint8Array(4 * w * h); gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, p); let"
+        " [n, x, y] = [0, 0, 0]; for (let i = 0; i < p.length; i += 4) if (p[i] > 120 && p[i + 1] >"
+        " 110 && p[i + 2] < 0.5 * p[i]) { ++n; x += (i / 4) % w; y += h - 1 - Math.floor(i / 4 / "
+        "w);"
+        " } const at = r.project(" +
+        place_of(crate) +
+        "); return n > 0 && Math.hypot(x / n - at.x, "
+        "y / n - at.y) < 4; })()";
+    for (const char* distance : {"6", "30", "400"}) {
+        browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = " +
+                          place_of(crate) + "; c.distance = " + distance + "; c.pitch = 1.2; })()");
+        EXPECT_EQ(browser->evaluate(yellow), "true") << distance << " m away";
+    }
+    browser->evaluate("document.getElementById('pause').click()");
     expect_no_errors();
 }
 
@@ -182,6 +277,91 @@ TEST_F(Viewer, DrawsHillsMachinesAndCloth) {
         // Between two servers nobody listens.
         EXPECT_NE(error.find("ERR_CONNECTION_REFUSED"), std::string::npos) << error;
     }
+}
+
+/// Many walk through a gate to one place, around each other.
+constexpr const char* kGate = R"(
+world { name: "gate" seed: 9 tick_rate_hz: 30 min_x_m: -40 min_z_m: -30 max_x_m: 40 max_z_m: 30 }
+zones { zone_grid { columns: 1 rows: 1 } ghost_margin_m: 70 }
+ai { suspend_offscreen: false pathfinding { cell_m: 0.5 crowding { jam_per_m2: 1.6 } } }
+statics {
+  box { x_m: 0 y_m: 1 z_m: -16 size { x_m: 0.5 y_m: 2 z_m: 28 } }
+  box { x_m: 0 y_m: 1 z_m: 16 size { x_m: 0.5 y_m: 2 z_m: 28 } }
+}
+point_of_interest { name: "there" x_m: 26 z_m: 0 radius_m: 12 }
+type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } nimbus_m { normal: 30 } character { speed_mps: 3 } }
+type { name: "walker" base: "player" brain: "walk" }
+brain { name: "walk" state { name: "go" action: GO point_of_interest: "there" } }
+scatter { type: "walker" count: 100 seed: 5 region { min_x_m: -30 min_z_m: -20 max_x_m: -20 max_z_m: 20 } statics_allowed: false }
+spawn { x_m: -38 z_m: -28 }
+lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }
+network { tcp_port: 0 udp_port: 0 }
+session { dev_mode_loopback: true }
+)";
+
+TEST_F(Viewer, DrawsTheFlowFieldToAGoalThatManyShare) {
+    const std::string config = scratch_folder() + "/gate.txtpb";
+    std::ofstream(config) << kGate;
+    serve_instead(config);
+    open_world("gate");
+    browser->evaluate("(() => { zoned.choose(" + first_of("walker") +
+                      "); [...document.querySelectorAll('#layers label')].filter(l =>"
+                      " l.textContent.includes('flow field')).forEach(l =>"
+                      " l.querySelector('input').click()); })()");
+    ASSERT_TRUE(browser->wait_until("zoned.overlay.flow.length > 6000", kPatience))
+        << browser->evaluate("document.getElementById('facts').textContent");
+    EXPECT_NE(
+        browser->evaluate("document.getElementById('facts').textContent").find("leads to its goal"),
+        std::string::npos);
+    // Left of the wall the steps lead right, through the gate.
+    EXPECT_EQ(browser->evaluate("(() => { const f = zoned.overlay.flow; let [right, all] = [0, 0];"
+                                " for (let i = 0; i < f.length; i += 6) { if (f[i] > -15 && f[i] <"
+                                " -5 && Math.abs(f[i + 2]) < 8) { ++all; right += f[i + 3] > f[i] ?"
+                                " 1 : 0; } } return all > 100 && right > 0.9 * all; })()"),
+              "true");
+    browser->screenshot(scratch_folder() + "/flow.png");
+    expect_no_errors();
+}
+
+TEST_F(Viewer, GoesToAnyTickOfARecording) {
+    look();
+    {
+        Child bots("client-sim", players(2, 5));
+        EXPECT_NE(bots.wait(kPatience), -1) << bots.output();
+    }
+    ASSERT_NO_FATAL_FAILURE(replay(scratch_folder() + "/run.zrec"));
+    ASSERT_TRUE(browser->wait_until("window.zoned?.counts().state === 'live'"));
+    EXPECT_EQ(browser->evaluate("document.getElementById('replay').hidden"), "false");
+    const int last = std::stoi(browser->evaluate("document.getElementById('slider').max"));
+    ASSERT_GT(last, 100);
+    ASSERT_TRUE(browser->wait_until("zoned.entities.tick > 3"));
+    browser->evaluate("document.getElementById('pause').click()");
+    ASSERT_TRUE(browser->wait_until(
+        "document.getElementById('pause').getAttribute('aria-pressed') === 'true'"));
+    const auto slide = [&](int tick) {
+        browser->evaluate("(() => { const s = document.getElementById('slider'); s.value = " +
+                          std::to_string(tick) +
+                          "; s.dispatchEvent(new Event('input')); s.dispatchEvent(new "
+                          "Event('change')); })()");
+        EXPECT_TRUE(browser->wait_until("zoned.entities.tick === " + std::to_string(tick)))
+            << browser->evaluate("zoned.entities.tick");
+    };
+    const std::string wanderer = browser->evaluate(first_of("wanderer"));
+    slide(last - 5);
+    EXPECT_TRUE(browser->wait_until("document.getElementById('slider-tick').textContent === '" +
+                                    std::to_string(last - 5) + " of " + std::to_string(last) + "'"))
+        << browser->evaluate("document.getElementById('slider-tick').textContent");
+    // What is told of it is as true as the eye is near.
+    const std::string place = "zoned.entities.place(zoned.entities.slotOf.get(" + wanderer +
+                              "), zoned.entities.tick, zoned.clock.tickSeconds)";
+    browser->evaluate("(() => { window.late = " + place + "; })()");
+    slide(1);
+    slide(last - 5);
+    EXPECT_TRUE(
+        browser->wait_until("Math.hypot(..." + place + ".map((v, i) => v - window.late[i])) < 0.1"))
+        << browser->evaluate(place) << " was " << browser->evaluate("window.late");
+    browser->screenshot(scratch_folder() + "/replay.png");
+    expect_no_errors();
 }
 
 TEST_F(Viewer, FollowsTheThemeAndFitsAPhone) {

@@ -30,7 +30,9 @@ class View {
   constructor(camera, aspect, origin) {
     this.eye = camera.eye();
     this.origin = origin;
-    this.pitch = camera.above ? 1.5707 : camera.pitch;
+    const pitch = camera.above ? 1.5707 : camera.pitch;
+    this.level = Math.sin(pitch); // of what lies flat, so much is seen
+    this.upright = Math.cos(pitch);
     this.matrix = camera.matrix(aspect, origin);
     const m = this.matrix;
     // Gribb and Hartmann: the planes of the picture's sides are sums of the matrix' rows.

@@ -1,7 +1,7 @@
 // Controls: search, layers, types, charts and the pace of the world.
 
 import { spreadColourText } from './meshes.js';
-import { COLOURINGS } from './renderer.js';
+import { COLOURINGS, SIZES } from './renderer.js';
 import { find } from './search.js';
 import { LAYERS } from './stream.js';
 
@@ -11,7 +11,7 @@ const element = (id) => document.getElementById(id);
 const SWITCHES = [
   ['joints', true], ['soft bodies', true], ['particles', true], ['ghosts', false],
   ['statics', true], ['zones', true], ['ghost margin', false],
-  ['agent: path and senses', true], ['aura and nimbus', true], ['sent beside truth', true], ['walkable ground', false],
+  ['agent: path and senses', true], ['aura and nimbus', true], ['sent beside truth', true], ['walkable ground', false], ['flow field', false],
 ];
 
 export class Controls {
@@ -30,6 +30,14 @@ export class Controls {
     }
     colouring.addEventListener('change', () => {
       this.renderer.colouring = colouring.value;
+      this.page.dirty = true;
+    });
+    const size = element('size');
+    for (const name of Object.keys(SIZES)) {
+      size.add(new Option(name, name));
+    }
+    size.addEventListener('change', () => {
+      this.renderer.fixedScale = SIZES[size.value];
       this.page.dirty = true;
     });
     element('above').addEventListener('click', this.toggleAbove);
@@ -64,6 +72,7 @@ export class Controls {
     shown.reach = this.#is('aura and nimbus');
     shown.view = this.#is('sent beside truth');
     shown.walkable = this.#is('walkable ground');
+    shown.flow = this.#is('flow field');
     if (!this.#is('soft bodies')) {
       this.renderer.softs.clear();
     }
@@ -81,6 +90,7 @@ export class Controls {
 
   setScene(scene) {
     element('pace').hidden = !scene.development;
+    this.recorded = scene.recorded_ticks > 0;
     const list = element('types');
     list.replaceChildren(list.querySelector('legend'));
     this.typeCounts = scene.types.map((type, i) => {
@@ -147,7 +157,8 @@ export class Controls {
       }
     };
     field.addEventListener('focus', async () => {
-      this.sessions = (await this.stream.getJson('api/v1/sessions'))?.sessions ?? [];
+      // Nobody is logged in to a recording.
+      this.sessions = this.recorded ? [] : (await this.stream.getJson('api/v1/sessions'))?.sessions ?? [];
     });
     field.addEventListener('input', search);
     element('search').addEventListener('submit', (event) => {

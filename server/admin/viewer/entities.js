@@ -53,7 +53,6 @@ export class Entities {
     this.end = 0; // one more than the largest slot in use
     this.tick = 0;
     this.told = 0; // rows so far
-    this.changed = true; // since somebody set it to false
     this.heat.fill(0);
     for (let slot = 0; slot < this.capacity; ++slot) {
       this.bytes[ROW_BYTES * slot + 36] = FREE;
@@ -83,7 +82,6 @@ export class Entities {
       this.#put(message, at);
     }
     this.told += rows;
-    this.changed ||= removed + rows > 0;
   }
 
   #remove(slot) {
@@ -119,7 +117,6 @@ export class Entities {
       this.heat[slot] *= factor;
       this.shorts[20 * slot + 19] = Math.min(65535, 256 * this.heat[slot]);
     }
-    this.changed = true;
   }
 
   isFree(slot) {

@@ -20,10 +20,13 @@ export function boxMesh() {
   return { corners: new Float32Array(corners), index: new Uint16Array(index) };
 }
 
-/** A sphere of radius 1 from rings; its equator is doubled, so that it can be drawn out to a capsule. */
-export function roundMesh() {
-  const around = 8;
-  const heights = [-Math.PI / 2, -Math.PI / 4, -1e-3, 1e-3, Math.PI / 4, Math.PI / 2];
+/**
+ * A sphere of radius 1 from rings of so many corners; its equator is doubled, so that it can be drawn out to a
+ * capsule. Without a bend its caps are cones.
+ */
+export function roundMesh(around = 8, bend = Math.PI / 4) {
+  const bends = bend > 0 ? [bend] : [];
+  const heights = [-Math.PI / 2, ...bends.map((h) => -h), -1e-3, 1e-3, ...bends, Math.PI / 2];
   const corners = [];
   const index = [];
   for (const h of heights) {

@@ -8,6 +8,8 @@ const AURA = [120, 220, 120, 255];
 const NIMBUS = [110, 160, 255, 255];
 const HEARD = [110, 160, 255, 110];
 const SHOWN = [255, 80, 200, 255];
+const FLOW = [255, 120, 40, 230];
+const FLOW_TAIL = [255, 190, 120, 60];
 const BORDER = [60, 120, 190, 255];
 const MARGIN = [60, 120, 190, 90];
 
@@ -20,7 +22,8 @@ export class Overlay {
     this.renderer = renderer;
     this.details = null; // of the chosen entity, as the server told them last
     this.walkable = new Float32Array(0);
-    this.shown = { agent: true, reach: true, view: true, walkable: false };
+    this.flow = new Float32Array(0);
+    this.shown = { agent: true, reach: true, view: true, walkable: false, flow: false };
   }
 
   #height(x, z) {
@@ -145,6 +148,13 @@ export class Overlay {
       const w = this.walkable;
       for (let i = 0; i + 5 < w.length; i += 6) {
         lines.line([w[i], w[i + 1] + 0.1, w[i + 2]], [w[i + 3], w[i + 4] + 0.1, w[i + 5]], [40, 170, 160, 200]);
+      }
+    }
+    if (this.shown.flow) {
+      const f = this.flow;
+      for (let i = 0; i + 5 < f.length; i += 6) {
+        lines.corner([f[i], this.#height(f[i], f[i + 2]), f[i + 2]], FLOW_TAIL);
+        lines.corner([f[i + 3], this.#height(f[i + 3], f[i + 5]), f[i + 5]], FLOW);
       }
     }
   }

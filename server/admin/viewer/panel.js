@@ -70,6 +70,13 @@ export class Panel {
     }
   }
 
+  /** Whether agents with the same goal share a flow field; said in words, since nothing is drawn where they do not. */
+  showFlow(shared) {
+    const table = document.createElement('tbody');
+    row(table, 'flow field', shared ? 'leads to its goal' : 'none: its path was planned alone');
+    element('facts').append(...table.rows);
+  }
+
   /** Bytes a second since it was chosen. */
   #rate(d) {
     if (this.before?.id !== d.id || d.spent.bytes < this.before.bytes) {

@@ -1,18 +1,21 @@
 // Draws the world by WebGL2: near entities as their shapes, far ones as points that look like them.
 
+import { BOX_NUMBERS, BoxCells, CORNER_BYTES } from './boxes.js';
 import { Camera } from './camera.js';
 import { ROW_BYTES } from './entities.js';
 import { LINE_BYTES, Lines } from './lines.js';
 import { boxMesh, roundMesh, smoothNormals, spreadColour } from './meshes.js';
 import * as shaders from './shaders.js';
+import { Colours, POINT_BYTES, Visible } from './visible.js';
 
-/** So many are drawn as shapes where the machine keeps up, and where it does not. */
+/** So many are drawn as shapes where the machine keeps up, where it does not, and at first where it has no graphics card. */
 const MOST_SHAPES = 1000;
-const FEWEST_SHAPES = 100;
-/** Smaller than this radius, in pixels, an entity is a point. */
-const LEAST_SHAPE_PIXELS = 5;
+const FEWEST_SHAPES = 60;
+const SOFTWARE_SHAPES = 150;
+/** Smaller than this radius, in pixels, a round one has few corners. */
+const COARSE_PIXELS = 24;
 /** Times between frames, ms: above the first less is drawn, below the second more. */
-const SLOW_MS = 28;
+const SLOW_MS = 31;
 const FAST_MS = 19;
 const LEAST_SCALE = 0.5;
 
@@ -22,6 +25,15 @@ const THEMES = {
   dark: { sky: [0.07, 0.09, 0.12], ground: [0.16, 0.19, 0.19], box: [0.42, 0.43, 0.46], terrain: [0.24, 0.31, 0.24] },
 };
 export const COLOURINGS = ['type', 'zone', 'load'];
+/** Sizes of the picture that a user can fix; without one it follows the pace of frames. */
+export const SIZES = { automatic: 0, full: 1, 'three quarters': 0.75, half: 0.5 };
+
+/** Whether the pictures are made by the processor alone. */
+function isSoftware(gl) {
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
 
 export class Renderer {
   constructor(canvas) {
@@ -40,30 +52,39 @@ export class Renderer {
     this.lines = new Lines(); // of this frame, by the owner of the page
     this.points = new Lines(); // particles
     this.softs = new Map(); // entity -> { places, faces }
-    this.mostShapes = MOST_SHAPES;
-    this.scale = 1;
+    this.software = isSoftware(gl);
+    this.mostShapes = this.software ? SOFTWARE_SHAPES : MOST_SHAPES;
+    this.scale = this.software ? LEAST_SCALE : 1;
+    this.fixedScale = 0; // 0: as `scale` says
     this.frameMs = 16;
     this.shader = {
       shape: new shaders.Program(gl, shaders.SHAPE_VERTEX, shaders.LIT_FRAGMENT),
-      point: new shaders.Program(gl, shaders.POINT_VERTEX, shaders.POINT_FRAGMENT),
-      box: new shaders.Program(gl, shaders.BOX_VERTEX, shaders.LIT_FRAGMENT),
+      plainPoint: new shaders.Program(gl, shaders.POINT_VERTEX, shaders.PLAIN_FRAGMENT),
+      capsulePoint: new shaders.Program(gl, shaders.POINT_VERTEX, shaders.CAPSULE_FRAGMENT),
+      box: new shaders.Program(gl, shaders.BOX_VERTEX, shaders.BOX_FRAGMENT),
       mesh: new shaders.Program(gl, shaders.MESH_VERTEX, shaders.SHEET_FRAGMENT),
       ground: new shaders.Program(gl, shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT),
       line: new shaders.Program(gl, shaders.LINE_VERTEX, shaders.LINE_FRAGMENT),
     };
     this.boxCorners = this.#mesh(boxMesh());
     this.roundCorners = this.#mesh(roundMesh());
-    this.entityRows = this.#buffer(null);
-    this.nearMarks = this.#buffer(null);
+    this.coarseCorners = this.#mesh(roundMesh(5, 0));
+    this.pointRows = this.#buffer(null);
     this.nearRows = this.#buffer(null);
-    this.boxRows = this.#buffer(null);
+    // Boxes that always stand, and doors: where one turns, only these are laid out anew.
+    const boxes = () => ({ cells: new BoxCells(), corners: this.#buffer(null), index: gl.createBuffer() });
+    this.walls = boxes();
+    this.doors = boxes();
+    this.cellsSeen = [];
     this.groundCorners = this.#buffer(null);
     this.lineCorners = this.#buffer(null);
     this.softCorners = this.#buffer(null);
     this.softFaces = { handle: gl.createBuffer() };
     this.typeMeshes = new Map();
     this.typeTable = gl.createTexture();
-    this.near = { slots: new Uint32Array(0), away: new Float32Array(0), marks: new Uint8Array(0) };
+    this.visible = new Visible();
+    this.groups = new Map(); // mesh -> { mesh, kind, slots, count, first }
+    this.nearWords = new Uint32Array(10 * (MOST_SHAPES + 1));
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
   }
@@ -97,15 +118,16 @@ export class Renderer {
     }
   }
 
-  /** Fills a buffer; makes it larger only where it must be. */
-  #upload(buffer, content) {
+  /** Fills a buffer with the first elements of an array; makes it larger only where it must be. */
+  #upload(buffer, content, count = content.length) {
     const gl = this.gl;
+    const bytes = count * content.BYTES_PER_ELEMENT;
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer.handle);
-    if (content.byteLength > buffer.bytes || buffer.bytes === 0) {
+    if (bytes > buffer.bytes || buffer.bytes === 0) {
       gl.bufferData(gl.ARRAY_BUFFER, content, gl.DYNAMIC_DRAW);
       buffer.bytes = content.byteLength;
-    } else if (content.byteLength > 0) {
-      gl.bufferSubData(gl.ARRAY_BUFFER, 0, content);
+    } else if (bytes > 0) {
+      gl.bufferSubData(gl.ARRAY_BUFFER, 0, content, 0, count);
     }
   }
 
@@ -149,8 +171,11 @@ export class Renderer {
     this.types = scene.types;
     this.softs.clear();
     this.typeMeshes.clear();
-    this.boxCount = 0;
+    this.groups.clear();
+    this.walls.cells.clear();
+    this.doors.cells.clear();
     this.boxChunks = 0;
+    this.shutDoors = null;
     const zones = scene.zones;
     const edge = (f, key) => f(...zones.map((zone) => zone[key]));
     const bounds = [edge(Math.min, 'min_x'), edge(Math.min, 'min_z'), edge(Math.max, 'max_x'), edge(Math.max, 'max_z')];
@@ -165,14 +190,13 @@ export class Renderer {
 
   #setTypes() {
     const gl = this.gl;
-    const kinds = { box: 0, round: 1, solid: 2, soft: 3 };
     const table = new Float32Array(8 * this.types.length);
     this.types.forEach((type, i) => {
-      const kind = this.hiddenTypes.has(i) ? -1 : kinds[type.shape];
-      table.set([...type.size, kind], 4 * i);
+      table.set(type.size, 4 * i);
       table.set(spreadColour(i), 4 * (this.types.length + i));
       type.radius = type.shape === 'round' ? type.size[0] + type.size[1] : Math.hypot(...type.size);
     });
+    this.colours = new Colours(this.types.map((_, i) => spreadColour(i)));
     gl.bindTexture(gl.TEXTURE_2D, this.typeTable);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, this.types.length, 2, 0, gl.RGBA, gl.FLOAT, table);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
@@ -181,7 +205,6 @@ export class Renderer {
 
   hideType(type, hidden) {
     this.hiddenTypes[hidden ? 'add' : 'delete'](type);
-    this.#setTypes();
   }
 
   /** Puts pieces of geometry that have come where they can be drawn. */
@@ -199,8 +222,7 @@ export class Renderer {
         all.set(chunk, at);
         at += chunk.length;
       }
-      this.staticBoxes = all;
-      this.staticDoors = null;
+      this.#layOut(this.walls, all);
     }
     for (const [type, mesh] of geometry.typeTriangles) {
       if (!this.typeMeshes.has(type)) {
@@ -209,95 +231,65 @@ export class Renderer {
     }
   }
 
-  /** The boxes that stand, doors that are shut among them. */
-  #placeBoxes(tick) {
+  #layOut(boxes, numbers) {
+    const gl = this.gl;
+    boxes.cells.build(numbers, this.origin, (x, y, z) => 0.7 + 0.3 * (x * SUN[0] + y * SUN[1] + z * SUN[2]));
+    this.#upload(boxes.corners, boxes.cells.corners);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, boxes.index);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, boxes.cells.index, gl.STATIC_DRAW);
+  }
+
+  /** The doors that are shut. */
+  #placeDoors(tick) {
     const phase = (door) => (((tick + door.shift_ticks) % door.period_ticks) + door.period_ticks) % door.period_ticks;
     const shut = this.scene.doors.filter((door) => !door.open.some(([from, to]) => phase(door) >= from && phase(door) < to));
     const names = shut.map((door) => door.name).join();
-    if (names === this.staticDoors) {
-      return;
+    if (names !== this.shutDoors) {
+      this.shutDoors = names;
+      const all = new Float32Array(BOX_NUMBERS * shut.length);
+      shut.forEach((door, i) => all.set([...door.p, ...door.size, ...door.q], BOX_NUMBERS * i));
+      this.#layOut(this.doors, all);
     }
-    this.staticDoors = names;
-    const boxes = this.staticBoxes ?? new Float32Array(0);
-    const all = new Float32Array(boxes.length + 10 * shut.length);
-    all.set(boxes);
-    shut.forEach((door, i) => all.set([...door.p, ...door.size, ...door.q], boxes.length + 10 * i));
-    this.#upload(this.boxRows, all);
-    this.boxCount = all.length / 10;
   }
 
-  /** Chooses the entities that are drawn as shapes, nearest first, and gathers their rows by mesh. */
-  #chooseNear(entities, view, tick, tickSeconds, height) {
-    const { near, types } = this;
-    if (near.slots.length < entities.capacity) {
-      near.slots = new Uint32Array(entities.capacity);
-      near.away = new Float32Array(entities.capacity);
-      near.marks = new Uint8Array(entities.capacity);
-      near.words = new Uint32Array(10 * (MOST_SHAPES + 1));
+  /** Gathers the rows of the near entities, those of one mesh after the other. */
+  #gatherRows(entities) {
+    const { visible, groups } = this;
+    this.coarseFrom = (this.view.pixelsPerMetre / COARSE_PIXELS) ** 2;
+    for (const group of groups.values()) {
+      group.count = 0;
     }
-    const limit = Camera.pixelsPerMetre(height) / LEAST_SHAPE_PIXELS;
-    const reaches = types.map((type) => (type.radius * limit) ** 2);
-    const { floats, shorts } = entities;
-    const [ex, ey, ez] = view.eye;
-    const place = [0, 0, 0];
-    let count = 0;
-    near.marks.fill(0, 0, entities.end);
-    for (let slot = 0; slot < entities.end; ++slot) {
-      // Where it was told last is near enough for most: they are far away.
-      const at = 10 * slot;
-      const [dx, dy, dz] = [floats[at] - ex, floats[at + 1] - ey, floats[at + 2] - ez];
-      const squared = dx * dx + dy * dy + dz * dz;
-      const type = shorts[2 * at + 15];
-      if (squared > reaches[type] || entities.isFree(slot)) {
-        continue;
-      }
-      if (view.sees(entities.place(slot, tick, tickSeconds, place), types[type].radius)) {
-        near.slots[count++] = slot;
-        near.away[slot] = squared;
-      }
-    }
-    let chosen = near.slots.subarray(0, count);
-    if (count > this.mostShapes) {
-      chosen = chosen.slice().sort((a, b) => near.away[a] - near.away[b]).subarray(0, this.mostShapes);
-    }
-    return this.#gatherRows(entities, chosen);
-  }
-
-  /** Rows of the chosen slots, those of one mesh after the other: { mesh, kind, first, count }. */
-  #gatherRows(entities, chosen) {
-    const groups = new Map();
-    for (const slot of chosen) {
+    for (let i = 0; i < visible.nearCount; ++i) {
+      const slot = visible.near[i];
       const type = entities.type(slot);
-      this.near.marks[slot] = 1;
-      if (this.hiddenTypes.has(type)) {
-        continue;
-      }
-      const shape = this.types[type].shape;
+      const { shape } = this.types[type];
       if (shape === 'soft' && this.softs.has(entities.id(slot))) {
         continue;
       }
-      const key = shape === 'round' ? -1 : shape === 'solid' && this.typeMeshes.has(type) ? type : -2;
-      const group = groups.get(key);
-      if (group) {
-        group.push(slot);
-      } else {
-        groups.set(key, [slot]);
-      }
+      const coarse = visible.squared[i] > this.coarseFrom * this.types[type].radius ** 2;
+      const key = shape === 'round' ? (coarse ? -3 : -1) : shape === 'solid' && this.typeMeshes.has(type) ? type : -2;
+      const group = groups.get(key) ?? this.#addGroup(key);
+      group.slots[group.count++] = slot;
     }
-    const out = [];
-    let at = 0;
-    for (const [key, slots] of groups) {
-      const mesh = key === -1 ? this.roundCorners : key === -2 ? this.boxCorners : this.typeMeshes.get(key);
-      out.push({ mesh, kind: key === -1 ? 1 : key === -2 ? 0 : 2, first: at, count: slots.length });
-      for (const slot of slots) {
+    let row = 0;
+    for (const group of groups.values()) {
+      group.first = row;
+      for (let i = 0; i < group.count; ++i, ++row) {
+        const from = 10 * group.slots[i];
         for (let k = 0; k < 10; ++k) {
-          this.near.words[10 * at + k] = entities.words[10 * slot + k];
+          this.nearWords[10 * row + k] = entities.words[from + k];
         }
-        ++at;
       }
     }
-    this.#upload(this.nearRows, this.near.words.subarray(0, 10 * at));
-    return out;
+    this.#upload(this.nearRows, this.nearWords, 10 * row);
+  }
+
+  #addGroup(key) {
+    const shared = { [-1]: this.roundCorners, [-2]: this.boxCorners, [-3]: this.coarseCorners };
+    const mesh = shared[key] ?? this.typeMeshes.get(key);
+    const group = { mesh, kind: key === -2 ? 0 : key < 0 ? 1 : 2, slots: new Uint32Array(MOST_SHAPES), count: 0, first: 0 };
+    this.groups.set(key, group);
+    return group;
   }
 
   /** Less where frames come late, more where they come early; the time since the frame before, ms. */
@@ -314,7 +306,7 @@ export class Renderer {
   }
 
   #fit() {
-    const steps = Math.ceil(20 * this.scale) / 20; // a new size costs a frame: not for every little change
+    const steps = this.fixedScale || Math.ceil(20 * this.scale) / 20; // a new size costs a frame: not for every little change
     const ratio = Math.min(window.devicePixelRatio, 1.5) * steps;
     const width = Math.max(1, Math.round(ratio * this.canvas.clientWidth));
     const height = Math.max(1, Math.round(ratio * this.canvas.clientHeight));
@@ -333,8 +325,12 @@ export class Renderer {
     gl.uniform3fv(at.origin, this.origin);
     gl.uniform3fv(at.sun, SUN);
     gl.uniform3fv(at.sky, theme.sky);
-    gl.uniform1f(at.fogFrom, 0.35 / (this.camera.distance + 0.35 * Math.min(this.extent, 2000)));
+    gl.uniform1f(at.fogFrom, this.#fogFrom());
     return at;
+  }
+
+  #fogFrom() {
+    return 0.35 / (this.camera.distance + 0.35 * Math.min(this.extent, 2000));
   }
 
   /** Draws one frame of a tick (broken); `chosen` is the number of an entity. */
@@ -346,13 +342,18 @@ export class Renderer {
     this.view = view;
     view.pixelsPerMetre = Camera.pixelsPerMetre(height);
     const tick = clock.shown;
-    const groups = this.#chooseNear(entities, view, tick, clock.tickSeconds, height);
+    const fogFrom = this.#fogFrom();
+    this.visible.sort(entities, view, {
+      types: this.types, hiddenTypes: this.hiddenTypes, colours: this.colours, colouring: this.colouring,
+      chosen, sky: theme.sky, fogFrom, tick, tickSeconds: clock.tickSeconds, width, height, mostShapes: this.mostShapes,
+    });
+    this.#gatherRows(entities);
     gl.viewport(0, 0, width, height);
     gl.clearColor(...theme.sky, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const moment = { tick, tickSeconds: clock.tickSeconds, chosen, height };
-    this.#drawShapes(groups, view, theme, moment);
-    this.#drawPoints(entities, view, theme, moment);
+    this.#drawShapes(view, theme, { tick, tickSeconds: clock.tickSeconds, chosen });
+    this.#drawPoints(this.visible.plain, this.shader.plainPoint);
+    this.#drawPoints(this.visible.lit, this.shader.capsulePoint);
     this.#drawSofts(view, theme);
     if (this.shown.statics) {
       this.#takeGeometry();
@@ -382,12 +383,15 @@ export class Renderer {
     gl.uniform1i(at.colouring, COLOURINGS.indexOf(this.colouring));
   }
 
-  #drawShapes(groups, view, theme, moment) {
+  #drawShapes(view, theme, moment) {
     const gl = this.gl;
     const at = this.#use(this.shader.shape, view, theme);
     this.#entityUniforms(at, moment);
     this.#noAttributes();
-    for (const { mesh, kind, first, count } of groups) {
+    for (const { mesh, kind, first, count } of this.groups.values()) {
+      if (count === 0) {
+        continue;
+      }
       gl.uniform1i(at.kind, kind);
       gl.bindBuffer(gl.ARRAY_BUFFER, mesh.handle);
       this.#attribute(0, 3, gl.FLOAT, 24, 0);
@@ -397,25 +401,17 @@ export class Renderer {
     }
   }
 
-  #drawPoints(entities, view, theme, moment) {
+  #drawPoints(rows, program) {
     const gl = this.gl;
-    if (entities.end === 0) {
+    if (rows.count === 0) {
       return;
     }
-    if (entities.changed) {
-      this.#upload(this.entityRows, entities.bytes.subarray(0, ROW_BYTES * entities.end));
-      entities.changed = false;
-    }
-    this.#upload(this.nearMarks, this.near.marks.subarray(0, entities.end));
-    const at = this.#use(this.shader.point, view, theme);
-    this.#entityUniforms(at, moment);
-    gl.uniform1f(at.scale, Camera.pixelsPerMetre(moment.height));
-    gl.uniform2f(at.tilt, Math.sin(view.pitch), Math.cos(view.pitch));
+    program.use();
+    this.#upload(this.pointRows, rows.floats, (POINT_BYTES / 4) * rows.count);
     this.#noAttributes();
-    this.#rowAttributes(this.entityRows, 0, 0);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.nearMarks.handle);
-    this.#attribute(10, 1, gl.UNSIGNED_BYTE, 1, 0, { whole: true });
-    gl.drawArrays(gl.POINTS, 0, entities.end);
+    this.#attribute(0, 4, gl.FLOAT, POINT_BYTES, 0);
+    this.#attribute(1, 4, gl.UNSIGNED_BYTE, POINT_BYTES, 16, { norm: true });
+    gl.drawArrays(gl.POINTS, 0, rows.count);
   }
 
   #meshUniforms(view, theme, move, turn, colour, steepness) {
@@ -457,20 +453,9 @@ export class Renderer {
 
   #drawStatics(view, theme, tick) {
     const gl = this.gl;
-    this.#placeBoxes(tick);
-    if (this.boxCount > 0) {
-      const at = this.#use(this.shader.box, view, theme);
-      gl.uniform3fv(at.colour, theme.box);
-      this.#noAttributes();
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.boxCorners.handle);
-      this.#attribute(0, 3, gl.FLOAT, 24, 0);
-      this.#attribute(1, 3, gl.FLOAT, 24, 12);
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.boxRows.handle);
-      this.#attribute(2, 3, gl.FLOAT, 40, 0, { each: 1 });
-      this.#attribute(3, 3, gl.FLOAT, 40, 12, { each: 1 });
-      this.#attribute(4, 4, gl.FLOAT, 40, 24, { each: 1 });
-      this.#drawMesh(this.boxCorners, this.boxCount);
-    }
+    this.#placeDoors(tick);
+    this.#drawBoxes(this.walls, view, theme);
+    this.#drawBoxes(this.doors, view, theme);
     for (const surface of this.geometry.drawn) {
       this.#meshUniforms(view, theme, surface.told.p, surface.told.q, theme.terrain, 1);
       this.#noAttributes();
@@ -480,12 +465,29 @@ export class Renderer {
     }
   }
 
+  #drawBoxes({ cells, corners, index }, view, theme) {
+    const gl = this.gl;
+    cells.seen(view, this.cellsSeen);
+    if (this.cellsSeen.length === 0) {
+      return;
+    }
+    const at = this.#use(this.shader.box, view, theme);
+    gl.uniform3fv(at.colour, theme.box);
+    this.#noAttributes();
+    gl.bindBuffer(gl.ARRAY_BUFFER, corners.handle);
+    this.#attribute(0, 4, gl.FLOAT, CORNER_BYTES, 0);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, index);
+    for (const { first, count } of this.cellsSeen) {
+      gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * first);
+    }
+  }
+
   #drawLines(lines, mode, view, theme, height) {
     const gl = this.gl;
     if (lines.count === 0) {
       return;
     }
-    this.#upload(this.lineCorners, lines.bytes.subarray(0, LINE_BYTES * lines.count));
+    this.#upload(this.lineCorners, lines.bytes, LINE_BYTES * lines.count);
     const at = this.#use(this.shader.line, view, theme);
     gl.uniform1f(at.pointSize, 0.16 * Camera.pixelsPerMetre(height));
     this.#noAttributes();

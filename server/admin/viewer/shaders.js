@@ -2,7 +2,7 @@
 
 const VERSION = '#version 300 es\n';
 
-/** A row of entities.js; `types` holds for each type half sizes and kind, then its colour. */
+/** A row of entities.js; `types` holds for each type half sizes, then its colour. */
 const ENTITY = `
 layout(location = 2) in vec3 place;
 layout(location = 3) in uint tick;
@@ -68,43 +68,33 @@ ${TURN}void main() {
   far = gl_Position.w;
 }`;
 
+/** Points that visible.js has placed and coloured: the graphics card has nothing left to work out. */
 export const POINT_VERTEX = `${VERSION}
-${ENTITY}
-layout(location = 10) in uint near; // drawn as a shape
-uniform float scale;   // pixels times metres
-uniform vec2 tilt;     // sine and cosine of the camera's pitch
-out vec3 shade;
-out float far;
-flat out float slim;
+layout(location = 0) in vec4 place; // of the picture, and pixels
+layout(location = 1) in vec4 colour; // and how slim
+flat out vec4 shade;
 void main() {
-  vec4 size = texelFetch(types, ivec2(int(type), 0), 0);
-  bool hidden = near != 0u || (marks.x & 128u) != 0u || size.w < 0.0;
-  float wide = max(size.x, size.z);
-  float high = size.w == 1.0 ? size.y * tilt.y + size.x : size.y * tilt.y + wide * tilt.x;
-  shade = colour();
-  gl_Position = hidden ? vec4(0.0, 0.0, 2.0, 1.0) : camera * vec4(now(), 1.0);
-  far = gl_Position.w;
-  float most = max(wide, high);
-  gl_PointSize = clamp(2.0 * scale * most / gl_Position.w, 2.5, 48.0);
-  slim = gl_PointSize < 4.0 ? 0.0 : clamp(wide / most, 0.25, 1.0);
+  gl_Position = vec4(place.xyz, 1.0);
+  gl_PointSize = place.w;
+  shade = colour;
 }`;
-
-export const POINT_FRAGMENT = `${VERSION}
+export const PLAIN_FRAGMENT = `${VERSION}
 precision mediump float;
-in vec3 shade;
-flat in float slim;
-${FOG}
+flat in vec4 shade;
+out vec4 pixel;
+void main() { pixel = shade; }`;
+/** An upright capsule. */
+export const CAPSULE_FRAGMENT = `${VERSION}
+precision mediump float;
+flat in vec4 shade;
+out vec4 pixel;
 void main() {
-  float light = 0.9;
-  if (slim > 0.0) {
-    vec2 p = 2.0 * gl_PointCoord - 1.0;
-    float rim = 1.0 - slim;
-    vec2 d = vec2(p.x, p.y - clamp(p.y, -rim, rim)) / slim;
-    float r = dot(d, d);
-    if (r > 1.0) discard;
-    light = 0.62 + 0.38 * (0.45 * sqrt(1.0 - r) - 0.55 * d.y + 0.25 * d.x);
-  }
-  fogged(shade * light);
+  vec2 p = 2.0 * gl_PointCoord - 1.0;
+  float rim = 1.0 - shade.a;
+  vec2 d = vec2(p.x, p.y - clamp(p.y, -rim, rim)) / shade.a;
+  float r = dot(d, d);
+  if (r > 1.0) discard;
+  pixel = vec4(shade.rgb * (0.62 + 0.38 * (0.45 * sqrt(1.0 - r) - 0.55 * d.y + 0.25 * d.x)), 1.0);
 }`;
 
 export const LIT_FRAGMENT = `${VERSION}
@@ -113,24 +103,23 @@ in vec3 shade;
 ${FOG}
 void main() { fogged(shade); }`;
 
-/** Boxes that never move: one instance each. */
+/** Boxes that never move, as boxes.js lays them out; the fog of their corners is near enough. */
 export const BOX_VERTEX = `${VERSION}
-layout(location = 0) in vec3 corner;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 place;
-layout(location = 3) in vec3 size;
-layout(location = 4) in vec4 turn;
+layout(location = 0) in vec4 place; // from the origin, and light
 uniform mat4 camera;
-uniform vec3 origin;
-uniform vec3 sun;
 uniform vec3 colour;
+uniform vec3 sky;
+uniform float fogFrom;
 out vec3 shade;
-out float far;
-${TURN}void main() {
-  shade = colour * (0.7 + 0.3 * dot(turned(normal), sun));
-  gl_Position = camera * vec4(place - origin + turned(corner * size), 1.0);
-  far = gl_Position.w;
+void main() {
+  gl_Position = camera * vec4(place.xyz, 1.0);
+  shade = mix(colour * place.w, sky, clamp(gl_Position.w * fogFrom - 0.5, 0.0, 0.8));
 }`;
+export const BOX_FRAGMENT = `${VERSION}
+precision mediump float;
+in vec3 shade;
+out vec4 pixel;
+void main() { pixel = vec4(shade, 1.0); }`;
 
 /** Triangles as they are: terrain, meshes, soft bodies. */
 export const MESH_VERTEX = `${VERSION}

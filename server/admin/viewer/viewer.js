@@ -9,6 +9,7 @@ import { Overlay } from './overlay.js';
 import { Panel } from './panel.js';
 import { listen } from './pointer.js';
 import { Renderer } from './renderer.js';
+import { Replay } from './replay.js';
 import { Stream } from './stream.js';
 import { Geometry } from './terrain.js';
 
@@ -30,7 +31,7 @@ const overlay = new Overlay(renderer);
 const panel = new Panel();
 const charts = new Charts();
 
-const page = { state: 'connecting', chosen: 0, follows: false, updates: 0, frames: 0, dirty: true, seen: 0 };
+const page = { state: 'connecting', chosen: 0, follows: false, updates: 0, frames: 0, dirty: true, firstPicture_ms: 0 };
 
 const stream = new Stream({
   scene(scene, same) {
@@ -43,6 +44,7 @@ const stream = new Stream({
       placeCamera();
     }
     controls.setScene(scene);
+    replay.setScene(scene.recorded_ticks);
     element('title').textContent = scene.world;
     document.title = `${scene.world}: zoned`;
   },
@@ -68,10 +70,14 @@ const stream = new Stream({
 
 const controls = new Controls({ entities, renderer, overlay, stream, choose, page, charts, toggleAbove, toggleFollow });
 
+const replay = new Replay(stream);
+
 // For tests, and for a look from the browser's console.
 window.zoned = {
-  entities, renderer, clock, layers, overlay, charts, stream,
-  counts: () => ({ updates: page.updates, frames: page.frames, state: page.state, chosen: page.chosen }),
+  entities, renderer, clock, layers, overlay, charts, stream, replay,
+  counts: () => ({
+    updates: page.updates, frames: page.frames, state: page.state, chosen: page.chosen, first_picture_ms: page.firstPicture_ms,
+  }),
   choose,
   draw,
 };
@@ -99,6 +105,7 @@ function choose(id) {
   page.dirty = true;
   overlay.details = null;
   overlay.walkable = new Float32Array(0);
+  overlay.flow = new Float32Array(0);
   element('follow').disabled = id === 0;
   if (id) {
     panel.wait(id);
@@ -134,6 +141,11 @@ async function describe() {
     const zone = 1 + renderer.scene.zones.findIndex((known) => known.name === details.zone);
     const lines = await stream.get(`api/v1/walkable/${zone}?x=${x}&z=${z}&reach=50`);
     overlay.walkable = new Float32Array(lines ? await lines.arrayBuffer() : 0);
+  }
+  if (overlay.shown.flow) {
+    const lines = details.agent && (await stream.get(`api/v1/flow/${id}?reach=60`));
+    overlay.flow = new Float32Array(lines ? await lines.arrayBuffer() : 0);
+    panel.showFlow(overlay.flow.length > 0);
   }
 }
 
@@ -233,6 +245,9 @@ function frame(now) {
     page.dirty = false;
     draw();
     ++page.frames;
+    if (page.firstPicture_ms === 0 && entities.size > 0) {
+      page.firstPicture_ms = performance.now(); // since the page was opened
+    }
   }
   if (now - toldAt > WISH_MS) {
     toldAt = now;
@@ -249,6 +264,7 @@ function showFigures() {
 setInterval(() => {
   showFigures();
   controls.refresh();
+  replay.refresh(entities.tick);
 }, FIGURES_MS);
 setInterval(describe, DETAILS_MS);
 setInterval(async () => {

@@ -2,7 +2,6 @@
 
 #include "server/admin/json_body.h"
 #include "server/admin/metrics_text.h"
-#include "server/admin/viewer_assets.h"
 #include "server/app/admin/admin_figures.h"
 #include "server/app/admin/admin_files.h"
 #include "server/app/admin/spectator_routes.h"
@@ -134,7 +133,9 @@ void AdminApi::set_draining() {
 
 std::vector<admin::AdminRoute> AdminApi::routes() {
     std::vector<admin::AdminRoute> out = orders();
-    add_page(out);
+    for (admin::AdminRoute& route : page_routes()) {
+        out.push_back(std::move(route));
+    }
     add_open_routes(out);
     const auto get = [&](const char* path, admin::AdminRouteDoc doc, auto handle) {
         out.push_back({"GET", path, false, handle, std::move(doc)});
@@ -170,30 +171,6 @@ std::vector<admin::AdminRoute> AdminApi::routes() {
         out.push_back(std::move(route));
     }
     return out;
-}
-
-/// The viewer's own files.
-void AdminApi::add_page(std::vector<admin::AdminRoute>& out) {
-    for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
-        admin::AdminRoute route{"GET",
-                                std::string(asset.path),
-                                true,
-                                [&asset](const Call&, const Reply& reply) {
-                                    AdminResponse response = plain(std::string(asset.content), "");
-                                    response.content_type = asset.type;
-                                    // Nothing but the page's own files may run or be asked.
-                                    response.headers.emplace_back(
-                                        "Content-Security-Policy",
-                                        "default-src 'self'; img-src data:; frame-ancestors "
-                                        "'none'");
-                                    response.headers.emplace_back("Referrer-Policy", "no-referrer");
-                                    reply(std::move(response));
-                                },
-                                {}};
-        route.doc.summary = "A file of the viewer's page";
-        route.doc.answer_type = std::string(asset.type);
-        out.push_back(std::move(route));
-    }
 }
 
 /// Monitors ask these without a token.

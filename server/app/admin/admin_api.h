@@ -37,6 +37,10 @@ struct AdminActions {
     std::function<void(AdminDone)> reload;
     /// Changes one setting, "path" and value as for --set.
     std::function<void(std::string path, std::string value, AdminDone)> set;
+    /// Ends the recording, or begins one in a file of this name; empty: by the time.
+    std::function<void(bool on, const std::string& name, AdminDone)> record;
+    /// Writes the run up to now into a file of this name; empty: by the time.
+    std::function<void(const std::string& name, AdminDone)> snapshot;
 };
 
 /// Figures of the network thread at one moment.
@@ -79,7 +83,6 @@ class AdminApi {
 
     std::vector<admin::AdminRoute> routes();
     std::vector<admin::AdminRoute> orders();
-    void add_page(std::vector<admin::AdminRoute>& out);
     void add_open_routes(std::vector<admin::AdminRoute>& out);
     void health(const Call& call, const Reply& reply, bool ready);
     void status(const Reply& reply);
@@ -96,6 +99,8 @@ class AdminApi {
     void set(const Call& call, const Reply& reply);
     void reload(const Call& call, const Reply& reply);
     void change_log_level(const Call& call, const Reply& reply);
+    void record(const Call& call, const Reply& reply);
+    void snapshot(const Call& call, const Reply& reply);
     void spawn(const Call& call, const Reply& reply);
     void move(const Call& call, const Reply& reply);
     /// Posts an order to the zones, and replies when its answer has come back.

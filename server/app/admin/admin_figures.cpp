@@ -65,6 +65,8 @@ void fill_status(const AdminFigures& f, proto::admin::Status& out) {
     out.set_tick_age_s(std::max(0.0, f.now_s - f.loop.published_s));
     fill(f.loop.wall_ms, *out.mutable_tick_ms());
     fill(f.loop.late_ms, *out.mutable_tick_late_ms());
+    fill(f.loop.turn_ms, *out.mutable_turn_ms());
+    fill(f.loop.turn_cpu_ms, *out.mutable_turn_cpu_ms());
     out.set_overruns(static_cast<double>(f.loop.overruns));
     out.set_dropped_ticks(static_cast<double>(f.loop.dropped_ticks));
     out.set_entities(f.loop.entities);
@@ -147,6 +149,17 @@ void fill_session(const session::SessionFigures& from, proto::admin::SessionFigu
     out.set_waiting_events(static_cast<std::uint32_t>(from.waiting_events));
 }
 
+replication::Replicator::NetworkUse network_use_of(const World& world, EntityId entity) {
+    replication::Replicator::NetworkUse all;
+    for (const auto& zone : world.zones()) {
+        const auto use = std::as_const(*zone).state().replicator.spent_on(entity);
+        all.publications += use.publications;
+        all.records += use.records;
+        all.bytes += use.bytes;
+    }
+    return all;
+}
+
 bool fill_entity(const config::Settings& settings,
                  const World& world,
                  EntityId entity,
@@ -177,6 +190,10 @@ bool fill_entity(const config::Settings& settings,
         out.set_appearance(entities.appearance[row]);
         out.set_stance(stance_name(settings, entities.stance[row]));
         out.set_agent(agent_report(settings, *zone, entity, world.now()));
+        const replication::Replicator::NetworkUse use = network_use_of(world, entity);
+        out.set_sent_bytes(static_cast<double>(use.bytes));
+        out.set_sent_records(static_cast<double>(use.records));
+        out.set_publications(static_cast<double>(use.publications));
         return true;
     }
     return false;

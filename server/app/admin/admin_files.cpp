@@ -55,17 +55,6 @@ void replace_file(const std::string& path, const std::string& text, mode_t mode)
     }
 }
 
-std::string new_token() {
-    std::array<std::uint8_t, kTokenDigits / 2> bytes{};
-    session::random_bytes(bytes);
-    std::string out;
-    for (const std::uint8_t byte : bytes) {
-        out += "0123456789abcdef"[byte >> 4U];
-        out += "0123456789abcdef"[byte & 15U];
-    }
-    return out + "\n";
-}
-
 bool is_token(const std::string& text) {
     return text.size() == kTokenDigits && std::all_of(text.begin(), text.end(), [](char c) {
                return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
@@ -73,6 +62,17 @@ bool is_token(const std::string& text) {
 }
 
 }  // namespace
+
+std::string new_admin_token() {
+    std::array<std::uint8_t, kTokenDigits / 2> bytes{};
+    session::random_bytes(bytes);
+    std::string out;
+    for (const std::uint8_t byte : bytes) {
+        out += "0123456789abcdef"[byte >> 4U];
+        out += "0123456789abcdef"[byte & 15U];
+    }
+    return out;
+}
 
 std::string read_small_file(const std::string& path, std::size_t most_bytes) {
     std::ifstream in(path, std::ios::binary);
@@ -96,7 +96,7 @@ std::string admin_token(const std::string& folder) {
     struct stat status {};
 
     if (::stat(path.c_str(), &status) != 0) {
-        replace_file(path, new_token(), 0600);
+        replace_file(path, new_admin_token() + "\n", 0600);
         return admin_token(folder);
     }
     if ((status.st_mode & 0077U) != 0) {

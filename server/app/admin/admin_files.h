@@ -13,6 +13,9 @@ namespace zoned::app {
 /// std::runtime_error that names the file and the remedy, also where others may read the file.
 std::string admin_token(const std::string& folder);
 
+/// Random, 64 hexadecimal digits.
+std::string new_admin_token();
+
 /// Writes `folder`/admin.address, from which `zoned ctl` knows the port. Throws as above.
 void write_admin_address(const std::string& folder, const std::string& address);
 

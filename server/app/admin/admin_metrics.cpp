@@ -50,6 +50,11 @@ void write_ticks(MetricsText& out, const LoopStats& loop) {
             "zoned_tick_late_seconds",
             "Time from when a tick was due to its start.",
             loop.late_ms);
+    summary(out,
+            "zoned_turn_seconds",
+            "Time of the loop for a tick and all that goes with it, of the last whole ten seconds.",
+            loop.turn_ms);
+    summary(out, "zoned_turn_cpu_seconds", "The same in CPU time.", loop.turn_cpu_ms);
     out.family("zoned_tick_overruns_total",
                "counter",
                "Ticks that took longer than their period, by cause.");

@@ -11,6 +11,7 @@
 #include <asio/post.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <ctime>
 #include <utility>
@@ -25,6 +26,7 @@ using admin::problem;
 constexpr std::size_t kMaxReasonBytes = 256;
 constexpr std::size_t kMaxAccountBytes = 64;
 constexpr std::size_t kMaxNoticeBytes = 1024;
+constexpr std::size_t kMaxFileNameBytes = 100;
 constexpr double kMostHours = 24.0 * 366.0 * 100.0;
 constexpr double kMostGrace_s = 86400.0;
 constexpr double kFarthest_m = 1e7;
@@ -70,6 +72,20 @@ bool good_place(const google::protobuf::RepeatedField<double>& at, const admin::
                       });
     if (!good) {
         reply(problem(400, "position_m must be three numbers: x, y, z in m, world coordinates"));
+    }
+    return good;
+}
+
+/// False, and replied, when it is no name of a file that an operator may choose; empty is one.
+bool good_file_name(const std::string& name, const admin::AdminReply& reply) {
+    const bool good = name.size() <= kMaxFileNameBytes && !name.starts_with('.') &&
+                      std::all_of(name.begin(), name.end(), [](unsigned char c) {
+                          return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
+                      });
+    if (!good) {
+        reply(problem(400,
+                      "file must be a name without a folder: letters, digits, '.', '_' and '-', up "
+                      "to 100, no dot at its start"));
     }
     return good;
 }
@@ -129,6 +145,14 @@ std::vector<admin::AdminRoute> AdminApi::orders() {
          "Read the config again; what cannot change live is named",
          nullptr,
          &AdminApi::reload);
+    post("/api/v1/record",
+         "End the recording of the run, or begin one where its first inputs are still kept",
+         proto::admin::RecordRequest::descriptor(),
+         &AdminApi::record);
+    post("/api/v1/snapshot",
+         "Write the run up to now into a recording of its own",
+         proto::admin::SnapshotRequest::descriptor(),
+         &AdminApi::snapshot);
     post("/api/v1/log-level",
          "Change what the log holds, in one area or in all",
          proto::admin::LogLevelRequest::descriptor(),
@@ -296,6 +320,24 @@ void AdminApi::set(const Call& call, const Reply& reply) {
 
 void AdminApi::reload(const Call&, const Reply& reply) {
     on_network([this, reply] { actions_.reload(done(reply)); });
+}
+
+void AdminApi::record(const Call& call, const Reply& reply) {
+    proto::admin::RecordRequest body;
+    if (!read_body(call, reply, body) || !good_file_name(body.file(), reply)) {
+        return;
+    }
+    on_network([this, reply, on = body.on(), file = body.file()] {
+        actions_.record(on, file, done(reply));
+    });
+}
+
+void AdminApi::snapshot(const Call& call, const Reply& reply) {
+    proto::admin::SnapshotRequest body;
+    if (!read_body(call, reply, body) || !good_file_name(body.file(), reply)) {
+        return;
+    }
+    on_network([this, reply, file = body.file()] { actions_.snapshot(file, done(reply)); });
 }
 
 void AdminApi::change_log_level(const Call& call, const Reply& reply) {

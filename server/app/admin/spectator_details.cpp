@@ -1,13 +1,17 @@
 #include "server/app/admin/spectator_details.h"
 
 #include "server/ai/pathfinding/navmesh/navmesh_paths.h"
+#include "server/ai/pathfinding/requests/grid_path_requests.h"
 #include "server/ai/pathfinding/waypoints/waypoint_paths.h"
+#include "server/app/admin/admin_figures.h"
 #include "server/app/runtime/agent_report.h"
 #include "shared/core/json.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 namespace zoned::app {
@@ -150,13 +154,7 @@ void write_view(JsonWriter& json, const zone::ZoneState& state, ClientId client)
 
 /// The bytes that clients of all zones were sent about an entity.
 void write_spent(JsonWriter& json, const World& world, EntityId entity) {
-    replication::Replicator::NetworkUse all;
-    for (const auto& zone : world.zones()) {
-        const auto spent = std::as_const(*zone).state().replicator.spent_on(entity);
-        all.publications += spent.publications;
-        all.records += spent.records;
-        all.bytes += spent.bytes;
-    }
+    const replication::Replicator::NetworkUse all = network_use_of(world, entity);
     json.key("spent")
         .begin_object()
         .field("publications", all.publications)
@@ -248,7 +246,71 @@ void add_grid(const ai::pathfinding::PathProvider& map,
     }
 }
 
+/// The place that the path of an agent ends at; nothing where it has none.
+std::optional<ai::pathfinding::Spot> goal_of(const zone::ZoneState& state, EntityId entity) {
+    const ai::Slot slot = state.agents.slot_of(entity);
+    if (!state.paths.has(slot, entity)) {
+        return std::nullopt;
+    }
+    const auto answer = state.paths.answer(slot);
+    if (answer.waiting || answer.corners.empty()) {
+        return std::nullopt;
+    }
+    return answer.corners.back();
+}
+
+void add_flow(const ai::pathfinding::GroundGrid& grid,
+              const std::function<ai::pathfinding::Hop(ai::pathfinding::Cell)>& flow,
+              const Vec2& middle,
+              float reach_m,
+              LineBuffer& out) {
+    using namespace ai::pathfinding;
+    const Cell low = grid.cell({middle.x() - reach_m, middle.y() - reach_m});
+    const Cell high = grid.cell({middle.x() + reach_m, middle.y() + reach_m});
+    const float arm = 0.35F * grid.cell_m();
+    for (std::uint16_t y = low.y; y <= high.y; ++y) {
+        for (std::uint16_t x = low.x; x <= high.x; ++x) {
+            const Hop hop = flow({x, y});
+            if (hop >= kArrived) {
+                continue;
+            }
+            const Spot at = grid.centre({x, y});
+            const Vec2 step =
+                arm *
+                Vec2(static_cast<float>(kHopX[hop]), static_cast<float>(kHopY[hop])).normalized();
+            out.add(Vec3(at.x - step.x(), 0.0F, at.z - step.y()),
+                    Vec3(at.x + step.x(), 0.0F, at.z + step.y()));
+        }
+    }
+}
+
 }  // namespace
+
+std::string flow_lines(const World& world, EntityId entity, float reach_m) {
+    for (const auto& zone : world.zones()) {
+        if (!zone->owns(entity)) {
+            continue;
+        }
+        const zone::ZoneState& state = std::as_const(*zone).state();
+        const auto goal = goal_of(state, entity);
+        const Vec3& at = state.entities.position[state.entities.find(entity)];
+        const Vec2 middle(at.x(), at.z());
+        LineBuffer out(state.settings.region().origin(), middle, reach_m);
+        for (std::size_t size = 0; goal && size < state.paths.sizes(); ++size) {
+            const auto* map =
+                dynamic_cast<const ai::pathfinding::GridPathRequests*>(&state.paths.map(size));
+            const auto flow = map != nullptr && map->contains(*goal)
+                                  ? map->flow_to(map->grid().cell(*goal))
+                                  : nullptr;
+            if (flow) {
+                add_flow(map->grid(), flow, middle, reach_m, out);
+                break;
+            }
+        }
+        return out.take();
+    }
+    return {};
+}
 
 std::string details_json(const config::Settings& settings, const World& world, EntityId entity) {
     for (const auto& zone : world.zones()) {

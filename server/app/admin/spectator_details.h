@@ -24,6 +24,11 @@ namespace zoned::app {
                                          float z,
                                          float reach_m);
 
+/// The flow field that leads to the goal of an entity's agent, within `reach_m` of the entity:
+/// lines as above, each from one end of a cell's step to the other. Empty where the agent has no
+/// path on a grid, or shares no field: its path was planned alone. Runs between two ticks.
+[[nodiscard]] std::string flow_lines(const World& world, EntityId entity, float reach_m);
+
 /// Quantiles over pairs of client and moving entity: the distance of truth from what the client is
 /// assumed to show, as a share of the promised bound.
 struct ErrorShares {

@@ -1,6 +1,7 @@
 #include "server/app/admin/spectator_routes.h"
 
 #include "server/admin/json_body.h"
+#include "server/admin/viewer_assets.h"
 #include "server/app/admin/spectator_details.h"
 #include "server/app/admin/spectator_scene.h"
 #include "server/app/log/log.h"
@@ -78,6 +79,17 @@ void walkable(const SpectatorRoutes& with, const AdminCall& call, const AdminRep
     }
     look(with, reply, [zone, x, z, reach](const World& world) {
         return bytes_of(walkable_lines(world, zone, x, z, reach));
+    });
+}
+
+void flow(const SpectatorRoutes& with, const AdminCall& call, const AdminReply& reply) {
+    float reach = 0.0F;
+    if (!query_metres(call, "reach", 60.0F, reach) || reach <= 0.0F || reach > kMostReach_m) {
+        reply(problem(400, "reach is up to 200 m"));
+        return;
+    }
+    look(with, reply, [id = call.id, reach](const World& world) {
+        return bytes_of(flow_lines(world, EntityId(id), reach));
     });
 }
 
@@ -231,6 +243,14 @@ std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with) {
          "application/octet-stream"},
         [with](const AdminCall& call, const AdminReply& reply) { walkable(with, call, reply); });
     add("GET",
+        "/api/v1/flow/{id}",
+        {"Lines of the flow field that leads to the goal of an entity's agent",
+         nullptr,
+         nullptr,
+         {{"reach", "up to 200 m"}},
+         "application/octet-stream"},
+        [with](const AdminCall& call, const AdminReply& reply) { flow(with, call, reply); });
+    add("GET",
         "/api/v1/charts",
         {"Sums and quantiles for the viewer's charts"},
         [with](const AdminCall&, const AdminReply& reply) { charts(with, reply); });
@@ -239,6 +259,31 @@ std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with) {
         {"Slows down, stops or steps the world, in development alone",
          proto::viewer::PaceRequest::descriptor()},
         [with](const AdminCall& call, const AdminReply& reply) { pace(with, call, reply); });
+    return out;
+}
+
+std::vector<admin::AdminRoute> page_routes() {
+    std::vector<admin::AdminRoute> out;
+    for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
+        admin::AdminRoute route{
+            "GET",
+            std::string(asset.path),
+            true,
+            [&asset](const AdminCall&, const AdminReply& reply) {
+                AdminResponse response = content(std::string(asset.content), "");
+                response.content_type = asset.type;
+                // Nothing but the page's own files may run or be asked.
+                response.headers.emplace_back("Content-Security-Policy",
+                                              "default-src 'self'; img-src data:; frame-ancestors "
+                                              "'none'");
+                response.headers.emplace_back("Referrer-Policy", "no-referrer");
+                reply(std::move(response));
+            },
+            {}};
+        route.doc.summary = "A file of the viewer's page";
+        route.doc.answer_type = std::string(asset.type);
+        out.push_back(std::move(route));
+    }
     return out;
 }
 

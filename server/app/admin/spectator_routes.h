@@ -9,14 +9,18 @@ namespace zoned::app {
 /// The routes need these; all must outlive them.
 struct SpectatorRoutes {
     const config::Settings& settings;
-    TickLoop& loop;
+    VisitedWorld& loop;
     /// Runs work on the admin server's thread.
     std::function<void(std::function<void()>)> post;
     /// Takes a sample of the network, and goes on with it on the admin server's thread.
     std::function<void(std::function<void(const NetworkSample&)>)> sample_network;
 };
 
-/// GET scene/pieces/{id}, inspect/{id}, walkable/{id}, charts; POST pace; all below /api/v1/.
+/// GET scene/pieces/{id}, inspect/{id}, walkable/{id}, flow/{id}, charts; POST pace; all below
+/// /api/v1/.
 [[nodiscard]] std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with);
+
+/// The viewer's own files.
+[[nodiscard]] std::vector<admin::AdminRoute> page_routes();
 
 }  // namespace zoned::app

@@ -210,13 +210,14 @@ void write_surfaces(core::JsonWriter& json, const config::Settings& settings) {
 
 }  // namespace
 
-std::string scene_json(const config::Settings& settings) {
+std::string scene_json(const config::Settings& settings, Tick recorded) {
     core::JsonWriter json;
     json.begin_object()
         .field("world", settings.world_name)
         .field("digest", settings.digest)
         .field("tick_rate_hz", settings.tick_rate_hz)
         .field("development", settings.server.session.dev_mode_loopback)
+        .field("recorded_ticks", recorded)
         .field("ground_height_m", static_cast<double>(settings.ground_height_m))
         .field("pieces", pieces_of(settings).size());
     json.key("types").begin_array();

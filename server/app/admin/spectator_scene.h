@@ -12,8 +12,9 @@ namespace zoned::app {
 inline constexpr std::size_t kPieceBytes = 262144;
 
 /// As server/admin/viewer/renderer.js reads it: world, tick rate, ground, types, zones, doors,
-/// surfaces, and how many pieces of geometry there are.
-[[nodiscard]] std::string scene_json(const config::Settings& settings);
+/// surfaces, and how many pieces of geometry there are. `recorded`: last tick of the recording that
+/// is shown; 0: none is.
+[[nodiscard]] std::string scene_json(const config::Settings& settings, Tick recorded = 0);
 
 /// Piece `number`, from 1 on; empty where there is none. Little-endian, with the head u32 kind,
 /// u32 owner, u32 first, u32 count:

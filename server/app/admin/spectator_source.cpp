@@ -166,7 +166,7 @@ void fill_sample(const World& world, SpectatorSample& out) {
     add_walkers(world, out);
 }
 
-admin::SpectatorSource spectator_source(const config::Settings& settings, TickLoop& loop) {
+admin::SpectatorSource spectator_source(const config::Settings& settings, VisitedWorld& loop) {
     admin::SpectatorSource source;
     source.rate_hz = std::min(30.0, settings.tick_rate_hz);
     source.scene = [&settings] {

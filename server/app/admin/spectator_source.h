@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/admin/admin_server.h"
-#include "server/app/runtime/tick_loop.h"
+#include "server/app/runtime/visited_world.h"
 #include "server/config/settings.h"
 
 namespace zoned::app {
@@ -13,7 +13,7 @@ inline constexpr std::uint32_t kWalkersPerSample = 512;
 inline constexpr std::size_t kMostParticlesShown = 20000;
 
 /// Both must outlive the source. Samples are taken between two ticks and read the world alone.
-admin::SpectatorSource spectator_source(const config::Settings& settings, TickLoop& loop);
+admin::SpectatorSource spectator_source(const config::Settings& settings, VisitedWorld& loop);
 
 /// Copies the columns of all zones, some walkers, and the layers that `out` names. Allocates
 /// nothing where `out` was filled before and the world has not grown.

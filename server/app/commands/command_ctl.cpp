@@ -218,6 +218,17 @@ int act(Ctl& ctl, const CtlArguments& a) {
         body.set_yaw_deg(a.yaw_deg);
         return ctl.order("/api/v1/spawn", body);
     }
+    if (a.command == "record") {
+        proto::admin::RecordRequest body;
+        body.set_on(a.text == "on");
+        body.set_file(a.file);
+        return ctl.order("/api/v1/record", body);
+    }
+    if (a.command == "snapshot") {
+        proto::admin::SnapshotRequest body;
+        body.set_file(a.file);
+        return ctl.order("/api/v1/snapshot", body);
+    }
     if (a.command == "move") {
         proto::admin::MoveRequest body;
         body.set_entity(a.entity);

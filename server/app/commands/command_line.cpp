@@ -156,13 +156,22 @@ void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
     c->add_option("--to", a.to, "Last tick")->check(CLI::PositiveNumber);
     CLI::Option* out =
         c->add_option("--out", a.out, "Copy these ticks into a recording; simulates nothing");
-    c->add_flag("--info", a.info, "Say what FILE holds and whether it is whole; simulates nothing")
-        ->excludes(out);
+    CLI::Option* info =
+        c->add_flag(
+             "--info", a.info, "Say what FILE holds and whether it is whole; simulates nothing")
+            ->excludes(out);
+    CLI::Option* show =
+        c->add_flag("--serve", a.serve, "Show it in a browser, with a slider, until a signal comes")
+            ->excludes(out)
+            ->excludes(info);
+    c->add_option("--port", a.port, "Of --serve, on this machine alone; default: any free one")
+        ->needs(show);
     c->footer(
         "Exit 1: a hash differs or the file is damaged; all before the damage is replayed.\n"
         "Examples:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
         "  zoned replay run.zrec --threads 4   # it lies beside world.txtpb\n"
         "  zoned replay run.zrec --info\n"
+        "  zoned replay run.zrec --serve   # prints the address for a browser\n"
         "  zoned replay run.zrec --to 900 --out begin.zrec\n"
         "  zoned replay state/ring-20260131T120000   # after a crash");
     c->callback([&] {

@@ -1,4 +1,5 @@
 #include "server/app/commands/commands.h"
+#include "server/app/replay/replay_server.h"
 #include "server/app/world/replayed_tick.h"
 #include "server/config/expand/load_settings.h"
 #include "server/recording/recording_file.h"
@@ -8,6 +9,7 @@
 #include <chrono>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 namespace zoned::app {
 
@@ -201,6 +203,12 @@ int replay(const ReplayArguments& arguments) {
     config::Settings settings;
     if (!settings_of(reader.header(), arguments.file, settings)) {
         return kUsage;
+    }
+    if (arguments.serve) {
+        const auto shown =
+            serve_replay(std::move(settings),
+                         {arguments.file, arguments.threads, arguments.port, arguments.from});
+        return !shown.ok() ? complain(kFailed, shown.error()) : *shown ? kGood : kFailed;
     }
     return simulate(reader, settings, arguments);
 }

@@ -23,6 +23,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <thread>
 
@@ -52,6 +53,16 @@ recording::RecordingHeader record_header(const config::Settings& settings) {
     header.config_digest = settings.digest;
     header.seed = settings.seed;
     return header;
+}
+
+/// A file of the state folder; without a name the time is one.
+std::string recording_path(const config::Settings& settings, const std::string& name) {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    char time[32];
+    std::strftime(time, sizeof(time), "%Y%m%dT%H%M%S.zrec", &parts);
+    return settings.server.session.state_folder + "/recordings/" + (name.empty() ? time : name);
 }
 
 /// One run of the server: world, loop, network, signals; all wiring and nothing else.
@@ -170,7 +181,37 @@ class Server {
         actions.set = [this](const std::string& path, const std::string& value, AdminDone done) {
             change(path, value, std::move(done));
         };
+        actions.record = [this](bool on, const std::string& name, const AdminDone& done) {
+            with_recorder(done, [&](recording::RecordingAnswer answer) {
+                if (on) {
+                    recorder_->start_file(recording_path(settings_, name), std::move(answer));
+                } else {
+                    recorder_->stop_file(std::move(answer));
+                }
+            });
+        };
+        actions.snapshot = [this](const std::string& name, const AdminDone& done) {
+            with_recorder(done, [&](recording::RecordingAnswer answer) {
+                recorder_->snapshot(recording_path(settings_, name), std::move(answer));
+            });
+        };
         return actions;
+    }
+
+    /// Gives `ask` an answer that logs and tells.
+    template <class Ask>
+    void with_recorder(const AdminDone& done, Ask ask) {
+        if (!recorder_) {
+            tell(Outcome::failure("no inputs are kept: recording.file is empty, and "
+                                  "recording.ring_s is 0"),
+                 done);
+            return;
+        }
+        ask([done](const core::Result<std::string>& result) {
+            tell(
+                result.ok() ? Outcome(AdminOutcome{*result, {}}) : Outcome::failure(result.error()),
+                done);
+        });
     }
 
     /// Runs `read` on a thread of its own, and goes on with its result here: sockets are served

@@ -51,10 +51,12 @@ struct TicketArguments {
 struct ReplayArguments {
     std::string file;  ///< or a folder with the pieces of a ring
     unsigned threads = 1;
-    std::int64_t from = 0;  ///< first tick that is compared, or copied to `out`
-    std::int64_t to = 0;    ///< last tick; 0: all
-    std::string out;        ///< a recording of these ticks; nothing is simulated
-    bool info = false;      ///< says what the file holds; nothing is simulated
+    std::int64_t from = 0;   ///< first tick that is compared, or copied to `out`
+    std::int64_t to = 0;     ///< last tick; 0: all
+    std::string out;         ///< a recording of these ticks; nothing is simulated
+    bool info = false;       ///< says what the file holds; nothing is simulated
+    bool serve = false;      ///< shows it in the viewer
+    std::uint16_t port = 0;  ///< of the viewer; 0: any free one
 };
 
 struct BakeArguments {
@@ -90,8 +92,9 @@ struct CtlArguments {
     std::string account;
     std::string name;
     std::string reason;
-    std::string text;  ///< to say, PATH=VALUE to set, a log level, a type to spawn
+    std::string text;  ///< to say, PATH=VALUE to set, a log level, a type to spawn, on or off
     std::string area;  ///< of the log; empty: all
+    std::string file;  ///< name of a recording; empty: by the time
     std::vector<double> position_m;
     double yaw_deg = 0.0;
     std::uint32_t client = 0;

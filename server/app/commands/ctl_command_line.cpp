@@ -84,6 +84,15 @@ void add_orders(CLI::App& c, CtlArguments& a, std::function<int()>& run) {
     level->add_option("--area", a.area, "Of the log; default: all areas")
         ->check(CLI::IsMember(
             std::vector<std::string>(config::kLogAreaNames.begin(), config::kLogAreaNames.end())));
+    CLI::App* record = add_order(c, a, run, "record", "End the recording of the run, or begin one");
+    record->add_option("on|off", a.text)->required()->check(CLI::IsMember({"on", "off"}));
+    record->add_option(
+        "--file", a.file, "Name in the state folder's recordings; default: the time");
+    record->footer(
+        "A replay starts with tick 1: a recording begins later only where the inputs since then\n"
+        "are still kept (recording.ring_s).");
+    add_order(c, a, run, "snapshot", "Write the run up to now into a recording of its own")
+        ->add_option("--file", a.file, "Name in the state folder's recordings; default: the time");
     add_world_orders(c, a, run);
 }
 
@@ -106,6 +115,7 @@ void add_ctl(CLI::App& app, CtlArguments& a, std::function<int()>& run) {
         "Examples:\n"
         "  zoned ctl --state config/state status\n"
         "  zoned ctl --state config/state kick --name ann --reason \"be kind\"\n"
+        "  zoned ctl --state config/state snapshot --file before_the_fall.zrec\n"
         "  zoned ctl --state config/state spawn crate --at 10 5 -20\n"
         "  zoned ctl --admin https://game.example.org:7780 --token-file t --certificate c status");
     add_looks(*c, a, run);

@@ -204,6 +204,10 @@ std::string entity_text(const proto::admin::EntityFigures& e) {
     if (e.client() != 0) {
         out += fmt::format("client      {}\n", e.client());
     }
+    out += fmt::format("sent        {:.0f} bytes in {:.0f} records of {:.0f} publications\n",
+                       e.sent_bytes(),
+                       e.sent_records(),
+                       e.publications());
     return out + e.agent();
 }
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <iterator>
 #include <utility>
 
 namespace zoned::app {
@@ -23,6 +22,7 @@ constexpr auto kStandingPause = std::chrono::milliseconds(10);
 /// Sums of traffic are for people: so many ticks old at most.
 constexpr Tick kTrafficEvery = 30;
 constexpr double kBandsEvery_s = 10.0;
+constexpr double kTurnsOver_s = 10.0;
 
 std::string overrun_cause(const LoopStats& stats, double wall_s, double cpu_s, double period_s) {
     if (cpu_s > period_s) {
@@ -127,7 +127,7 @@ void TickLoop::stand_still() {
         schedule_.ran();
     }
     publish();
-    answer_visit();
+    visits_.answer(world_);
     turns_.fetch_add(1, std::memory_order_relaxed);
     std::this_thread::sleep_for(kStandingPause);
 }
@@ -153,7 +153,8 @@ void TickLoop::run_tick(double due_s) {
         }
     }
     publish();
-    answer_visit();
+    visits_.answer(world_);
+    count_turn(steady_seconds() - begin, thread_cpu_ns() + world_.pool().cpu_ns() - cpu_begin);
     turns_.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -166,18 +167,6 @@ void TickLoop::publish() {
     auto copy = std::make_shared<LoopStats>(stats());
     copy->published_s = now;
     published_.publish(std::move(copy));
-}
-
-void TickLoop::answer_visit() {
-    if (waiting_visits_.size() < kMostVisits) {
-        visits_.take_all(taken_visits_);
-        std::move(taken_visits_.begin(), taken_visits_.end(), std::back_inserter(waiting_visits_));
-        taken_visits_.clear();
-    }
-    if (!waiting_visits_.empty()) {
-        waiting_visits_.front()(world_);
-        waiting_visits_.pop_front();
-    }
 }
 
 void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
@@ -193,6 +182,21 @@ void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
     world_.tick(*inputs, out);
     world_.hash_zones(hashes_);
     recorder_->end_tick(world_.now(), hashes_);
+}
+
+void TickLoop::count_turn(double wall_s, std::uint64_t cpu_ns) {
+    turns_ms_.add(1e3 * wall_s);
+    turns_cpu_ms_.add(1e-6 * static_cast<double>(cpu_ns));
+    if (static_cast<double>(turns_ms_.count()) < kTurnsOver_s / schedule_.dt_s()) {
+        return;
+    }
+    {
+        const std::lock_guard lock(stats_mutex_);
+        stats_.turn_ms = turns_ms_;
+        stats_.turn_cpu_ms = turns_cpu_ms_;
+    }
+    turns_ms_ = {};
+    turns_cpu_ms_ = {};
 }
 
 void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {

@@ -6,6 +6,7 @@
 #include "server/app/runtime/difficulty_log.h"
 #include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
+#include "server/app/runtime/visited_world.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
 #include "server/mailbox/latest.h"
@@ -16,7 +17,6 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -62,11 +62,15 @@ struct ZoneSample {
 
 struct LoopStats {
     Tick ticks = 0;
-    double published_s = 0.0;    ///< steady clock, of a published copy
-    core::Histogram wall_ms;     ///< from a tick's start to its end
-    core::Histogram cpu_ms;      ///< the same in thread CPU time, all threads of the world
-    core::Histogram late_ms;     ///< from when a tick was due to its start
-    std::uint64_t overruns = 0;  ///< ticks that took longer than their period by the wall
+    double published_s = 0.0;  ///< steady clock, of a published copy
+    core::Histogram wall_ms;   ///< from a tick's start to its end
+    core::Histogram cpu_ms;    ///< the same in thread CPU time, all threads of the world
+    core::Histogram late_ms;   ///< from when a tick was due to its start
+    /// The loop's time for a tick and all that goes with it, looks at the world among them: of the
+    /// last whole ten seconds.
+    core::Histogram turn_ms;
+    core::Histogram turn_cpu_ms;  ///< the same in thread CPU time
+    std::uint64_t overruns = 0;   ///< ticks that took longer than their period by the wall
     std::map<std::string, std::uint64_t> overrun_causes;
     std::uint64_t dropped_ticks = 0;  ///< left out because the loop was too far behind
     std::uint64_t cpu_ns =
@@ -113,21 +117,14 @@ struct LoopSettings {
     std::function<void()> on_stopped_zone = {};
 };
 
-/// Reads the world between two ticks, on the loop's thread; changes nothing and takes at most a
-/// millisecond.
-using WorldVisit = std::function<void(const World&)>;
-/// So many wait at most.
-inline constexpr std::size_t kMostVisits = 16;
-inline constexpr double kMostTimeScale = 8.0;
-
-class TickLoop {
+class TickLoop final : public VisitedWorld {
   public:
     /// `deliver` is called on the loop's thread once per tick. `recorder` may be null.
     TickLoop(World& world,
              const LoopSettings& settings,
              std::function<void(TickResult)> deliver,
              recording::Recorder* recorder);
-    ~TickLoop();
+    ~TickLoop() override;
 
     void start();
     /// Returns when the running tick is done. Called by the destructor too.
@@ -136,23 +133,19 @@ class TickLoop {
     /// From any thread; false when the mailbox is full (counted).
     bool post(mailbox::InboxItem item) { return inbox_.push(std::move(item)); }
 
-    /// Has the world visited after one of the next ticks, one visit a tick; from any thread. False
-    /// when too many visits wait already.
-    bool visit(WorldVisit visit) { return visits_.push(std::move(visit)); }
+    bool visit(WorldVisit visit) override { return visits_.push(std::move(visit)); }
 
-    /// From any thread: lets the loop run at `scale` times its rate from now on, 0 to
-    /// kMostTimeScale; at 0 it stands still. Visits are answered meanwhile. For development: the
-    /// clocks of clients follow with delay.
-    void set_time_scale(double scale) { time_scale_.store(scale); }
+    /// For development: the clocks of clients follow with delay.
+    void set_time_scale(double scale) override { time_scale_.store(scale); }
 
-    [[nodiscard]] double time_scale() const { return time_scale_.load(); }
+    [[nodiscard]] double time_scale() const override { return time_scale_.load(); }
 
-    /// From any thread: so many ticks more while the loop stands still.
-    void step_ticks(unsigned ticks) { steps_.fetch_add(ticks); }
+    void step_ticks(unsigned ticks) override { steps_.fetch_add(ticks); }
 
-    /// The sums as they were a moment ago (LoopSettings::publish_every_s), null before the first
-    /// tick; from any thread. The loop never waits for its readers.
-    [[nodiscard]] std::shared_ptr<const LoopStats> published() const { return published_.get(); }
+    /// As old as LoopSettings::publish_every_s.
+    [[nodiscard]] std::shared_ptr<const LoopStats> published() const override {
+        return published_.get();
+    }
 
     /// Grows with every tick, and while the loop stands still on request; from any thread.
     [[nodiscard]] std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }
@@ -165,10 +158,10 @@ class TickLoop {
     void run_tick(double due_s);
     void step_world(std::vector<mailbox::OutboxItem>& out);
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
+    void count_turn(double wall_s, std::uint64_t cpu_ns);
     void count_zone(std::size_t index);
     void count_traffic();
     void publish();
-    void answer_visit();
     void wait_until(double time_s);
     void stand_still();
 
@@ -190,13 +183,13 @@ class TickLoop {
     std::vector<recording::FlappingFigures> flapping_told_;
     LoggedBands logged_bands_;
     TickLog log_;
+    core::Histogram turns_ms_;  // of the ten seconds that run
+    core::Histogram turns_cpu_ms_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
     mailbox::Latest<LoopStats> published_;
     double publish_due_s_ = 0.0;
-    mailbox::BoundedQueue<WorldVisit> visits_{kMostVisits};
-    std::vector<WorldVisit> taken_visits_;
-    std::deque<WorldVisit> waiting_visits_;
+    VisitQueue visits_;
 };
 
 }  // namespace zoned::app

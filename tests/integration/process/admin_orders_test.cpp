@@ -40,6 +40,63 @@ TEST_F(Admin, SpawnsAndMovesByCtlAndReplaysIt) {
     EXPECT_NE(replay.output().find("every hash agrees"), std::string::npos) << replay.output();
 }
 
+TEST_F(Admin, EndsBeginsAndCopiesTheRecordingByCtl) {
+    const std::string file = scratch_folder() + "/begun.zrec";
+    const std::string folder = scratch_folder() + "/recordings";
+    serve({"--set", "recording.file=\"" + file + "\""});
+    join(2);
+    EXPECT_EQ(ctl({"snapshot", "--file", "early.zrec"}), 0) << complained;
+    expect_said({folder + "/early.zrec holds ticks 1 to "});
+    EXPECT_EQ(ctl({"record", "off"}), 0) << complained;
+    expect_said({file + " holds ticks 1 to "});
+    EXPECT_EQ(ctl({"record", "off"}), 2);
+    EXPECT_NE(complained.find("nothing is recorded"), std::string::npos) << complained;
+    EXPECT_EQ(ctl({"spawn", "crate", "--at", "3", "5", "-20"}), 0) << complained;
+    EXPECT_EQ(ctl({"record", "on", "--file", "later.zrec"}), 0) << complained;
+    expect_said({"recording into " + folder + "/later.zrec, from tick 1 on"});
+    EXPECT_EQ(ctl({"record", "on"}), 2);
+    EXPECT_EQ(ctl({"snapshot", "--file", "early.zrec"}), 2);
+    EXPECT_NE(complained.find("exists already"), std::string::npos) << complained;
+    EXPECT_EQ(ctl({"snapshot", "--file", "../early.zrec"}), 2);
+    EXPECT_EQ(ctl({"record", "on", "--file", ".zrec"}), 2);
+    EXPECT_EQ(status_of(order("/api/v1/snapshot", "{\"file\": \"a/b\"}")), 400);
+    EXPECT_EQ(ctl({"snapshot"}), 0) << complained;
+    server->signal(SIGTERM);
+    EXPECT_EQ(server->wait(kPatience), 0) << server->errors();
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        ++files;
+        Child replay("zoned", {"replay", entry.path().string()});
+        EXPECT_EQ(replay.wait(kPatience), 0) << entry.path() << replay.errors();
+    }
+    EXPECT_EQ(files, 3U);
+    Child replay("zoned", {"replay", file});
+    EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
+}
+
+TEST_F(Admin, RecordsNothingLateThatNoReplayCouldStartWith) {
+    serve({"--set", "recording.ring_s=0.2"});
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    EXPECT_EQ(ctl({"record", "on"}), 2);
+    EXPECT_NE(complained.find("a replay starts with tick 1"), std::string::npos) << complained;
+    EXPECT_EQ(ctl({"snapshot"}), 2);
+    EXPECT_NE(complained.find("recording.file"), std::string::npos) << complained;
+}
+
+TEST_F(Admin, TellsTheBytesSpentOnAnEntity) {
+    serve();
+    EXPECT_EQ(ctl({"inspect", "12"}), 0) << complained;
+    expect_said({"sent        0 bytes in 0 records"});
+    join(2);
+    for (int i = 0; i < 100 && (ctl({"--json", "inspect", "12"}) != 0 ||
+                                number_after(said, "\"sent_bytes\": ") <= 0);
+         ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    EXPECT_GT(number_after(said, "\"sent_bytes\": "), 0) << said;
+    EXPECT_GT(number_after(said, "\"sent_records\": "), 0) << said;
+}
+
 TEST_F(Admin, ChangesTheLogLevelByCtl) {
     serve();
     EXPECT_EQ(ctl({"log-level", "debug"}), 0) << complained;

@@ -80,6 +80,13 @@ class RawSocket {
         }
     }
 
+    /// Takes what is there, and returns how many bytes it was; 0 where the other side has closed.
+    std::size_t receive_some() const {
+        std::array<char, 65536> part{};
+        const ssize_t got = ::recv(fd_, part.data(), part.size(), 0);
+        return got > 0 ? static_cast<std::size_t>(got) : 0;
+    }
+
     /// Bytes up to the first occurrence of `end`, with it.
     std::string receive_until(const std::string& end) const {
         std::string text;

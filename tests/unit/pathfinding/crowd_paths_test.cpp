@@ -116,6 +116,23 @@ TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
     EXPECT_EQ(paths.cost(start, goal), free);
 }
 
+TEST_F(TwoGaps, AreShownWithTheStepsOfTheirField) {
+    EXPECT_FALSE(paths.field_to(goal));
+    std::vector<Cell> cells{start};
+    EXPECT_FALSE(paths.append_path(start, goal, cells));
+    EXPECT_FALSE(paths.field_to(goal)) << "it is not made yet";
+    settle(paths);
+    crowd(14);
+    const auto field = paths.field_to(goal);
+    ASSERT_TRUE(field);
+    std::vector<Cell> shown{start};
+    while (paths.hop(*field, shown.back()) < kArrived && shown.size() < 1000) {
+        shown.push_back(hopped(shown.back(), paths.hop(*field, shown.back())));
+    }
+    EXPECT_EQ(shown.back(), goal);
+    EXPECT_GE(gap_of(shown), 30) << "around the crowd";
+}
+
 TEST_F(TwoGaps, AWayEndsAtAClosedDoorAtOnceAndIsThereAgainSoon) {
     std::vector<Cell> cells{start};
     EXPECT_FALSE(paths.append_path(start, goal, cells));

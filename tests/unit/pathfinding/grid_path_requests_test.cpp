@@ -274,6 +274,17 @@ TEST(GridPathRequests, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
     }
     serve_all(service, 1000);
     EXPECT_EQ(service.counts().fields, 2U);
+    // Its steps lead to the goal from everywhere; to a goal of nobody's there is none.
+    const auto flow = service.flow_to(service.grid().cell(to));
+    ASSERT_TRUE(flow);
+    for (std::size_t i = 0; i < from.size(); i += 50) {
+        Cell at = service.grid().cell(from[i]);
+        for (int steps = 0; flow(at) < kArrived && steps < 10000; ++steps) {
+            at = hopped(at, flow(at));
+        }
+        EXPECT_EQ(at, service.grid().cell(to));
+    }
+    EXPECT_FALSE(service.flow_to(service.grid().cell(from[0])));
     GridPlanner planner(service.planner().map());
     for (std::size_t i = 0; i < tickets.size(); i += 10) {
         GridQuery q;

@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <mutex>
 #include <thread>
 
@@ -221,6 +222,130 @@ TEST_F(Recorders, EndTheRecordingWhenTheDiskStaysBehind) {
     ASSERT_EQ(told().size(), 1U);
     std::string reason;
     EXPECT_GE(span_of(s.file, &reason).second, 1) << "no tick is missing before the end";
+}
+
+/// Carries out a wish, and waits for its answer.
+template <class Wish>
+core::Result<std::string> answer_to(Wish wish) {
+    std::promise<core::Result<std::string>> answer;
+    wish([&answer](const core::Result<std::string>& result) { answer.set_value(result); });
+    return answer.get_future().get();
+}
+
+core::Result<std::string> stop(Recorder& r) {
+    return answer_to([&](RecordingAnswer answer) { r.stop_file(std::move(answer)); });
+}
+
+core::Result<std::string> start(Recorder& r, const std::string& file) {
+    return answer_to([&](RecordingAnswer answer) { r.start_file(file, std::move(answer)); });
+}
+
+core::Result<std::string> snapshot(Recorder& r, const std::string& file) {
+    return answer_to([&](RecordingAnswer answer) { r.snapshot(file, std::move(answer)); });
+}
+
+using Span = std::pair<Tick, Tick>;
+
+TEST_F(Recorders, EndAFileAndBeginAnotherWhileTheRingHoldsTheWholeRun) {
+    RecorderSettings s = settings();
+    s.file = folder + "/a.zrec";
+    s.ring_s = 100.0;
+    const auto r = recorder(s);
+    ASSERT_TRUE(r->open().ok());
+    play(*r, 1, 20);
+    EXPECT_FALSE(start(*r, folder + "/b.zrec").ok()) << "one is recorded already";
+    const auto ended = stop(*r);
+    ASSERT_TRUE(ended.ok()) << ended.error();
+    EXPECT_NE(ended->find("ticks 1 to 20"), std::string::npos) << *ended;
+    EXPECT_FALSE(stop(*r).ok()) << "nothing is recorded";
+    play(*r, 21, 300);
+    std::string reason;
+    EXPECT_EQ(span_of(s.file, &reason), Span(1, 20));
+    EXPECT_EQ(reason, "");
+    const std::string next = folder + "/made/b.zrec";
+    const auto begun = start(*r, next);
+    ASSERT_TRUE(begun.ok()) << begun.error();
+    play(*r, 301, 340);
+    ASSERT_TRUE(r->close().ok());
+    EXPECT_EQ(span_of(next, &reason), Span(1, 340));
+    EXPECT_EQ(reason, "");
+    EXPECT_EQ(span_of(s.file), Span(1, 20)) << "the first stays as it was";
+}
+
+TEST_F(Recorders, BeginNoFileThatNoReplayCouldStartWith) {
+    RecorderSettings s = settings();
+    s.ring_s = 2.0;  // 20 ticks
+    const auto r = recorder(s);
+    ASSERT_TRUE(r->open().ok());
+    play(*r, 1, 100);
+    const std::string file = folder + "/late.zrec";
+    const auto begun = start(*r, file);
+    ASSERT_FALSE(begun.ok());
+    EXPECT_NE(begun.error().find("starts with tick 1"), std::string::npos) << begun.error();
+    const auto taken = snapshot(*r, file);
+    ASSERT_FALSE(taken.ok());
+    EXPECT_NE(taken.error().find("recording.ring_s"), std::string::npos) << taken.error();
+    EXPECT_FALSE(fs::exists(file));
+    EXPECT_FALSE(fs::exists(file + ".part"));
+}
+
+TEST_F(Recorders, SnapshotTheRunFromTheFileAndFromTheRing) {
+    RecorderSettings s = settings();
+    s.file = folder + "/run.zrec";
+    s.ring_s = 100.0;
+    const auto r = recorder(s);
+    ASSERT_TRUE(r->open().ok());
+    EXPECT_FALSE(snapshot(*r, folder + "/none.zrec").ok()) << "no tick has run";
+    play(*r, 1, 50);
+    const std::string first = folder + "/first.zrec";
+    const auto taken = snapshot(*r, first);
+    ASSERT_TRUE(taken.ok()) << taken.error();
+    EXPECT_NE(taken->find("ticks 1 to 50"), std::string::npos) << *taken;
+    EXPECT_FALSE(snapshot(*r, first).ok()) << "it would replace one";
+    play(*r, 51, 60);
+    ASSERT_TRUE(stop(*r).ok());
+    play(*r, 61, 70);
+    const std::string second = folder + "/second.zrec";
+    const auto again = snapshot(*r, second);
+    ASSERT_TRUE(again.ok()) << again.error();
+    std::string reason;
+    EXPECT_EQ(span_of(first, &reason), Span(1, 50));
+    EXPECT_EQ(reason, "");
+    EXPECT_EQ(span_of(second, &reason), Span(1, 70));
+    EXPECT_EQ(reason, "");
+    EXPECT_FALSE(fs::exists(second + ".part"));
+}
+
+/// A recording that ends within a tick would look as if the server had died there.
+TEST_F(Recorders, CarryOutWishesBetweenTwoTicks) {
+    RecorderSettings s = settings();
+    s.file = folder + "/run.zrec";
+    s.ring_s = 100.0;
+    const auto r = recorder(s);
+    ASSERT_TRUE(r->open().ok());
+    play(*r, 1, 9);
+    r->begin_tick(10, r->lend());
+    await_written_inputs(10000);
+    std::promise<std::string> answer;
+    auto said = answer.get_future();
+    r->stop_file([&](const core::Result<std::string>& result) {
+        answer.set_value(result.ok() ? *result : result.error());
+    });
+    EXPECT_EQ(said.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
+    // The loop may stand still after this tick: its end is enough.
+    r->end_tick(10, {10, 5});
+    ASSERT_EQ(said.wait_for(std::chrono::seconds(10)), std::future_status::ready);
+    EXPECT_NE(said.get().find("ticks 1 to 10"), std::string::npos);
+    RecordingReader reader;
+    ASSERT_TRUE(reader.open(s.file).ok());
+    TickRecord record;
+    for (Tick tick = 1; tick <= 10; ++tick) {
+        ASSERT_TRUE(reader.next(record).value());
+        EXPECT_FALSE(record.hashes.empty());
+    }
+    EXPECT_FALSE(reader.next(record).value());
+    ASSERT_TRUE(r->close().ok());
+    EXPECT_FALSE(snapshot(*r, folder + "/late.zrec").ok()) << "answered though it is over";
 }
 
 }  // namespace

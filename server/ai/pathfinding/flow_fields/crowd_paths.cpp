@@ -188,6 +188,16 @@ Hop CrowdPaths::next_hop(const CrowdGoal& goal, Cell at) const {
     return best;
 }
 
+std::optional<std::size_t> CrowdPaths::field_to(Cell goal) const {
+    const std::size_t number = goal_for(goal);
+    return number < kGoals && goals_[number].answers ? std::optional(number) : std::nullopt;
+}
+
+Hop CrowdPaths::hop(std::size_t field, Cell at) const {
+    const CrowdGoal& to = goals_[field];
+    return at == to.cell ? kArrived : map_.passable(at) ? next_hop(to, at) : kNoHop;
+}
+
 bool CrowdPaths::append_path(Cell start, Cell goal, std::vector<Cell>& cells) {
     const std::size_t number = goal_for(goal);
     if (number == kGoals) {

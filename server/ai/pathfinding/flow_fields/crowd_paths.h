@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,6 +54,12 @@ class CrowdPaths {
 
     /// The cost of that path; kNoPath where it is unknown.
     [[nodiscard]] Cost cost(Cell start, Cell goal) const;
+
+    /// A field that answers for the goal: its number; nothing where there is none.
+    [[nodiscard]] std::optional<std::size_t> field_to(Cell goal) const;
+
+    /// The next step from a cell by that field; kNoHop where it knows none.
+    [[nodiscard]] Hop hop(std::size_t field, Cell at) const;
 
     /// The cost of a straight walk.
     [[nodiscard]] Cost cost_along(Spot from, Spot to) const;

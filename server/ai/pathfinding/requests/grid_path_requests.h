@@ -10,6 +10,7 @@
 #include "server/ai/pathfinding/requests/request_turns.h"
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -116,6 +117,10 @@ class GridPathRequests : public PathProvider {
     std::optional<float> length(Spot from, Cell to);
 
     [[nodiscard]] const RegionNextHop& regions() const { return regions_; }
+
+    /// The next step from a cell towards a goal, by the flow field that requests to this goal share
+    /// now; empty where there is none. Valid until the next call of anything else.
+    [[nodiscard]] std::function<Hop(Cell)> flow_to(Cell goal) const;
 
   private:
     struct RequestSlot {

@@ -151,6 +151,25 @@ bool GridPathRequests::make_field(Cell goal) {
     return false;
 }
 
+std::function<Hop(Cell)> GridPathRequests::flow_to(Cell goal) const {
+    const auto around = crowd_ != nullptr ? crowd_->field_to(goal) : std::nullopt;
+    if (around) {
+        return [this, field = *around](Cell at) {
+            return crowd_->hop(field, at);
+        };
+    }
+    const GridMap& map = planner_.map();
+    const Place place = map.place(goal);
+    const auto field = std::find_if(
+        fields_.begin(), fields_.end(), [place](const auto& f) { return f.goal == place; });
+    if (field == fields_.end()) {
+        return {};
+    }
+    return [&map, &hops = field->hops](Cell at) {
+        return hops[map.place(at)];
+    };
+}
+
 bool GridPathRequests::find_by_field(RequestSlot& slot) {
     const GridMap& map = planner_.map();
     const Place goal = map.place(slot.goal);
