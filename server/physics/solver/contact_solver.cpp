@@ -353,7 +353,7 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         joints_.follow(moving_);
     }
     for (int i = 0; i < relax_iterations; ++i) {
-        joints_.solve(moving_);
+        joints_.solve_relaxed(moving_);
         tally_ = i + 1 == relax_iterations ? 1.0F : 0.0F;
         solve_all<false>();
     }
