@@ -67,6 +67,8 @@ struct EntityType {
     float mass = 1.0F;               ///< kg, > 0
     float friction = 0.5F;
     float restitution = 0.0F;
+    float rolling_m = 0.0F;     ///< see physics::Material
+    float spinning_m = 0.0F;    ///< likewise
     float drag = 0.0F;          ///< props: share of its speed that it loses per second, 1/s
     float angular_drag = 0.0F;  ///< rigid props: share of its spin that it loses per second, 1/s
     /// 1 + index of the assembly that it is a part of; 0: one body alone.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace zoned::config {
 
@@ -58,6 +59,25 @@ void check_limits(const proto::config::Config& config,
     }
 }
 
+void check_rolling(const proto::config::Config& config,
+                   const proto::config::Type& type,
+                   const std::string& path,
+                   Diagnostics& diagnostics) {
+    const std::pair<double, const char*> given[] = {
+        {type.rolling_friction_m(), ".rolling_friction_m"},
+        {type.spinning_friction_m(), ".spinning_friction_m"}};
+    for (const auto& [length, name] : given) {
+        if (length == 0.0) {
+            continue;
+        }
+        if (type.kind() == proto::config::CHARACTER || type.has_soft()) {
+            diagnostics.add(path + name, "belongs to rigid props only");
+        } else if (config.physics().method() != proto::config::SOFT_STEP) {
+            diagnostics.add(path + name, "works with physics.method: SOFT_STEP alone");
+        }
+    }
+}
+
 void check_shape(const proto::config::Config& config,
                  const proto::config::Type& type,
                  const std::string& path,
@@ -82,6 +102,7 @@ void check_shape(const proto::config::Config& config,
     if (type.angular_drag_ps() > 0.0 && (character || type.has_soft())) {
         diagnostics.add(path + ".angular_drag_ps", "belongs to rigid props only");
     }
+    check_rolling(config, type, path, diagnostics);
     if (type.drag_ps() > 0.0 && (character || type.has_soft())) {
         diagnostics.add(path + ".drag_ps",
                         character ? "belongs to props only: what walks sets its own speed"

@@ -153,6 +153,8 @@ world::EntityType expand_type(const proto::config::Config& config,
     out.mass = narrow(type.mass_kg());
     out.friction = narrow(type.friction());
     out.restitution = narrow(type.restitution());
+    out.rolling_m = narrow(type.rolling_friction_m());
+    out.spinning_m = narrow(type.spinning_friction_m());
     out.drag = narrow(type.drag_ps());
     out.angular_drag = narrow(type.angular_drag_ps());
     out.aura_m = expand_radii(config, type.aura_m());

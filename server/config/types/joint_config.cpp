@@ -4,6 +4,8 @@
 #include "server/config/text/config_numbers.h"
 #include "proto/config/config.pb.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace zoned::config {
@@ -58,8 +60,7 @@ class JointReader {
     void read_kind(const Joint& from) {
         switch (from.kind_case()) {
             case Joint::kBall:
-                def().kind = physics::JointKind::kBall;
-                read_friction(from.ball().friction_nm(), false, ".ball.friction_nm");
+                read_ball(from.ball());
                 return;
             case Joint::kHinge:
                 read_hinge(from.hinge());
@@ -91,9 +92,51 @@ class JointReader {
             path_, "a joint needs a kind: ball, hinge, slider, fixed, distance or spring { ... }");
     }
 
+    void read_ball(const proto::config::BallJoint& ball) {
+        def().kind = physics::JointKind::kBall;
+        read_friction(ball.friction_nm(), false, ".ball.friction_nm");
+        read_axis(ball.has_axis(), ball.axis(), ".ball.axis", def().axis);
+        const bool twists = ball.has_twist_min_deg() || ball.has_twist_max_deg();
+        if (!ball.has_cone_deg()) {
+            const char* extra = ball.has_cone_axis() ? ".ball.cone_axis"
+                                : twists             ? ".ball.twist_min_deg"
+                                                     : nullptr;
+            if (extra != nullptr) {
+                diagnostics_.add(path_ + extra, "goes with cone_deg");
+            }
+            return;
+        }
+        def().cone_rad = narrow(ball.cone_deg() * kRadians);
+        if (ball.has_cone_axis()) {
+            read_axis(true, ball.cone_axis(), ".ball.cone_axis", def().cone_axis);
+            if (!def().cone_axis.isZero(0.0F)) {
+                check_cone(ball.cone_deg());
+            }
+        }
+        read_limits(ball.has_twist_min_deg(),
+                    ball.has_twist_max_deg(),
+                    ball.twist_min_deg(),
+                    ball.twist_max_deg(),
+                    ".ball.twist_min_deg",
+                    "twist_max_deg",
+                    kRadians);
+    }
+
+    void check_cone(double cone_deg) {
+        const double cosine = static_cast<double>(def().axis.dot(def().cone_axis));
+        const double out_deg = std::acos(std::clamp(cosine, -1.0, 1.0)) / kRadians;
+        if (out_deg > cone_deg + 0.01) {
+            diagnostics_.add(
+                path_ + ".ball.cone_axis",
+                text_of("as placed, the axis is %g degrees from it, outside cone_deg, %g",
+                        out_deg,
+                        cone_deg));
+        }
+    }
+
     void read_hinge(const proto::config::HingeJoint& hinge) {
         def().kind = physics::JointKind::kHinge;
-        read_axis(hinge.has_axis(), hinge.axis(), ".hinge.axis");
+        read_axis(hinge.has_axis(), hinge.axis(), ".hinge.axis", def().axis);
         read_limits(hinge.has_min_deg(),
                     hinge.has_max_deg(),
                     hinge.min_deg(),
@@ -123,7 +166,7 @@ class JointReader {
 
     void read_slider(const proto::config::SliderJoint& slider) {
         def().kind = physics::JointKind::kSlider;
-        read_axis(slider.has_axis(), slider.axis(), ".slider.axis");
+        read_axis(slider.has_axis(), slider.axis(), ".slider.axis", def().axis);
         read_limits(slider.has_min_m(),
                     slider.has_max_m(),
                     slider.min_m(),
@@ -149,7 +192,7 @@ class JointReader {
         finish_motor(out, motor.max_force_n(), motor.max_speed_mps(), here, ".max_force_n", 1.0);
     }
 
-    void read_axis(bool given, const proto::config::Axis& axis, const char* at) {
+    void read_axis(bool given, const proto::config::Axis& axis, const char* at, Vec3& out) {
         Vec3 direction = Vec3::UnitY();
         if (given) {
             direction = Vec3(narrow(axis.x()), narrow(axis.y()), narrow(axis.z()));
@@ -158,7 +201,7 @@ class JointReader {
                 return;
             }
         }
-        def().axis = ends_.stands_b.conjugate() * direction.normalized();
+        out = ends_.stands_b.conjugate() * direction.normalized();
     }
 
     void read_limits(bool has_min,

@@ -29,6 +29,8 @@ core::Result<physics::CompoundPart> part_of(const proto::config::Part& part,
     out.frame.rotation = narrow(turn(part.yaw_deg(), part.pitch_deg(), part.roll_deg()));
     out.material.friction = narrow(type.friction());
     out.material.restitution = narrow(type.restitution());
+    out.material.rolling_m = narrow(type.rolling_friction_m());
+    out.material.spinning_m = narrow(type.spinning_friction_m());
     out.material.density = narrow(part.density_kgpm3());
     switch (part.shape_case()) {
         case proto::config::Part::kBox:

@@ -400,12 +400,23 @@ void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::u
     }
 }
 
+/// An impulse that is not finite leaves NaN in the inverse mass too. NaN is not above zero, so that
+/// the solvers take the body for one that nothing moves: it would stand still and nobody would
+/// know.
+bool SolverBodies::sound(std::size_t slot) const {
+    const Lanes zero = tensor[slot].at - tensor[slot].at;
+    return within(motion[slot].at[3], 0.0F, 1.0F / kMinMass) && sum_of(zero) == 0.0F;
+}
+
 /// Where the result is of no use the body is as it was.
 SolverBodies::StoreOutcome SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
     const std::uint32_t row = row_[slot];
     bodies.solver_slot[row] = 0;
-    if (!moved_by_impulses(slot)) {
+    if (motion[slot].at[3] == 0.0F) {
         return StoreOutcome::kStored;
+    }
+    if (!sound(slot)) {
+        return StoreOutcome::kUnfit;
     }
     Quat orientation = bodies.orientation[row];
     Vec3 spin = angular(motion[slot]);

@@ -104,6 +104,8 @@ class SolverBodies {
         kUnfit,   ///< not finite or out of range
     };
 
+    /// Whether inverse mass and inertia of a body that impulses move are numbers.
+    [[nodiscard]] bool sound(std::size_t slot) const;
     [[nodiscard]] StoreOutcome store_body(Bodies& bodies, std::size_t slot) const;
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);

@@ -62,6 +62,7 @@ struct Contact {
     Vec3 normal = Vec3::UnitY();  ///< from a to b
     Vec3 lead = Vec3::Zero();  ///< how far b has to move relative to a until the contact, negated
     Vec3 friction = Vec3::Zero();    ///< impulse per substep, world: the warm start
+    Vec3 rolling = Vec3::Zero();     ///< moment against rolling and spinning, likewise, N m s
     float carried = 0.0F;            ///< normal impulse per point and substep, low-passed, N s
     float twist = 0.0F;              ///< friction's moment about the normal, N m s
     float substep_s = 0.0F;          ///< length of the substeps that the impulses are of

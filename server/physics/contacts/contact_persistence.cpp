@@ -73,6 +73,7 @@ void adopt_points(const Manifold& manifold,
     if (manifold.count == 0) {
         contact.friction.setZero();
         contact.twist = 0.0F;
+        contact.rolling.setZero();
     }
 }
 

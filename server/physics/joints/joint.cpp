@@ -6,6 +6,25 @@
 
 namespace zoned::physics {
 
+namespace {
+
+/// Empty where cone and twist of a ball joint are within their ranges.
+std::string why_unfit_ball(const JointDef& def) {
+    const bool coned = def.cone_rad != 0.0F;
+    if (coned && !within(def.cone_rad, kNarrowestCone, std::numbers::pi_v<float>)) {
+        return "joint: cone out of range";
+    }
+    if (!def.cone_axis.isZero(0.0F) && !within(def.cone_axis.norm(), 1.0e-6F, 1.0e6F)) {
+        return "joint: cone axis has no direction";
+    }
+    if (def.limited && !(coned && def.cone_rad <= kWidestTwistCone)) {
+        return "joint: a twist is limited within a cone of at most 150 degrees";
+    }
+    return {};
+}
+
+}  // namespace
+
 std::string why_unfit(const JointDef& def) {
     if (static_cast<unsigned>(def.kind) > static_cast<unsigned>(JointKind::kSpring)) {
         return "unknown joint kind";
@@ -22,9 +41,15 @@ std::string why_unfit(const JointDef& def) {
     if (!within(def.spring_hz, 0.0F, 1000.0F) || !within(def.spring_damping_ratio, 0.0F, 1000.0F)) {
         return "joint: spring frequency or damping out of range";
     }
+    if (def.kind == JointKind::kBall) {
+        if (std::string reason = why_unfit_ball(def); !reason.empty()) {
+            return reason;
+        }
+    }
     if (def.limited) {
-        // A hinge knows its angle up to half a turn in either direction.
-        const float most = def.kind == JointKind::kHinge ? std::numbers::pi_v<float> : kMaxSize;
+        // An angle is known up to half a turn in either direction.
+        const bool turns = def.kind == JointKind::kHinge || def.kind == JointKind::kBall;
+        const float most = turns ? std::numbers::pi_v<float> : kMaxSize;
         if (def.lower > def.upper) {
             return "joint: lower limit above the upper one";
         }

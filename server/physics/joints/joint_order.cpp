@@ -26,6 +26,7 @@ constexpr double kMostWork = 2.0e6;
 
 void JointSolver::reserve(std::size_t joints) {
     items_.reserve(joints);
+    noted_.reserve(2 * joints);
     unordered_.reserve(joints);
     groups_.reserve(joints);
     rows_.reserve(kMostRows * joints);

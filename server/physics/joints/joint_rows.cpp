@@ -1,5 +1,7 @@
 #include "server/physics/joints/joint_rows.h"
 
+#include "shared/math/perpendicular.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -15,8 +17,24 @@ struct Placement {
     Mat3 axes_a, axes_b;
 };
 
-bool has_axes(JointKind kind) {
-    return kind == JointKind::kHinge || kind == JointKind::kSlider || kind == JointKind::kFixed;
+bool has_axes(const JointDef& def) {
+    switch (def.kind) {
+        case JointKind::kHinge:
+        case JointKind::kSlider:
+        case JointKind::kFixed:
+            return true;
+        case JointKind::kBall:
+            return def.cone_rad > 0.0F;
+        case JointKind::kDistance:
+        case JointKind::kSpring:
+            break;
+    }
+    return false;
+}
+
+void place_axes(const Joint& joint, const JointPose& a, const JointPose& b, Placement& p) {
+    p.axes_a = a.rotation * joint.axes_a;
+    p.axes_b = b.rotation * joint.axes_b;
 }
 
 Placement place(const Joint& joint, const JointPose& a, const JointPose& b) {
@@ -24,9 +42,8 @@ Placement place(const Joint& joint, const JointPose& a, const JointPose& b) {
     p.arm_a = a.rotation * joint.local_a;
     p.arm_b = b.rotation * joint.local_b;
     p.gap = (b.position - a.position) + (p.arm_b - p.arm_a);
-    if (has_axes(joint.def.kind)) {
-        p.axes_a = a.rotation * joint.axes_a;
-        p.axes_b = b.rotation * joint.axes_b;
+    if (has_axes(joint.def)) {
+        place_axes(joint, a, b, p);
     }
     return p;
 }
@@ -86,6 +103,42 @@ float nearest_turn(float angle, const JointDef& def) {
     return angle + kTurn * std::round((middle - angle) / kTurn);
 }
 
+float swing_of(const Placement& p) {
+    const Vec3 u = p.axes_a.col(0);
+    const Vec3 w = p.axes_b.col(0);
+    return std::atan2(u.cross(w).norm(), u.dot(w));
+}
+
+/// The turn between the two, as a quaternion, is a twist about the axis of a followed by a swing
+/// about a line across it. The twist is 2 atan2(x, w) then, with x along the axis (P. Baerlocher,
+/// R. Boulic, "Parametrization and range of motion of the ball-and-socket joint", 2001). Here it is
+/// read off the rotation matrix.
+float twist_of(const Placement& p) {
+    return std::atan2(p.axes_a.col(2).dot(p.axes_b.col(1)) - p.axes_a.col(1).dot(p.axes_b.col(2)),
+                      p.axes_a.col(1).dot(p.axes_b.col(1)) + p.axes_a.col(2).dot(p.axes_b.col(2)));
+}
+
+/// b's axis stays within the cone: C = cone - angle. Where the axis is in the cone's middle, or
+/// straight behind it, it leaves or returns in any direction.
+void cone_row(const Placement& p, float cone, JointRow& row) {
+    const Vec3 across = p.axes_a.col(0).cross(p.axes_b.col(0));
+    const float sine = across.norm();
+    const Vec3 n = sine > 1.0e-6F ? Vec3(across / sine) : Vec3(p.axes_a.col(1));
+    row.angular_a = n;
+    row.angular_b = -n;
+    row.error = cone - swing_of(p);
+}
+
+/// With u and w the axes of a and b, the twist changes by (w_b - w_a) . (u + w) / (1 + u . w). That
+/// grows without bound where b points straight back: impacts may push it there, and there the row
+/// gives way instead of spinning the limb.
+void twist_row(const Placement& p, float sign, float error, JointRow& row) {
+    const Vec3 sum = p.axes_a.col(0) + p.axes_b.col(0);
+    row.angular_b = (sign / std::max(0.5F * sum.squaredNorm(), 0.1F)) * sum;
+    row.angular_a = -row.angular_b;
+    row.error = error;
+}
+
 /// Turning about, or moving along, the free axis of a hinge or slider.
 void free_row(const Joint& joint, const Placement& p, float sign, float error, JointRow& row) {
     if (joint.def.kind == JointKind::kHinge) {
@@ -99,6 +152,19 @@ void free_row(const Joint& joint, const Placement& p, float sign, float error, J
         row.error = error;
     } else {
         shift_row(p, sign * p.axes_a.col(0), error, row);
+    }
+}
+
+/// Cone and twist. They come before friction, whose rows may come and go.
+void ball_limits(const Joint& joint, const Placement& p, JointRows& out) {
+    const JointDef& def = joint.def;
+    if (def.cone_rad > 0.0F) {
+        cone_row(p, def.cone_rad, out.add(RowKind::kLimit));
+    }
+    if (def.limited && def.cone_rad > 0.0F) {
+        const float at = nearest_turn(twist_of(p), def);
+        twist_row(p, 1.0F, at - def.lower, out.add(RowKind::kLimit));
+        twist_row(p, -1.0F, def.upper - at, out.add(RowKind::kLimit));
     }
 }
 
@@ -126,6 +192,19 @@ void free_axis_rows(const Joint& joint, const Placement& p, JointRows& out) {
         free_row(joint, p, 1.0F, at - def.lower, out.add(RowKind::kLimit));
         free_row(joint, p, -1.0F, def.upper - at, out.add(RowKind::kLimit));
     }
+}
+
+/// The shortest turn from one unit vector to another.
+Mat3 shortest_turn(const Vec3& from, const Vec3& to) {
+    const float cosine = from.dot(to);
+    if (cosine < -0.9999F) {
+        const Vec3 about = any_perpendicular(from);
+        return 2.0F * about * about.transpose() - Mat3::Identity();
+    }
+    const Vec3 k = from.cross(to);
+    Mat3 cross;
+    cross << 0.0F, -k.z(), k.y(), k.z(), 0.0F, -k.x(), -k.y(), k.x(), 0.0F;
+    return Mat3::Identity() + cross + cross * cross / (1.0F + cosine);
 }
 
 void distance_row(const Joint& joint, const Placement& p, JointRow& row) {
@@ -159,8 +238,11 @@ Joint make_joint(const JointDef& def, const JointPose& a, const JointPose& b) {
     axes.col(0).cwiseAbs().minCoeff(&least);
     axes.col(1) = axes.col(0).cross(Vec3::Unit(least)).normalized();
     axes.col(2) = axes.col(0).cross(axes.col(1));
-    joint.axes_a = a.rotation.transpose() * axes;
     joint.axes_b = b.rotation.transpose() * axes;
+    if (!def.cone_axis.isZero(0.0F)) {  // as placed, b has swung out of its middle without a twist
+        axes = Mat3(shortest_turn(axes.col(0), def.cone_axis.normalized()) * axes);
+    }
+    joint.axes_a = a.rotation.transpose() * axes;
     joint.length = def.length_m >= 0.0F ? def.length_m : (on_b - def.anchor).norm();
     return joint;
 }
@@ -188,6 +270,7 @@ void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, Join
     switch (joint.def.kind) {
         case JointKind::kBall:
             ball_rows(a, p, out);
+            ball_limits(joint, p, out);
             friction_rows(joint, a, out);
             break;
         case JointKind::kHinge:
@@ -216,6 +299,18 @@ void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, Join
     if (joint.def.kind == JointKind::kHinge || joint.def.kind == JointKind::kSlider) {
         free_axis_rows(joint, p, out);
     }
+}
+
+float swing_angle(const Joint& joint, const JointPose& a, const JointPose& b) {
+    Placement p;
+    place_axes(joint, a, b, p);
+    return swing_of(p);
+}
+
+float twist_angle(const Joint& joint, const JointPose& a, const JointPose& b) {
+    Placement p;
+    place_axes(joint, a, b, p);
+    return twist_of(p);
 }
 
 float joint_position(const Joint& joint, const JointPose& a, const JointPose& b) {

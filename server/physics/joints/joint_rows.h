@@ -13,7 +13,7 @@ struct Joint {
     JointDef def;
     Vec3 local_a = Vec3::Zero();  ///< anchor in a's coordinates, from its centre of mass
     Vec3 local_b = Vec3::Zero();
-    Mat3 axes_a = Mat3::Identity();  ///< columns: the joint's axis and two across it
+    Mat3 axes_a = Mat3::Identity();  ///< columns: the joint's axis (cone's) and two across it
     Mat3 axes_b = Mat3::Identity();
     float length = 0.0F;  ///< rest length, m
 };
@@ -44,7 +44,8 @@ struct JointRow {
     RowKind kind = RowKind::kHard;
 };
 
-/// Rows that a joint has at most: six bind, a limit on either side and a motor come on top.
+/// Rows that a joint has at most: those of a ball joint with cone, twist and friction. Three bind,
+/// one is the cone, two bound the twist, three are friction.
 inline constexpr std::size_t kMostRows = 9;
 
 struct JointRows {
@@ -73,6 +74,13 @@ SpringConstants spring_constants(const JointDef& def, double inverse_mass);
 
 /// The joint between bodies at these poses, as its definition places it.
 Joint make_joint(const JointDef& def, const JointPose& a, const JointPose& b);
+
+/// How far a ball joint's axis is from the middle of its cone, rad 0..pi.
+float swing_angle(const Joint& joint, const JointPose& a, const JointPose& b);
+
+/// Turn of a ball joint's b about its axis, rad in (-pi, pi]: what is left of the turn against a
+/// once b's axis has been swung straight back to the middle of the cone.
+float twist_angle(const Joint& joint, const JointPose& a, const JointPose& b);
 
 /// How many hard rows a joint has: always the same, and they come first.
 std::size_t hard_rows(JointKind kind);

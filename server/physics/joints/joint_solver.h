@@ -99,6 +99,8 @@ class JointSolver {
     bool relax();
     /// Impulses act from now on where the bodies went since the last update.
     void follow(const SolverBodies& moving);
+    /// `solve` after `relax`. Joints that make energy by it change nothing.
+    void solve_relaxed(SolverBodies& moving);
     /// Ends a substep: notes the impulses that the joints carried.
     void add_totals();
 
@@ -145,6 +147,7 @@ class JointSolver {
         bool direct = true;
         bool bounded = false;  // has rows with bounds
         bool springy = false;  // has springs
+        bool turned = false;   // a body turned far since the last update
     };
 
     [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
@@ -193,6 +196,9 @@ class JointSolver {
     void assemble(const JointItem& item);
     void add_block(const JointItem& p, const JointItem& q, std::uint32_t slot);
     void solve(SolverBodies& moving, const JointGroup& group);
+    [[nodiscard]] double energy_of(const SolverBodies& moving, const JointGroup& group) const;
+    void note_motion(const SolverBodies& moving, const JointGroup& group);
+    void take_back(SolverBodies& moving, const JointGroup& group);
     [[nodiscard]] bool opens(const SolverBodies& moving, const JointGroup& group) const;
     void solve_group(SolverBodies& moving, const JointGroup& group);
     void find_unknowns(const SolverBodies& moving, const JointGroup& group);
@@ -219,7 +225,8 @@ class JointSolver {
     float undoing_ = 0.0F;  // 1: velocities undo former errors
     std::vector<JointItem> items_;
     std::vector<Row> rows_;
-    std::vector<Row8> seen_;  // how far each slot had gone at the last update
+    std::vector<Row8> seen_;   // how far each slot had gone at the last update
+    std::vector<Row8> noted_;  // motions of a and b of each item before a relax pass
     std::vector<JointGroup> groups_;
     EnvelopeSolver matrix_;
     std::vector<double> unknowns_;

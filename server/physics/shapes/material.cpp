@@ -37,7 +37,9 @@ Grip combine(const Material& a, const Material& b) {
                      rule_of(a.friction_rule, b.friction_rule, Combine::kGeometricMean)),
             combined(a.restitution,
                      b.restitution,
-                     rule_of(a.restitution_rule, b.restitution_rule, Combine::kMaximum))};
+                     rule_of(a.restitution_rule, b.restitution_rule, Combine::kMaximum)),
+            std::max(a.rolling_m, b.rolling_m),
+            std::max(a.spinning_m, b.spinning_m)};
 }
 
 }  // namespace zoned::physics

@@ -23,6 +23,12 @@ constexpr std::size_t coupling_of(std::size_t j, std::size_t k) {
     return j > k ? j * (j + 1) / 2 + k : k * (k + 1) / 2 + j;
 }
 
+/// Resistance of eight contacts to rolling and spinning, which few contacts have.
+struct RollLanes {
+    Lanes rolling{}, spinning{};     ///< most moment per load, m
+    Lanes roll1{}, roll2{}, spin{};  ///< about the tangents and the normal, N m s in this substep
+};
+
 struct ContactBatch {
     LaneRows a{}, b{};            ///< slots in SolverBodies; 0 in lanes that are not used
     LaneRows contact{};           ///< index in ContactGraph; kNoIndex in lanes that are not used
@@ -30,6 +36,7 @@ struct ContactBatch {
     std::uint32_t count = 0;      ///< most points of a lane
     std::uint32_t couplings = 0;  ///< first in the table of couplings
     std::uint32_t watched = 0;    ///< a bit for each lane that may see an impact
+    std::uint32_t rolls = 0;      ///< 1 + place in the table of RollLanes; 0: nothing resists
     Lanes3 normal;                ///< from a to b
     Lanes3 tangent;               ///< the second one is normal x tangent
     Lanes3 between;    ///< a's arm minus b's: from a's centre to b's at the time of contact

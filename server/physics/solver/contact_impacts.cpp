@@ -282,8 +282,22 @@ void ContactSolver::take_back_pushes() {
                 points_[batch.points + k].impulse[lane] = 0.0F;
             }
             batch.impulse1[lane] = batch.impulse2[lane] = batch.twist[lane] = 0.0F;
+            if (batch.rolls != 0) {
+                take_back_rolling(batch, lane);
+            }
         }
     }
+}
+
+void ContactSolver::take_back_rolling(const ContactBatch& batch, std::size_t lane) {
+    RollLanes& r = rolls_[batch.rolls - 1];
+    const Vec3 normal = batch.normal.get(lane);
+    const Vec3 tangent = batch.tangent.get(lane);
+    const Vec3 moment =
+        r.roll1[lane] * tangent + r.roll2[lane] * normal.cross(tangent) + r.spin[lane] * normal;
+    moving_.apply(batch.a[lane], Vec3::Zero(), moment);
+    moving_.apply(batch.b[lane], Vec3::Zero(), -moment);
+    r.roll1[lane] = r.roll2[lane] = r.spin[lane] = 0.0F;
 }
 
 /// The contacts of each slot, once for all substeps; now all are watched that an impact may reach.

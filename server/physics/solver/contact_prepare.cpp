@@ -76,6 +76,7 @@ void ContactSolver::prepare(Bodies& bodies,
         }
     });
     list_watches(graph);
+    list_rolls(graph);
 }
 
 /// Gives each batch its contacts, and its place in the tables.
@@ -123,6 +124,7 @@ void ContactSolver::fill_batch(std::size_t index, const Bodies& bodies, const Co
         const bool watched = contact.grip.restitution > 0.0F || !pair.touching ||
                              contact.approach_speed > bounce_speed(fall);
         batch.watched |= watched ? 1U << lane : 0U;
+        batch.rolls |= contact.grip.rolls_stiffly() ? 1U : 0U;
     }
     fill_masses(batch, lane, graph);
 }
@@ -141,6 +143,29 @@ void ContactSolver::list_watches(const ContactGraph& graph) {
         }
     }
     watched_ = watches_.size();
+}
+
+/// Gives each batch with a contact that resists turning its place in the table.
+void ContactSolver::list_rolls(const ContactGraph& graph) {
+    rolls_.clear();
+    for (ContactBatch& batch : batches_) {
+        if (batch.rolls == 0) {
+            continue;
+        }
+        RollLanes r;
+        const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+        for (std::size_t lane = 0; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
+            const Contact& contact = graph[batch.contact[lane]];
+            r.rolling[lane] = contact.grip.rolling_m;
+            r.spinning[lane] = contact.grip.spinning_m;
+            const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
+            r.roll1[lane] = scale * contact.rolling.dot(batch.tangent.get(lane));
+            r.roll2[lane] = scale * contact.rolling.dot(tangent2.get(lane));
+            r.spin[lane] = scale * contact.rolling.dot(batch.normal.get(lane));
+        }
+        rolls_.push_back(r);
+        batch.rolls = static_cast<std::uint32_t>(rolls_.size());
+    }
 }
 
 void ContactSolver::fill_lane(ContactBatch& batch,

@@ -49,6 +49,7 @@ void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
     batches_.reserve(contacts);
     points_.reserve(contacts);
     couplings_.reserve(contacts);
+    rolls_.reserve(contacts);
     watches_.reserve(contacts);
     meetings_.reserve(2 * contacts);
     watch_of_.reserve(2 * contacts);
@@ -93,8 +94,12 @@ void ContactSolver::warm_start() {
         }
         const Lanes3 thrust = push * batch.normal;
         const Lanes3 impulse = thrust + shear;
-        const Lanes3 moment =
+        Lanes3 moment =
             cross(lever, batch.normal) + cross(batch.grip, shear) + batch.twist * batch.normal;
+        if (batch.rolls != 0) {
+            const RollLanes& r = rolls_[batch.rolls - 1];
+            moment = moment + r.roll1 * batch.tangent + r.roll2 * tangent2 + r.spin * batch.normal;
+        }
         a.pull(impulse, moment + cross(arms.shift_a, impulse));
         b.push(impulse, moment + cross(arms.shift_b, impulse));
         a.store(moving_, batch.a);
@@ -232,6 +237,56 @@ template <bool kSoft, std::size_t kCount>
     b.store(moving_, batch.b);
 }
 
+/// Turning against each other is resisted about the normal, and about lines across it, by a moment
+/// of at most a length times the load. It is a constraint that wants no turning at all, within
+/// those bounds: a ball comes to rest, and stays at rest on a slope that its load can hold.
+void ContactSolver::solve_rolling(const ContactBatch& batch) {
+    RollLanes& r = rolls_[batch.rolls - 1];
+    LaneBody a(moving_, batch.a);
+    LaneBody b(moving_, batch.b);
+    const Lanes least = lanes(1.0e-30F);  // keeps 0 / 0 out
+    Lanes push = lanes(0.0F);
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        push += points_[batch.points + k].impulse;
+    }
+    const auto turn = [&](const Lanes3& moment) {
+        a.spin = a.spin - a.inverse * moment;
+        b.spin = b.spin + b.inverse * moment;
+    };
+    const auto give = [&](const Lanes3& along) {
+        return a.inverse * along + b.inverse * along;
+    };
+    const Lanes3 give_n = give(batch.normal);
+    const Lanes most_spin = r.spinning * push;
+    const Lanes spun = dot(batch.normal, b.spin - a.spin) / max(dot(batch.normal, give_n), least);
+    const Lanes spin = max(min(r.spin - spun, most_spin), -most_spin);
+    turn((spin - r.spin) * batch.normal);
+    r.spin = spin;
+
+    const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+    const Lanes3 give_1 = give(batch.tangent);
+    const Lanes3 give_2 = give(tangent2);
+    const Lanes k11 = dot(batch.tangent, give_1);
+    const Lanes k12 = dot(tangent2, give_1);
+    const Lanes k22 = dot(tangent2, give_2);
+    // The floor is the rounding error of the difference.
+    const Lanes inverse = lanes(1.0F) / max(max(k11 * k22 - k12 * k12, 1.0e-6F * k11 * k22), least);
+    const Lanes3 rate = b.spin - a.spin;
+    const Lanes w1 = dot(batch.tangent, rate);
+    const Lanes w2 = dot(tangent2, rate);
+    Lanes r1 = r.roll1 - inverse * (k22 * w1 - k12 * w2);
+    Lanes r2 = r.roll2 - inverse * (k11 * w2 - k12 * w1);
+    const Lanes limit = r.rolling * push;
+    const Lanes scale = limit / max(max(sqrt(r1 * r1 + r2 * r2), limit), least);
+    r1 *= scale;
+    r2 *= scale;
+    turn((r1 - r.roll1) * batch.tangent + (r2 - r.roll2) * tangent2);
+    r.roll1 = r1;
+    r.roll2 = r2;
+    a.store(moving_, batch.a);
+    b.store(moving_, batch.b);
+}
+
 template <bool kSoft>
 void ContactSolver::solve_all() {
     for_each_batch([this](ContactBatch& batch) {
@@ -253,6 +308,9 @@ void ContactSolver::solve_all() {
             default:
                 solve_batch<kSoft, 4>(batch);
                 break;
+        }
+        if (batch.rolls != 0) {
+            solve_rolling(batch);
         }
     });
 }
@@ -295,7 +353,7 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         joints_.follow(moving_);
     }
     for (int i = 0; i < relax_iterations; ++i) {
-        joints_.solve(moving_);
+        joints_.solve_relaxed(moving_);
         tally_ = i + 1 == relax_iterations ? 1.0F : 0.0F;
         solve_all<false>();
     }
@@ -326,6 +384,12 @@ void ContactSolver::store_batch(const ContactBatch& batch, ContactGraph& graph) 
         const std::size_t count = graph.pair(batch.contact[lane]).points();
         contact.friction = shear.get(lane);
         contact.twist = batch.twist[lane];
+        if (batch.rolls != 0) {
+            const RollLanes& r = rolls_[batch.rolls - 1];
+            contact.rolling = r.roll1[lane] * batch.tangent.get(lane) +
+                              r.roll2[lane] * tangent2.get(lane) +
+                              r.spin[lane] * batch.normal.get(lane);
+        }
         contact.step_impulse = 0.0F;
         const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
         contact.substep_s = h_;

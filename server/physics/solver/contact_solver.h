@@ -97,6 +97,7 @@ class ContactSolver {
     void lay_out(const ContactGraph& graph);
     void fill_batch(std::size_t index, const Bodies& bodies, const ContactGraph& graph);
     void list_watches(const ContactGraph& graph);
+    void list_rolls(const ContactGraph& graph);
     /// Calls visit(batch) for all, those of a colour by all threads at a time.
     template <class Visit>
     void for_each_batch(Visit&& visit);
@@ -117,6 +118,7 @@ class ContactSolver {
     void add_totals();
     template <bool kSoft, std::size_t kCount>
     void solve_batch(ContactBatch& batch);
+    void solve_rolling(const ContactBatch& batch);
     void solve_friction(ContactBatch& batch,
                         LaneBody& a,
                         LaneBody& b,
@@ -132,6 +134,7 @@ class ContactSolver {
     [[nodiscard]] float bounce_speed(float pull) const;
     void collide(const Bodies& bodies);
     void take_back_pushes();
+    void take_back_rolling(const ContactBatch& batch, std::size_t lane);
     void follow_turns(std::uint32_t slot);
     void list_watches_of_slots();
     void find_next_meetings();
@@ -166,6 +169,7 @@ class ContactSolver {
     std::vector<ContactBatch> batches_;
     std::vector<PointLanes> points_;
     std::vector<Lanes> couplings_;
+    std::vector<RollLanes> rolls_;
     std::vector<SolverWatch> watches_;
     std::size_t watched_ = 0;  ///< so many of them in each substep, the others once an impact came
     // Of impacts.

@@ -103,7 +103,7 @@ float swing_rate(const Bodies& bodies, std::uint32_t row, const Vec3& arm, float
 }  // namespace
 
 bool SubstepPolicy::IslandNeeds::fit_for_exact() const {
-    return !jointed && total_of(level) <= kExactContacts &&
+    return !jointed && !rolls_stiffly && total_of(level) <= kExactContacts &&
            most_inv_mass > kStiffRatio * least_inv_mass;
 }
 
@@ -282,6 +282,7 @@ void SubstepPolicy::plan(Bodies& bodies,
         needs.ask(level_[i]);
         const Pair& pair = graph.pair(list[i]);
         needs.young += pair.age <= kYoung ? 1 : 0;
+        needs.rolls_stiffly |= graph[list[i]].grip.rolls_stiffly();
         for (const std::uint32_t row : {pair.a, pair.b}) {
             if (bodies.simulated(row)) {
                 needs.note_mass(bodies.inv_mass[row]);

@@ -148,6 +148,7 @@ class SubstepPolicy {
         float least_inv_mass = std::numeric_limits<float>::infinity();
         float most_inv_mass = 0.0F;
         bool jointed = false;
+        bool rolls_stiffly = false;  // the exact solver knows no rolling friction
         bool substep_limited = false;
 
         [[nodiscard]] bool fit_for_exact() const;

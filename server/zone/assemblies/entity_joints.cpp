@@ -64,6 +64,7 @@ physics::JointDef placed_def(const JointPlan& plan,
     def.anchor = on(two_points && !to_world ? frame_a : frame_b, plan.def.anchor);
     def.anchor_b = on(frame_b, plan.def.anchor_b);
     def.axis = frame_b.rotation * plan.def.axis;
+    def.cone_axis = frame_b.rotation * plan.def.cone_axis;
     return def;
 }
 

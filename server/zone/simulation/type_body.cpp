@@ -40,6 +40,8 @@ physics::BodyDef body_of(const world::EntityType& type, std::span<const physics:
                                                      : physics::BodyKind::kKinematic;
     def.shape = shape_of(type, solids);
     def.material = {type.friction, type.restitution};
+    def.material.rolling_m = type.rolling_m;
+    def.material.spinning_m = type.spinning_m;
     def.mass = type.mass;
     def.damping = {type.drag, type.angular_drag};
     def.filter = filter_of(type);

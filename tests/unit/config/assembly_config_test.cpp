@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <utility>
 
 namespace zoned::config::test {
 namespace {
@@ -85,6 +86,45 @@ TEST(Assemblies, GiveBallJointsFriction) {
     EXPECT_EQ(def.kind, physics::JointKind::kBall);
     EXPECT_TRUE(def.motor);
     EXPECT_EQ(def.motor_max, 2.5F);
+}
+
+std::string with_ball(const std::string& ball) {
+    return with(
+        "slider { min_m: -0.1 max_m: 0.2 friction_n: 7 }", "ball { " + ball + " }", kValid + kCart);
+}
+
+TEST(Assemblies, GiveBallJointsConeAndTwist) {
+    const Outcome out =
+        parse(with_ball("axis { y: -2 } cone_axis { x: 1 y: -1 } cone_deg: 60 twist_min_deg: -30 "
+                        "twist_max_deg: 90"));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const physics::JointDef& def = out.settings.assemblies->front().joints[1].plan->def;
+    EXPECT_TRUE(def.axis.isApprox(-Vec3::UnitY()));
+    EXPECT_TRUE(def.cone_axis.isApprox(Vec3(1, -1, 0).normalized()));
+    EXPECT_NEAR(def.cone_rad, kPi / 3.0F, 1e-6F);
+    EXPECT_TRUE(def.limited);
+    EXPECT_NEAR(def.lower, -kPi / 6.0F, 1e-6F);
+    EXPECT_NEAR(def.upper, kPi / 2.0F, 1e-6F);
+    EXPECT_FALSE(def.motor);
+}
+
+TEST(Assemblies, RefuseConesAndTwistsThatMakeNoSense) {
+    const std::pair<const char*, const char*> mistakes[] = {
+        {"twist_min_deg: -30 twist_max_deg: 30", "goes with cone_deg"},
+        {"cone_axis { x: 1 }", "goes with cone_deg"},
+        {"cone_deg: 40 cone_axis { x: 1 }", "90 degrees from it, outside cone_deg, 40"},
+        {"cone_deg: 40 cone_axis { }", "needs a direction"},
+        {"cone_deg: 40 twist_min_deg: 5", "goes with twist_max_deg"},
+        {"cone_deg: 40 twist_min_deg: 9 twist_max_deg: 5", "9 is above twist_max_deg, 5"},
+        {"cone_deg: 170 twist_min_deg: -9 twist_max_deg: 5", "within a cone of at most 150"},
+        {"cone_deg: 0.5", "out of range"},
+    };
+    for (const auto& [ball, words] : mistakes) {
+        const Outcome out = parse(with_ball(ball));
+        EXPECT_FALSE(out.ok) << ball;
+        EXPECT_NE(format_errors("test", out.errors).find(words), std::string::npos)
+            << ball << ": " << format_errors("test", out.errors);
+    }
 }
 
 TEST(Assemblies, StandOnTheirLowestPart) {

@@ -221,6 +221,33 @@ TEST(PropDrag, ReachesTheBody) {
     EXPECT_EQ(zone::body_of(out.settings.types[0], out.settings.solids).damping.linear, 0.0F);
 }
 
+TEST(PropRollingFriction, ReachesTheBody) {
+    const std::string text = with("  box { x_m: 1 y_m: 1 z_m: 1 }\n",
+                                  "  box { x_m: 1 y_m: 1 z_m: 1 }\n  rolling_friction_m: 0.02\n"
+                                  "  spinning_friction_m: 0.01\n");
+    const Outcome out = parse(text);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const physics::BodyDef crate = zone::body_of(out.settings.types[1], out.settings.solids);
+    EXPECT_EQ(crate.material.rolling_m, 0.02F);
+    EXPECT_EQ(crate.material.spinning_m, 0.01F);
+    const physics::BodyDef other = zone::body_of(out.settings.types[0], out.settings.solids);
+    EXPECT_EQ(other.material.rolling_m, 0.0F);
+    expect_single(text + "physics { method: DIRECT }\n", "rolling_friction_m", "SOFT_STEP");
+}
+
+TEST(PropRollingFriction, BelongsToRigidProps) {
+    expect_single(with("  brain: \"guard\"\n", "  brain: \"guard\"\n  rolling_friction_m: 1\n"),
+                  "rolling_friction_m",
+                  "rigid props only");
+    expect_single(kValid + with("  mass_kg: 1", "  spinning_friction_m: 1\n  mass_kg: 1", kSheet),
+                  "spinning_friction_m",
+                  "rigid props only");
+    expect_single(with("  box { x_m: 1 y_m: 1 z_m: 1 }\n",
+                       "  box { x_m: 1 y_m: 1 z_m: 1 }\n  rolling_friction_m: -1\n"),
+                  "rolling_friction_m",
+                  "out of range");
+}
+
 TEST(ErrorBudget, HasRanges) {
     expect_single(kValid + "budget { free_flight_m: -1 }\n", "free_flight_m", "out of range");
     expect_single(kValid + "budget { soft_share: nan }\n", "soft_share", "not a finite number");

@@ -78,10 +78,17 @@ JointDef any_joint(core::Rng& rng, JointKind kind, const Moving& a) {
     def.anchor_b = def.anchor + (Vec3d(1.5, 0.0, 0.0) + any_vector(rng, 0.5)).cast<float>();
     def.axis = any_vector(rng, 1.0).cast<float>();
     const bool has_axis = kind == JointKind::kHinge || kind == JointKind::kSlider;
-    def.limited = has_axis;
+    def.limited = has_axis || kind == JointKind::kBall;
     def.lower = -0.3F;
     def.upper = 0.2F;
     def.motor = has_axis;
+    if (kind == JointKind::kBall) {
+        // Well out of the cone's middle and well short of its back, where directions are sharp.
+        const Vec3 axis = def.axis.normalized();
+        const Vec3 about = axis.cross(any_vector(rng, 1.0).cast<float>()).normalized();
+        def.cone_axis = Eigen::AngleAxisf(rng.range(0.9F, 1.7F), about) * axis;
+        def.cone_rad = 1.2F;
+    }
     return def;
 }
 

@@ -3,6 +3,10 @@
 
 #include "tests/unit/physics/joint_scene.h"
 #include "tests/unit/physics/physics_test.h"
+#include "shared/core/rng.h"
+
+#include <cmath>
+#include <limits>
 
 namespace zoned::physics {
 namespace {
@@ -119,6 +123,62 @@ TEST(JointState, IsInTheHash) {
     state.impulse[1] += 0.001F;
     other.s.scene.set_joint_state(other.joints[2], state);
     EXPECT_NE(one.hash(), other.hash());
+}
+
+/// A state that comes from another zone may be damaged. An infinite impulse makes the inverse mass
+/// NaN, which is not above zero, as that of a body that nothing moves.
+TEST(JointState, ThatIsNotFiniteStopsItsBodiesAndIsReported) {
+    for (const float impulse : {std::numeric_limits<float>::infinity(), kNan}) {
+        JointScene s(kDown);
+        const BodyId a = s.add(Shape::sphere(0.2F), 1.0F, Vec3(0, 0, 0));
+        const BodyId b = s.add(Shape::sphere(0.2F), 1.0F, Vec3(1, 0, 0));
+        const JointId joint = s.join(joint_of(JointKind::kBall, a, b, Vec3(0.5F, 0, 0)));
+        s.run(0.1F);
+        JointState state = s.scene.joint_state(joint);
+        state.impulse[0] = impulse;
+        s.scene.set_joint_state(joint, state);
+        EXPECT_EQ(s.scene.step(kFrame).quarantined, 2U);
+        EXPECT_TRUE(s.sums().finite);
+    }
+}
+
+/// Boxes in a row on rods, the last of which turns by more than a radian within a substep. The rows
+/// of its rod say nothing about it by the end of the substep: a relax pass that trusted them made
+/// 1e36 J of 1e6 in four of 2,000 such chains, these.
+TEST(RelaxPass, MakesNoEnergyOfBoxesThatSpinFasterThanTheirRowsFollow) {
+    for (const std::uint64_t seed : {134U, 349U, 594U, 1909U}) {
+        core::Rng rng(11, seed);
+        const auto any = [&](float size) {
+            const float x = rng.range(-size, size);
+            const float y = rng.range(-size, size);
+            const float z = rng.range(-size, size);
+            return Vec3(x, y, z);
+        };
+        const float spin = std::pow(10.0F, rng.range(1.0F, 3.7F));
+        const float heaviest = std::pow(10.0F, rng.range(0.0F, 3.0F));
+        const int count = 2 + static_cast<int>(rng.range(0.0F, 3.0F));
+        JointScene s;
+        for (int i = 0; i < count; ++i) {
+            const Vec3 half = i % 2 != 0 ? Vec3(0.5F, 0.05F, 0.1F) : Vec3(0.3F, 0.3F, 0.1F);
+            s.add(Shape::box(half),
+                  i == 0 ? heaviest : 1.0F,
+                  Vec3(static_cast<float>(i), 0, 0),
+                  Vec3::Zero(),
+                  i == count - 1 ? any(spin) : Vec3(Vec3::Zero()));
+        }
+        for (std::size_t i = 0; i + 1 < s.bodies.size(); ++i) {
+            const auto x = static_cast<float>(i);
+            JointDef rod = joint_of(
+                JointKind::kDistance, s.bodies[i].id, s.bodies[i + 1].id, Vec3(0.5F + x, 0.1F, 0));
+            rod.anchor_b = Vec3(0.8F + x, 0, 0.1F);
+            s.join(rod);
+        }
+        const double before = s.sums().kinetic;
+        for (int step = 0; step < 60; ++step) {
+            ASSERT_EQ(s.scene.step(kFrame).quarantined, 0U) << seed << " step " << step;
+        }
+        EXPECT_LT(s.sums().kinetic, 1.01 * before) << seed;
+    }
 }
 
 }  // namespace

@@ -57,6 +57,9 @@ std::string why_unfit_shape(const Shape& shape, BodyKind kind) {
 }
 
 std::string why_unfit_material(const Material& material) {
+    if (!within(material.rolling_m, 0.0F, 100.0F) || !within(material.spinning_m, 0.0F, 100.0F)) {
+        return "rolling or spinning friction out of range";
+    }
     if (!within(material.friction, 0.0F, 100.0F)) {
         return "friction out of range";
     }
