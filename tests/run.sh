@@ -14,4 +14,5 @@ HELP
     exit 0
 fi
 "$root/config/prepare.sh" all
-exec ctest --test-dir "$build" --output-on-failure -j2 "$@"
+# Tests that talk over sockets wait for much of their time: one more than there are cores.
+exec ctest --test-dir "$build" --output-on-failure -j$(($(nproc) + 1)) "$@"
