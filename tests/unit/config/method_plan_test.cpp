@@ -232,7 +232,11 @@ TEST(PropRollingFriction, ReachesTheBody) {
     EXPECT_EQ(crate.material.spinning_m, 0.01F);
     const physics::BodyDef other = zone::body_of(out.settings.types[0], out.settings.solids);
     EXPECT_EQ(other.material.rolling_m, 0.0F);
-    expect_single(text + "physics { method: DIRECT }\n", "rolling_friction_m", "SOFT_STEP");
+    expect_single(with("  box { x_m: 1 y_m: 1 z_m: 1 }\n",
+                       "  box { x_m: 1 y_m: 1 z_m: 1 }\n  rolling_friction_m: 0.02\n") +
+                      "physics { method: DIRECT }\n",
+                  "rolling_friction_m",
+                  "SOFT_STEP");
 }
 
 TEST(PropRollingFriction, BelongsToRigidProps) {
