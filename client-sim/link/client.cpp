@@ -207,7 +207,7 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     grace_s_ = static_cast<double>(welcome.grace_s());
     last_udp_s_ = now_s;
     last_packet_s_ = now_s;
-    path_ = DatagramPath::kUdp;
+    path_ = UplinkPath::kUdp;
     channel_.set_connection(welcome.connection_id());
     if (welcome.has_world() && welcome.world().tick_rate_hz() > 0.0) {
         channel_.set_tick_s(1.0 / welcome.world().tick_rate_hz());
@@ -272,8 +272,8 @@ void Client::on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, do
     last_packet_s_ = now_s;
     if (!tunnel) {
         last_udp_s_ = now_s;
-        path_ = DatagramPath::kUdp;
-    } else if (path_ == DatagramPath::kAsking && answered_s_ < 0.0) {
+        path_ = UplinkPath::kUdp;
+    } else if (path_ == UplinkPath::kAsking && answered_s_ < 0.0) {
         answered_s_ = now_s;
     }
     if (handler_.on_packet(*packet)) {
@@ -331,25 +331,24 @@ void Client::timers(double now_s) {
 }
 
 void Client::choose_path(double now_s) {
-    if (path_ == DatagramPath::kUdp && now_s - last_udp_s_ > kTunnelAfterS) {
-        path_ = DatagramPath::kAsking;
+    if (path_ == UplinkPath::kUdp && now_s - last_udp_s_ > kTunnelAfterS) {
+        path_ = UplinkPath::kAsking;
         answered_s_ = -1.0;
         path_counter_ = 0;
     }
-    if (path_ == DatagramPath::kAsking && answered_s_ >= 0.0 &&
-        now_s - answered_s_ > kTunnelSureS) {
-        path_ = DatagramPath::kStream;
+    if (path_ == UplinkPath::kAsking && answered_s_ >= 0.0 && now_s - answered_s_ > kTunnelSureS) {
+        path_ = UplinkPath::kStream;
         stats_.tunnelled = true;
     }
 }
 
 bool Client::next_goes_inside_stream() {
     switch (path_) {
-        case DatagramPath::kUdp:
+        case UplinkPath::kUdp:
             return false;
-        case DatagramPath::kAsking:
+        case UplinkPath::kAsking:
             return path_counter_++ % kAskEvery == 0;
-        case DatagramPath::kStream:
+        case UplinkPath::kStream:
             return ++path_counter_ % kProbeEvery != 0;
     }
     return false;

@@ -132,7 +132,7 @@ class Client {
         wire::SealKey up;
     };
 
-    enum class DatagramPath : std::uint8_t {
+    enum class UplinkPath : std::uint8_t {
         kUdp,
         kAsking,  ///< over UDP, now and then inside the stream
         kStream,  ///< inside the stream, now and then over UDP
@@ -184,7 +184,7 @@ class Client {
     std::deque<PendingCommand> unacked_;
     double last_packet_s_ = 0.0;
     double last_udp_s_ = 0.0;
-    DatagramPath path_ = DatagramPath::kUdp;
+    UplinkPath path_ = UplinkPath::kUdp;
     double answered_s_ = -1.0;  // when the stream answered since the path is asked; -1: not yet
     std::uint64_t path_counter_ = 0;
     SessionStats stats_;

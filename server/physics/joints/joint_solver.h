@@ -150,6 +150,11 @@ class JointSolver {
         bool turned = false;   // a body turned far since the last update
     };
 
+    /// What an impulse and a moment change of a body's motion.
+    static Row8 give(const SolverBodies& moving,
+                     std::uint32_t slot,
+                     const Vec3& push,
+                     const Vec3& moment);
     [[nodiscard]] std::uint32_t group_of(std::uint32_t slot) const;
 
     template <class Visit>

@@ -289,17 +289,6 @@ void ContactSolver::take_back_pushes() {
     }
 }
 
-void ContactSolver::take_back_rolling(const ContactBatch& batch, std::size_t lane) {
-    RollLanes& r = rolls_[batch.rolls - 1];
-    const Vec3 normal = batch.normal.get(lane);
-    const Vec3 tangent = batch.tangent.get(lane);
-    const Vec3 moment =
-        r.roll1[lane] * tangent + r.roll2[lane] * normal.cross(tangent) + r.spin[lane] * normal;
-    moving_.apply(batch.a[lane], Vec3::Zero(), moment);
-    moving_.apply(batch.b[lane], Vec3::Zero(), -moment);
-    r.roll1[lane] = r.roll2[lane] = r.spin[lane] = 0.0F;
-}
-
 /// The contacts of each slot, once for all substeps; now all are watched that an impact may reach.
 void ContactSolver::list_watches_of_slots() {
     if (!first_watch_.empty()) {

@@ -287,6 +287,17 @@ void ContactSolver::solve_rolling(const ContactBatch& batch) {
     b.store(moving_, batch.b);
 }
 
+void ContactSolver::take_back_rolling(const ContactBatch& batch, std::size_t lane) {
+    RollLanes& r = rolls_[batch.rolls - 1];
+    const Vec3 normal = batch.normal.get(lane);
+    const Vec3 tangent = batch.tangent.get(lane);
+    const Vec3 moment =
+        r.roll1[lane] * tangent + r.roll2[lane] * normal.cross(tangent) + r.spin[lane] * normal;
+    moving_.apply(batch.a[lane], Vec3::Zero(), moment);
+    moving_.apply(batch.b[lane], Vec3::Zero(), -moment);
+    r.roll1[lane] = r.roll2[lane] = r.spin[lane] = 0.0F;
+}
+
 template <bool kSoft>
 void ContactSolver::solve_all() {
     for_each_batch([this](ContactBatch& batch) {
