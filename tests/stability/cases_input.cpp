@@ -68,6 +68,10 @@ JointDef any_joint(core::Rng& rng, BodyId a, BodyId b) {
     def.anchor = any_vector(rng);
     def.anchor_b = any_vector(rng);
     def.axis = any_vector(rng);
+    if (def.kind == JointKind::kBall) {
+        def.cone_axis = rng.below(2) == 0 ? any_vector(rng) : Vec3(Vec3::Zero());
+        def.cone_rad = rng.below(2) == 0 ? any_number(rng) : rng.range(0.0F, 3.2F);
+    }
     def.length_m = any_number(rng);
     def.spring_hz = any_number(rng);
     def.spring_damping_ratio = any_number(rng);
@@ -251,7 +255,7 @@ void joint_graph(Run& run, const Graph& graph, std::uint64_t seed) {
         def.anchor = 0.5F * (at_a + at_b) + near(0.2F);
         def.anchor_b = at_b + near(0.2F);
         def.axis = near(1.0F);
-        def.limited = rng.below(2) == 0;
+        def.limited = rng.below(2) == 0 && def.kind != JointKind::kBall;  // no twist without a cone
         def.limited |= def.kind == JointKind::kSlider && !graph.endless;
         def.lower = rng.range(-0.5F, 0.0F);
         def.upper = rng.range(0.0F, 0.5F);
