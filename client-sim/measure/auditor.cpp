@@ -289,7 +289,9 @@ void Auditor::compare_entity(const Context& context,
         context.tick - before->second.must_know_since >= context.grace &&
         context.tick - truth.discontinuity_tick() >= context.grace &&
         context.tick - context.avatar_discontinuity >= context.grace &&
-        // A change of stance changes the entities in reach from one tick to the next.
+        // A change of stance changes the entities in reach from one tick to the next. Where one
+        // came after the record before, the entity may have gone since and have come back just now.
+        truth.radii_tick() <= previous_tick_ && context.avatar_radii <= previous_tick_ &&
         context.tick - truth.radii_tick() >= context.grace &&
         context.tick - context.avatar_radii >= context.grace &&
         // The entity may have been out of reach or sight between two records. A client that was

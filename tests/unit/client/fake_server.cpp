@@ -452,6 +452,7 @@ void FakeServer::send_audit() {
         out.set_must_know(true);
         out.set_discontinuity_tick(e.discontinuity_tick);
         out.set_breach_tick(e.breach_tick);
+        out.set_radii_tick(e.radii_tick);
         if (e.postponed) {
             proto::AuditUpdate& update = *record.add_updates();
             update.set_entity(id);

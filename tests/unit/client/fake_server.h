@@ -24,6 +24,7 @@ struct FakeEntity {
     motion::KinematicState published;
     Tick breach_tick = 0;
     Tick discontinuity_tick = 1;
+    Tick radii_tick = 0;              ///< its stance changed its radii last
     bool hidden_from_client = false;  ///< not sent, though audits list it
     bool leaked = false;              ///< sent, though audits do not list it
     Vec3 lie = Vec3::Zero();          ///< added to the published position
