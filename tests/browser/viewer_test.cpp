@@ -351,7 +351,7 @@ TEST_F(Viewer, GoesToAnyTickOfARecording) {
     EXPECT_TRUE(browser->wait_until("document.getElementById('slider-tick').textContent === '" +
                                     std::to_string(last - 5) + " of " + std::to_string(last) + "'"))
         << browser->evaluate("document.getElementById('slider-tick').textContent");
-    // What is told of it is as true as the eye is near.
+    // The nearer the eye, the truer is its place.
     const std::string place = "zoned.entities.place(zoned.entities.slotOf.get(" + wanderer +
                               "), zoned.entities.tick, zoned.clock.tickSeconds)";
     browser->evaluate("(() => { window.late = " + place + "; })()");

@@ -31,7 +31,7 @@ void fill_zones(const config::Settings& settings,
                 const LoopStats& loop,
                 proto::admin::ZoneList& out);
 void fill_session(const session::SessionFigures& from, proto::admin::SessionFigures& out);
-/// What clients of all zones were sent about an entity.
+/// Bytes and records about an entity that the clients of all zones were sent.
 [[nodiscard]] replication::Replicator::NetworkUse network_use_of(const World& world,
                                                                  EntityId entity);
 /// False when no zone owns the entity.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kReplayPause = std::chrono::milliseconds(10);
 constexpr double kReplayFiguresEvery_s = 0.25;
-/// Those who look see a world that runs fast, while it is simulated to a tick.
+/// Viewers see a world that runs fast, while it is simulated to a tick.
 constexpr double kShowEvery_s = 0.03;
 /// So far behind its pace a machine that is too slow may fall, s.
 constexpr double kMostBehind_s = 0.25;

@@ -150,7 +150,7 @@ class JointSolver {
         bool turned = false;   // a body turned far since the last update
     };
 
-    /// What an impulse and a moment change of a body's motion.
+    /// The change of a body's motion by an impulse and a moment.
     static Row8 give(const SolverBodies& moving,
                      std::uint32_t slot,
                      const Vec3& push,

@@ -1,4 +1,4 @@
-// What operators are promised of a running server, measured on one: it is run by hand, on a machine
+// Figures promised to operators, measured on a running server: it is run by hand, on a machine
 // with nothing else to do (build/operator-figures; tests/bench/README.md holds the figures).
 #include "tests/integration/process/admin_fixture.h"
 

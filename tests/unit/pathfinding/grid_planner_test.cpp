@@ -206,6 +206,21 @@ TEST(GridPlanner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
     EXPECT_LT(work, plain_work * 3 / 4);
 }
 
+TEST(GridPlanner, MakesLandmarksOnlyWherePathsAreLongerThanOnAnEmptyMap) {
+    IndexBounds bounds;
+    bounds.doors = 0;  // neither subgoals nor labels
+    for (const float blocked : {0.01F, 0.3F}) {
+        GridPlanner planner(random_map(200, 150, blocked, 5));
+        planner.prepare(bounds);
+        EXPECT_EQ(planner.index_bytes() > 0, blocked > 0.1F) << blocked;
+        core::Rng rng(17);
+        expect_exact(planner, rng, 20, std::to_string(blocked));
+        planner.begin_index(bounds);
+        planner.advance_index(~std::uint64_t{0});
+        EXPECT_LT(planner.index_work(), 1000U) << "it is not tried again: " << blocked;
+    }
+}
+
 TEST(GridPlanner, KeepsItsIndexWhereAChangeChangesNothing) {
     GridPlanner planner(random_map(20, 20, 0.2F, 1));
     planner.prepare();

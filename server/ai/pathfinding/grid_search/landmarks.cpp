@@ -83,7 +83,7 @@ ResumableTask Landmarks::build(const GridMap& map,
         }
         if (i == 0 && path_sum_ <= (1.0 + kNeedlessShare) * line_sum_) {
             needless_ = true;
-            far_ = {};
+            far_ = std::vector<std::uint16_t>();
             break;
         }
     }
@@ -91,8 +91,8 @@ ResumableTask Landmarks::build(const GridMap& map,
     // The rest is not needed before the map is another.
     const std::size_t held = bytes() - far_.capacity() * sizeof(std::uint16_t);
     field_ = FlowField();
-    nearest_ = {};
-    cells_ = {};
+    nearest_ = std::vector<Cost>();  // empty braces would keep the memory
+    cells_ = std::vector<std::uint32_t>();
     co_await Spent{memory_units(held) / 4};
 }
 
