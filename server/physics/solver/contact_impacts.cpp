@@ -325,16 +325,23 @@ void ContactSolver::list_watches_of_slots() {
     }
 }
 
+/// Each contact of a struck body once, however often its bodies were struck: in a heap of thousands
+/// that is hundreds of times in one round.
 void ContactSolver::find_next_meetings() {
     meetings_.clear();
+    std::sort(struck_.begin(), struck_.end());
+    struck_.erase(std::unique(struck_.begin(), struck_.end()), struck_.end());
     for (const std::uint32_t slot : struck_) {
         for (std::uint32_t k = first_watch_[slot]; k < first_watch_[slot + 1]; ++k) {
-            meetings_.push_back(watch_of_[k]);
+            const std::uint32_t i = watch_of_[k];
+            if (!watches_[i].listed) {
+                watches_[i].listed = true;
+                meetings_.push_back(i);
+            }
         }
     }
-    std::sort(meetings_.begin(), meetings_.end());
-    meetings_.erase(std::unique(meetings_.begin(), meetings_.end()), meetings_.end());
     std::erase_if(meetings_, [this](std::uint32_t i) {
+        watches_[i].listed = false;
         watches_[i].time = meeting_time(watches_[i]);
         return watches_[i].time == kNoImpact;
     });

@@ -69,7 +69,8 @@ class ContactSolver {
         std::uint32_t batch = 0;
         std::uint32_t lane = 0;
         float restitution = 0.0F;
-        float time = 0.0F;  ///< of the next impact, s from the substep's start
+        float time = 0.0F;    ///< of the next impact, s from the substep's start
+        bool listed = false;  ///< among the meetings that are gathered now
     };
 
     /// The contact spring of this step.
