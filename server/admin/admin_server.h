@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/admin/admin_router.h"
-#include "server/admin/spectator_service.h"
+#include "server/admin/spectator/spectator_sample.h"
 
 #include <cstdint>
 #include <functional>

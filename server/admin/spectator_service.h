@@ -9,22 +9,11 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 
 namespace zoned::admin {
-
-/// Where viewers get the world from.
-struct SpectatorSource {
-    double rate_hz = 30.0;  ///< of samples, at most
-    /// The part of the world that never changes, as JSON; called on the server's thread.
-    std::function<std::string()> scene;
-    /// Asks for the state after one of the next ticks, with the layers that the sample names;
-    /// `taken` may be called from any thread. False when that is impossible just now.
-    std::function<bool(std::shared_ptr<SpectatorSample> into, std::function<void()> taken)> sample;
-};
 
 /// So many viewers look at a time.
 inline constexpr std::size_t kMostViewers = 16;

@@ -6,6 +6,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
 #include <vector>
 
 namespace zoned::admin {
@@ -75,6 +78,16 @@ struct SpectatorSample {
 struct SpectatorWish {
     std::uint32_t layers = 0;
     std::array<float, 3> eye{};  ///< world coordinates, m
+};
+
+/// Where viewers get the world from.
+struct SpectatorSource {
+    double rate_hz = 30.0;  ///< of samples, at most
+    /// The part of the world that never changes, as JSON; called on the server's thread.
+    std::function<std::string()> scene;
+    /// Asks for the state after one of the next ticks, with the layers that the sample names;
+    /// `taken` may be called from any thread. False when that is impossible just now.
+    std::function<bool(std::shared_ptr<SpectatorSample> into, std::function<void()> taken)> sample;
 };
 
 }  // namespace zoned::admin

@@ -1,5 +1,6 @@
 // The admin server over real sockets, against bytes that are meant to hurt it.
 #include "server/admin/admin_server.h"
+#include "server/admin/spectator_service.h"
 #include "tests/unit/admin/raw_socket.h"
 
 #include <gtest/gtest.h>
