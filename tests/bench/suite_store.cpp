@@ -1,4 +1,5 @@
 // Suite `store`: how fast changes become durable, what a tick pays for it, how long a backup takes.
+#include "server/app/runtime/tick_loop.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
 #include "server/store/sqlite_store.h"
@@ -26,7 +27,7 @@ constexpr int kRows = 50;
 
 const std::string kCommits = "commits_30hz";
 const std::string kEvents = "events";
-const std::string kTicks = "ticks";
+const std::string kTicksWithStore = "ticks";
 const std::string kBackup = "backup";
 
 double seconds_since(Clock::time_point begin) {
@@ -203,6 +204,8 @@ void ticks(Session& session, double seconds) {
     Writer writer(file, store::Durability::kPower);
     std::vector<double> off_us;
     std::vector<double> on_us;
+    std::vector<double> off_cpu_us;
+    std::vector<double> on_cpu_us;
     const auto phase = static_cast<Tick>(kRate_hz);
     const Clock::time_point begin = Clock::now();
     for (Tick tick = 1; static_cast<double>(tick) < seconds * kRate_hz; ++tick) {
@@ -213,21 +216,26 @@ void ticks(Session& session, double seconds) {
         auto rows = rows_of(tick, kRows);
         out.clear();
         const Clock::time_point start = Clock::now();
+        const std::uint64_t start_ns = app::thread_cpu_ns();
         world.tick({}, out);
         if (on) {
             writer.submit(tick, std::move(rows));
         }
         (on ? on_us : off_us).push_back(1e6 * seconds_since(start));
+        (on ? on_cpu_us : off_cpu_us)
+            .push_back(1e-3 * static_cast<double>(app::thread_cpu_ns() - start_ns));
     }
-    Row off = row_of(kTicks, "off");
+    Row off = row_of(kTicksWithStore, "off");
     off.time_us_p50 = quantile(off_us, 0.5);
     off.time_us_p99 = quantile(off_us, 0.99);
-    Row with = row_of(kTicks, "default");
+    Row with = row_of(kTicksWithStore, "default");
     with.parameter = "rows=" + std::to_string(kRows);
     with.time_us_p50 = quantile(on_us, 0.5);
     with.time_us_p99 = quantile(on_us, 0.99);
     with.metric("tick_p99_over_off", with.time_us_p99 / off.time_us_p99);
     with.metric("tick_p50_over_off", with.time_us_p50 / off.time_us_p50);
+    with.metric("tick_cpu_p99_over_off", quantile(on_cpu_us, 0.99) / quantile(off_cpu_us, 0.99));
+    with.metric("tick_cpu_p50_over_off", quantile(on_cpu_us, 0.5) / quantile(off_cpu_us, 0.5));
     with.metric("refused", static_cast<double>(writer.figures().refused));
     session.add({with, off});
 }
@@ -267,7 +275,7 @@ void run_store(Session& session) {
             session.add({events(method, 0.3 * seconds)});
         }
     }
-    if (session.wants_scene(kTicks)) {
+    if (session.wants_scene(kTicksWithStore)) {
         session.progress("store ticks");
         ticks(session, 2.0 * seconds);
     }
@@ -280,7 +288,7 @@ void run_store(Session& session) {
 
 const Registration kStore({"store",
                            "how fast changes become durable, and what a tick pays for it",
-                           {kCommits, kEvents, kTicks, kBackup},
+                           {kCommits, kEvents, kTicksWithStore, kBackup},
                            {"default", "process", "off"},
                            run_store});
 

@@ -1,4 +1,5 @@
 // What a server keeps: accounts, characters, bans and tickets over crashes, backups and replays.
+#include "server/store/sqlite_database.h"
 #include "tests/integration/process/admin_fixture.h"
 #include "tests/integration/process/player.h"
 
@@ -181,6 +182,35 @@ TEST_F(Stored, KeepsItsDurableEventsAndSaysHowTheStoreFares) {
     EXPECT_GT(number_after(metrics, "\nzoned_store_commits_total "), 0) << metrics;
     EXPECT_EQ(number_after(metrics, "\nzoned_store_failing "), 0);
     EXPECT_EQ(number_after(metrics, "\nzoned_store_events_waiting "), 0);
+}
+
+TEST_F(Stored, GoesOnWhileTheStoreIsLockedAndAcknowledgesNothingMeanwhile) {
+    start();
+    const auto ann = enter(ticket("ann"));
+    ASSERT_NE(ann->avatar, 0U) << ann->trouble();
+    store::SqliteDatabase other;
+    ASSERT_TRUE(
+        other.open(scratch_folder() + "/store.db", store::SqliteDatabase::Access::kReadWrite).ok());
+    ASSERT_TRUE(other.run("BEGIN IMMEDIATE").ok());
+    EXPECT_FALSE(pick_something_up(*ann)) << "its acknowledgement must wait";
+    const int before = number_after(ask("/metrics"), "\nzoned_ticks_total ");
+    EXPECT_TRUE(ann->run_until(
+        [&] { return number_after(ask("/metrics"), "\nzoned_store_failing ") == 1; }, kPatience));
+    EXPECT_GT(number_after(ask("/metrics"), "\nzoned_store_events_waiting "), 0);
+    EXPECT_TRUE(ann->run_until(
+        [&] { return number_after(ask("/metrics"), "\nzoned_ticks_total ") > before; }, kPatience));
+    EXPECT_NE(server->errors().find("the store fails, the server goes on"), std::string::npos)
+        << server->errors();
+    EXPECT_EQ(ctl({"ban", "bob"}), 3) << "an operator need not wait for it";
+    EXPECT_NE(complained.find("a restart may forget it"), std::string::npos) << complained;
+    ASSERT_TRUE(other.run("ROLLBACK").ok());
+    other.close();
+    EXPECT_TRUE(ann->run_until([&] { return ann->inventory.items_size() > 0; }, kPatience));
+    kill();
+    start();
+    const auto again = enter(ticket("ann"));
+    EXPECT_TRUE(again->run_until([&] { return again->inventory.items_size() > 0; }, kPatience));
+    EXPECT_EQ(enter(ticket("bob"))->avatar, 0U) << "the ban was stored as well";
 }
 
 TEST_F(Stored, DoesNotStartOnAFileThatIsNoStore) {

@@ -162,6 +162,20 @@ TEST(SqliteStore, AFullDiskUndoesTheWholeCommitAndPasses) {
     EXPECT_EQ(taken(store->get(world_key("small"))), StoredBytes{1});
 }
 
+TEST(SqliteStore, AnErrorInTheMiddleUndoesWhatCameBeforeIt) {
+    const ScratchFolder folder;
+    const std::string file = folder.file("store.db");
+    const auto store = open_file(file);
+    SqliteDatabase other;
+    taken(other.open(file, SqliteDatabase::Access::kReadWrite));
+    taken(other.run("DROP TABLE event"));
+    const std::vector<StoreChange> changes{PutRecord{world_key("k"), {1}}, AddEvent{}};
+    EXPECT_FALSE(store->commit(changes).ok());
+    EXPECT_EQ(taken(store->get(world_key("k"))), std::nullopt);
+    taken(store->commit(std::vector<StoreChange>{PutRecord{world_key("k"), {2}}}));
+    EXPECT_EQ(taken(store->get(world_key("k"))), StoredBytes{2});
+}
+
 TEST(SqliteStore, BacksUpWhileItIsWrittenAndComesBack) {
     const ScratchFolder folder;
     const std::string file = folder.file("store.db");
