@@ -2,6 +2,9 @@
 
 #include "shared/core/signal_stack.h"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <algorithm>
 #include <chrono>
 #include <iterator>
@@ -23,6 +26,35 @@ double seconds_since(Clock::time_point begin) {
 std::int64_t unix_ms() {
     using namespace std::chrono;
     return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+/// A thread of this policy that wakes does not take the processor from the one that woke it: the
+/// tick loop goes on, and the disk is in no hurry.
+void yield_to_the_tick_loop() {
+    const sched_param none{};
+    static_cast<void>(::pthread_setschedparam(::pthread_self(), SCHED_BATCH, &none));
+}
+
+bool changes_something(const mailbox::StoreRequest& request) {
+    return request.act == mailbox::StoreAct::kPut || request.act == mailbox::StoreAct::kRemove ||
+           request.act == mailbox::StoreAct::kStand;
+}
+
+/// Makes changes of the requests; their keys stay for the answers.
+void add_changes(std::vector<mailbox::StoreRequest>& requests,
+                 const std::string& world,
+                 std::vector<StoreChange>& out) {
+    for (mailbox::StoreRequest& r : requests) {
+        if (r.act == mailbox::StoreAct::kPut) {
+            out.emplace_back(PutRecord{r.key, std::move(r.value)});
+        } else if (r.act == mailbox::StoreAct::kRemove) {
+            out.emplace_back(RemoveRecord{r.key});
+        } else if (r.act == mailbox::StoreAct::kStand) {
+            out.emplace_back(PutStand{r.key.account,
+                                      r.key.character,
+                                      {{r.position[0], r.position[1], r.position[2]}, world}});
+        }
+    }
 }
 
 }  // namespace
@@ -63,7 +95,9 @@ std::uint64_t StoreService::push(Job& job) {
     for (const StoreChange& change : job.changes) {
         job.bytes += size_of(change);
     }
-    job.bytes += job.requests.size() * sizeof(mailbox::StoreRequest);
+    for (const mailbox::StoreRequest& request : job.requests) {
+        job.bytes += sizeof(mailbox::StoreRequest) + request.value.size();
+    }
     std::uint64_t number = 0;
     {
         const std::lock_guard lock(mutex_);
@@ -80,35 +114,18 @@ std::uint64_t StoreService::push(Job& job) {
 }
 
 std::uint64_t StoreService::submit(Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
+    // Of the rest the writer's thread makes changes: the tick loop has better things to do.
     Job job;
-    const std::int64_t now_ms = unix_ms();
     for (mailbox::StoreRequest& r : requests) {
-        switch (r.act) {
-            case mailbox::StoreAct::kGet:
-                break;
-            case mailbox::StoreAct::kPut:
-                job.changes.emplace_back(PutRecord{r.key, std::move(r.value)});
-                break;
-            case mailbox::StoreAct::kRemove:
-                job.changes.emplace_back(RemoveRecord{r.key});
-                break;
-            case mailbox::StoreAct::kStand:
-                job.changes.emplace_back(
-                    PutStand{r.key.account,
-                             r.key.character,
-                             {{r.position[0], r.position[1], r.position[2]}, settings_.world}});
-                break;
-            case mailbox::StoreAct::kEvent:
-                job.changes.emplace_back(AddEvent{now_ms,
-                                                  tick,
-                                                  r.zone.value,
-                                                  r.kind,
-                                                  r.key.account,
-                                                  r.key.key,
-                                                  std::move(r.value)});
-                break;
+        if (r.act == mailbox::StoreAct::kEvent) {
+            job.changes.emplace_back(AddEvent{unix_ms(),
+                                              tick,
+                                              r.zone.value,
+                                              r.kind,
+                                              std::move(r.key.account),
+                                              std::move(r.key.key),
+                                              std::move(r.value)});
         }
-        r.value.clear();
     }
     job.requests = std::move(requests);
     const std::uint64_t number = push(job);
@@ -149,9 +166,11 @@ StoreFigures StoreService::figures() const {
 
 void StoreService::run() {
     core::add_signal_stack();
+    yield_to_the_tick_loop();
     std::vector<Job> jobs;
     double retry_s = settings_.retry_s;
     std::optional<Clock::time_point> stop_began;
+    std::size_t known = 0;  // jobs whose changes are made
     while (true) {
         {
             std::unique_lock lock(mutex_);
@@ -161,6 +180,7 @@ void StoreService::run() {
             if (jobs.empty() && waiting_.empty()) {
                 return;
             }
+            known = jobs.size();
             while (!waiting_.empty() && jobs.size() < kMostJobs) {
                 jobs.push_back(std::move(waiting_.front()));
                 waiting_.pop_front();
@@ -168,6 +188,9 @@ void StoreService::run() {
             if (stopping_ && !stop_began) {
                 stop_began = Clock::now();
             }
+        }
+        for (; known < jobs.size(); ++known) {
+            add_changes(jobs[known].requests, settings_.world, jobs[known].changes);
         }
         if (work(jobs)) {
             jobs.clear();
@@ -180,7 +203,9 @@ void StoreService::run() {
                 figures_.lost += job.changes.size();
             }
             for (const Job& job : waiting_) {
-                figures_.lost += job.changes.size();
+                figures_.lost += job.changes.size() +
+                                 static_cast<std::uint64_t>(std::count_if(
+                                     job.requests.begin(), job.requests.end(), &changes_something));
             }
             return;
         }
@@ -194,6 +219,7 @@ void StoreService::run() {
 
 void StoreService::run_checkpoints() {
     core::add_signal_stack();
+    yield_to_the_tick_loop();
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, std::chrono::duration<double>(settings_.checkpoint_s), [this] {
         return stopping_;
