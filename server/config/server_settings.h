@@ -156,6 +156,26 @@ struct LogSettings {
     bool operator==(const LogSettings&) const = default;
 };
 
+enum class StoreKind : std::uint8_t {
+    kNone,
+    kSqlite,
+};
+
+enum class StoreDurability : std::uint8_t {
+    kProcess,
+    kPower,
+};
+
+/// What the server keeps over a restart, and how surely.
+struct StoreSettings {
+    StoreKind kind = StoreKind::kSqlite;
+    std::string file = "state/store.db";
+    StoreDurability durability = StoreDurability::kPower;
+    std::uint32_t max_waiting_mb = 64;
+
+    bool operator==(const StoreSettings&) const = default;
+};
+
 /// The device that computes large particle systems.
 struct ComputeSettings {
     std::string device = "auto";
@@ -208,6 +228,7 @@ struct ServerSettings {
     std::vector<interest::HistoryRule> topics;  ///< topics that keep events for late subscribers
     std::string recording_file;                 ///< empty: nothing is recorded
     double ring_s = 60.0;                       ///< inputs kept for after a crash; 0: none
+    StoreSettings store;
     TestingSettings testing;
     /// network.max_clients as the process was started with: its sockets are made for so many.
     std::uint32_t started_max_clients = 0;

@@ -2,6 +2,7 @@
 // threads.
 #pragma once
 
+#include "server/mailbox/store_messages.h"
 #include "shared/core/ids.h"
 #include "shared/motion/input_command.h"
 
@@ -45,6 +46,8 @@ struct Join {
     double spawn[3] = {0,
                        0,
                        0};  ///< world coordinates, m; filled in where the join is routed to a zone
+    std::string account;    ///< of the ticket; empty: the client cannot be known again
+    bool placed = false;    ///< `spawn` is where the character stood when it was here last
 };
 
 struct Leave {
@@ -140,7 +143,8 @@ using InboxItem = std::variant<Join,
                                CodecPrice,
                                NewBrains,
                                SpawnOrder,
-                               MoveOrder>;
+                               MoveOrder,
+                               StoreAnswer>;
 
 // ---- zones -> network ----
 
@@ -158,6 +162,7 @@ struct EventOut {
     Tick tick = 0;
     std::uint16_t kind = 0;  ///< of the rules
     bool confirm = false;    ///< the client must answer with Confirm
+    bool durable = false;    ///< leaves the server when the store has what its tick wrote
     bool history = false;    ///< of a topic, from before its recipient subscribed
     std::string topic;       ///< empty for direct events
     Bytes payload;

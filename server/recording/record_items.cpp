@@ -38,6 +38,8 @@ struct ToRecord {
         for (const double coordinate : m.spawn) {
             r.add_spawn(coordinate);
         }
+        r.set_account(m.account);
+        r.set_placed(m.placed);
     }
 
     void operator()(const mailbox::Leave& m) const {
@@ -112,6 +114,20 @@ struct ToRecord {
         out.mutable_new_brains()->set_config(*m.config);
     }
 
+    void operator()(const mailbox::StoreAnswer& m) const {
+        RecordedItem::StoreAnswer& r = *out.mutable_store_answer();
+        r.set_number(m.number);
+        r.set_act(static_cast<std::uint32_t>(m.act));
+        r.set_status(static_cast<std::uint32_t>(m.status));
+        r.set_zone(m.zone.value);
+        r.set_target(m.target.value);
+        r.set_scope(static_cast<std::uint32_t>(m.key.scope));
+        r.set_account(m.key.account);
+        r.set_character(m.key.character);
+        r.set_key(m.key.key);
+        r.set_value(to_string(m.value));
+    }
+
     void operator()(const mailbox::CodecPrice& m) const {
         out.mutable_codec_price()->set_record_ns(m.record_ns);
         out.mutable_codec_price()->set_packet_ns(m.packet_ns);
@@ -156,6 +172,24 @@ bool read_spawn(const RecordedItem::SpawnOrder& r, mailbox::InboxItem& out) {
     return true;
 }
 
+bool read_answer(const RecordedItem::StoreAnswer& r, mailbox::InboxItem& out) {
+    mailbox::StoreAnswer answer;
+    if (r.act() > static_cast<std::uint32_t>(mailbox::kLastStoreAct) ||
+        r.status() > static_cast<std::uint32_t>(mailbox::StoreStatus::kRefused) ||
+        r.scope() > static_cast<std::uint32_t>(mailbox::StoreScope::kCharacter) ||
+        !fits(r.zone(), answer.zone.value)) {
+        return false;
+    }
+    answer.number = r.number();
+    answer.act = static_cast<mailbox::StoreAct>(r.act());
+    answer.status = static_cast<mailbox::StoreStatus>(r.status());
+    answer.target = EntityId(r.target());
+    answer.key = {static_cast<mailbox::StoreScope>(r.scope()), r.account(), r.character(), r.key()};
+    answer.value = to_bytes(r.value());
+    out = std::move(answer);
+    return true;
+}
+
 bool read_command(const RecordedItem::Command& r, mailbox::InboxItem& out) {
     mailbox::Command command{ClientId(r.client()), 0, to_bytes(r.payload())};
     if (!fits(r.kind(), command.kind)) {
@@ -182,7 +216,9 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
                                 r.name(),
                                 r.team(),
                                 r.rights(),
-                                {r.spawn(0), r.spawn(1), r.spawn(2)}};
+                                {r.spawn(0), r.spawn(1), r.spawn(2)},
+                                r.account(),
+                                r.placed()};
             return true;
         }
         case RecordedItem::kLeave:
@@ -218,6 +254,8 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             out = mailbox::NewBrains{
                 std::make_shared<const std::string>(record.new_brains().config()), nullptr};
             return true;
+        case RecordedItem::kStoreAnswer:
+            return read_answer(record.store_answer(), out);
         case RecordedItem::kSpawnOrder:
             return read_spawn(record.spawn_order(), out);
         case RecordedItem::kMoveOrder: {

@@ -1,6 +1,7 @@
 #include "server/rules/agreement.h"
 
 #include "server/rules/inventory.h"
+#include "server/rules/keeping/kept_character.h"
 #include "shared/core/state_hash.h"
 
 #include <algorithm>
@@ -66,8 +67,15 @@ void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord
     if (!record.client) {
         return;
     }
+    keep(context, avatar, record);
     record.ledger_repeats = 1;
     send_ledger(context, record, false);
+    update_pending(game, avatar);
+}
+
+void restored(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record) {
+    record.ledger_repeats = 1;
+    send_ledger(context, record, true);
     update_pending(game, avatar);
 }
 

@@ -11,6 +11,9 @@ namespace zoned::rules {
 /// it repairs any difference between two clients. Given up, and counted, after kMostRepeats.
 void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
 
+/// The character has become what the store kept of it: its client takes all of it over.
+void restored(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
+
 /// Sends again the decisions that are due.
 void run_agreement(Game& game, RulesContext& context, CharacterRecord& record);
 

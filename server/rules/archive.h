@@ -38,6 +38,8 @@ class Writer {
 
     void operator()(const Life& life) { varint(static_cast<std::uint64_t>(life)); }
 
+    void operator()(const Keeping& keeping) { varint(static_cast<std::uint64_t>(keeping)); }
+
     void operator()(const Vec3d& v) {
         for (int axis = 0; axis < 3; ++axis) {
             bits(std::bit_cast<std::uint64_t>(v[axis]), 8);
@@ -118,6 +120,12 @@ class ArchiveReader {
         const std::uint64_t value = varint();
         check(value <= static_cast<std::uint64_t>(kLastLife));
         life = ok_ ? static_cast<Life>(value) : Life::kAlive;
+    }
+
+    void operator()(Keeping& keeping) {
+        const std::uint64_t value = varint();
+        check(value <= static_cast<std::uint64_t>(kLastKeeping));
+        keeping = ok_ ? static_cast<Keeping>(value) : Keeping::kNothing;
     }
 
     void operator()(Vec3d& v) {
@@ -209,6 +217,8 @@ class Hasher {
     }
 
     void operator()(const Life& life) { hash_.add(static_cast<std::uint64_t>(life)); }
+
+    void operator()(const Keeping& keeping) { hash_.add(static_cast<std::uint64_t>(keeping)); }
 
     void operator()(const Vec3d& v) {
         for (int axis = 0; axis < 3; ++axis) {

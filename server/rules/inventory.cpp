@@ -1,5 +1,7 @@
 #include "server/rules/inventory.h"
 
+#include "server/rules/keeping/kept_character.h"
+
 #include <array>
 #include <cmath>
 
@@ -27,14 +29,6 @@ Item item_of(const RulesContext& context, world::Row row) {
             context.entities().appearance[row]};
 }
 
-void send_inventory(RulesContext& context, const CharacterRecord& record) {
-    sandbox::Inventory inventory;
-    for (const Item& item : record.inventory) {
-        inventory.add_items(item.id.value);
-    }
-    context.send(record.client, event(sandbox::EVENT_INVENTORY, inventory));
-}
-
 void store(Game& game,
            RulesContext& context,
            EntityId picker,
@@ -45,6 +39,7 @@ void store(Game& game,
     picked.set_picker(picker.value);
     picked.set_item(item.id.value);
     context.announce(picker, event(sandbox::EVENT_PICK_UP, picked));
+    keep(context, picker, record);
     send_inventory(context, record);
     ++game.stats.pick_ups;
 }
@@ -59,6 +54,16 @@ CharacterRecord* player_record(Game& game, EntityId avatar) {
 }
 
 }  // namespace
+
+void send_inventory(RulesContext& context, const CharacterRecord& record) {
+    sandbox::Inventory inventory;
+    for (const Item& item : record.inventory) {
+        inventory.add_items(item.id.value);
+    }
+    zone::RulesEvent notice = event(sandbox::EVENT_INVENTORY, inventory);
+    notice.durable = is_kept(record);
+    context.send(record.client, notice);
+}
 
 void pick_up(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
     sandbox::PickUp pick;
@@ -145,6 +150,7 @@ void throw_item(Game& game, RulesContext& context, const Actor& actor, Payload p
     game.props[thrown] =
         PropRecord{actor.avatar, context.now() + ticks(context, kThrownS), EntityId(), 0};
     update_pending(game, thrown);
+    keep(context, actor.avatar, *actor.record);
     send_inventory(context, *actor.record);
     ++game.stats.throws;
 }

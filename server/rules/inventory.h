@@ -11,6 +11,8 @@ namespace zoned::rules {
 /// with their carrier through any handoff.
 void pick_up(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 void throw_item(Game& game, RulesContext& context, const Actor& actor, Payload payload);
+/// The client hears what its character carries; with an account, when that is durable.
+void send_inventory(RulesContext& context, const CharacterRecord& record);
 /// Puts all items down in a ring around the avatar.
 void drop_inventory(RulesContext& context, world::Row avatar, CharacterRecord& record);
 

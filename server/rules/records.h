@@ -26,6 +26,18 @@ struct Item {
     }
 };
 
+/// An item of a type that this world has not: it stays with its owner, for a world that has it.
+struct StrangeItem {
+    std::string type;
+    std::uint16_t appearance = 0;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.type);
+        archive(self.appearance);
+    }
+};
+
 /// The displayed state of an entity in a view, as its client says.
 struct SeenRecord {
     EntityId entity;
@@ -70,6 +82,16 @@ enum class Life : std::uint8_t {
 };
 inline constexpr Life kLastLife = Life::kBack;
 
+/// What the store knows of a character.
+enum class Keeping : std::uint8_t {
+    kNothing,  ///< its client has no account
+    kAsked,    ///< what it kept before is on its way
+    kUnread,   ///< the store could not say what it kept before
+    kKept,     ///< all that the character owns, or it is on its way there
+    kRefused,  ///< it took the last change not
+};
+inline constexpr Keeping kLastKeeping = Keeping::kRefused;
+
 struct CharacterRecord {
     ClientId client;  ///< none for characters that nobody plays
     std::string name;
@@ -102,6 +124,10 @@ struct CharacterRecord {
     Tick offer_until = 0;
     EventId trade_event;   ///< that the client has to confirm
     EventId killer_event;  ///< likewise, of a kill of its own
+    std::string account;   ///< empty: it cannot be known again
+    Keeping keeping = Keeping::kNothing;
+    bool keep_due = false;                   ///< changed while its past was on its way
+    std::vector<StrangeItem> strange_items;  ///< kept ones of types that this world has not
 
     template <class Archive, class Self>
     static void fields(Archive& archive, Self& self) {
@@ -136,6 +162,10 @@ struct CharacterRecord {
         archive(self.offer_until);
         archive(self.trade_event);
         archive(self.killer_event);
+        archive(self.account);
+        archive(self.keeping);
+        archive(self.keep_due);
+        archive(self.strange_items);
     }
 
     [[nodiscard]] bool can_act() const { return life == Life::kAlive || life == Life::kBack; }

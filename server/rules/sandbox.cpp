@@ -5,6 +5,7 @@
 #include "server/rules/chat.h"
 #include "server/rules/combat.h"
 #include "server/rules/inventory.h"
+#include "server/rules/keeping/kept_character.h"
 #include "server/rules/machines/ragdolls.h"
 #include "server/rules/machines/vehicles.h"
 #include "server/rules/peer_messages.h"
@@ -21,7 +22,7 @@ constexpr float kIdleAfterS = 1.0F;
 /// Of an input's scale of 127: what asks for more than half of the walking speed does not sneak.
 constexpr int kSneakPace = 64;
 /// First byte of a saved record; a change of the fields changes it.
-constexpr std::uint8_t kCharacterFormat = 0x12;
+constexpr std::uint8_t kCharacterFormat = 0x13;
 constexpr std::uint8_t kPropFormat = 0x21;
 constexpr std::uint8_t kRagdollFormat = 0x31;
 
@@ -78,6 +79,8 @@ EntityId Sandbox::on_join(RulesContext& context, const zone::JoinRequest& reques
         context.subscribe(request.client, team_topic(request.team));
     }
     context.publish(kWorldTopic, name_event(sandbox::EVENT_JOIN, record, avatar));
+    record.account = request.account;
+    ask_for_kept(context, avatar, record);
     return avatar;
 }
 
@@ -90,7 +93,9 @@ void Sandbox::on_leave(RulesContext& context, ClientId client, EntityId avatar) 
             if (it->second.life == Life::kDying) {
                 die(game_, context, avatar, it->second);  // leaving does not undo a kill
             }
-            drop_inventory(context, row, it->second);
+            if (!is_kept(it->second)) {
+                drop_inventory(context, row, it->second);
+            }
         }
     }
     forget(game_, avatar);
@@ -271,6 +276,10 @@ void Sandbox::on_message(RulesContext& context,
     } else if (const auto* done = std::get_if<PickDone>(&*message)) {
         on_pick_done(game_, context, target, *done);
     }
+}
+
+void Sandbox::on_store(RulesContext& context, const mailbox::StoreAnswer& answer) {
+    on_kept(game_, context, answer);
 }
 
 zone::Bytes Sandbox::take_entity(EntityId entity) {

@@ -41,6 +41,7 @@ enum class Reject : std::uint8_t {
     kLoginResume,
     kLoginShutdown,
     kLoginBanned,
+    kLoginNotStored,
     kCommandGap,
     kCommandDuplicate,
     kCommandFlood,

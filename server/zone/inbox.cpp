@@ -48,12 +48,15 @@ struct Apply {
         request.client = join.client;
         request.name = join.name;
         request.team = join.team;
+        request.account = join.account;
         const Vec3d spawn(join.spawn[0], join.spawn[1], join.spawn[2]);
         request.spawn_position = (spawn - state.settings.region().origin()).cast<float>();
 
         ZoneClient client;
         client.client = join.client;
         client.rights = join.rights;
+        client.account = join.account;
+        client.name = join.name;
         client.avatar = state.rules->on_join(context, request);
         ZONED_ASSERT(state.entities.find(client.avatar) != world::kNoRow,
                      "rules spawn an avatar for who joins");
@@ -78,6 +81,7 @@ struct Apply {
         }
         ZoneContext context(state);
         const EntityId avatar = client->avatar;
+        context.store_stand(*client);
         state.replicator.remove_client(leave.client);
         state.clients.erase(state.clients.begin() + find_client(state, leave.client));
         const world::Row row = state.entities.find(avatar);
@@ -187,6 +191,11 @@ struct Apply {
     void answer(std::uint64_t number, EntityId entity, const char* refused) const {
         state.report.refused_items += *refused != '\0' ? 1 : 0;
         state.out.messages.emplace_back(mailbox::OrderDone{number, entity, refused});
+    }
+
+    void operator()(const mailbox::StoreAnswer& answer) const {
+        ZoneContext context(state);
+        state.rules->on_store(context, answer);
     }
 
     void operator()(const mailbox::AuditRequest& request) const {

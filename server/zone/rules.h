@@ -96,6 +96,9 @@ struct RulesEvent {
     std::uint16_t kind = kFirstRulesEvent;  ///< >= kFirstRulesEvent
     Bytes payload;
     bool confirm = false;  ///< each recipient must confirm; on_confirm is called when it does
+    /// Kept in the store, and sent when that and all that the zones wrote up to this tick is
+    /// durable: what it tells, no crash undoes. Other events may overtake it.
+    bool durable = false;
 };
 
 struct RayResult {
@@ -369,6 +372,29 @@ class RulesContext {
     virtual void note_outcome(bool player_succeeded) { (void)player_succeeded; }
 
     virtual void kick(ClientId client, std::string_view reason) = 0;
+
+    // The durable store. Rules::on_store is told of each result some ticks later, in the zone that
+    // owns `target` then (none: in this zone). A number names the request; 0: it was refused at
+    // once, because a name or the value is too long, or too many requests were made in this tick.
+
+    virtual std::uint64_t store_get(EntityId target, const mailbox::StoreKey& key) {
+        (void)target;
+        (void)key;
+        return 0;
+    }
+
+    virtual std::uint64_t store_put(EntityId target, const mailbox::StoreKey& key, Bytes value) {
+        (void)target;
+        (void)key;
+        (void)value;
+        return 0;
+    }
+
+    virtual std::uint64_t store_remove(EntityId target, const mailbox::StoreKey& key) {
+        (void)target;
+        (void)key;
+        return 0;
+    }
 };
 
 struct JoinRequest {
@@ -376,6 +402,7 @@ struct JoinRequest {
     std::string name;
     std::string team;
     Vec3 spawn_position = Vec3::Zero();  ///< zone-local, on or above the ground
+    std::string account;                 ///< of the ticket; empty: it cannot be known again
 };
 
 /// One instance per zone. Calls come from Zone::step only, never concurrently, in a recorded order:
@@ -440,6 +467,13 @@ class Rules {
     virtual void on_message(RulesContext& context,
                             EntityId target,
                             std::span<const std::uint8_t> payload) = 0;
+
+    /// The durable store has done what was asked, or not. `answer.value` was written by these
+    /// rules, perhaps by an older version of them.
+    virtual void on_store(RulesContext& context, const mailbox::StoreAnswer& answer) {
+        (void)context;
+        (void)answer;
+    }
 
     /// State that the rules keep for an entity: leaves with it on a handoff and into snapshots.
     /// take = save and forget.

@@ -25,6 +25,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace zoned::zone {
@@ -48,6 +49,19 @@ std::uint32_t run_rules(ZoneState& state) {
     }
     state.rules->on_tick(context);
     return static_cast<std::uint32_t>(state.clients.size());
+}
+
+/// Where characters stand is worth so much: a crash sets them back by no more.
+constexpr float kStandEvery_s = 10.0F;
+
+void store_stands(ZoneState& state) {
+    const auto period = std::max<Tick>(1, std::lround(kStandEvery_s / state.settings.dt));
+    ZoneContext context(state);
+    for (const ZoneClient& client : state.clients) {
+        if ((state.now + client.client.value) % period == 0) {
+            context.store_stand(client);
+        }
+    }
 }
 
 void collect_viewers(ZoneState& state) {
@@ -130,6 +144,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         s.report.census.turning_doors = turned;
         s.report.plan = plan_for(s.report.census);
     }
+    store_stands(s);
     if (!s.frozen) {
         take_inputs(s);
     }

@@ -11,6 +11,7 @@
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/viewers/lag_compensation.h"
 #include "shared/core/assert.h"
+#include "shared/core/utf8.h"
 
 #include <algorithm>
 #include <cmath>
@@ -252,6 +253,7 @@ PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audienc
     pending.event.tick = state_->now;
     pending.event.kind = event.kind;
     pending.event.confirm = event.confirm;
+    pending.event.durable = event.durable;
     pending.event.payload = event.payload;
     pending.audience = audience;
     return pending;
@@ -260,18 +262,31 @@ PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audienc
 EventId ZoneContext::send(ClientId client, const RulesEvent& event) {
     PendingEvent& pending = queue_event(event, Audience::kClient);
     pending.event.recipients.push_back(client);
-    return pending.event.event;
+    const EventId id = pending.event.event;
+    if (event.durable) {
+        const int index = find_client(*state_, client);
+        const std::string account =
+            index < 0 ? std::string() : state_->clients[static_cast<std::size_t>(index)].account;
+        store_event(pending.event, account);
+    }
+    return id;
 }
 
 EventId ZoneContext::publish(std::string_view topic, const RulesEvent& event) {
     PendingEvent& pending = queue_event(event, Audience::kTopic);
     pending.event.topic = topic;
+    if (event.durable) {
+        store_event(pending.event, std::string());
+    }
     return pending.event.event;
 }
 
 EventId ZoneContext::announce(EntityId source, const RulesEvent& event) {
     PendingEvent& pending = queue_event(event, Audience::kViewers);
     pending.source = source;
+    if (event.durable) {
+        store_event(pending.event, std::string());
+    }
     return pending.event.event;
 }
 
@@ -298,6 +313,65 @@ void ZoneContext::note_outcome(bool player_succeeded) {
 
 void ZoneContext::kick(ClientId client, std::string_view reason) {
     state_->out.messages.emplace_back(mailbox::Kick{client, std::string(reason)});
+}
+
+std::uint64_t ZoneContext::ask_store(mailbox::StoreAct act,
+                                     EntityId target,
+                                     const mailbox::StoreKey& key,
+                                     Bytes value) {
+    std::vector<mailbox::StoreRequest>& requests = state_->out.store;
+    const bool clean = core::is_clean_utf8(key.account) && core::is_clean_utf8(key.character) &&
+                       core::is_clean_utf8(key.key);
+    if (!clean || !mailbox::has_good_lengths(key) || value.size() > mailbox::kMaxStoreValueBytes ||
+        requests.size() >= mailbox::kMaxStoreRequests) {
+        return 0;
+    }
+    mailbox::StoreRequest& request = requests.emplace_back();
+    request.act = act;
+    request.number = (++state_->next_store_request << 16U) | state_->settings.id.value;
+    request.zone = state_->settings.id;
+    request.target = target;
+    request.key = key;
+    request.value = std::move(value);
+    return request.number;
+}
+
+std::uint64_t ZoneContext::store_get(EntityId target, const mailbox::StoreKey& key) {
+    return ask_store(mailbox::StoreAct::kGet, target, key, {});
+}
+
+std::uint64_t ZoneContext::store_put(EntityId target, const mailbox::StoreKey& key, Bytes value) {
+    return ask_store(mailbox::StoreAct::kPut, target, key, std::move(value));
+}
+
+std::uint64_t ZoneContext::store_remove(EntityId target, const mailbox::StoreKey& key) {
+    return ask_store(mailbox::StoreAct::kRemove, target, key, {});
+}
+
+void ZoneContext::store_stand(const ZoneClient& client) {
+    const world::Row row = state_->entities.find(client.avatar);
+    if (client.account.empty() || row == world::kNoRow ||
+        state_->entities.has(row, world::kGhost) || state_->entities.has(row, world::kHidden)) {
+        return;
+    }
+    mailbox::StoreRequest& request = state_->out.store.emplace_back();
+    request.act = mailbox::StoreAct::kStand;
+    request.zone = state_->settings.id;
+    request.key = {mailbox::StoreScope::kCharacter, client.account, client.name, {}};
+    const Vec3d at = origin() + state_->entities.position[row].cast<double>();
+    for (int axis = 0; axis < 3; ++axis) {
+        request.position[axis] = at[axis];
+    }
+}
+
+void ZoneContext::store_event(const mailbox::EventOut& event, const std::string& account) {
+    mailbox::StoreRequest& request = state_->out.store.emplace_back();
+    request.act = mailbox::StoreAct::kEvent;
+    request.zone = state_->settings.id;
+    request.key.account = account;
+    request.key.key = event.topic;
+    request.kind = event.kind;
+    request.value = event.payload;
 }
 
 }  // namespace zoned::zone

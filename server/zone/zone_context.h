@@ -83,11 +83,22 @@ class ZoneContext final : public RulesContext {
     void reset_view(ClientId client) override;
     void note_outcome(bool player_succeeded) override;
     void kick(ClientId client, std::string_view reason) override;
+    std::uint64_t store_get(EntityId target, const mailbox::StoreKey& key) override;
+    std::uint64_t store_put(EntityId target, const mailbox::StoreKey& key, Bytes value) override;
+    std::uint64_t store_remove(EntityId target, const mailbox::StoreKey& key) override;
+    /// Where the client's character stands, for when it comes back.
+    void store_stand(const ZoneClient& client);
 
   private:
     /// Row of an entity that this zone owns, or kNoRow.
     [[nodiscard]] world::Row owned(EntityId entity) const;
     PendingEvent& queue_event(const RulesEvent& event, Audience audience);
+    std::uint64_t ask_store(mailbox::StoreAct act,
+                            EntityId target,
+                            const mailbox::StoreKey& key,
+                            Bytes value);
+    /// A durable event is a record as well: of one account, or of a topic.
+    void store_event(const mailbox::EventOut& event, const std::string& account);
     /// The rigid body of an owned, visible prop, or none.
     [[nodiscard]] BodyId prop_body(EntityId entity) const;
     /// Moves a row to rest at `position`, and its body there.

@@ -32,6 +32,8 @@ struct ZoneClient {
     replication::OwnInput own;
     bool audit_due = false;
     std::uint16_t buttons_before = 0;  ///< of the tick before
+    std::string account;               ///< empty: it cannot be known again
+    std::string name;
 };
 
 /// A joint in transfer to another zone.

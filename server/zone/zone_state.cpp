@@ -57,6 +57,7 @@ void StepOutput::clear() {
     rules_messages.clear();
     handoffs.clear();
     departed.clear();
+    store.clear();
 }
 
 ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules)

@@ -44,6 +44,7 @@ struct StepOutput {
     std::vector<RulesMessage> rules_messages;
     std::vector<Handoff> handoffs;
     std::vector<ClientId> departed;  ///< clients that left the world for good
+    std::vector<mailbox::StoreRequest> store;
 
     void clear();
 };
@@ -169,6 +170,7 @@ struct ZoneState {
     bool frozen = false;
     std::uint32_t next_entity = 0;  ///< counter of ids handed out
     std::uint64_t next_event = 0;
+    std::uint64_t next_store_request = 0;
 
     world::Entities entities;
     physics::Scene scene;

@@ -139,7 +139,7 @@ std::vector<Bytes> seeds() {
     command.tick = 3;
     command.move_x = -127;
     const std::vector<mailbox::InboxItem> items = {
-        mailbox::Join{ClientId(1), "ann", "red", 3, {1.0, 2.0, 3.0}},
+        mailbox::Join{ClientId(1), "ann", "red", 3, {1.0, 2.0, 3.0}, "account", true},
         mailbox::Input{ClientId(1), {command, command}},
         mailbox::Acks{ClientId(1), 7, 0xFU, 1000, 2000},
         mailbox::Command{ClientId(1), 9, {1, 2, 3}},
@@ -151,8 +151,15 @@ std::vector<Bytes> seeds() {
         mailbox::CodecPrice{100, 200},
         mailbox::SpawnOrder{1, 2, {1.0, 2.0, 3.0}, 4},
         mailbox::MoveOrder{2, EntityId(7), {1.0, 2.0, 3.0}},
+        mailbox::StoreAnswer{3,
+                             mailbox::StoreAct::kGet,
+                             mailbox::StoreStatus::kDone,
+                             ZoneId(1),
+                             EntityId(7),
+                             {mailbox::StoreScope::kCharacter, "ann", "hero", "bag"},
+                             {1, 2, 3}},
         mailbox::Leave{ClientId(1), mailbox::LeaveReason::kShutdown}};
-    static_assert(std::variant_size_v<mailbox::InboxItem> == 13, "a new message is a new seed");
+    static_assert(std::variant_size_v<mailbox::InboxItem> == 14, "a new message is a new seed");
     std::vector<Bytes> all;
     recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
     header.config_text = "world { name: \"x\" }";

@@ -49,6 +49,7 @@ inline constexpr std::array kLayers{
     Layer{"proto", kProtoRow, Side::kShared},
     Layer{"server/assets", 11, Side::kServer},
     Layer{"server/recording", 11, Side::kServer},
+    Layer{"server/store", 11, Side::kServer},
     Layer{"server/config", 12, Side::kServer},
     Layer{"server/rules", 11, Side::kServer},
     Layer{"server/net", 12, Side::kServer},

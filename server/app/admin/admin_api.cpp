@@ -100,18 +100,17 @@ AdminApi::AdminApi(const config::Settings& settings,
                    TickLoop& loop,
                    asio::io_context& io,
                    Network& network,
+                   ServerStore& store,
                    AdminActions actions)
     : settings_(settings),
       loop_(loop),
       io_(io),
       network_(network),
+      store_(store),
       actions_(std::move(actions)),
       start_s_(steady_seconds()),
       server_(admin_settings(settings), routes(), spectator_source(settings, loop)) {
     const std::string& folder = settings.server.session.state_folder;
-    for (session::AccountBan& ban : load_bans(folder)) {
-        network_.host().ban(std::move(ban));
-    }
     network_.set_order_done([this](const mailbox::OrderDone& done) { on_order_done(done); });
     if (!admin_is_local(settings)) {
         write_admin_certificate(folder, admin_certificate(settings).certificate);
@@ -210,6 +209,8 @@ void AdminApi::with_sample(std::function<void(const NetworkSample&)> work) {
         sample->udp = network_.udp();
         sample->tls = network_.tls();
         sample->connections = network_.connections();
+        sample->held_events = network_.held_events().waiting();
+        sample->refused_events = network_.held_events().refused();
         server_.post([sample, work] { work(*sample); });
     });
 }
@@ -245,6 +246,7 @@ void AdminApi::status(const Reply& reply) {
                      now - start_s_,
                      now,
                      draining_.load(),
+                     store_.figures(),
                      waiting_},
                     out);
         reply(json_response(out));
@@ -267,6 +269,7 @@ void AdminApi::metrics(const Reply& reply) {
                                 now - start_s_,
                                 now,
                                 draining_.load(),
+                                store_.figures(),
                                 waiting_}),
                     admin::kMetricsType));
     });

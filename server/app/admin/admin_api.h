@@ -4,6 +4,7 @@
 #include "server/admin/admin_server.h"
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/tick_loop.h"
+#include "server/app/storage/server_store.h"
 #include "server/config/expand/reload_plan.h"
 #include "server/config/settings.h"
 #include "shared/core/result.h"
@@ -49,6 +50,8 @@ struct NetworkSample {
     session::RttPercentiles rtt;
     net::UdpStats udp;
     net::TlsStats tls;
+    std::size_t held_events = 0;       ///< durable ones that wait for the store
+    std::uint64_t refused_events = 0;  ///< durable ones that the store did not take
     std::size_t connections = 0;
 };
 
@@ -63,6 +66,7 @@ class AdminApi {
              TickLoop& loop,
              asio::io_context& io,
              Network& network,
+             ServerStore& store,
              AdminActions actions);
 
     void start() { server_.start(); }
@@ -113,17 +117,18 @@ class AdminApi {
     void with_sample(std::function<void(const NetworkSample&)> work);
     /// Runs the work on the network thread.
     void on_network(std::function<void()> work);
-    /// Writes the bans, on the admin server's thread, and replies.
-    void keep_bans(const std::vector<session::AccountBan>& bans,
-                   const std::string& text,
-                   std::size_t count,
-                   const Reply& reply);
+    /// Replies when the change is durable, or that it is not.
+    void keep(store::StoreChange change,
+              const std::string& text,
+              std::size_t count,
+              const Reply& reply);
     [[nodiscard]] static AdminDone done(const Reply& reply);
 
     const config::Settings& settings_;
     TickLoop& loop_;
     asio::io_context& io_;
     Network& network_;
+    ServerStore& store_;
     AdminActions actions_;
     double start_s_;
     std::atomic<bool> draining_{false};

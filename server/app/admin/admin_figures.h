@@ -6,6 +6,7 @@
 #include "proto/admin.pb.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace zoned::app {
@@ -20,6 +21,7 @@ struct AdminFigures {
     double uptime_s = 0.0;
     double now_s = 0.0;  ///< steady clock
     bool draining = false;
+    std::optional<store::StoreFigures> store;  ///< none: nothing is kept
     /// Changes of the newest reload that wait for a restart.
     const std::vector<config::SettingChange>& waiting;
 };

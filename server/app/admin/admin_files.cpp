@@ -1,8 +1,6 @@
 #include "server/app/admin/admin_files.h"
 
-#include "server/admin/json_body.h"
 #include "server/session/login/secrets.h"
-#include "proto/admin.pb.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -23,7 +21,6 @@ namespace {
 
 constexpr std::size_t kTokenDigits = 64;
 constexpr std::size_t kMostCertificateBytes = 1U << 20U;
-constexpr std::size_t kMostBanBytes = 64U << 20U;
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
     throw std::runtime_error(file + ": " + what);
@@ -93,7 +90,7 @@ std::string admin_token(const std::string& folder) {
     std::error_code ignored;
     std::filesystem::create_directories(folder, ignored);
 
-    struct stat status {};
+    struct stat status{};
 
     if (::stat(path.c_str(), &status) != 0) {
         replace_file(path, new_admin_token() + "\n", 0600);
@@ -118,34 +115,6 @@ void write_admin_certificate(const std::string& folder, const std::string& certi
     replace_file(folder + "/admin.certificate",
                  read_small_file(certificate_file, kMostCertificateBytes),
                  0644);
-}
-
-std::vector<session::AccountBan> load_bans(const std::string& folder) {
-    const std::string path = folder + "/bans.json";
-    std::vector<session::AccountBan> out;
-    if (!std::filesystem::exists(path)) {
-        return out;
-    }
-    proto::admin::BanList list;
-    const auto read = admin::from_json(read_small_file(path, kMostBanBytes), list);
-    if (!read.ok()) {
-        fail(path, read.error() + "; mend it, or move it away to start without bans");
-    }
-    for (const proto::admin::Ban& ban : list.bans()) {
-        out.push_back({ban.account(), static_cast<std::int64_t>(ban.until_unix_s()), ban.reason()});
-    }
-    return out;
-}
-
-void save_bans(const std::string& folder, const std::vector<session::AccountBan>& bans) {
-    proto::admin::BanList list;
-    for (const session::AccountBan& ban : bans) {
-        proto::admin::Ban& out = *list.add_bans();
-        out.set_account(ban.account);
-        out.set_until_unix_s(static_cast<double>(ban.until_unix_s));
-        out.set_reason(ban.reason);
-    }
-    replace_file(folder + "/bans.json", admin::to_json(list), 0600);
 }
 
 }  // namespace zoned::app

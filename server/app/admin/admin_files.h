@@ -1,11 +1,8 @@
-// Admin files: what the admin server keeps in the state folder: token, address, bans.
+// Admin files: what the admin server keeps in the state folder: token, address.
 #pragma once
-
-#include "server/session/login/ban_list.h"
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace zoned::app {
 
@@ -22,12 +19,6 @@ void write_admin_address(const std::string& folder, const std::string& address);
 /// Copies the certificate that the admin server shows to `folder`/admin.certificate, so that `zoned
 /// ctl` trusts it. Throws as above.
 void write_admin_certificate(const std::string& folder, const std::string& certificate_file);
-
-/// The bans of `folder`/bans.json; none when there is no such file. Throws as above.
-std::vector<session::AccountBan> load_bans(const std::string& folder);
-
-/// Replaces the file as a whole: after a crash it holds the old bans or the new. Throws as above.
-void save_bans(const std::string& folder, const std::vector<session::AccountBan>& bans);
 
 /// The text of a file, for files of this size at most; throws std::runtime_error.
 std::string read_small_file(const std::string& path, std::size_t most_bytes);

@@ -244,6 +244,44 @@ void write_process(MetricsText& out, const AdminFigures& f) {
     out.single("zoned_draining", "gauge", "1 while no logins are taken.", f.draining ? 1.0 : 0.0);
 }
 
+void write_store(MetricsText& out, const AdminFigures& f) {
+    if (!f.store) {
+        return;
+    }
+    const store::StoreFigures& store = *f.store;
+    const auto total = [&out](const char* name, const char* help, std::uint64_t count) {
+        out.single(name, "counter", help, number(count));
+    };
+    total("zoned_store_commits_total", "Transactions of the store.", store.commits);
+    total("zoned_store_changes_total", "Changes that are durable.", store.changes);
+    total("zoned_store_reads_total", "Records that rules asked for.", store.reads);
+    total("zoned_store_failures_total",
+          "Transactions and reads that failed; transactions are tried again.",
+          store.failures);
+    total("zoned_store_checkpoint_failures_total",
+          "Checkpoints that failed; the log of the store grows meanwhile.",
+          store.checkpoint_failures);
+    total("zoned_store_refused_total",
+          "Requests for which no room was left while others waited.",
+          store.refused);
+    total("zoned_store_events_refused_total",
+          "Durable events that were not sent because they were not stored.",
+          f.network.refused_events);
+    out.single("zoned_store_waiting_bytes",
+               "gauge",
+               "Changes that wait for the store.",
+               number(store.waiting_bytes));
+    out.single("zoned_store_events_waiting",
+               "gauge",
+               "Durable events that wait for the store.",
+               number(f.network.held_events));
+    out.single("zoned_store_failing",
+               "gauge",
+               "1 while the last transaction failed.",
+               store.failing.empty() ? 0.0 : 1.0);
+    summary(out, "zoned_store_commit_seconds", "Time of a transaction.", store.commit_ms);
+}
+
 }  // namespace
 
 std::string metrics_of(const AdminFigures& f) {
@@ -253,6 +291,7 @@ std::string metrics_of(const AdminFigures& f) {
     write_world(out, f.settings, f.loop);
     write_recording(out, f.loop.recording);
     write_network(out, f.network);
+    write_store(out, f);
     write_traffic(out, f.loop.traffic);
     write_admin(out, f);
     write_process(out, f);

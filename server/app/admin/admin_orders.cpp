@@ -184,18 +184,19 @@ void AdminApi::kick(const Call& call, const Reply& reply) {
     });
 }
 
-void AdminApi::keep_bans(const std::vector<session::AccountBan>& bans,
-                         const std::string& text,
-                         std::size_t count,
-                         const Reply& reply) {
-    server_.post([this, bans, text, count, reply] {
-        try {
-            save_bans(settings_.server.session.state_folder, bans);
-            reply(done_with(text, count));
-        } catch (const std::exception& error) {
-            log_of(LogArea::kAdmin).error("{}", error.what());
-            reply(problem(500, text + ", but only until the server stops: " + error.what()));
-        }
+void AdminApi::keep(store::StoreChange change,
+                    const std::string& text,
+                    std::size_t count,
+                    const Reply& reply) {
+    store_.change(std::move(change), [this, text, count, reply](const std::string& why_not) {
+        server_.post([text, count, reply, why_not] {
+            if (why_not.empty()) {
+                reply(done_with(text, count));
+                return;
+            }
+            log_of(LogArea::kAdmin).error("not durable: {}: {}", text, why_not);
+            reply(problem(500, text + ", but a restart may forget it: " + why_not));
+        });
     });
 }
 
@@ -223,8 +224,10 @@ void AdminApi::ban(const Call& call, const Reply& reply) {
             .info("banned account {}: {} ended",
                   session::printable(ban.account),
                   count_of_sessions(count));
-        keep_bans(
-            network_.host().bans(), "banned; " + count_of_sessions(count) + " ended", count, reply);
+        keep(store::PutBan{ban.account, ban.until_unix_s, ban.reason},
+             "banned; " + count_of_sessions(count) + " ended",
+             count,
+             reply);
     });
 }
 
@@ -240,7 +243,7 @@ void AdminApi::unban(const Call& call, const Reply& reply) {
             return;
         }
         log_of(LogArea::kAdmin).info("unbanned account {}", session::printable(account));
-        keep_bans(network_.host().bans(), "unbanned", 0, reply);
+        keep(store::RemoveBan{account}, "unbanned", 0, reply);
     });
 }
 

@@ -57,6 +57,20 @@ void print_particles(const config::Settings& settings, const ParticleDevice& dev
     }
 }
 
+void print_store(const config::StoreSettings& store) {
+    if (store.kind == config::StoreKind::kNone) {
+        std::printf(
+            "\nstore: none: a restart forgets bans, used tickets and what the rules keep\n");
+        return;
+    }
+    std::printf("\nstore: %s (SQLite); a commit outlives %s; writes wait in up to %u MB\n",
+                store.file.c_str(),
+                store.durability == config::StoreDurability::kPower
+                    ? "the process and a power cut"
+                    : "the process, not a power cut",
+                store.max_waiting_mb);
+}
+
 void print_codec(const replication::ReplicationSettings& settings,
                  const replication::Replicator& replicator,
                  const replication::ReplicationReport& last) {
@@ -217,6 +231,7 @@ int explain(const ExplainArguments& arguments) {
     if (!parameters.empty()) {
         std::printf("\n%s", parameters.c_str());
     }
+    print_store(settings.server.store);
     return kGood;
 }
 

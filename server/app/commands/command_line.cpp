@@ -244,6 +244,7 @@ int run_command_line(int argc, char** argv) {
     BakeArguments bake_arguments;
     TrainArguments train_arguments;
     CtlArguments ctl_arguments;
+    StoreArguments store_arguments;
     std::string key_base;
     std::function<int()> run;
     add_serve(app, serve_arguments, run);
@@ -254,6 +255,7 @@ int run_command_line(int argc, char** argv) {
     add_replay(app, replay_arguments, run);
     add_train(app, train_arguments, run);
     add_ctl(app, ctl_arguments, run);
+    add_store(app, store_arguments, run);
     add_descriptions(app, run);
     try {
         app.parse(argc, argv);

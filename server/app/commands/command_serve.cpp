@@ -12,6 +12,7 @@
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/start_log.h"
 #include "server/app/runtime/tick_loop.h"
+#include "server/app/storage/server_store.h"
 #include "server/app/supervision/supervision.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/stability_report.h"
@@ -79,9 +80,12 @@ class Server {
           watch_timer_(io_),
           drain_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
-          network_(io_,
-                   settings,
-                   [this](mailbox::InboxItem item) { loop_->post(std::move(item)); }),
+          store_(settings),
+          network_(
+              io_,
+              settings,
+              [this](mailbox::InboxItem item) { loop_->post(std::move(item)); },
+              login_store()),
           supervision_(io_, settings.server, [this] { return loop_->turns(); }) {
         reserve_report();
         open_recording();
@@ -99,6 +103,9 @@ class Server {
                 });
             };
         }
+        loop.to_store = [this](Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
+            return store_.submit(tick, std::move(requests));
+        };
         loop_ = std::make_unique<TickLoop>(
             world_,
             loop,
@@ -112,7 +119,8 @@ class Server {
             loop_->post(price_of_coding());
         }
         if (settings.server.network.admin) {
-            admin_ = std::make_unique<AdminApi>(settings, *loop_, io_, network_, admin_actions());
+            admin_ = std::make_unique<AdminApi>(
+                settings, *loop_, io_, network_, store_, admin_actions());
         }
     }
 
@@ -137,6 +145,11 @@ class Server {
         if (advertised_.udp_port != 0) {
             network_.host().set_udp_port(advertised_.udp_port);
         }
+        store_.start(network_.host(),
+                     {[this](mailbox::StoreAnswer answer) { loop_->post(std::move(answer)); },
+                      [this](std::uint64_t number) {
+                          asio::post(io_, [this, number] { network_.on_durable(number); });
+                      }});
         network_.start();
         loop_->start();
         if (admin_) {
@@ -159,6 +172,24 @@ class Server {
                   price.record_ns,
                   price.packet_ns);
         return price;
+    }
+
+    /// Empty where nothing is kept: clients are let in at once.
+    std::function<void(const session::LoginToStore&)> login_store() {
+        if (!store_.on()) {
+            return {};
+        }
+        return [this](const session::LoginToStore& login) {
+            store_.log_in(login, [this, stream = login.stream](const store::LoginResult& result) {
+                asio::post(io_, [this, stream, result] {
+                    network_.host().on_login_stored(
+                        stream,
+                        result.stored,
+                        result.place ? std::optional(result.place->position_m) : std::nullopt,
+                        steady_seconds());
+                });
+            });
+        };
     }
 
     void await_reload() {
@@ -462,6 +493,7 @@ class Server {
                 admin_->stop();
             }
             loop_->stop();
+            failed_ = store_.stop() > 0 || failed_;
             network_.close();
             signals_.cancel();
             reload_signal_.cancel();
@@ -521,6 +553,7 @@ class Server {
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
     World world_;
+    ServerStore store_;
     Network network_;
     Supervision supervision_;
     config::AdvertiseSettings advertised_;

@@ -105,6 +105,15 @@ struct CtlArguments {
     unsigned count = 0;
 };
 
+/// Where the store lies, and what is done with it.
+struct StoreArguments {
+    std::string state = "state";
+    std::string file;     ///< empty: store.db in `state`
+    std::string backup;   ///< file that is made, or restored
+    std::string account;  ///< whose events; empty: all
+    unsigned count = 20;
+};
+
 int serve(const ServeArguments& arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
@@ -115,9 +124,16 @@ int ticket(const TicketArguments& arguments);
 int replay(const ReplayArguments& arguments);
 int train(const TrainArguments& arguments);
 int ctl(const CtlArguments& arguments);
+int backup(const StoreArguments& arguments);
+int restore(const StoreArguments& arguments);
+int store_check(const StoreArguments& arguments);
+int store_events(const StoreArguments& arguments);
 
 /// Adds `zoned ctl` with all its commands; `run` becomes what the arguments ask for.
 void add_ctl(CLI::App& app, CtlArguments& arguments, std::function<int()>& run);
+
+/// Adds `zoned backup`, `zoned restore` and `zoned store` with its commands.
+void add_store(CLI::App& app, StoreArguments& arguments, std::function<int()>& run);
 
 /// Parses and dispatches; never throws.
 int run_command_line(int argc, char** argv);

@@ -152,7 +152,8 @@ std::string manual_page(const CLI::App& app) {
            ".SH EXIT STATUS\n.TP\n.B 0\nGood.\n.TP\n.B 1\nA verdict or comparison failed, or "
            "there is no such session, account or entity.\n.TP\n.B 2\nBad usage or config.\n.TP\n"
            ".B 3\nThe environment: a port in use, no such file, no answer.\n.SH FILES\n.TP\n"
-           ".I session.state_folder\nCertificate, admin token, bans, files of crashes.\n";
+           ".I session.state_folder\nCertificate, admin token, files of crashes, and store.db: "
+           "accounts, characters, bans, used tickets, durable events.\n";
 }
 
 }  // namespace zoned::app

@@ -24,7 +24,8 @@ double unix_seconds() {
 
 Network::Network(asio::io_context& io,
                  const config::Settings& settings,
-                 std::function<void(mailbox::InboxItem)> to_zones)
+                 std::function<void(mailbox::InboxItem)> to_zones,
+                 std::function<void(const session::LoginToStore&)> store_login)
     : to_zones_(std::move(to_zones)),
       udp_(io,
            udp_settings(settings),
@@ -36,7 +37,7 @@ Network::Network(asio::io_context& io,
                udp_.flush();
            }),
       tls_(io, tls_settings(settings), callbacks()),
-      host_(host_settings(settings), output()),
+      host_(host_settings(settings), output(std::move(store_login))),
       timer_(io),
       pacing_(io) {
     host_.set_udp_port(udp_.port());
@@ -61,8 +62,10 @@ net::TlsCallbacks Network::callbacks() {
     return callbacks;
 }
 
-session::SessionOutput Network::output() {
+session::SessionOutput Network::output(
+    std::function<void(const session::LoginToStore&)> store_login) {
     session::SessionOutput output;
+    output.store_login = std::move(store_login);
     output.send_frame = [this](session::StreamId stream, session::Bytes frame) {
         tls_.send(stream.value, frame);
     };
@@ -127,12 +130,23 @@ void Network::deliver(TickResult result) {
             }
             continue;
         }
+        const auto* event = std::get_if<mailbox::EventOut>(&item);
+        if (event != nullptr && !held_.may_leave(*event, result.store)) {
+            continue;
+        }
         const double now = steady_seconds();
         host_.on_outbox(item, now, now - clock_origin_s_);
     }
     host_.tick(steady_seconds(), tick_);
     udp_.flush();
     arm_pacing();
+}
+
+void Network::on_durable(std::uint64_t number) {
+    held_.release(number, [this](const mailbox::EventOut& event) {
+        const double now = steady_seconds();
+        host_.on_outbox(event, now, now - clock_origin_s_);
+    });
 }
 
 void Network::arm_pacing() {

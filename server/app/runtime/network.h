@@ -22,11 +22,14 @@ class Network {
     /// `to_zones` is called on the network thread.
     Network(asio::io_context& io,
             const config::Settings& settings,
-            std::function<void(mailbox::InboxItem)> to_zones);
+            std::function<void(mailbox::InboxItem)> to_zones,
+            std::function<void(const session::LoginToStore&)> store_login = {});
 
     void start();
     /// Called on the network thread with the output of a tick.
     void deliver(TickResult result);
+    /// The store has come to this number: durable events that waited for it leave.
+    void on_durable(std::uint64_t number);
 
     /// The sessions, for what an operator asks; on the network thread only.
     [[nodiscard]] session::SessionHost& host() { return host_; }
@@ -53,6 +56,10 @@ class Network {
 
     [[nodiscard]] session::RttPercentiles rtt() const { return host_.rtt_percentiles(); }
 
+    /// Durable events that wait for the store, and those that were not sent because it refused
+    /// what they tell.
+    [[nodiscard]] const HeldEvents& held_events() const { return held_; }
+
     [[nodiscard]] const net::UdpStats& udp() const { return udp_.stats(); }
 
     [[nodiscard]] const net::TlsStats& tls() const { return tls_.stats(); }
@@ -61,7 +68,7 @@ class Network {
     void arm_timer();
     /// Sends the packets that are spread over a tick, when they are due.
     void arm_pacing();
-    session::SessionOutput output();
+    session::SessionOutput output(std::function<void(const session::LoginToStore&)> store_login);
     net::TlsCallbacks callbacks();
 
     std::function<void(mailbox::InboxItem)> to_zones_;
@@ -72,6 +79,7 @@ class Network {
     asio::steady_timer timer_;
     asio::steady_timer pacing_;
     Tick tick_ = 0;
+    HeldEvents held_;
     double clock_origin_s_ = 0.0;  ///< steady clock minus this = server time
     double unix_time_set_s_ = 0.0;
     bool closing_ = false;

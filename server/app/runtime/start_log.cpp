@@ -60,6 +60,10 @@ std::vector<std::string> unusual_of(const config::Settings& settings) {
                       " lets other machines reach the admin server, by TLS, with its token");
     }
     add_faults(settings, out);
+    if (settings.server.store.kind == config::StoreKind::kNone) {
+        out.push_back(
+            "store.kind: STORE_NONE: a restart forgets bans, used tickets and what the rules keep");
+    }
     if (!settings.server.recording_file.empty()) {
         out.push_back("recording.file: all inputs go to " + settings.server.recording_file);
     }

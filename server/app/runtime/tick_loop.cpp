@@ -138,6 +138,9 @@ void TickLoop::run_tick(double due_s) {
     TickResult result;
     const std::size_t known_stopped = world_.stopped().size();
     step_world(result.items);
+    if (settings_.to_store && !world_.store_requests().empty()) {
+        result.store = settings_.to_store(world_.now(), std::move(world_.store_requests()));
+    }
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
     result.clock_origin_s = begin - schedule_.server_time(clock_.time(begin));

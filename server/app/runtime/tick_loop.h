@@ -7,6 +7,7 @@
 #include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/runtime/visited_world.h"
+#include "server/app/storage/held_events.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
 #include "server/mailbox/latest.h"
@@ -38,6 +39,7 @@ struct TickResult {
     double server_time_s = 0.0;   ///< nominal time of the tick
     double clock_origin_s = 0.0;  ///< steady clock minus this = server time
     std::vector<mailbox::OutboxItem> items;
+    StoreTicket store;  ///< durable events among the items wait for it
 };
 
 /// Sums over the run, per pass and over all zones.
@@ -115,6 +117,9 @@ struct LoopSettings {
     double publish_every_s = 0.0;  ///< figures for published(); 0: never
     /// Called on the loop's thread when a zone has stopped; may be empty.
     std::function<void()> on_stopped_zone = {};
+    /// What a tick asks of the store; called on the loop's thread, must not wait. Empty: nothing
+    /// answers.
+    std::function<StoreTicket(Tick, std::vector<mailbox::StoreRequest>&&)> to_store = {};
 };
 
 class TickLoop final : public VisitedWorld {

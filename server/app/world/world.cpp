@@ -134,6 +134,12 @@ bool World::idle() const {
 }
 
 std::size_t World::spawn_zone(mailbox::Join& join) const {
+    if (join.placed) {
+        const std::size_t zone = zone_at(join.spawn[0], join.spawn[2]);
+        if (zone < zones_.size() && runs(zone)) {
+            return zone;
+        }
+    }
     // Clients come with consecutive numbers: a stride that is coprime to most list lengths spreads
     // them over the map.
     for (std::size_t k = 0; k < spawn_points_.size(); ++k) {
@@ -149,6 +155,14 @@ std::size_t World::spawn_zone(mailbox::Join& join) const {
         }
     }
     return zones_.size();
+}
+
+std::size_t World::zone_of_answer(const mailbox::StoreAnswer& answer) const {
+    const auto owner = std::find_if(zones_.begin(), zones_.end(), [&](const auto& zone) {
+        return answer.target ? zone->owns(answer.target) : zone->state().settings.id == answer.zone;
+    });
+    const auto index = static_cast<std::size_t>(owner - zones_.begin());
+    return index < zones_.size() && runs(index) ? index : zones_.size();
 }
 
 std::size_t World::zone_at(double x, double z) const {
@@ -205,6 +219,15 @@ void World::route(const mailbox::InboxItem& item) {
         }
         return;
     }
+    if (const auto* answer = std::get_if<mailbox::StoreAnswer>(&item)) {
+        const std::size_t zone = zone_of_answer(*answer);
+        if (zone < zones_.size()) {
+            inboxes_[zone].push_back(item);
+        } else {
+            ++undeliverable_;
+        }
+        return;
+    }
     const ClientId client = std::visit(
         [](const auto& message) {
             if constexpr (requires { message.client; }) {
@@ -247,6 +270,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     const std::size_t before = out.size();
     std::move(answers_.begin(), answers_.end(), std::back_inserter(out));
     answers_.clear();
+    store_requests_.clear();
     ++now_;
     clear_stopped();
     if (environment_) {
@@ -290,6 +314,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
         for (mailbox::StatePacket& packet : from.packets) {
             out.emplace_back(std::move(packet));
         }
+        std::move(from.store.begin(), from.store.end(), std::back_inserter(store_requests_));
         for (const ClientId client : from.departed) {
             zone_of_.erase(client);
             topics_.remove(client);

@@ -59,6 +59,9 @@ class World {
     /// Hash over all zones' hashes.
     [[nodiscard]] std::uint64_t state_hash() const;
 
+    /// What the zones ask of the store in the last tick, by zone.
+    [[nodiscard]] std::vector<mailbox::StoreRequest>& store_requests() { return store_requests_; }
+
     [[nodiscard]] std::uint64_t handoffs() const { return handoffs_; }
 
     [[nodiscard]] std::uint64_t client_handoffs() const { return client_handoffs_; }
@@ -121,6 +124,8 @@ class World {
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
     /// Number of zones when all have stopped.
     [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
+    /// Number of the zone that an answer of the store goes to; that of all when it has stopped.
+    [[nodiscard]] std::size_t zone_of_answer(const mailbox::StoreAnswer& answer) const;
 
     std::vector<Vec3d> spawn_points_;
     std::vector<zone::Region> regions_;
@@ -141,6 +146,7 @@ class World {
     std::vector<std::optional<StoppedZone>> fault_of_;  // by zone
     std::vector<StoppedZone> stopped_;
     std::vector<mailbox::OutboxItem> answers_;  // of the world itself, in this tick
+    std::vector<mailbox::StoreRequest> store_requests_;
     std::uint64_t next_event_ = 0;
     std::uint64_t bursts_sent_ = 0;
     std::uint64_t handoffs_ = 0;

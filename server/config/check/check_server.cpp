@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <fstream>
 #include <set>
+#include <utility>
 
 namespace zoned::config {
 
@@ -227,6 +228,20 @@ void check_session(const proto::config::Session& session, Diagnostics& diagnosti
     }
 }
 
+void check_store(const proto::config::Store& store, Diagnostics& diagnostics) {
+    if (store.kind() != proto::config::STORE_NONE) {
+        return;
+    }
+    for (const auto& [given, path] :
+         {std::pair(store.has_file(), "store.file"),
+          std::pair(store.has_durability(), "store.durability"),
+          std::pair(store.has_max_waiting_mb(), "store.max_waiting_mb")}) {
+        if (given) {
+            diagnostics.add(path, "has no meaning while store.kind is STORE_NONE");
+        }
+    }
+}
+
 void check_testing(const proto::config::Config& config,
                    const std::vector<ZoneRegion>& zones,
                    Diagnostics& diagnostics) {
@@ -299,6 +314,7 @@ void check_server(const proto::config::Config& config,
     }
     check_session(config.session(), diagnostics);
     check_log(config.log(), diagnostics);
+    check_store(config.store(), diagnostics);
     check_entrance(config, diagnostics);
     check_testing(config, zones, diagnostics);
     std::set<std::string> names;

@@ -62,6 +62,13 @@ SessionSettings expand_session(const proto::config::Session& from,
     return out;
 }
 
+StoreSettings expand_store(const proto::config::Store& from, const std::string& state_folder) {
+    return {static_cast<StoreKind>(from.kind()),
+            from.has_file() ? from.file() : state_folder + "/store.db",
+            static_cast<StoreDurability>(from.durability()),
+            from.max_waiting_mb()};
+}
+
 RunSettings expand_run(const proto::config::Run& from) {
     return {from.threads(),
             from.max_catch_up_ticks(),
@@ -160,6 +167,7 @@ ServerSettings expand_server(const proto::config::Config& config) {
     }
     out.recording_file = config.recording().file();
     out.ring_s = config.recording().ring_s();
+    out.store = expand_store(config.store(), out.session.state_folder);
     out.testing = expand_testing(config.testing());
     out.started_max_clients = out.network.max_clients;
     return out;

@@ -71,6 +71,9 @@ void resolve_files(const std::filesystem::path& folder, Config& config) {
     if (config.recording().has_file()) {
         resolve(*config.mutable_recording()->mutable_file(), folder);
     }
+    if (config.store().has_file()) {
+        resolve(*config.mutable_store()->mutable_file(), folder);
+    }
     if (config.compute().has_cache_folder()) {
         resolve(*config.mutable_compute()->mutable_cache_folder(), folder);
     }

@@ -22,8 +22,13 @@ void SessionHost::Impl::on_frame(StreamId stream,
     }
     Session* session = table.by_stream(stream);
     if (session == nullptr) {
-        if (frame.size() <= settings.max_frame_bytes && parse(frame, message_in) &&
-            message_in.has_hello()) {
+        if (it->second.storing) {
+            refuse(stream,
+                   {proto::REFUSED_MALFORMED,
+                    Reject::kHelloAgain,
+                    "nothing may follow Hello before the server answers it"});
+        } else if (frame.size() <= settings.max_frame_bytes && parse(frame, message_in) &&
+                   message_in.has_hello()) {
             on_hello(stream, message_in.hello(), now_s);
         } else {
             refuse(stream,

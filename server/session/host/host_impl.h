@@ -26,6 +26,7 @@ struct ClientStream {
     wire::SealKey up;
     bool logged_in = false;
     mailbox::Address peer;
+    std::optional<Identity> storing = {};  ///< of a login that waits until it is stored
 };
 
 struct SessionHost::Impl {
@@ -34,6 +35,15 @@ struct SessionHost::Impl {
     // ---- host_login.cpp
     void on_hello(StreamId stream, const proto::Hello& hello, double now_s);
     void log_in(StreamId stream, const proto::Hello& hello, double now_s);
+    /// The server's reasons against a client that is who it says; refuses it.
+    bool turn_away(StreamId stream, const Identity& identity, double now_s);
+    void store_login(StreamId stream, Identity identity, double now_s);
+    /// A character is in the world once.
+    void end_others(const Identity& identity);
+    void let_in(StreamId stream,
+                Identity identity,
+                const std::optional<std::array<double, 3>>& place,
+                double now_s);
     void resume(StreamId stream, const proto::Hello& hello, double now_s);
     void send_welcome(const Session& session, bool resumed);
     void refuse(StreamId stream, const Refusal& refusal);

@@ -36,16 +36,91 @@ void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, doubl
         refuse(stream, identity.error());
         return;
     }
-    if (const AccountBan* ban = bans.find(identity->account, unix_time(now_s))) {
+    if (turn_away(stream, *identity, now_s)) {
+        return;
+    }
+    if (identity->nonce && output.store_login) {
+        store_login(stream, std::move(*identity), now_s);
+    } else {
+        let_in(stream, std::move(*identity), std::nullopt, now_s);
+    }
+}
+
+void SessionHost::Impl::store_login(StreamId stream, Identity identity, double now_s) {
+    end_others(identity);
+    // At once: the same ticket must not come again while the first is being stored.
+    nonces.insert(*identity.nonce, identity.expires_s);
+    LoginToStore login;
+    login.stream = stream;
+    login.account = identity.account;
+    login.character = identity.name;
+    login.nonce = *identity.nonce;
+    login.expires_s = identity.expires_s;
+    login.unix_s = unix_time(now_s);
+    streams.at(stream).storing = std::move(identity);
+    output.store_login(login);
+}
+
+void SessionHost::Impl::end_others(const Identity& identity) {
+    std::vector<Session*> others;
+    for (const auto& session : table.all()) {
+        if (session->identity.nonce && session->identity.account == identity.account &&
+            session->identity.name == identity.name) {
+            others.push_back(session.get());
+        }
+    }
+    for (Session* session : others) {
+        end(*session,
+            proto::CLOSING_REPLACED,
+            "the character logged in elsewhere",
+            mailbox::LeaveReason::kKicked);
+    }
+}
+
+void SessionHost::on_login_stored(StreamId stream,
+                                  bool stored,
+                                  const std::optional<std::array<double, 3>>& place,
+                                  double now_s) {
+    const auto it = impl_->streams.find(stream);
+    if (it == impl_->streams.end() || !it->second.storing) {
+        return;  // the client did not wait
+    }
+    Identity identity = std::move(*it->second.storing);
+    it->second.storing.reset();
+    if (!stored) {
+        impl_->refuse(stream,
+                      {proto::REFUSED_SHUTTING_DOWN,
+                       Reject::kLoginNotStored,
+                       "the server cannot store logins at the moment: get a new ticket and try "
+                       "again later"});
+        return;
+    }
+    if (impl_->shutting_down) {
+        impl_->refuse(stream,
+                      {proto::REFUSED_SHUTTING_DOWN,
+                       Reject::kLoginShutdown,
+                       "the server is shutting down: try again later"});
+    } else if (!impl_->turn_away(stream, identity, now_s)) {
+        impl_->end_others(identity);
+        impl_->let_in(stream, std::move(identity), place, now_s);
+    }
+}
+
+void SessionHost::remember_ticket(const TicketNonce& nonce, std::int64_t expires_s) {
+    impl_->nonces.insert(nonce, expires_s);
+}
+
+bool SessionHost::Impl::turn_away(StreamId stream, const Identity& identity, double now_s) {
+    if (const AccountBan* ban = bans.find(identity.account, unix_time(now_s))) {
         refuse(stream,
                {proto::REFUSED_BANNED,
                 Reject::kLoginBanned,
                 "the account is banned" + (ban->reason.empty() ? "" : ": " + ban->reason)});
-        return;
+        return true;
     }
     if (!draining.empty()) {
         refuse(stream, {proto::REFUSED_SHUTTING_DOWN, Reject::kLoginShutdown, draining});
-        return;
+        return true;
     }
     if (table.all().size() >= settings.max_sessions) {
         refuse(stream,
@@ -53,10 +128,18 @@ void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, doubl
                 Reject::kLoginFull,
                 "the server is full: all of its " + std::to_string(settings.max_sessions) +
                     " places are taken"});
-        return;
+        return true;
     }
+    return false;
+}
+
+void SessionHost::Impl::let_in(StreamId stream,
+                               Identity identity,
+                               const std::optional<std::array<double, 3>>& place,
+                               double now_s) {
+    ClientStream& state = streams.at(stream);
     Session& session = table.create(settings, state.down, state.up, stream);
-    session.identity = std::move(*identity);
+    session.identity = std::move(identity);
     session.last_heard_s = now_s;
     session.peer = state.peer;
     if (session.identity.nonce) {
@@ -67,8 +150,20 @@ void SessionHost::Impl::log_in(StreamId stream, const proto::Hello& hello, doubl
     stats.sessions_max = std::max(stats.sessions_max, stats.sessions);
     send_welcome(session, false);
     note(SessionNote::Kind::kJoined, session, "");
-    output.to_zones(mailbox::Join{
-        session.client, session.identity.name, session.identity.team, session.identity.rights});
+    mailbox::Join join;
+    join.client = session.client;
+    join.name = session.identity.name;
+    join.team = session.identity.team;
+    join.rights = session.identity.rights;
+    // Development mode gives all clients one account, which is nobody's.
+    if (session.identity.nonce) {
+        join.account = session.identity.account;
+    }
+    if (place) {
+        std::copy(place->begin(), place->end(), join.spawn);
+        join.placed = true;
+    }
+    output.to_zones(std::move(join));
 }
 
 void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, double now_s) {

@@ -6,6 +6,7 @@
 #include "server/mailbox/messages.h"
 #include "server/session/host/session_figures.h"
 #include "server/session/login/ban_list.h"
+#include "server/session/login/ticket.h"
 #include "server/session/session_settings.h"
 #include "shared/core/ids.h"
 #include "shared/wire/seal.h"
@@ -17,6 +18,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +30,16 @@ using SharedBytes = std::shared_ptr<const Bytes>;
 
 /// An accepted TCP connection, numbered by its acceptor. Zero = none.
 using StreamId = StrongId<struct StreamTag, std::uint64_t>;
+
+/// A login by a ticket, to be kept before the client is let in.
+struct LoginToStore {
+    StreamId stream;
+    std::string account;
+    std::string character;  ///< the name in the game
+    TicketNonce nonce{};
+    std::int64_t expires_s = 0;  ///< of the ticket
+    std::int64_t unix_s = 0;     ///< now
+};
 
 /// The host's output. The host calls these from within its own calls; they must not call back.
 struct SessionOutput {
@@ -42,6 +54,9 @@ struct SessionOutput {
     /// goes by send_frame.
     std::function<void(StreamId, Bytes head, SharedBytes tail)> send_long_frame = {};
     std::function<void(const SessionNote&)> note = {};  ///< may be empty
+    /// Keeps a login durably; SessionHost::on_login_stored says that it is. Empty: nothing is kept,
+    /// clients are let in at once.
+    std::function<void(const LoginToStore&)> store_login = {};
 };
 
 /// The sessions that an operator means: those for which any of these holds that is set.
@@ -103,6 +118,15 @@ class SessionHost {
     void on_datagram(const mailbox::Address& from,
                      std::span<const std::uint8_t> datagram,
                      double now_s);
+
+    /// What SessionOutput::store_login asked for is done, or could not be. `place`, world
+    /// coordinates in m, is where the character stood when it was here last; none: it is new.
+    void on_login_stored(StreamId stream,
+                         bool stored,
+                         const std::optional<std::array<double, 3>>& place,
+                         double now_s);
+    /// A ticket that was used before this host began.
+    void remember_ticket(const TicketNonce& nonce, std::int64_t expires_s);
 
     /// From the zones. `server_time_s` stamps state packets. A large output is spread over most of
     /// a tick: release() sends the rest.

@@ -79,6 +79,10 @@ void BrokenRules::on_message(RulesContext& context,
     rules_->on_message(context, target, payload);
 }
 
+void BrokenRules::on_store(RulesContext& context, const mailbox::StoreAnswer& answer) {
+    rules_->on_store(context, answer);
+}
+
 Bytes BrokenRules::take_entity(EntityId entity) {
     return rules_->take_entity(entity);
 }

@@ -36,6 +36,7 @@ class BrokenRules final : public Rules {
     void on_message(RulesContext& context,
                     EntityId target,
                     std::span<const std::uint8_t> payload) override;
+    void on_store(RulesContext& context, const mailbox::StoreAnswer& answer) override;
     Bytes take_entity(EntityId entity) override;
     void load_entity(EntityId entity, std::span<const std::uint8_t> state) override;
     [[nodiscard]] bool busy() const override;

@@ -183,8 +183,9 @@ TEST(Handoff, GivesTheSameHashForOneTwoAndFourThreads) {
         }
         World world(settings, threads);
         std::vector<mailbox::OutboxItem> out;
-        std::vector<mailbox::InboxItem> items{mailbox::Join{ClientId(1), "a", "", 1, {}},
-                                              mailbox::Join{ClientId(2), "b", "", 1, {}}};
+        std::vector<mailbox::InboxItem> items{
+            mailbox::Join{ClientId(1), "a", "", 1, {}, "", false},
+            mailbox::Join{ClientId(2), "b", "", 1, {}, "", false}};
         core::Rng rng(3);
         int heading = 0;
         for (int t = 0; t < 600; ++t) {

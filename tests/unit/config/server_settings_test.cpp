@@ -17,6 +17,7 @@ TEST(ServerSettings, HaveTheDefaultsOfTheSchema) {
     EXPECT_EQ(from_schema.compute, plain.compute);
     EXPECT_EQ(from_schema.recording_file, plain.recording_file);
     EXPECT_EQ(from_schema.ring_s, plain.ring_s);
+    EXPECT_EQ(from_schema.store, plain.store);
     EXPECT_EQ(from_schema.testing.faults, plain.testing.faults);
     EXPECT_FALSE(from_schema.testing.stall || from_schema.testing.wrong_limit);
 }
@@ -57,6 +58,31 @@ TEST(ServerSettings, TakeWhatTheConfigSays) {
     EXPECT_EQ(server.testing.stall->zone, "east");
     EXPECT_EQ(server.testing.stall->at_tick, 5);
     EXPECT_EQ(server.testing.leak_topic.share, 1.0);
+}
+
+TEST(ServerSettings, TheStoreLiesInTheStateFolderUnlessItIsNamed) {
+    const Outcome usual = parse(
+        with("dev_mode_loopback: true", "dev_mode_loopback: true state_folder: \"/var/lib/z\""));
+    ASSERT_TRUE(usual.ok) << format_errors("test", usual.errors);
+    EXPECT_EQ(usual.settings.server.store.file, "/var/lib/z/store.db");
+    EXPECT_EQ(usual.settings.server.store.durability, StoreDurability::kPower);
+    const Outcome named =
+        parse(std::string(kValid) +
+              "store { file: \"/srv/s.db\" durability: DURABLE_PROCESS max_waiting_mb: 5 }\n");
+    ASSERT_TRUE(named.ok) << format_errors("test", named.errors);
+    EXPECT_EQ(named.settings.server.store,
+              (StoreSettings{StoreKind::kSqlite, "/srv/s.db", StoreDurability::kProcess, 5}));
+}
+
+TEST(ServerSettings, AStoreThatIsOffHasNoFile) {
+    const Outcome off = parse(std::string(kValid) + "store { kind: STORE_NONE }\n");
+    ASSERT_TRUE(off.ok) << format_errors("test", off.errors);
+    EXPECT_EQ(off.settings.server.store.kind, StoreKind::kNone);
+    const Outcome odd = parse(std::string(kValid) + "store { kind: STORE_NONE file: \"s.db\" }\n");
+    ASSERT_FALSE(odd.ok);
+    EXPECT_NE(format_errors("test", odd.errors).find("no meaning while store.kind is STORE_NONE"),
+              std::string::npos)
+        << format_errors("test", odd.errors);
 }
 
 }  // namespace

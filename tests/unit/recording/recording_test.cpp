@@ -43,8 +43,13 @@ std::vector<InboxItem> every_item() {
     motion::InputCommand high;
     high.tick = INT64_C(1) << 60;
     high.pitch = 16384;
-    return {mailbox::Join{
-                ClientId(7), "n\xC3\xA4me", std::string("\0x", 2), 0xFFFFFFFFu, {-1.5, 2.25, 1e6}},
+    return {mailbox::Join{ClientId(7),
+                          "n\xC3\xA4me",
+                          std::string("\0x", 2),
+                          0xFFFFFFFFu,
+                          {-1.5, 2.25, 1e6},
+                          "account",
+                          true},
             mailbox::Join{},
             mailbox::Leave{ClientId(8), mailbox::LeaveReason::kShutdown},
             mailbox::Input{ClientId(9), {low, high}},
@@ -60,13 +65,22 @@ std::vector<InboxItem> every_item() {
             mailbox::CodecPrice{0xFFFFFFFFu, 7},
             mailbox::NewBrains{std::make_shared<const std::string>("brain {}\n\xff"), nullptr},
             mailbox::SpawnOrder{9, 65535, {-1.5, 2e6, 3.25}, 40000},
-            mailbox::MoveOrder{0xFFFFFFFFFFFFFFFFu, EntityId(7), {0.1, -0.2, 1e-9}}};
+            mailbox::MoveOrder{0xFFFFFFFFFFFFFFFFu, EntityId(7), {0.1, -0.2, 1e-9}},
+            mailbox::StoreAnswer{},
+            mailbox::StoreAnswer{0xFFFFFFFFFFFFFFFFu,
+                                 mailbox::StoreAct::kEvent,
+                                 mailbox::StoreStatus::kRefused,
+                                 ZoneId(65535),
+                                 EntityId(9),
+                                 {mailbox::StoreScope::kCharacter, "ann", "h\xC3\xA4ro", "bag"},
+                                 {0, 255, 10}}};
 }
 
 struct Equal {
     bool operator()(const mailbox::Join& a, const mailbox::Join& b) const {
         return a.client == b.client && a.name == b.name && a.team == b.team &&
-               a.rights == b.rights && std::equal(a.spawn, a.spawn + 3, b.spawn);
+               a.rights == b.rights && std::equal(a.spawn, a.spawn + 3, b.spawn) &&
+               a.account == b.account && a.placed == b.placed;
     }
 
     bool operator()(const mailbox::Leave& a, const mailbox::Leave& b) const {
@@ -110,6 +124,11 @@ struct Equal {
         return *a.config == *b.config;
     }
 
+    bool operator()(const mailbox::StoreAnswer& a, const mailbox::StoreAnswer& b) const {
+        return a.number == b.number && a.act == b.act && a.status == b.status && a.zone == b.zone &&
+               a.target == b.target && a.key == b.key && a.value == b.value;
+    }
+
     bool operator()(const mailbox::SpawnOrder& a, const mailbox::SpawnOrder& b) const {
         return a.number == b.number && a.type == b.type && a.yaw == b.yaw &&
                std::equal(a.position, a.position + 3, b.position);
@@ -123,7 +142,9 @@ struct Equal {
     template <class A, class B>
         requires(!std::is_same_v<A, B>)
 
-    bool operator()(const A& /*a*/, const B& /*b*/) const { return false; }
+    bool operator()(const A& /*a*/, const B& /*b*/) const {
+        return false;
+    }
 };
 
 void expect_equal(const std::vector<InboxItem>& a, const std::vector<InboxItem>& b) {
@@ -188,7 +209,7 @@ Outcome read_all(const std::string& file) {
 }
 
 TEST(Recording, BringsEveryMessageBack) {
-    static_assert(std::variant_size_v<InboxItem> == 13, "a new message belongs into these tests");
+    static_assert(std::variant_size_v<InboxItem> == 14, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
     RecordingReader reader;

@@ -90,9 +90,12 @@ class FakeZone final : public zone::RulesContext {
 
     void tick_seconds(float seconds) { tick(static_cast<int>(std::lround(seconds / kDt))); }
 
-    EntityId join(std::uint32_t client, const Vec3& position, const std::string& team = "") {
-        return game.on_join(*this,
-                            {ClientId(client), "name" + std::to_string(client), team, position});
+    EntityId join(std::uint32_t client,
+                  const Vec3& position,
+                  const std::string& team = "",
+                  const std::string& account = "") {
+        return game.on_join(
+            *this, {ClientId(client), "name" + std::to_string(client), team, position, account});
     }
 
     EntityId put(TypeIndex type, const Vec3& position) {
@@ -383,6 +386,16 @@ class FakeZone final : public zone::RulesContext {
         outbox.push_back({target, std::move(payload)});
     }
 
+    std::uint64_t store_get(EntityId target, const mailbox::StoreKey& key) override {
+        return ask(mailbox::StoreAct::kGet, target, key, {});
+    }
+
+    std::uint64_t store_put(EntityId target,
+                            const mailbox::StoreKey& key,
+                            zone::Bytes value) override {
+        return ask(mailbox::StoreAct::kPut, target, key, std::move(value));
+    }
+
     void reset_view(ClientId client) override { resets.push_back(client); }
 
     void note_outcome(bool player_succeeded) override { outcomes.push_back(player_succeeded); }
@@ -398,6 +411,19 @@ class FakeZone final : public zone::RulesContext {
         return row;
     }
 
+    std::uint64_t ask(mailbox::StoreAct act,
+                      EntityId target,
+                      const mailbox::StoreKey& key,
+                      zone::Bytes value) {
+        mailbox::StoreRequest& request = asked.emplace_back();
+        request.act = act;
+        request.number = asked.size();
+        request.target = target;
+        request.key = key;
+        request.value = std::move(value);
+        return request.number;
+    }
+
     EventId note(Sent s) {
         EXPECT_GE(s.event.kind, zone::kFirstRulesEvent);
         s.id = EventId((++events_ << 16) | zone_);
@@ -411,6 +437,7 @@ class FakeZone final : public zone::RulesContext {
     Sandbox game;
     std::vector<Sent> sent;
     std::vector<Mail> outbox;
+    std::vector<mailbox::StoreRequest> asked;  ///< of the store
     std::vector<Emitted> emitted;
     std::uint32_t hail_near = 0;       ///< particles of "hail" near any point that is queried
     std::vector<std::string> stances;  ///< the world's own

@@ -179,7 +179,7 @@ TEST(State, RefusesBytesThatAreNoState) {
 
 TEST(State, HashSeesEveryField) {
     const auto hash_of = [](const CharacterRecord& record) {
-        zone::Bytes bytes{0x12};
+        zone::Bytes bytes{0x13};
         Writer writer(bytes);
         CharacterRecord::fields(writer, record);
         Sandbox game({}, test_types());
@@ -190,7 +190,7 @@ TEST(State, HashSeesEveryField) {
         return hash.value();
     };
     const CharacterRecord base;
-    std::vector<CharacterRecord> changed(31);
+    std::vector<CharacterRecord> changed(35);
     changed[0].client = ClientId(1);
     changed[1].name = "a";
     changed[2].team = "a";
@@ -222,6 +222,10 @@ TEST(State, HashSeesEveryField) {
     changed[28].offer_until = 1;
     changed[29].trade_event = EventId(1);
     changed[30].killer_event = EventId(1);
+    changed[31].account = "a";
+    changed[32].keeping = Keeping::kKept;
+    changed[33].keep_due = true;
+    changed[34].strange_items = {{"a", 1}};
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash_of(changed[i]), hash_of(base)) << i;
     }

@@ -54,7 +54,9 @@ inline HostSettings dev_settings() {
 
 class TestHost {
   public:
-    explicit TestHost(HostSettings settings, std::function<void(const SessionNote&)> note = {})
+    explicit TestHost(HostSettings settings,
+                      std::function<void(const SessionNote&)> note = {},
+                      std::function<void(const LoginToStore&)> store_login = {})
         : host(std::move(settings),
                SessionOutput{[this](StreamId s, Bytes f) {
                                  proto::ServerMessage m;
@@ -71,7 +73,8 @@ class TestHost {
                              [this](mailbox::InboxItem item) { inbox.push_back(std::move(item)); },
                              [this](StreamId) { return backlog; },
                              {},
-                             std::move(note)}) {}
+                             std::move(note),
+                             std::move(store_login)}) {}
 
     StreamId open(bool loopback = true) {
         const StreamId stream{++last_stream};
