@@ -159,6 +159,23 @@ class ClientState {
 
     void hash(core::StateHash& hash) const;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(client, subscriptions, removals, own, tokens, packet_tick, widened, widened_tick);
+        archive(is_viewer, coded_bytes, demand, followed_, log_, next_sequence_, first_sequence_);
+        archive(oldest_open_, newest_acked_, ack_delay_, loss_estimate_, loss_samples_, rtt_us_);
+        archive(rate_bytes_per_s_, next_stamp_, next_epoch_, away_, heard_while_away_);
+        archive(heard_newest_, heard_tick_, heard_loss_, heard_samples_);
+        if constexpr (!Archive::kReads) {
+            if (coder) {
+                archive.fail("a client's records are coded for it alone, which has no saved form");
+            }
+        }
+    }
+
+    /// Whether its lists are in order and name streams that there are.
+    [[nodiscard]] bool is_sound(const StreamTable& streams) const;
+
     ClientId client;
     std::vector<Subscription> subscriptions;  ///< ascending by entity
     std::vector<Removal> removals;            ///< ascending by entity

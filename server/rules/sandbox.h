@@ -33,6 +33,8 @@ class Sandbox final : public zone::Rules {
                     std::span<const std::uint8_t> payload) override;
     zone::Bytes take_entity(EntityId entity) override;
     void load_entity(EntityId entity, std::span<const std::uint8_t> state) override;
+    [[nodiscard]] bool save(zone::Bytes& out) const override;
+    std::string load(std::span<const std::uint8_t> bytes) override;
     [[nodiscard]] bool busy() const override;
     void hash(core::StateHash& hash) const override;
 
