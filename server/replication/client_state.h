@@ -166,10 +166,20 @@ class ClientState {
         archive(oldest_open_, newest_acked_, ack_delay_, loss_estimate_, loss_samples_, rtt_us_);
         archive(rate_bytes_per_s_, next_stamp_, next_epoch_, away_, heard_while_away_);
         archive(heard_newest_, heard_tick_, heard_loss_, heard_samples_);
-        if constexpr (!Archive::kReads) {
-            if (coder) {
-                archive.fail("a client's records are coded for it alone, which has no saved form");
-            }
+    }
+
+    /// The coder, which follows the rest: it is made with the settings.
+    template <class Archive>
+    void serialize_coder(Archive& archive, const ReplicationSettings& settings) {
+        bool coded = coder != nullptr;
+        archive(coded);
+        if constexpr (Archive::kReads) {
+            const std::uint8_t next_epoch = next_epoch_;
+            code(coded, settings);
+            next_epoch_ = next_epoch;
+        }
+        if (coded) {
+            archive(*coder);
         }
     }
 

@@ -31,6 +31,7 @@ struct Replicator::Impl {
                     clients.push_back(std::make_unique<ClientState>(ClientTransfer{}, settings));
                 }
                 archive(*clients[static_cast<std::size_t>(i)]);
+                clients[static_cast<std::size_t>(i)]->serialize_coder(archive, settings);
                 if constexpr (Archive::kReads) {
                     if (!clients.back()->is_sound(streams) ||
                         (i > 0 && !(clients[i - 1]->client < clients[i]->client))) {

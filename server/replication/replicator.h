@@ -135,8 +135,8 @@ class Replicator {
 
     void hash(core::StateHash& hash) const;
 
-    /// All clients and publications, between two ticks. Refuses clients whose records are coded for
-    /// them alone. Figures of traffic are no state.
+    /// All clients and publications, between two ticks, with what the coder of each client has
+    /// learned. Figures of traffic are no state.
     void save(core::FieldWriter& archive) const;
     /// Takes the place of everything here; the settings are those of the replicator that was saved.
     void load(core::FieldReader& archive);

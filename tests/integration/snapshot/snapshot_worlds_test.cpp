@@ -18,13 +18,14 @@ struct SnapshotWorld {
     Tick first;
     Tick follows;
     const char* falls_short;
+    int snapshots = 2;  ///< but for the long form
 };
 
 constexpr SnapshotWorld kWorlds[] = {
     {"minimal", 4, 40, 120, nullptr},
     {"bridge", 3, 40, 60, nullptr},
     {"circuit", 3, 40, 60, nullptr},
-    {"city", 3, 30, 40, nullptr},
+    {"city", 3, 30, 40, nullptr, 1},
     {"cloth", 3, 40, 60, nullptr},
     {"doors", 3, 40, 60, nullptr},
     {"hamlet", 3, 40, 60, nullptr},
@@ -49,6 +50,19 @@ int length() {
 
 class SnapshotOfWorld : public ::testing::TestWithParam<SnapshotWorld> {};
 
+void print(const char* name, const SnapshotCourse& course, const SnapshotResult& result) {
+    std::printf(
+        "%s with %zu clients: %zu copies, %zu hashes, %.2f MB, saved in %.2f ms, "
+        "loaded in %.1f ms\n",
+        name,
+        course.bots,
+        result.copies,
+        result.compared,
+        1e-6 * static_cast<double>(result.most_bytes),
+        result.save_ms,
+        result.load_ms);
+}
+
 TEST_P(SnapshotOfWorld, GoesOnBitForBit) {
     const SnapshotWorld& world = GetParam();
     SnapshotCourse course;
@@ -56,19 +70,16 @@ TEST_P(SnapshotOfWorld, GoesOnBitForBit) {
     course.bots = world.bots * static_cast<std::size_t>(length());
     course.first = world.first;
     course.follows = world.follows * length();
-    course.snapshots = length() == 1 ? 2 : 3 * length();
+    course.snapshots = length() == 1 ? world.snapshots : 3 * length();
     course.every = length() == 1 ? 20 : 90;
     if (const char* seed = std::getenv("ZONED_SEED")) {
         course.seed = std::strtoull(seed, nullptr, 10);
     }
+    if (const char* set = std::getenv("ZONED_SNAPSHOT_SET")) {
+        course.sets.emplace_back(set);
+    }
     const SnapshotResult result = run_course(course);
-    std::printf("%s: %zu copies, %zu hashes, %.2f MB, saved in %.2f ms, loaded in %.1f ms\n",
-                world.name,
-                result.copies,
-                result.compared,
-                1e-6 * static_cast<double>(result.most_bytes),
-                result.save_ms,
-                result.load_ms);
+    print(world.name, course, result);
     if (world.falls_short != nullptr) {
         EXPECT_NE(result.wrong, "")
             << "it goes on exactly by now: strike its reason from the table";
@@ -82,6 +93,26 @@ INSTANTIATE_TEST_SUITE_P(Shipped,
                          SnapshotOfWorld,
                          ::testing::ValuesIn(kWorlds),
                          [](const auto& world) { return std::string(world.param.name); });
+
+/// The long form only: what a snapshot of a crowd costs.
+TEST(SnapshotWorlds, OfACrowdGoOnToo) {
+    if (length() == 1) {
+        GTEST_SKIP() << "set ZONED_SNAPSHOT_LENGTH to 2 or more";
+    }
+    SnapshotCourse course;
+    course.config = ZONED_SOURCE_DIR "/config/valley.txtpb";
+    course.bots = 200;
+    course.first = 60;
+    course.every = 10;
+    course.follows = 20;
+    const SnapshotResult result = run_course(course);
+    print("valley", course, result);
+    EXPECT_EQ(result.wrong, "");
+    EXPECT_EQ(result.copies, static_cast<std::size_t>(course.snapshots));
+    for (const core::ArchiveSection& part : result.sections) {
+        std::printf("  %-48s %9zu bytes\n", part.name.c_str(), part.end - part.begin);
+    }
+}
 
 TEST(SnapshotWorlds, AreAllThatAreShipped) {
     std::set<std::string> named;
