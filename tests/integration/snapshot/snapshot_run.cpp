@@ -82,10 +82,9 @@ class CourseRunner {
                  " is not saved as it was: " + differs);
             return;
         }
-        if (result_.copies++ > 0) {
-            result_.save_ms = std::max(result_.save_ms, save_ms);
-            result_.load_ms = std::max(result_.load_ms, load_ms);
-        }
+        const bool is_first = result_.copies++ == 0;
+        result_.save_ms = is_first ? save_ms : std::min(result_.save_ms, save_ms);
+        result_.load_ms = is_first ? load_ms : std::min(result_.load_ms, load_ms);
         result_.most_bytes = std::max(result_.most_bytes, bytes.size());
         copies_.push_back({std::move(world), original.now(), original.now() + follows});
     }

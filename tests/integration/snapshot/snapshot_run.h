@@ -30,7 +30,7 @@ struct SnapshotResult {
     std::size_t copies = 0;
     std::size_t compared = 0;  ///< hashes of zones
     std::size_t most_bytes = 0;
-    double save_ms = 0.0;                        ///< the longest, but for the first
+    double save_ms = 0.0;                        ///< the shortest: other work disturbs the rest
     double load_ms = 0.0;                        ///< likewise, with the making of the world
     std::vector<core::ArchiveSection> sections;  ///< of the last snapshot
 };

@@ -110,6 +110,9 @@ TEST(SnapshotWorlds, OfACrowdGoOnToo) {
     EXPECT_EQ(result.wrong, "");
     EXPECT_EQ(result.copies, static_cast<std::size_t>(course.snapshots));
     for (const core::ArchiveSection& part : result.sections) {
+        if (part.name.find(": client ") != std::string::npos) {
+            continue;
+        }
         std::printf("  %-48s %9zu bytes\n", part.name.c_str(), part.end - part.begin);
     }
 }
