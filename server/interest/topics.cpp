@@ -60,15 +60,25 @@ Topics::TopicHistory& Topics::history(std::string_view topic) {
         return known->second;
     }
     TopicHistory past;
+    past.rule = rule_of(topic);
+    return histories_.emplace(std::string(topic), std::move(past)).first->second;
+}
+
+const HistoryRule* Topics::rule_of(std::string_view topic) const {
     for (const HistoryRule& rule : rules_) {
         const std::string_view name = rule.name;
         const bool open = name.ends_with('*');
         if (open ? topic.starts_with(name.substr(0, name.size() - 1)) : topic == name) {
-            past.rule = &rule;
-            break;
+            return &rule;
         }
     }
-    return histories_.emplace(std::string(topic), std::move(past)).first->second;
+    return nullptr;
+}
+
+void Topics::find_rules() {
+    for (auto& [topic, past] : histories_) {
+        past.rule = rule_of(topic);
+    }
 }
 
 void Topics::remember(std::string_view topic, PastEvent event) {

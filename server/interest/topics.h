@@ -49,6 +49,15 @@ class Topics {
     /// each client, whether the client was subscribed when it happened or comes (back) later.
     void take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out);
 
+    /// Subscribers and histories; the rules are those of the config.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(subscribers_, histories_);
+        if constexpr (Archive::kReads) {
+            find_rules();
+        }
+    }
+
   private:
     struct TopicHistory {
         const HistoryRule* rule = nullptr;  // null: nothing is kept
@@ -57,7 +66,15 @@ class Topics {
         std::uint64_t newest = 0;
         std::map<ClientId, std::uint64_t>
             heard;  // number of the last message that each notified client got
+
+        template <class Archive>
+        void serialize(Archive& archive) {
+            archive(events, bytes, newest, heard);
+        }
     };
+
+    [[nodiscard]] const HistoryRule* rule_of(std::string_view topic) const;
+    void find_rules();
 
     TopicHistory& history(std::string_view topic);
 

@@ -498,4 +498,17 @@ void ClientState::hash(core::StateHash& hash) const {
     }
 }
 
+bool ClientState::is_sound(const StreamTable& streams) const {
+    const auto ascend = [](const auto& list) {
+        return std::is_sorted(list.begin(), list.end(), [](const auto& a, const auto& b) {
+            return a.entity < b.entity;
+        });
+    };
+    return ascend(subscriptions) && ascend(removals) && ascend(followed_) &&
+           std::all_of(subscriptions.begin(), subscriptions.end(), [&](const Subscription& s) {
+               return s.stream < streams.rows() && streams[s.stream].entity == s.entity &&
+                      s.lod < wire::kLods;
+           });
+}
+
 }  // namespace zoned::replication

@@ -159,6 +159,33 @@ class ClientState {
 
     void hash(core::StateHash& hash) const;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(client, subscriptions, removals, own, tokens, packet_tick, widened, widened_tick);
+        archive(is_viewer, coded_bytes, demand, followed_, log_, next_sequence_, first_sequence_);
+        archive(oldest_open_, newest_acked_, ack_delay_, loss_estimate_, loss_samples_, rtt_us_);
+        archive(rate_bytes_per_s_, next_stamp_, next_epoch_, away_, heard_while_away_);
+        archive(heard_newest_, heard_tick_, heard_loss_, heard_samples_);
+    }
+
+    /// The coder, which follows the rest: it is made with the settings.
+    template <class Archive>
+    void serialize_coder(Archive& archive, const ReplicationSettings& settings) {
+        bool coded = coder != nullptr;
+        archive(coded);
+        if constexpr (Archive::kReads) {
+            const std::uint8_t next_epoch = next_epoch_;
+            code(coded, settings);
+            next_epoch_ = next_epoch;
+        }
+        if (coded) {
+            archive(*coder);
+        }
+    }
+
+    /// Whether its lists are in order and name streams that there are.
+    [[nodiscard]] bool is_sound(const StreamTable& streams) const;
+
     ClientId client;
     std::vector<Subscription> subscriptions;  ///< ascending by entity
     std::vector<Removal> removals;            ///< ascending by entity

@@ -31,6 +31,11 @@ class LimitCheck {
     /// Half a second at 30 Hz: an older update belongs to a connection that hardly works.
     static constexpr Tick kWindowTicks = 16;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(before_, window_);
+    }
+
   private:
     /// Where a window begins.
     struct MotionStart {

@@ -57,6 +57,12 @@ class MotionEstimate {
 
     [[nodiscard]] const Vec3& turn() const { return turn_; }  ///< rad/s
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(velocities_, position_, centring_, acceleration_, turn_, tick_, known_);
+        archive(falls_, turns_);
+    }
+
   private:
     void find_turn(const EstimateSettings& settings);
 

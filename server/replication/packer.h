@@ -51,6 +51,12 @@ class Packer {
               ReplicationReport& report,
               std::vector<mailbox::StatePacket>& out);
 
+    /// The price of coding and the time left for it go on from tick to tick.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(price_, coding_ns_);
+    }
+
   private:
     enum class Reason : std::uint8_t {
         kUpdate,

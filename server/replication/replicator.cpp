@@ -4,15 +4,43 @@
 #include "server/replication/packer.h"
 #include "server/replication/stream_table.h"
 #include "shared/core/assert.h"
+#include "shared/core/field_archive.h"
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace zoned::replication {
 
 struct Replicator::Impl {
     explicit Impl(const ReplicationSettings& s) : settings(s), streams(s), packer(s) {}
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive.section("publications", [&] { archive(streams); });
+        archive.section("packer", [&] { archive(packer, codec_choice, codec_price); });
+        std::uint64_t count = clients.size();
+        archive(count);
+        if constexpr (Archive::kReads) {
+            clients.clear();
+        }
+        for (std::uint64_t i = 0; i < count && archive.good(); ++i) {
+            archive.section("client " + std::to_string(i), [&] {
+                if constexpr (Archive::kReads) {
+                    clients.push_back(std::make_unique<ClientState>(ClientTransfer{}, settings));
+                }
+                archive(*clients[static_cast<std::size_t>(i)]);
+                clients[static_cast<std::size_t>(i)]->serialize_coder(archive, settings);
+                if constexpr (Archive::kReads) {
+                    if (!clients.back()->is_sound(streams) ||
+                        (i > 0 && !(clients[i - 1]->client < clients[i]->client))) {
+                        archive.fail("is out of order, or hears of what is not published");
+                    }
+                }
+            });
+        }
+    }
 
     auto find(ClientId client) {
         const auto it = std::lower_bound(
@@ -46,6 +74,14 @@ Replicator::Replicator(const ReplicationSettings& settings) {
     ZONED_ASSERT(!settings.lods.empty() && settings.lods.size() <= wire::kLods, "1..4 LODs");
     ZONED_ASSERT(settings.tick_s > 0.0F, "a tick has a length");
     impl_ = std::make_unique<Impl>(settings);
+}
+
+void Replicator::save(core::FieldWriter& archive) const {
+    impl_->serialize(archive);
+}
+
+void Replicator::load(core::FieldReader& archive) {
+    impl_->serialize(archive);
 }
 
 Replicator::Replicator(Replicator&&) noexcept = default;

@@ -17,6 +17,11 @@
 #include <span>
 #include <vector>
 
+namespace zoned::core {
+class FieldReader;
+class FieldWriter;
+}  // namespace zoned::core
+
 namespace zoned::replication {
 
 /// Replication state of one zone. Deterministic; no wall clock: round trips and losses come in with
@@ -129,6 +134,12 @@ class Replicator {
     [[nodiscard]] bool heard(EntityId entity) const;
 
     void hash(core::StateHash& hash) const;
+
+    /// All clients and publications, between two ticks, with what the coder of each client has
+    /// learned. Figures of traffic are no state.
+    void save(core::FieldWriter& archive) const;
+    /// Takes the place of everything here; the settings are those of the replicator that was saved.
+    void load(core::FieldReader& archive);
 
     /// The use of the bytes in the bodies of all packets so far; nullptr without
     /// ReplicationSettings::meter.

@@ -453,4 +453,25 @@ void StreamTable::hash(core::StateHash& hash) const {
     }
 }
 
+bool StreamTable::find_slots() {
+    const auto below = [](const auto& list, std::size_t size) {
+        return std::all_of(list.begin(), list.end(), [size](auto i) { return i < size; });
+    };
+    bool sound = below(free_streams_, streams_.size()) && below(abandoned_, streams_.size()) &&
+                 below(free_slots_, slots_.size()) && used_ <= streams_.size();
+    for (const Stream& stream : streams_) {
+        sound = sound && stream.lod < settings_.lods.size();
+    }
+    slot_index_.clear();
+    for (std::uint32_t slot = 0; sound && slot < slots_.size(); ++slot) {
+        for (const StreamIndex stream : slots_[slot].stream) {
+            sound = sound && (stream == kNoStream || stream < streams_.size());
+        }
+        if (slots_[slot].entity) {
+            sound = sound && slot_index_.emplace(slots_[slot].entity, slot).second;
+        }
+    }
+    return sound;
+}
+
 }  // namespace zoned::replication

@@ -109,6 +109,9 @@ class StreamTable {
 
     [[nodiscard]] std::uint32_t size() const { return used_; }
 
+    /// Streams that there are or were: indexes are below it.
+    [[nodiscard]] std::size_t rows() const { return streams_.size(); }
+
     /// The distance of truth, now or within the next ticks, from the prediction of a subscriber
     /// that holds version `version`, as a multiple of the bound; infinity where that is not known
     /// any more.
@@ -164,7 +167,20 @@ class StreamTable {
 
     void hash(core::StateHash& hash) const;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(streams_, free_streams_, abandoned_, slots_, free_slots_, used_);
+        if constexpr (Archive::kReads) {
+            if (!find_slots()) {
+                archive.fail("publications name others that there are not");
+            }
+        }
+    }
+
   private:
+    /// Makes `slot_index_` anew; false where numbers name what there is not.
+    [[nodiscard]] bool find_slots();
+
     /// One entity with its streams by level of detail.
     struct EntityStreams {
         EntityId entity;  // none: free

@@ -53,6 +53,11 @@ class Volatility {
     /// The least volatile of those that suit the entity.
     [[nodiscard]] motion::PredictorOrder best() const { return best_; }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(processes_, best_);
+    }
+
   private:
     struct Process {
         motion::KinematicState from;

@@ -1,6 +1,6 @@
-// Archives: write, read and hash records field by field, as compact bytes. Agents have an archive
-// of their own for numbers of fixed width (server/ai/agent/field_archive.h). These archives also
-// hold texts and lists, with checked lengths.
+// Archives: write, read and hash records field by field, as compact bytes. They
+// travel between zones and are kept short; snapshots use numbers of fixed width
+// (shared/core/field_archive.h).
 #pragma once
 
 #include "server/rules/records.h"

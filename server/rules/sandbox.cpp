@@ -12,6 +12,7 @@
 #include "server/rules/push.h"
 #include "server/rules/shooting.h"
 #include "server/rules/weather.h"
+#include "shared/core/field_archive.h"
 
 namespace zoned::rules {
 
@@ -50,6 +51,12 @@ std::optional<world::Stance> stance_of(const RulesContext& context,
         stance = context.stance_named("sneaking");
     }
     return stance;
+}
+
+template <class Archive>
+void serialize_game(Archive& archive, Game& game) {
+    archive(game.characters, game.props, game.ragdolls, game.avatars, game.pending);
+    archive(game.surveyed, game.stats);
 }
 
 }  // namespace
@@ -336,6 +343,21 @@ void Sandbox::load_entity(EntityId entity, std::span<const std::uint8_t> state) 
         }
     }
     ++game_.stats.bad_states;
+}
+
+bool Sandbox::save(zone::Bytes& out) const {
+    core::FieldWriter archive(out);
+    serialize_game(archive, const_cast<Game&>(game_));  // writing leaves it as it is
+    return archive.good();
+}
+
+std::string Sandbox::load(std::span<const std::uint8_t> bytes) {
+    core::FieldReader archive(bytes);
+    serialize_game(archive, game_);
+    if (archive.good() && archive.left() > 0) {
+        archive.fail(std::to_string(archive.left()) + " bytes are left over");
+    }
+    return archive.wrong();
 }
 
 bool Sandbox::busy() const {

@@ -34,6 +34,8 @@ class Sandbox final : public zone::Rules {
     void on_store(RulesContext& context, const mailbox::StoreAnswer& answer) override;
     zone::Bytes take_entity(EntityId entity) override;
     void load_entity(EntityId entity, std::span<const std::uint8_t> state) override;
+    [[nodiscard]] bool save(zone::Bytes& out) const override;
+    std::string load(std::span<const std::uint8_t> bytes) override;
     [[nodiscard]] bool busy() const override;
     void hash(core::StateHash& hash) const override;
 

@@ -69,6 +69,12 @@ class TouchedRecords {
         touched_.clear();
     }
 
+    /// All records, and those touched since the last hash.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(map_, touched_);
+    }
+
   private:
     Map map_;
     mutable std::vector<EntityId>

@@ -286,4 +286,26 @@ bool AabbTree::consistent() const {
     return rows == size_ && (size_ > 0) == (root_ != kNone);
 }
 
+bool AabbTree::is_sound(std::size_t rows) const {
+    const std::size_t slots = nodes_.size() * kLanes;
+    bool sound = (size_ == 0 || root_ < nodes_.size()) && size_ <= rows;
+    for (const AabbTreeNode& node : nodes_) {
+        sound = sound && node.count <= kLanes && node.level < 20 && !node.dirty &&
+                (node.parent == kNone || node.parent < slots);
+        for (std::size_t lane = 0; sound && lane < node.count; ++lane) {
+            const std::uint32_t child = node.child[lane];
+            sound = node.level == 0
+                        ? child < rows
+                        : child < nodes_.size() && nodes_[child].level + 1 == node.level;
+        }
+    }
+    for (const std::uint32_t slot : slot_of_) {
+        sound = sound && (slot == kNone || slot < slots);
+    }
+    for (const std::uint32_t index : free_nodes_) {
+        sound = sound && index < nodes_.size();
+    }
+    return sound;
+}
+
 }  // namespace zoned::spatial

@@ -71,6 +71,18 @@ class AabbTree {
 
     /// The sum of half the surfaces of all nodes, m2: the cost of a query grows with it.
     [[nodiscard]] double cost() const;
+
+    /// All of the tree: the order of visits depends on its history.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(nodes_, free_nodes_, slot_of_, root_, size_);
+        archive(built_size_, built_cost_, stretch_, changes_);
+    }
+
+    /// Whether all links lead to nodes that there are, downwards, and to rows below `rows`: no
+    /// query leaves the tree, whatever bytes it was loaded from.
+    [[nodiscard]] bool is_sound(std::size_t rows) const;
+
     /// For tests: whether links, boxes and counts agree with each other.
     [[nodiscard]] bool consistent() const;
 

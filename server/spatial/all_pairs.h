@@ -80,6 +80,26 @@ class AllPairs {
         return limit;
     }
 
+    /// All of it: the order of visits depends on its history.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(blocks_, place_of_, size_);
+    }
+
+    /// Whether all numbers name places that there are and rows below `rows`.
+    [[nodiscard]] bool is_sound(std::size_t rows) const {
+        bool sound = size_ <= rows && size_ <= blocks_.size() * kLanes;
+        for (const PairBlock& block : blocks_) {
+            for_each_lane(block.valid & 0xFFU,
+                          [&](std::size_t lane) { sound = sound && block.rows[lane] < rows; });
+            sound = sound && block.valid < (1U << kLanes);
+        }
+        for (const std::uint32_t place : place_of_) {
+            sound = sound && (place == kNone || place < size_);
+        }
+        return sound;
+    }
+
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 

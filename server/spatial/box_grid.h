@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -68,6 +69,40 @@ class BoxGrid {
     /// first; visit returns the new limit, less than zero to stop. Returns the last limit.
     template <class Visit>
     float nearest(const Vec3& point, float limit, Visit&& visit) const;
+
+    /// All of it: the order of visits depends on its history.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(levels_, entries_, nodes_, free_node_, keys_, heads_, mask_, used_, size_);
+        archive(reserved_cells_);
+    }
+
+    /// Whether all links lead to nodes and entries that there are.
+    [[nodiscard]] bool is_sound(std::size_t rows) const {
+        const auto here = [this](std::uint32_t node) {
+            return node == kNone || node < nodes_.size();
+        };
+        bool sound = here(free_node_) && size_ <= rows && keys_.size() == heads_.size() &&
+                     (keys_.empty() ? mask_ == 0 : mask_ + 1 == keys_.size()) &&
+                     std::has_single_bit(keys_.size() | (keys_.empty() ? 1U : 0U)) &&
+                     (keys_.empty() || used_ < keys_.size());
+        for (const std::uint32_t head : heads_) {
+            sound = sound && here(head);
+        }
+        for (const BoxGridNode& node : nodes_) {
+            sound = sound && (node.row == kNone || node.row < entries_.size()) && here(node.next) &&
+                    here(node.previous) && here(node.sibling);
+        }
+        for (const BoxGridEntry& entry : entries_) {
+            sound = sound && entry.level < kLevels && here(entry.first_node);
+        }
+        for (const BoxGridLevel& level : levels_) {
+            for (const std::uint32_t row : level.rows) {
+                sound = sound && row < entries_.size();
+            }
+        }
+        return sound && entries_.size() <= std::max<std::size_t>(64, 2 * rows);
+    }
 
   private:
     static constexpr int kLevels = 24;

@@ -75,6 +75,27 @@ class BoxIndex {
                           boxes_);
     }
 
+    /// The structure as it is, with its kind.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        BroadphaseKind kind = kind_;
+        archive(kind);
+        if constexpr (Archive::kReads) {
+            if (kind == BroadphaseKind::kAutomatic || kind > BroadphaseKind::kTree) {
+                archive.fail("boxes are in a structure that there is not");
+                return;
+            }
+            kind_ = kind;
+            boxes_ = make(kind, settings_);
+        }
+        std::visit([&](auto& boxes) { archive(boxes); }, boxes_);
+    }
+
+    /// Whether no call leaves the structure, whatever bytes it was loaded from.
+    [[nodiscard]] bool is_sound(std::size_t rows) const {
+        return std::visit([rows](const auto& boxes) { return boxes.is_sound(rows); }, boxes_);
+    }
+
   private:
     using Structure = std::variant<AllPairs, BoxGrid, Octree, SortAndSweep, AabbTree>;
 

@@ -116,6 +116,11 @@ struct BoxLanes {
         }
     }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(sides);
+    }
+
     void set(std::size_t lane, const Aabb& box) {
         const auto i = static_cast<Eigen::Index>(lane);
         for (std::size_t axis = 0; axis < 3; ++axis) {

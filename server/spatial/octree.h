@@ -72,6 +72,40 @@ class Octree {
     template <class Visit>
     float nearest(const Vec3& point, float limit, Visit&& visit) const;
 
+    /// All of it: the order of visits depends on its history.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(nodes_, free_nodes_, entries_, root_, size_);
+    }
+
+    /// Whether all links lead to nodes and entries that there are, from cells to smaller ones.
+    [[nodiscard]] bool is_sound(std::size_t rows) const {
+        const auto node_here = [this](std::uint32_t node) {
+            return node == kNone || node < nodes_.size();
+        };
+        const auto entry_here = [this](std::uint32_t entry) {
+            return entry == kNone || entry < entries_.size();
+        };
+        bool sound = node_here(root_) && size_ <= rows;
+        for (const OctreeNode& node : nodes_) {
+            sound = sound && entry_here(node.first) && node_here(node.parent) &&
+                    node.level >= -kMaxLevel && node.level <= kMaxLevel;
+            for (std::size_t lane = 0; sound && lane < kLanes; ++lane) {
+                sound = (node.children >> lane & 1U) == 0 ||
+                        (node.child[lane] < nodes_.size() &&
+                         nodes_[node.child[lane]].level < node.level);
+            }
+        }
+        for (const OctreeEntry& entry : entries_) {
+            sound = sound && node_here(entry.node) && entry_here(entry.next) &&
+                    entry_here(entry.previous);
+        }
+        for (const std::uint32_t node : free_nodes_) {
+            sound = sound && node < nodes_.size();
+        }
+        return sound;
+    }
+
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
     /// Cells are halved and doubled between 2^-40 m and 2^40 m.

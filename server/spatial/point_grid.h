@@ -42,6 +42,16 @@ class PointGrid {
 
     [[nodiscard]] std::size_t size() const { return kept_points_ + loose_.rows.size(); }
 
+    /// Visits have an order that follows from earlier calls, so all of it is saved.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        for (GridLayer* const layer : {&kept_, &loose_}) {
+            archive(layer->start, layer->rows, layer->xs, layer->zs, layer->min_x, layer->min_z);
+            archive(layer->inverse_cell, layer->cells_x, layer->cells_z);
+        }
+        archive(kept_at_, kept_points_);
+    }
+
   private:
     /// One grid: by cell, then in the order of the build.
     struct GridLayer {

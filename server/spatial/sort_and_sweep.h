@@ -99,6 +99,33 @@ class SortAndSweep {
         return limit;
     }
 
+    /// All of it: the order of visits depends on its history.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(blocks_, first_lower_, reach_, order_, boxes_, place_of_);
+        archive(axis_, size_, end_, restless_);
+    }
+
+    /// Whether all numbers name places that there are and rows below `rows`.
+    [[nodiscard]] bool is_sound(std::size_t rows) const {
+        const std::size_t places = blocks_.size() * kLanes;
+        bool sound = axis_ >= 0 && axis_ < 3 && size_ <= rows && end_ <= places &&
+                     reach_.size() <= blocks_.size() && first_lower_.size() == reach_.size();
+        for (const SweepBlock& block : blocks_) {
+            sound = sound && block.valid < (1U << kLanes);
+            for_each_lane(block.valid & 0xFFU, [&](std::size_t lane) {
+                sound = sound && block.rows[lane] < boxes_.size() && block.rows[lane] < rows;
+            });
+        }
+        for (const SweepKey& key : order_) {
+            sound = sound && (key.row == kNone || key.row < boxes_.size());
+        }
+        for (const std::uint32_t place : place_of_) {
+            sound = sound && (place == kNone || place < places);
+        }
+        return sound && place_of_.size() <= boxes_.size();
+    }
+
   private:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 

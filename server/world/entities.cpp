@@ -107,6 +107,24 @@ void Entities::change_flags(Row row, std::uint8_t to) {
     touch(row);
 }
 
+bool Entities::find_rows() {
+    const std::size_t rows = size();
+    const auto fits = [rows](const auto&... column) {
+        return ((column.size() == rows) && ...);
+    };
+    bool fit = fits(type, flags, position, orientation, velocity, angular_velocity, acceleration) &&
+               fits(yaw, appearance, stance, body, client, command, representation) &&
+               fits(discontinuity_tick, moving_, stirring_, avatars_);
+    for (const RowSet& touched : touched_) {
+        fit = fit && fits(touched);
+    }
+    row_of_.clear();
+    for (Row row = 0; fit && row < rows; ++row) {
+        fit = id[row] && row_of_.emplace(id[row], row).second;
+    }
+    return fit;
+}
+
 /// `more` is 1, or the number that takes one away.
 void Entities::count(TypeIndex of, std::uint8_t with, std::uint32_t more) {
     if (of >= counts_.size()) {

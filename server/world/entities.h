@@ -151,6 +151,20 @@ class Entities {
         }
     }
 
+    /// Everything, rows in their order and what each reader has not seen yet.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(id, type.values_, flags.values_, position, orientation, velocity);
+        archive(angular_velocity, acceleration, yaw, appearance, stance, body, client.values_);
+        archive(command, representation, discontinuity_tick);
+        archive(moving_, stirring_, avatars_, touched_, counts_);
+        if constexpr (Archive::kReads) {
+            if (!find_rows()) {
+                archive.fail("columns of entities differ in length, or an entity comes twice");
+            }
+        }
+    }
+
     [[nodiscard]] motion::KinematicState kinematic(Row row) const {
         return {position[row],
                 orientation[row],
@@ -162,6 +176,8 @@ class Entities {
   private:
     void change_flags(Row row, std::uint8_t to);
     void count(TypeIndex of, std::uint8_t with, std::uint32_t more);
+    /// Makes `row_of_` anew; false where the columns do not fit each other.
+    [[nodiscard]] bool find_rows();
 
     std::unordered_map<EntityId, Row> row_of_;
     RowSet moving_;

@@ -85,6 +85,16 @@ class RowSet {
         }
     }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(size_, words_);
+        if constexpr (Archive::kReads) {
+            if (words_.size() != (size_ + kWordRows - 1) / kWordRows) {
+                archive.fail("a set of rows has another size than it says");
+            }
+        }
+    }
+
   private:
     std::vector<std::uint64_t> words_;
     std::size_t size_ = 0;

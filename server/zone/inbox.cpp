@@ -138,6 +138,7 @@ struct Apply {
         }
         const ai::AiSettings before = std::move(state.settings.ai);
         state.settings.ai = *fresh.settings;
+        state.brains_replaced = true;
         ai::go_on_with(
             state.ai_update.difficulty(), before.difficulty, state.settings.ai, state.now);
         const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;

@@ -55,6 +55,11 @@ class InputRing {
 
     [[nodiscard]] const motion::InputCommand& last() const { return last_; }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(slots_, last_, last_real_, newest_);
+    }
+
   private:
     static std::size_t slot(Tick tick) { return static_cast<std::size_t>(tick) % kSlots; }
 

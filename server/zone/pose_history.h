@@ -34,6 +34,22 @@ class PoseHistory {
 
     [[nodiscard]] std::size_t recorded(Tick tick) const;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        const std::size_t kept = slots_.size();
+        archive(slots_, newest_);
+        if constexpr (Archive::kReads) {
+            bool fits = slots_.size() == kept;
+            for (const PosesOfTick& slot : slots_) {
+                fits = fits && slot.position.size() == slot.entity.size() &&
+                       slot.orientation.size() == slot.entity.size();
+            }
+            if (!fits) {
+                archive.fail("poses of earlier ticks are more or fewer than their entities");
+            }
+        }
+    }
+
   private:
     struct PosesOfTick {
         Tick tick = -1;

@@ -479,6 +479,21 @@ class Rules {
     /// take = save and forget.
     virtual Bytes take_entity(EntityId entity) = 0;
     virtual void load_entity(EntityId entity, std::span<const std::uint8_t> state) = 0;
+
+    /// The whole state of these rules, for a snapshot of the zone; false: they have none, and
+    /// worlds with them cannot be saved.
+    [[nodiscard]] virtual bool save(Bytes& out) const {
+        (void)out;
+        return false;
+    }
+
+    /// Takes the place of the whole state, in rules that have not run yet. `bytes` may be damaged.
+    /// Empty text: done; otherwise the error.
+    virtual std::string load(std::span<const std::uint8_t> bytes) {
+        (void)bytes;
+        return "these rules have no saved state";
+    }
+
     /// True while something is pending that must run although nobody moves or watches (a respawn
     /// timer, say).
     [[nodiscard]] virtual bool busy() const = 0;

@@ -40,10 +40,7 @@ void add_static_bodies(ZoneState& state) {
 
 }  // namespace
 
-void set_up(ZoneState& state) {
-    add_static_bodies(state);
-    add_doors(state);
-    add_particle_systems(state);
+void make_paths(ZoneState& state) {
     const ZoneSettings& settings = state.settings;
     const Region& region = settings.region();
     const Vec3d origin = region.origin();
@@ -56,6 +53,13 @@ void set_up(ZoneState& state) {
                                   *settings.types,
                                   state.now,
                                   origin);
+}
+
+void set_up(ZoneState& state) {
+    add_static_bodies(state);
+    add_doors(state);
+    add_particle_systems(state);
+    make_paths(state);
 }
 
 }  // namespace zoned::zone

@@ -168,6 +168,7 @@ struct ZoneState {
     ZoneSettings settings;
     Tick now = 0;
     bool frozen = false;
+    bool brains_replaced = false;   ///< agents live by other brains than the config's
     std::uint32_t next_entity = 0;  ///< counter of ids handed out
     std::uint64_t next_event = 0;
     std::uint64_t next_store_request = 0;

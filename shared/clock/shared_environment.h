@@ -44,6 +44,11 @@ class SharedClock {
     /// The course that holds at a tick, and all courses announced for later, ascending.
     [[nodiscard]] std::span<const ClockCourse> from(Tick tick) const;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(courses_);
+    }
+
   private:
     [[nodiscard]] double wrapped(double value) const;
 
@@ -163,6 +168,24 @@ class SharedEnvironment {
     [[nodiscard]] std::optional<double> at(std::string_view name, Tick tick) const;
     /// Index of the clock of that name; none without one.
     [[nodiscard]] std::optional<std::size_t> find_clock(std::string_view name) const;
+
+    /// The courses and cursors; the definitions are there already.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        for (SharedClock& clock : clocks_) {
+            archive(clock);
+        }
+        for (std::optional<VariableCursor>& cursor : cursors_) {
+            archive(cursor);
+        }
+        if constexpr (Archive::kReads) {
+            for (std::size_t v = 0; v < cursors_.size(); ++v) {
+                if (cursors_[v] && cursors_[v]->phase >= variables_[v].def().phases.size()) {
+                    archive.fail("a shared variable is in a phase that there is not");
+                }
+            }
+        }
+    }
 
   private:
     std::vector<std::string> clock_names_;

@@ -1,8 +1,8 @@
 #include "server/ai/serialization/serialize_agents.h"
 
 #include "server/ai/agent/agent_fields.h"
-#include "server/ai/serialization/field_archive.h"
 #include "server/ai/steering/spline_following.h"
+#include "shared/core/field_archive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,9 @@
 namespace zoned::ai {
 
 namespace {
+
+using core::FieldReader;
+using core::FieldWriter;
 
 constexpr std::uint32_t kVersion = 5;
 /// Larger than any zone, m.
@@ -118,14 +121,12 @@ bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
         return scent >= 0.0F && scent <= 1.0F;
     };
     return nest.current_action < states.size() && states[nest.current_action].forage.has_value() &&
-           std::is_sorted(
-               nest.cells.begin(),
-               nest.cells.end(),
-               [](const auto& a, const auto& b) { return a.place <= b.place; }) &&
-           std::all_of(
-               nest.cells.begin(),
-               nest.cells.end(),
-               [&](const auto& cell) { return known(cell.home) && known(cell.food); });
+           std::is_sorted(nest.cells.begin(),
+                          nest.cells.end(),
+                          [](const auto& a, const auto& b) { return a.place <= b.place; }) &&
+           std::all_of(nest.cells.begin(), nest.cells.end(), [&](const auto& cell) {
+               return known(cell.home) && known(cell.food);
+           });
 }
 
 /// Empty text: done.

@@ -1,5 +1,4 @@
 // save_agents(), load_agents(): agents as bytes, for snapshots of a zone.
-// Reached by no program yet: snapshots of zones will use it.
 #pragma once
 
 #include "server/ai/ai_update.h"

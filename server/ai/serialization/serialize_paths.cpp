@@ -1,12 +1,15 @@
 #include "server/ai/serialization/serialize_paths.h"
 
-#include "server/ai/serialization/field_archive.h"
+#include "shared/core/field_archive.h"
 
 #include <bit>
 
 namespace zoned::ai {
 
 namespace {
+
+using core::FieldReader;
+using core::FieldWriter;
 
 using pathfinding::Hinge;
 using pathfinding::PathEnd;

@@ -1,5 +1,4 @@
 // serialize_paths(), deserialize_paths(): the paths of all agents of a zone as bytes.
-// Reached by no program yet: snapshots of zones will use it.
 #pragma once
 
 #include "server/ai/ai_update.h"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 namespace zoned::app {
@@ -16,13 +17,17 @@ constexpr double kReplayFiguresEvery_s = 0.25;
 constexpr double kShowEvery_s = 0.03;
 /// So far behind its pace a machine that is too slow may fall, s.
 constexpr double kMostBehind_s = 0.25;
+constexpr double kKeepEvery_s = 10.0;
+/// More snapshots than this become half as many, twice as far apart.
+constexpr std::size_t kMostKept = 64;
 
 }  // namespace
 
 ReplayLoop::ReplayLoop(const config::Settings& settings, std::string file, unsigned threads)
     : settings_(settings),
       file_(std::move(file)),
-      threads_(threads) {
+      threads_(threads),
+      keep_every_(std::max<Tick>(1, static_cast<Tick>(kKeepEvery_s * settings.tick_rate_hz))) {
 }
 
 ReplayLoop::~ReplayLoop() {
@@ -63,7 +68,7 @@ void ReplayLoop::stop() {
 
 ReplayState ReplayLoop::state() const {
     const std::lock_guard lock(mutex_);
-    return {last_, tick_.load(), target_.load(), fault_, differs_};
+    return {last_, tick_.load(), target_.load(), fault_, differs_, simulated_.load()};
 }
 
 void ReplayLoop::loop() {
@@ -90,9 +95,51 @@ void ReplayLoop::begin_anew() {
     tick_.store(0);
 }
 
-void ReplayLoop::go_to(Tick target) {
-    if (target < world_->now()) {
+const ReplayLoop::KeptState* ReplayLoop::kept_before(Tick target) const {
+    const auto after =
+        std::upper_bound(kept_.begin(), kept_.end(), target, [](Tick t, const KeptState& kept) {
+            return t < kept.tick;
+        });
+    return after == kept_.begin() ? nullptr : &*std::prev(after);
+}
+
+void ReplayLoop::begin_before(Tick target) {
+    begin_anew();
+    const KeptState* kept = kept_before(target);
+    if (kept == nullptr) {
+        return;
+    }
+    const auto found = reader_.seek(kept->tick + 1);
+    if (!world_->load(kept->bytes).empty() || !found.ok()) {
         begin_anew();
+        return;
+    }
+    tick_.store(world_->now());
+}
+
+void ReplayLoop::keep_state() {
+    const Tick now = world_->now();
+    if (keep_every_ == 0 || now % keep_every_ != 0 ||
+        (!kept_.empty() && kept_.back().tick >= now)) {
+        return;
+    }
+    KeptState kept{now, {}};
+    if (!world_->save(kept.bytes).empty()) {
+        keep_every_ = 0;
+        return;
+    }
+    kept.bytes.shrink_to_fit();
+    kept_.push_back(std::move(kept));
+    if (kept_.size() > kMostKept) {
+        keep_every_ *= 2;
+        std::erase_if(kept_, [this](const KeptState& one) { return one.tick % keep_every_ != 0; });
+    }
+}
+
+void ReplayLoop::go_to(Tick target) {
+    const KeptState* kept = kept_before(target);
+    if (target < world_->now() || (kept != nullptr && kept->tick > world_->now())) {
+        begin_before(target);
     }
     double show_s = steady_seconds() + kShowEvery_s;
     while (world_->now() < target && target_.load() == target && !stop_.load() &&
@@ -152,6 +199,8 @@ bool ReplayLoop::step(bool compare) {
         return false;
     }
     tick_.store(world_->now());
+    simulated_.fetch_add(1);
+    keep_state();
     figures_.wall_ms.add(1e3 * (steady_seconds() - begin));
     count();
     return true;

@@ -9,10 +9,12 @@
 #include "shared/core/result.h"
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace zoned::app {
 
@@ -23,10 +25,11 @@ struct ReplayState {
     Tick target = 0;       ///< that is being simulated to; 0: none
     std::string fault;     ///< what differed, or where the file is damaged; empty: nothing so far
     bool differs = false;  ///< a hash was not the recorded one
+    std::uint64_t simulated = 0;  ///< ticks so far, those that came again too
 };
 
-/// A recording holds inputs and no states: going back simulates anew from tick 1 on, as fast as the
-/// machine can, and going on simulates up to the tick.
+/// A recording holds inputs and no states. Snapshots taken on the way lie in memory: going back
+/// loads the last one before the tick and simulates from there, as fast as the machine can.
 class ReplayLoop final : public VisitedWorld {
   public:
     ReplayLoop(const config::Settings& settings, std::string file, unsigned threads);
@@ -57,8 +60,19 @@ class ReplayLoop final : public VisitedWorld {
 
   private:
     void loop();
+
+    /// The world at a tick that was here before.
+    struct KeptState {
+        Tick tick = 0;
+        std::vector<std::uint8_t> bytes;
+    };
+
     /// A world before its first tick, and the file from its start.
     void begin_anew();
+    /// The world of the last snapshot up to `target`, else before its first tick.
+    void begin_before(Tick target);
+    [[nodiscard]] const KeptState* kept_before(Tick target) const;
+    void keep_state();
     void go_to(Tick target);
     void stand_still();
     void play(double scale);
@@ -74,6 +88,8 @@ class ReplayLoop final : public VisitedWorld {
     std::unique_ptr<World> world_;
     recording::RecordingReader reader_;
     recording::TickRecord record_;
+    std::vector<KeptState> kept_;  // ascending
+    Tick keep_every_ = 0;          // 0: this world has no saved form
     double due_s_ = 0.0;
     double publish_due_s_ = 0.0;
     LoopStats figures_;
@@ -83,6 +99,7 @@ class ReplayLoop final : public VisitedWorld {
     std::atomic<unsigned> steps_{0};
     std::atomic<Tick> target_{0};
     std::atomic<Tick> tick_{0};
+    std::atomic<std::uint64_t> simulated_{0};
     std::atomic<bool> stop_{false};
     mutable std::mutex mutex_;  // guards what follows
     std::string fault_;

@@ -54,10 +54,18 @@ std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
     return std::make_unique<zone::Zone>(std::move(of_zone), std::move(rules), stopwatch);
 }
 
+std::uint64_t hash_of(const config::Settings& settings) {
+    core::StateHash hash;
+    hash.add_bytes(
+        {reinterpret_cast<const std::uint8_t*>(settings.text.data()), settings.text.size()});
+    return hash.value();
+}
+
 }  // namespace
 
 World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
-    : spawn_points_(settings.spawn_points),
+    : config_hash_(hash_of(settings)),
+      spawn_points_(settings.spawn_points),
       regions_(regions_of(settings)),
       teams_(regions_.size()),
       pool_(threads),

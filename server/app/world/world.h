@@ -16,6 +16,10 @@
 #include <string>
 #include <vector>
 
+namespace zoned::core {
+struct ArchiveSection;
+}
+
 namespace zoned::app {
 
 class WorldFaults;
@@ -82,11 +86,23 @@ class World {
 
     [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
 
+    /// Everything that later ticks depend on, between two ticks. Empty text: done; otherwise a part
+    /// that has no saved form, by its place.
+    /// `sections`, where not null: the parts by name, inner ones before outer ones.
+    std::string save(std::vector<std::uint8_t>& out,
+                     std::vector<core::ArchiveSection>* sections = nullptr) const;
+    /// Into a world of the same config that has not ticked yet. Empty text: done, and it goes on as
+    /// the other does, given the same items. Otherwise the place and the error; the world is of no
+    /// use then.
+    std::string load(std::span<const std::uint8_t> bytes);
+
     /// Zones whose rules threw, in the order in which they stopped. Such a zone stands still, its
     /// neighbours keep what they would hand to it, and its clients are told and leave.
     [[nodiscard]] std::span<const StoppedZone> stopped() const { return stopped_; }
 
   private:
+    template <class Archive>
+    void serialize(Archive& archive);  // world_snapshot.cpp
     void route(const mailbox::InboxItem& item);
     void step(std::vector<mailbox::OutboxItem>& out);
     void for_each_zone(void (World::*work)(std::size_t));
@@ -127,6 +143,7 @@ class World {
     /// Number of the zone that an answer of the store goes to; that of all when it has stopped.
     [[nodiscard]] std::size_t zone_of_answer(const mailbox::StoreAnswer& answer) const;
 
+    std::uint64_t config_hash_ = 0;  // snapshots belong to one config
     std::vector<Vec3d> spawn_points_;
     std::vector<zone::Region> regions_;
     std::vector<compute::Team>

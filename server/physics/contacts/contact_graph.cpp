@@ -3,6 +3,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace zoned::physics {
 
@@ -183,6 +184,34 @@ void ContactGraph::deactivate(std::uint32_t contact) {
     pairs_[last].active_place = place;
     active_.pop_back();
     pairs_[contact].active_place = kNoIndex;
+}
+
+bool ContactGraph::is_sound() const {
+    const std::size_t records = pool_.size();
+    const auto here = [records](std::uint32_t index) {
+        return index == kNoIndex || index < records;
+    };
+    const auto linked = [records](std::uint32_t link) {
+        return link == kNoIndex || (link >> 1) < records;
+    };
+    bool sound = pairs_.size() == records && size_ <= records &&
+                 std::has_single_bit(keys_.size()) && 2 * std::size_t{size_} < keys_.size();
+    for (std::size_t i = 0; sound && i < records; ++i) {
+        const Pair& pair = pairs_[i];
+        const Contact& contact = pool_[i];
+        sound = linked(contact.next[0]) && linked(contact.next[1]) && linked(contact.previous[0]) &&
+                linked(contact.previous[1]) && here(contact.chain) &&
+                pair.points() <= static_cast<std::size_t>(kMaxManifoldPoints);
+    }
+    for (const auto* list : {&free_, &active_}) {
+        for (std::size_t i = 0; sound && i < list->size(); ++i) {
+            sound = (*list)[i] < records;
+        }
+    }
+    for (std::size_t i = 0; sound && i < active_.size(); ++i) {
+        sound = pairs_[active_[i]].active_place == i;
+    }
+    return sound;
 }
 
 }  // namespace zoned::physics

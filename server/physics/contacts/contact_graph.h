@@ -50,6 +50,22 @@ struct alignas(64) Pair {
     FoundAt found;
 
     [[nodiscard]] std::size_t points() const { return count; }
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        std::uint8_t points_here = count;
+        bool is_several = several != 0;
+        bool is_sensor = sensor != 0;
+        bool is_sensing = senses != 0;
+        bool is_inside = inside != 0;
+        archive(a, b, active_place, points_here, is_several, is_sensor, is_sensing, is_inside);
+        archive(touching, closing, age, found);
+        count = points_here & 0xFU;
+        several = is_several ? 1U : 0U;
+        sensor = is_sensor ? 1U : 0U;
+        senses = is_sensing ? 1U : 0U;
+        inside = is_inside ? 1U : 0U;
+    }
 };
 
 static_assert(sizeof(Pair) == 64);
@@ -121,6 +137,9 @@ class ContactGraph {
 
     [[nodiscard]] std::uint32_t size() const { return size_; }
 
+    /// Indexes are below it.
+    [[nodiscard]] std::size_t records() const { return pool_.size(); }
+
     /// Calls visit(contact index, row of the other body) for each contact of a body. The visitor
     /// may destroy the contact that it is given.
     template <class Visit>
@@ -133,7 +152,21 @@ class ContactGraph {
         }
     }
 
+    /// The pool as it is, its order and its gaps: they decide the order of later contacts.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(pairs_, pool_, free_, active_, keys_, size_);
+        if constexpr (Archive::kReads) {
+            if (!is_sound()) {
+                archive.fail("contacts name others that there are not");
+            }
+        }
+    }
+
   private:
+    /// Whether all numbers name records that there are.
+    [[nodiscard]] bool is_sound() const;
+
     static std::uint64_t key_of(std::uint32_t a, std::uint32_t b) {
         return (static_cast<std::uint64_t>(a < b ? a : b) << 32) | (a < b ? b : a);
     }

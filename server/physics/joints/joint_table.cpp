@@ -77,4 +77,23 @@ bool JointTable::parts(const Bodies& bodies, std::uint32_t a, std::uint32_t b) c
     return parted;
 }
 
+bool JointTable::is_sound(const Bodies& bodies) const {
+    const auto linked = [this](std::uint32_t link) {
+        return link == kNoIndex || (link >> 1) < entries_.size();
+    };
+    const auto row = [&](std::uint32_t index) {
+        return index == kNoIndex || index < bodies.rows();
+    };
+    bool sound = size_ <= entries_.size();
+    for (const JointEntry& entry : entries_) {
+        sound = sound && row(entry.a) && row(entry.b) && linked(entry.next[0]) &&
+                linked(entry.next[1]) && entry.joint.def.kind <= JointKind::kSpring &&
+                (!entry.alive || entry.b != kNoIndex);
+    }
+    for (const std::uint32_t index : free_) {
+        sound = sound && index < entries_.size();
+    }
+    return sound;
+}
+
 }  // namespace zoned::physics

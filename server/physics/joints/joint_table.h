@@ -18,6 +18,12 @@ struct JointEntry : JointState {
     std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
     std::uint16_t generation = 0;
     bool alive = false;
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(impulse, straight_error, motion, substep_s, force_n);
+        archive(joint, a, b, next, generation, alive);
+    }
 };
 
 /// Rows of removed joints are reused with a higher generation. Each body has a list of its joints.
@@ -52,6 +58,14 @@ class JointTable {
             link = next;
         }
     }
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(entries_, free_, size_);
+    }
+
+    /// Whether all numbers name joints and bodies that there are.
+    [[nodiscard]] bool is_sound(const Bodies& bodies) const;
 
   private:
     void unlink(Bodies& bodies, std::uint32_t index, std::uint32_t side, std::uint32_t row);

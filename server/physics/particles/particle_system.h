@@ -102,6 +102,29 @@ class ParticleSystem {
     /// Columns, ends of lives and emitters.
     void hash(core::StateHash& hash) const;
 
+    /// The particles, emitters and balls; what the definition says is there already.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        std::uint64_t count = size_;
+        archive(count, ends_, block_ends_, emitters_);
+        if constexpr (Archive::kReads) {
+            if (count > def_.most || ends_.size() < count || block_ends_.size() * kBlock < count) {
+                archive.fail("particles are more than have an end, or than there may be");
+                return;
+            }
+            size_ = static_cast<std::size_t>(count);
+            columns_.reserve(size_);
+        }
+        for (std::size_t c = 0; c < compute::ParticleColumns::kColumns; ++c) {
+            if (size_ > 0) {
+                archive.items(columns_.column(c), size_);
+            }
+        }
+        for (int ball = 0; ball < scene_.world.spheres; ++ball) {
+            archive(scene_.world.sphere[ball]);
+        }
+    }
+
   private:
     static constexpr std::size_t kBlock = 1024;  ///< particles that share a next end of life
 

@@ -1,6 +1,7 @@
 #include "server/physics/particles/particle_systems.h"
 
 #include "shared/core/assert.h"
+#include "shared/core/field_archive.h"
 
 #include <optional>
 #include <utility>
@@ -84,6 +85,22 @@ ParticleReport ParticleSystems::step(Tick now, float h, compute::Team& team) {
         }
     }
     return report;
+}
+
+void ParticleSystems::save(core::FieldWriter& archive) const {
+    for (const auto& system : systems_) {
+        if (system) {
+            archive.section(system->name(), [&] { archive(*system); });
+        }
+    }
+}
+
+void ParticleSystems::load(core::FieldReader& archive) {
+    for (const auto& system : systems_) {
+        if (system) {
+            archive.section(system->name(), [&] { archive(*system); });
+        }
+    }
 }
 
 void ParticleSystems::hash(core::StateHash& hash) const {

@@ -13,6 +13,11 @@ namespace zoned::compute {
 class Device;
 }
 
+namespace zoned::core {
+class FieldReader;
+class FieldWriter;
+}  // namespace zoned::core
+
 namespace zoned::physics {
 
 /// Counted from 1; 0 is none.
@@ -59,6 +64,11 @@ class ParticleSystems {
     ParticleReport step(Tick now, float h, compute::Team& team);
 
     void hash(core::StateHash& hash) const;
+
+    /// The particles of all systems, between two steps.
+    void save(core::FieldWriter& archive) const;
+    /// The systems are those that were saved, as their definitions made them.
+    void load(core::FieldReader& archive);
 
   private:
     std::vector<std::unique_ptr<ParticleSystem>> systems_;  ///< null: removed

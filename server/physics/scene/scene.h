@@ -19,6 +19,11 @@ namespace zoned::compute {
 class Team;
 }
 
+namespace zoned::core {
+class FieldReader;
+class FieldWriter;
+}  // namespace zoned::core
+
 namespace zoned::physics {
 
 class RowSystem;
@@ -215,6 +220,12 @@ class Scene {
     void island_of(BodyId body, std::vector<BodyId>& out) const;
 
     void hash(core::StateHash& hash) const;
+
+    /// All that later steps depend on, between two steps. The archive lends a GeometryTable.
+    void save(core::FieldWriter& archive) const;
+    /// Takes the place of everything here; the settings are those of the scene that was saved.
+    /// After a fault of the archive the scene is of no use.
+    void load(core::FieldReader& archive);
 
   private:
     friend class Query;

@@ -50,6 +50,27 @@ void Scene::Impl::make_room(BodyKind kind) {
         return;
     }
     room[k] = std::max<std::size_t>(16, 2 * room[k]);
+    if (kind != BodyKind::kParticle) {
+        const auto cheapest = settings.broadphase == BroadphaseKind::kAutomatic
+                                  ? spatial::choose_kind(static_cast<std::uint32_t>(room[k]))
+                                  : settings.broadphase;
+        if (cheapest != boxes[k].kind()) {
+            boxes[k].change_to(cheapest, room[k]);
+        }
+    }
+    reserve_room(kind);
+}
+
+void Scene::Impl::reserve_all_room() {
+    for (std::size_t k = 0; k < room.size(); ++k) {
+        if (room[k] > 0) {
+            reserve_room(static_cast<BodyKind>(k));
+        }
+    }
+}
+
+void Scene::Impl::reserve_room(BodyKind kind) {
+    const auto k = static_cast<std::size_t>(kind);
     const std::size_t movers = room[1] + room[2];
     moved.reserve(movers + room[3]);
     broken.reserve(movers + room[3]);
@@ -60,14 +81,7 @@ void Scene::Impl::make_room(BodyKind kind) {
         disturbed.reserve(room[k]);
         return;
     }
-    const auto cheapest = settings.broadphase == BroadphaseKind::kAutomatic
-                              ? spatial::choose_kind(static_cast<std::uint32_t>(room[k]))
-                              : settings.broadphase;
-    if (cheapest != boxes[k].kind()) {
-        boxes[k].change_to(cheapest, room[k]);
-    } else {
-        boxes[k].reserve(room[k]);
-    }
+    boxes[k].reserve(room[k]);
     if (kind == BodyKind::kStatic) {
         return;
     }

@@ -108,6 +108,9 @@ struct Scene::Impl {
     /// Makes room, as bodies are added, for what steps will need: then steps allocate only where
     /// bodies are packed closer than kContactsPerBody says.
     void make_room(BodyKind kind);
+    void reserve_room(BodyKind kind);
+    /// For the bodies that are there, once they were loaded.
+    void reserve_all_room();
     void enter_broadphase(std::uint32_t row);
     void leave_broadphase(std::uint32_t row);
     /// Ends a pair, and wakes the other body where they touched.
@@ -237,6 +240,11 @@ struct Scene::Impl {
                                         const Filter& filter,
                                         const Vec3& from,
                                         const Vec3& way) const;
+
+    // scene_snapshot.cpp
+    template <class Archive>
+    void serialize(Archive& archive);
+    [[nodiscard]] bool is_sound() const;
 
     // scene_step.cpp
     StepStats step(float dt);

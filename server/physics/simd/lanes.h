@@ -136,6 +136,15 @@ ZONED_INLINE Lanes3 operator*(const LanesTensor& m, const Lanes3& v) {
 /// rows become eight lanes by one transposition.
 struct Row8 {
     Lanes at{};
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        for (std::size_t i = 0; i < 8; ++i) {
+            float number = at[i];
+            archive(number);
+            at[i] = number;
+        }
+    }
 };
 
 using LaneRows = std::array<std::uint32_t, kLanes>;

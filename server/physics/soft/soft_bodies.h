@@ -14,6 +14,11 @@ namespace zoned::compute {
 class Team;
 }
 
+namespace zoned::core {
+class FieldReader;
+class FieldWriter;
+}  // namespace zoned::core
+
 namespace zoned::physics {
 class Scene;
 }
@@ -158,7 +163,15 @@ class SoftBodies {
     [[nodiscard]] SoftStats stats() const;
     void hash(core::StateHash& hash) const;
 
+    /// All that later steps depend on, between two steps.
+    void save(core::FieldWriter& archive) const;
+    /// Takes the place of all bodies here.
+    void load(core::FieldReader& archive);
+
   private:
+    template <class Archive>
+    void serialize(Archive& archive);
+
     struct Impl;
     std::unique_ptr<Impl> impl_;
     SoftSettings settings_;

@@ -46,6 +46,11 @@ class SpringBatches {
 
     [[nodiscard]] bool damped() const { return damped_; }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(batches_, first_, damped_);
+    }
+
   private:
     std::vector<SpringBatch> batches_;
     std::vector<std::size_t> first_;  // of each colour, and the end

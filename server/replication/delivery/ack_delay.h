@@ -58,6 +58,12 @@ class AckDelay {
     static constexpr std::uint64_t kMostTolerance = 32;  ///< acknowledgements reach no farther back
     static constexpr int kMostDoublings = 6;
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(fresh_, delay_.now, delay_.before, reordered_.now, reordered_.before, tolerance_);
+        archive(tolerance_tick_, period_tick_, patience_, probe_tick_, doublings_);
+    }
+
   private:
     /// The maximum over the last one to two seconds.
     struct RecentMax {

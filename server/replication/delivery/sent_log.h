@@ -64,6 +64,17 @@ class SentLog {
         return const_cast<SentPacket*>(std::as_const(*this).find(sequence));
     }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(packets_);
+        if constexpr (Archive::kReads) {
+            if (packets_.size() != kCapacity) {
+                archive.fail("a log holds more or fewer packets than there are places");
+                packets_.resize(kCapacity);
+            }
+        }
+    }
+
   private:
     std::vector<SentPacket> packets_;
 };

@@ -20,20 +20,6 @@ auto link_at(Links& links, EntityId entity) {
         });
 }
 
-SoftMatter& matter_of(ZoneState& state) {
-    if (state.soft == nullptr) {
-        soft::SoftSettings settings;
-        settings.gravity = state.settings.physics.gravity;
-        settings.sleep_speed_mps = state.settings.physics.sleep_speed_mps;
-        settings.sleep_after_s = state.settings.physics.sleep_after_s;
-        settings.step_s = state.settings.dt;
-        state.soft = std::make_unique<SoftMatter>();
-        state.soft->bodies = soft::SoftBodies(settings);
-        state.soft->bodies.work_with(state.team);
-    }
-    return *state.soft;
-}
-
 const soft::SoftDef& state_machine_of(const ZoneState& state, world::Row row) {
     return *state.settings.softs[(*state.settings.types)[state.entities.type[row]].solid];
 }
@@ -64,6 +50,20 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
 
 }  // namespace
 
+SoftMatter& soft_matter(ZoneState& state) {
+    if (state.soft == nullptr) {
+        soft::SoftSettings settings;
+        settings.gravity = state.settings.physics.gravity;
+        settings.sleep_speed_mps = state.settings.physics.sleep_speed_mps;
+        settings.sleep_after_s = state.settings.physics.sleep_after_s;
+        settings.step_s = state.settings.dt;
+        state.soft = std::make_unique<SoftMatter>();
+        state.soft->bodies = soft::SoftBodies(settings);
+        state.soft->bodies.work_with(state.team);
+    }
+    return *state.soft;
+}
+
 bool is_soft(const ZoneState& state, world::Row row) {
     return (*state.settings.types)[state.entities.type[row]].shape == world::TypeShape::kSoft;
 }
@@ -82,7 +82,7 @@ soft::SoftId soft_of(const ZoneState& state, EntityId entity) {
 }
 
 void add_soft(ZoneState& state, world::Row row, bool asleep) {
-    SoftMatter& matter = matter_of(state);
+    SoftMatter& matter = soft_matter(state);
     const world::Entities& e = state.entities;
     soft::SoftDef def = state_machine_of(state, row);
     def.user = e.id[row].value;
@@ -130,7 +130,7 @@ soft::SoftParcel take_soft(ZoneState& state, EntityId entity) {
 }
 
 void give_soft(ZoneState& state, world::Row row, soft::SoftParcel parcel, const Vec3& shift) {
-    link(state, row, matter_of(state).bodies.give(std::move(parcel), shift));
+    link(state, row, soft_matter(state).bodies.give(std::move(parcel), shift));
 }
 
 std::uint32_t step_soft(ZoneState& state) {

@@ -7,6 +7,9 @@
 
 namespace zoned::zone {
 
+/// The zone's soft bodies; made empty with the first call.
+SoftMatter& soft_matter(ZoneState& state);
+
 /// True for an entity whose type is a soft body, owned or a ghost.
 bool is_soft(const ZoneState& state, world::Row row);
 

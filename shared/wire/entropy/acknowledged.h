@@ -32,6 +32,11 @@ class LearnedPackets {
     /// Bit i: newest() - 1 - i was learned.
     [[nodiscard]] std::uint64_t before() const { return before_; }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(newest_, before_);
+    }
+
   private:
     PacketNumber newest_ = 0;
     std::uint64_t before_ = 0;
@@ -136,12 +141,38 @@ class KnowledgeEncoder {
         knowledge_.learning(std::move(frame));
     }
 
+    /// The knowledge and the packets that are under way; the format is there already.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(knowledge_, common_, epoch_, sent_);
+        if constexpr (Archive::kReads) {
+            for (std::size_t i = 1; i < sent_.size(); ++i) {
+                if (sent_[i - 1].frame->number >= sent_[i].frame->number) {
+                    archive.fail("packets under way are in no order");
+                    return;
+                }
+            }
+        }
+    }
+
   private:
     struct SentFrame {
         std::shared_ptr<const Frame> frame;
         PacketNumber reference = 0;  // newest that the receiver knew when it decoded this one
         std::uint8_t epoch = 0;
         bool acknowledged = false;
+
+        template <class Archive>
+        void serialize(Archive& archive) {
+            if constexpr (Archive::kReads) {
+                auto read = std::make_shared<Frame>();
+                archive(*read);
+                frame = std::move(read);
+            } else {
+                archive(*frame);
+            }
+            archive(reference, epoch, acknowledged);
+        }
     };
 
     [[nodiscard]] PacketNumber newest() const { return knowledge_.learned().newest(); }

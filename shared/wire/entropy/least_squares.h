@@ -103,6 +103,11 @@ class LeastSquares {
 
     [[nodiscard]] const std::array<double, N>& weights() const { return weights_; }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(prior_, weights_, sums_);
+    }
+
   private:
     static constexpr double kKeep = 1.0 - 1.0 / 64.0;  // per packet
     static constexpr double kPull = 0.01;

@@ -69,6 +69,11 @@ class ResidualModel {
 
     [[nodiscard]] SymbolModel& of(int scale) { return models_[static_cast<std::size_t>(scale)]; }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(models_);
+    }
+
   private:
     std::array<SymbolModel, kScaleClasses> models_;
 };

@@ -45,6 +45,11 @@ class BitModel {
         }
     }
 
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(quick_, slow_);
+    }
+
   private:
     static constexpr int kQuick = 4;
     static constexpr int kSlow = 7;
@@ -101,6 +106,20 @@ class SymbolModel {
             const auto away = static_cast<std::int16_t>(sure[i] - place_[i]);
             place_[i] =
                 static_cast<std::int16_t>(place_[i] + static_cast<std::int16_t>(away >> kRate));
+        }
+    }
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(place_);
+        if constexpr (Archive::kReads) {
+            bool sound = place_[0] == 0 && place_.back() < kWhole;
+            for (std::size_t i = 1; i < kSymbols; ++i) {
+                sound = sound && place_[i - 1] < place_[i];
+            }
+            if (!sound) {
+                archive.fail("a symbol has no share of the probability");
+            }
         }
     }
 

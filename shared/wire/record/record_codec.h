@@ -52,6 +52,12 @@ class RecordEncoder {
     /// Publications that are kept as bases.
     [[nodiscard]] std::size_t known() const { return acknowledged_.common().size(); }
 
+    /// All that later packets depend on.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(acknowledged_);
+    }
+
   private:
     RecordFormat format_;
     entropy::KnowledgeEncoder<RecordKnowledge> acknowledged_;

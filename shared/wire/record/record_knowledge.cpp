@@ -13,9 +13,34 @@ constexpr float kMeanOf = 32.0F;
 constexpr float kExpectedAtFirst = 4.0F;
 constexpr float kExpectedFromNothing = 256.0F;
 
+bool is_known(const CodedRecord& record) {
+    return record.lod < kLods && static_cast<std::int32_t>(record.state.order) < kMotions;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- bases
+
+bool RecordBaselines::is_sound() const {
+    const auto there = [this](Slot slot) {
+        return slot < versions_.size();
+    };
+    bool sound = std::all_of(free_.begin(), free_.end(), there);
+    for (const BaselineVersion& version : versions_) {
+        sound = sound && is_known(version.record);
+    }
+    for (std::size_t i = 0; sound && i < entries_.size(); ++i) {
+        sound =
+            there(entries_[i].newest) && (i == 0 || entries_[i - 1].entity < entries_[i].entity);
+        for (Slot slot = entries_[i].newest; sound && slot != kNone;) {
+            const Slot older = versions_[slot].older;
+            sound = older == kNone ||
+                    (there(older) && versions_[older].number < versions_[slot].number);
+            slot = older;
+        }
+    }
+    return sound;
+}
 
 std::vector<RecordBaselines::BaselineEntry>::const_iterator RecordBaselines::lower_bound(
     EntityId entity) const {
@@ -127,6 +152,16 @@ const CodedRecord* KnownBaselines::find(EntityId entity,
 }
 
 // ---------------------------------------------------------------- models
+
+bool is_sound(const RecordFrame& frame) {
+    bool sound = std::all_of(frame.records.begin(), frame.records.end(), is_known);
+    for (const RecordModelUpdate& lesson : frame.model_updates) {
+        const std::size_t symbols_of_it = lesson.model >= RecordModels::kFirstBit ? 2 : 16;
+        sound = sound && lesson.model < RecordModels::kFirstBit + RecordModels::kBits &&
+                lesson.reach < kReaches && lesson.symbol < symbols_of_it;
+    }
+    return sound;
+}
 
 RecordModels::RecordModels() {
     for (auto& by_reach : expected) {

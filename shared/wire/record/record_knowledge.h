@@ -30,6 +30,17 @@ class RecordBaselines {
     /// Publications that are kept.
     [[nodiscard]] std::size_t size() const { return versions_.size() - free_.size(); }
 
+    /// As they lie: the next slot that is free follows from earlier packets.
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(entries_, versions_, free_, superseding_);
+        if constexpr (Archive::kReads) {
+            if (!is_sound()) {
+                archive.fail("bases name others that there are not");
+            }
+        }
+    }
+
   private:
     using Slot = std::uint32_t;
     static constexpr Slot kNone = 0xFFFFFFFF;
@@ -52,6 +63,8 @@ class RecordBaselines {
         EntityId entity;
     };
 
+    /// Whether all slots are there, and each leads to older ones only.
+    [[nodiscard]] bool is_sound() const;
     [[nodiscard]] std::vector<BaselineEntry>::const_iterator lower_bound(EntityId entity) const;
     [[nodiscard]] Slot version_at(Slot newest_of_entity, entropy::PacketNumber newest) const;
     Slot keep(const RecordFrame& frame, const CodedRecord& record, Slot older);
@@ -107,7 +120,26 @@ struct RecordModels {
 
     RecordModels();
     void learning(const std::vector<RecordModelUpdate>& model_updates);
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(residuals, symbols, bits, expected);
+    }
 };
+
+/// Whether a frame that was read names levels, motions, models and symbols that there are.
+[[nodiscard]] bool is_sound(const RecordFrame& frame);
+
+template <class Archive>
+void serialize(Archive& archive, RecordFrame& frame) {
+    archive(frame.number, frame.tick, frame.zone, frame.records, frame.model_updates);
+    archive(frame.velocity, frame.bits);
+    if constexpr (Archive::kReads) {
+        if (!is_sound(frame)) {
+            archive.fail("a packet under way holds what no packet holds");
+        }
+    }
+}
 
 class RecordKnowledge {
   public:
@@ -126,6 +158,11 @@ class RecordKnowledge {
     /// Share of a position error, per second of extrapolation, that is an error of velocity.
     [[nodiscard]] double velocity_share(bool upwards) const {
         return velocity_[upwards ? 1 : 0].weights()[0];
+    }
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(models_, velocity_, learned_);
     }
 
   private:

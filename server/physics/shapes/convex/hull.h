@@ -48,6 +48,9 @@ class ConvexHull final : public Geometry {
     /// Tight, in its own axes.
     [[nodiscard]] const Aabb& box() const { return t_.box; }
 
+    /// All there is, for another hull like it.
+    [[nodiscard]] const HullTables& tables() const { return t_; }
+
   private:
     HullTables t_;
     HullView view_;  // of t_
