@@ -113,13 +113,11 @@ void AiUpdate::load(const SavedAiState& saved,
     meetings_.reset();
     viewers_.load(saved.viewers);
     turn_.waking.clear();
+    turn_.drift_m = saved.drift_m;
     for (std::size_t n = 0; n < agents.size(); ++n) {
         const Agent& agent = agents.at(agents.nth(n));
         if (agent.tier == Tier::kSuspended && !can_suspend(agent, brain_of(agent, settings))) {
             turn_.waking.push_back(agents.nth(n));
-        }
-        if (agent.tier == Tier::kSuspended && roams(agent, brain_of(agent, settings))) {
-            turn_.drift_m = std::max(turn_.drift_m, step_of(agent));
         }
     }
 }

@@ -22,6 +22,7 @@ namespace zoned::ai {
 struct SavedAiState {
     SavedViewers viewers;
     DifficultyState difficulty;  ///< the zone's level, and the outcomes of its players there
+    float drift_m = 0.0F;        ///< see AiTurn
 };
 
 /// Runs the passes in order. It keeps its buffers from tick to tick, so a tick allocates nothing.
@@ -56,7 +57,9 @@ class AiUpdate {
 
     [[nodiscard]] DifficultyState& difficulty() { return difficulty_; }
 
-    [[nodiscard]] SavedAiState save() const { return {viewers_.save(), difficulty_}; }
+    [[nodiscard]] SavedAiState save() const {
+        return {viewers_.save(), difficulty_, turn_.drift_m};
+    }
 
     /// `agents` are the agents that the state belongs to.
     void load(const SavedAiState& saved,

@@ -14,7 +14,7 @@ namespace {
 using core::FieldReader;
 using core::FieldWriter;
 
-constexpr std::uint32_t kVersion = 5;
+constexpr std::uint32_t kVersion = 6;
 /// Larger than any zone, m.
 constexpr float kFarthest_m = 1e6F;
 
@@ -166,6 +166,7 @@ void save_agents(const AgentStore& agents,
     FieldWriter write(out);
     write(kVersion);
     visit_fields(saved.difficulty, write);
+    write(saved.drift_m);
     write(static_cast<std::uint32_t>(agents.size()));
     for (std::size_t n = 0; n < agents.size(); ++n) {
         visit_fields(agents.at(agents.nth(n)), write);
@@ -202,6 +203,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
         return "version " + std::to_string(version) + " of agents, not " + std::to_string(kVersion);
     }
     visit_fields(memory.difficulty, read);
+    read(memory.drift_m);
     read(count);
     if (read.cut_short() || !read.finite() ||
         !is_difficulty(memory.difficulty, settings.difficulty)) {
@@ -242,6 +244,7 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
         near = near && at.cwiseAbs().maxCoeff() <= kFarthest_m;
     }
     read(memory.viewers.coverage_m);
+    near = near && memory.drift_m >= 0.0F && memory.drift_m <= kFarthest_m;
     near = near && memory.viewers.coverage_m > 0.0F && memory.viewers.coverage_m <= kFarthest_m;
     if (read.cut_short() || !read.finite() || !near ||
         !std::is_sorted(memory.viewers.viewers.begin(), memory.viewers.viewers.end())) {

@@ -19,7 +19,7 @@ using pathfinding::SavedRequest;
 using pathfinding::SavedTurn;
 using pathfinding::Spot;
 
-constexpr std::uint32_t kPathVersion = 2;
+constexpr std::uint32_t kPathVersion = 3;
 
 void write_count(std::size_t count, FieldWriter& write) {
     write(static_cast<std::uint32_t>(count));
@@ -174,6 +174,7 @@ void write_map(const SavedPaths& map, FieldWriter& write) {
         write_request(r, write);
     }
     write_numbers(map.free, write);
+    write_numbers(map.free_rounds, write);
     write_count(map.turns.size(), write);
     for (const SavedTurn& turn : map.turns) {
         write(turn.asker);
@@ -197,6 +198,7 @@ void write_map(const SavedPaths& map, FieldWriter& write) {
 void read_map(SavedPaths& map, FieldReader& read) {
     read_list(map.requests, read, [&](SavedRequest& r) { read_request(r, read); });
     read_numbers(map.free, read);
+    read_numbers(map.free_rounds, read);
     read_list(map.turns, read, [&](SavedTurn& turn) {
         read(turn.asker);
         read(turn.waited_ticks);
@@ -227,7 +229,7 @@ void visit_asked(AskedOf& asked, Visit& visit) {
 
 }  // namespace
 
-void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
+bool serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kPathVersion);
     const SavedPathService memory = paths.save();
@@ -236,9 +238,12 @@ void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
         visit_asked(asked, write);
     }
     write_count(memory.sizes.size(), write);
+    bool whole = true;
     for (const SavedPaths& map : memory.sizes) {
         write_map(map, write);
+        whole = whole && map.whole;
     }
+    return whole;
 }
 
 std::string deserialize_paths(std::span<const std::uint8_t> bytes,

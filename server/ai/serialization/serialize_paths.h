@@ -11,8 +11,8 @@
 namespace zoned::ai {
 
 /// Appends all path requests and their state, between two ticks: little endian, after a version and
-/// counts. The maps themselves are baked anew.
-void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out);
+/// counts. The maps themselves are baked anew. False: the state is not `whole` (SavedPaths).
+bool serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out);
 
 /// Reads the output of serialize_paths() into `paths`. These must be new, for the same ground with
 /// its doors as they were. Load `agents` and their `step` first.

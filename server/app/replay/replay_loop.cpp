@@ -119,14 +119,12 @@ void ReplayLoop::begin_before(Tick target) {
 
 void ReplayLoop::keep_state() {
     const Tick now = world_->now();
-    if (keep_every_ == 0 || now % keep_every_ != 0 ||
-        (!kept_.empty() && kept_.back().tick >= now)) {
+    if (now % keep_every_ != 0 || (!kept_.empty() && kept_.back().tick >= now)) {
         return;
     }
     KeptState kept{now, {}};
     if (!world_->save(kept.bytes).empty()) {
-        keep_every_ = 0;
-        return;
+        return;  // it may have a saved form later
     }
     kept.bytes.shrink_to_fit();
     kept_.push_back(std::move(kept));

@@ -89,7 +89,7 @@ class ReplayLoop final : public VisitedWorld {
     recording::RecordingReader reader_;
     recording::TickRecord record_;
     std::vector<KeptState> kept_;  // ascending
-    Tick keep_every_ = 0;          // 0: this world has no saved form
+    Tick keep_every_ = 1;
     double due_s_ = 0.0;
     double publish_due_s_ = 0.0;
     LoopStats figures_;

@@ -105,7 +105,9 @@ void save_agents_of(const ZoneState& state, core::FieldWriter& archive) {
     ai::save_agents(state.agents, state.ai_update, state.points_of_interest, bytes);
     archive.bytes(bytes);
     bytes.clear();
-    ai::serialize_paths(state.paths, bytes);
+    if (!ai::serialize_paths(state.paths, bytes)) {
+        archive.fail("the map of paths is being brought up to date, which has no saved form");
+    }
     archive.bytes(bytes);
 }
 

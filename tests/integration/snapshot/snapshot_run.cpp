@@ -4,10 +4,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace zoned::snapshot {
 
 namespace {
+
+/// More parts that differ than these tell no more.
+constexpr std::size_t kMostNamed = 8;
+/// Ticks in a row in which a world may refuse to be saved.
+constexpr int kLongestRefusal = 60;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
@@ -57,16 +63,21 @@ class CourseRunner {
                       [&](const SnapshotCopy& copy) { return copy.until <= original.now(); });
     }
 
-    void copy(const app::World& original, Tick follows) {
+    /// False: the world has no saved form in this tick, but may have one soon.
+    bool copy(const app::World& original, Tick follows) {
         std::vector<std::uint8_t> bytes;
         bytes.reserve(warm_);
         auto begin = std::chrono::steady_clock::now();
         const std::string unsaved = original.save(bytes, &result_.sections);
         const double save_ms = milliseconds_since(begin);
         warm_ = std::max(warm_, bytes.size() * 2);
+        if (!unsaved.empty() && ++refused_ < kLongestRefusal) {
+            return false;
+        }
+        result_.refused = std::max(result_.refused, std::exchange(refused_, 0));
         if (!unsaved.empty()) {
             note("tick " + std::to_string(original.now()) + " is not saved: " + unsaved);
-            return;
+            return true;
         }
         begin = std::chrono::steady_clock::now();
         auto world = std::make_unique<app::World>(server_.settings(), 1);
@@ -74,29 +85,31 @@ class CourseRunner {
         const double load_ms = milliseconds_since(begin);
         if (!unloaded.empty()) {
             note("tick " + std::to_string(original.now()) + " is not loaded: " + unloaded);
-            return;
+            return true;
         }
         const std::string differs = compare(original, *world);
         if (!differs.empty()) {
             note("a loaded snapshot of tick " + std::to_string(original.now()) +
                  " is not saved as it was: " + differs);
-            return;
+            return true;
         }
         const bool is_first = result_.copies++ == 0;
         result_.save_ms = is_first ? save_ms : std::min(result_.save_ms, save_ms);
         result_.load_ms = is_first ? load_ms : std::min(result_.load_ms, load_ms);
         result_.most_bytes = std::max(result_.most_bytes, bytes.size());
         copies_.push_back({std::move(world), original.now(), original.now() + follows});
+        return true;
     }
 
   private:
     static std::string compare(const app::World& a, const app::World& b) {
-        std::vector<core::ArchiveSection> parts;
+        std::vector<core::ArchiveSection> parts_of_a;
+        std::vector<core::ArchiveSection> parts_of_b;
         std::vector<std::uint8_t> of_a;
         std::vector<std::uint8_t> of_b;
-        std::string wrong = a.save(of_a, &parts);
-        wrong = wrong.empty() ? b.save(of_b) : wrong;
-        return wrong.empty() ? first_difference(of_a, parts, of_b) : wrong;
+        std::string wrong = a.save(of_a, &parts_of_a);
+        wrong = wrong.empty() ? b.save(of_b, &parts_of_b) : wrong;
+        return wrong.empty() ? differences(of_a, parts_of_a, of_b, parts_of_b) : wrong;
     }
 
     void note(std::string wrong) {
@@ -112,32 +125,51 @@ class CourseRunner {
     std::vector<std::uint64_t> hashes_;
     std::vector<std::uint64_t> copied_;
     std::size_t warm_ = 0;
+    int refused_ = 0;  // ticks in a row
 };
 
 }  // namespace
 
-std::string first_difference(const std::vector<std::uint8_t>& a,
-                             const std::vector<core::ArchiveSection>& parts,
-                             const std::vector<std::uint8_t>& b) {
+std::string differences(const std::vector<std::uint8_t>& a,
+                        const std::vector<core::ArchiveSection>& parts_of_a,
+                        const std::vector<std::uint8_t>& b,
+                        const std::vector<core::ArchiveSection>& parts_of_b) {
     // The head holds a checksum, which differs with anything else.
-    const std::size_t head = parts.empty() ? 0 : parts.front().begin;
-    const std::size_t both = std::min(a.size(), b.size());
-    std::size_t at = std::min(head, both);
-    while (at < both && a[at] == b[at]) {
-        ++at;
-    }
-    if (at == both && a.size() == b.size()) {
+    const std::size_t head = parts_of_a.empty() ? 0 : parts_of_a.front().begin;
+    if (a.size() == b.size() && std::equal(a.begin() + static_cast<std::ptrdiff_t>(head),
+                                           a.end(),
+                                           b.begin() + static_cast<std::ptrdiff_t>(head))) {
         return {};
     }
-    std::string text = "byte " + std::to_string(at) + " of " + std::to_string(a.size()) + " and " +
-                       std::to_string(b.size());
-    const auto part = std::find_if(parts.begin(), parts.end(), [at](const auto& one) {
-        return one.begin <= at && at < one.end;
-    });
-    return part == parts.end()
-               ? text
-               : text + ", " + part->name + "byte " + std::to_string(at - part->begin) + " of " +
-                     std::to_string(part->end - part->begin);
+    std::string text = std::to_string(a.size()) + " and " + std::to_string(b.size()) + " bytes";
+    std::size_t named = 0;
+    for (const core::ArchiveSection& part : parts_of_a) {
+        // Outer parts come after their inner ones, which say more.
+        const bool told = text.find("; " + part.name) != std::string::npos;
+        const auto other = std::find_if(parts_of_b.begin(),
+                                        parts_of_b.end(),
+                                        [&part](const auto& one) { return one.name == part.name; });
+        if (told || named == kMostNamed) {
+            continue;
+        }
+        if (other == parts_of_b.end()) {
+            text += "; " + part.name + "not there";
+            ++named;
+            continue;
+        }
+        const std::size_t size = part.end - part.begin;
+        const std::size_t other_size = other->end - other->begin;
+        std::size_t at = 0;
+        while (at < std::min(size, other_size) && a[part.begin + at] == b[other->begin + at]) {
+            ++at;
+        }
+        if (at < std::max(size, other_size)) {
+            text += "; " + part.name + "byte " + std::to_string(at) + " of " +
+                    std::to_string(size) + " and " + std::to_string(other_size);
+            ++named;
+        }
+    }
+    return text;
 }
 
 SnapshotResult run_course(const SnapshotCourse& course) {
@@ -171,8 +203,7 @@ SnapshotResult run_course(const SnapshotCourse& course) {
         }
         seen = world.now();
         runner.follow(world);
-        if (left > 0 && seen >= due) {
-            runner.copy(world, course.follows);
+        if (left > 0 && seen >= due && runner.copy(world, course.follows)) {
             --left;
             due = seen + course.every + rng.below(16);
         }

@@ -29,6 +29,7 @@ struct SnapshotResult {
     std::string wrong;  ///< the first difference; empty: there is none
     std::size_t copies = 0;
     std::size_t compared = 0;  ///< hashes of zones
+    int refused = 0;           ///< most ticks in a row in which there was no saved form
     std::size_t most_bytes = 0;
     double save_ms = 0.0;                        ///< the shortest: other work disturbs the rest
     double load_ms = 0.0;                        ///< likewise, with the making of the world
@@ -40,9 +41,10 @@ struct SnapshotResult {
 /// and the same bytes at its end.
 SnapshotResult run_course(const SnapshotCourse& course);
 
-/// The part in which two snapshots differ first; empty: they are equal.
-std::string first_difference(const std::vector<std::uint8_t>& a,
-                             const std::vector<core::ArchiveSection>& parts,
-                             const std::vector<std::uint8_t>& b);
+/// The parts in which two snapshots differ, by their names; empty: they are equal.
+std::string differences(const std::vector<std::uint8_t>& a,
+                        const std::vector<core::ArchiveSection>& parts_of_a,
+                        const std::vector<std::uint8_t>& b,
+                        const std::vector<core::ArchiveSection>& parts_of_b);
 
 }  // namespace zoned::snapshot

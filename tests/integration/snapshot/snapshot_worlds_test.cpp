@@ -53,14 +53,15 @@ class SnapshotOfWorld : public ::testing::TestWithParam<SnapshotWorld> {};
 void print(const char* name, const SnapshotCourse& course, const SnapshotResult& result) {
     std::printf(
         "%s with %zu clients: %zu copies, %zu hashes, %.2f MB, saved in %.2f ms, "
-        "loaded in %.1f ms\n",
+        "loaded in %.1f ms, refused for %d ticks\n",
         name,
         course.bots,
         result.copies,
         result.compared,
         1e-6 * static_cast<double>(result.most_bytes),
         result.save_ms,
-        result.load_ms);
+        result.load_ms,
+        result.refused);
 }
 
 TEST_P(SnapshotOfWorld, GoesOnBitForBit) {

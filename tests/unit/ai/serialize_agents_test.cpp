@@ -84,8 +84,8 @@ TEST(AgentSerialize, WhoIsReadAgainGoesOnBitForBit) {
     }
 }
 
-/// Bytes before it: version, difficulty (level, level, two counts, a tick), count.
-constexpr std::size_t kFirstAgent = 4 + (2 + 4 + 2 * 4 + 8) + 4;
+/// Bytes before it: version, difficulty (level, level, two counts, a tick), drift, count.
+constexpr std::size_t kFirstAgent = 4 + (2 + 4 + 2 * 4 + 8) + 4 + 4;
 
 class BadAgents : public testing::Test {
   protected:
@@ -112,7 +112,7 @@ TEST_F(BadAgents, AreRefusedWithTheirPlace) {
     EXPECT_EQ(read(), "");
     std::vector<std::uint8_t> whole = bytes;
     bytes[0] = 9;
-    EXPECT_EQ(read(), "version 9 of agents, not 5");
+    EXPECT_EQ(read(), "version 9 of agents, not 6");
     bytes = whole;
     bytes[kFirstAgent + 4] = 7;  // the first agent's brain
     EXPECT_EQ(read(), "agent 0 of entity 1 has a brain that there is not");

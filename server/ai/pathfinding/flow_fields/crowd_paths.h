@@ -40,6 +40,9 @@ class CrowdPaths {
     /// Call once per tick; returns the work done, at most a little more than that of the settings.
     std::uint64_t advance();
 
+    /// True while fields are made or brought up to date.
+    [[nodiscard]] bool busy() const;
+
     [[nodiscard]] SavedCrowds save() const;
 
     /// Call on a new object. False: the state does not fit this map; then this object is unusable.
@@ -97,7 +100,6 @@ class CrowdPaths {
     /// The next step down. It depends on the present costs and crowding alone, not on their
     /// history.
     [[nodiscard]] Hop next_hop(const CrowdGoal& goal, Cell at) const;
-    [[nodiscard]] bool busy() const;
     [[nodiscard]] std::size_t goal_for(Cell goal) const;
     void want(Cell goal);
     std::uint64_t work_on(CrowdGoal& goal, std::uint64_t budget);

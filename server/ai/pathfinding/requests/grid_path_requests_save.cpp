@@ -36,6 +36,9 @@ SavedRequest GridPathRequests::saved_request(std::uint32_t number) const {
 SavedPaths GridPathRequests::save() const {
     SavedPaths memory;
     memory.free = free_;
+    for (const std::uint32_t number : free_) {
+        memory.free_rounds.push_back(slots_[number].round);
+    }
     for (std::uint32_t i = 0; i < slots_.size(); ++i) {
         if (slots_[i].taken || slots_[i].waiting) {
             memory.requests.push_back(saved_request(i));
@@ -55,6 +58,8 @@ SavedPaths GridPathRequests::save() const {
     memory.tick = tick_;
     memory.typical_work = typical_work_;
     memory.cheap_work = cheap_work_;
+    memory.whole = indexed_ && regions_.settled() && building_ == kNoPlace && to_queue_.empty() &&
+                   (crowd_ == nullptr || !crowd_->busy());
     if (crowd_ != nullptr) {
         memory.crowd = crowd_->save();
         memory.crowd.reviewed_round = reviewed_round_;
@@ -147,6 +152,9 @@ std::string GridPathRequests::load(const SavedPaths& memory) {
     blocks_.resize(slots_.size());
     free_ = memory.free;
     free_.reserve(slots_.capacity());
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+        slots_[free_[i]].round = memory.free_rounds[i];
+    }
     for (const SavedRequest& m : memory.requests) {
         load(m);
     }

@@ -25,6 +25,9 @@ SavedRequest PathRequestQueue::saved_request(std::uint32_t number) const {
 SavedPaths PathRequestQueue::save() const {
     SavedPaths memory;
     memory.free = free_;
+    for (const std::uint32_t number : free_) {
+        memory.free_rounds.push_back(requests_[number].round);
+    }
     for (std::uint32_t i = 0; i < requests_.size(); ++i) {
         if (requests_[i].taken || requests_[i].waiting) {
             memory.requests.push_back(saved_request(i));
@@ -63,6 +66,9 @@ std::string PathRequestQueue::load(const SavedPaths& memory) {
     requests_.resize(memory.requests.size() + memory.free.size());
     free_ = memory.free;
     free_.reserve(requests_.capacity());
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+        requests_[free_[i]].round = memory.free_rounds[i];
+    }
     for (const SavedRequest& m : memory.requests) {
         load(m);
     }

@@ -57,6 +57,9 @@ const char* wrong_with(const SavedRequest& r, const MapNumbers& map) {
 
 std::string defect_of(const SavedPaths& memory, const MapNumbers& map) {
     const std::size_t numbers = memory.requests.size() + memory.free.size();
+    if (memory.free_rounds.size() != memory.free.size()) {
+        return "free numbers of paths and their rounds differ in number";
+    }
     std::vector<std::uint8_t> turns(numbers, 0);  // by number: 1 unless it waits
     std::vector<std::uint8_t> seen(numbers, 0);
     const auto name = [](std::uint32_t number) {

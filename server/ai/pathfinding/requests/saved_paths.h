@@ -69,12 +69,13 @@ struct SavedField {
 
 /// All state that later answers depend on, besides the map itself. The map is baked anew with its
 /// doors as they are. With this state loaded, a map gives the same answers in the same ticks. There
-/// are two exceptions. While a map is still being renewed after a door has turned, it may find
-/// another of several equally long paths. While paths around crowds are being brought up to date,
-/// the new ones are ready some ticks sooner.
+/// are two exceptions, in which it is not `whole`. While a map is still being renewed after a door
+/// has turned, it may find another of several equally long paths. While paths around crowds are
+/// being brought up to date, the new ones are ready some ticks sooner.
 struct SavedPaths {
-    std::vector<SavedRequest> requests;  ///< ascending by number
-    std::vector<std::uint32_t> free;     ///< unused numbers, the next to be used last
+    std::vector<SavedRequest> requests;      ///< ascending by number
+    std::vector<std::uint32_t> free;         ///< unused numbers, the next to be used last
+    std::vector<std::uint32_t> free_rounds;  ///< of these numbers, in their order
     std::vector<SavedTurn> turns;
     std::vector<std::uint32_t> unled;  ///< requests that wait since a change
     std::vector<SavedField> fields;
@@ -84,6 +85,9 @@ struct SavedPaths {
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
     pathfinding::SavedCrowds crowd{};  ///< for maps that know crowds
+    /// False: work on the map or its fields is under way and is not in here, so the answers after
+    /// loading may differ. It travels in no bytes.
+    bool whole = true;
 };
 
 /// MapNumbers: the numbers of nodes and hinges on a map.
