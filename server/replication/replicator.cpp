@@ -4,7 +4,7 @@
 #include "server/replication/packer.h"
 #include "server/replication/stream_table.h"
 #include "shared/core/assert.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 #include <cmath>

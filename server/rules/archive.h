@@ -1,6 +1,6 @@
 // Archives: write, read and hash records field by field, as compact bytes. They
 // travel between zones and are kept short; snapshots use numbers of fixed width
-// (shared/core/field_archive.h).
+// (shared/core/archive/field_archive.h).
 #pragma once
 
 #include "server/rules/records.h"

@@ -12,7 +12,7 @@
 #include "server/rules/push.h"
 #include "server/rules/shooting.h"
 #include "server/rules/weather.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 namespace zoned::rules {
 

@@ -6,7 +6,7 @@
 #include "server/recording/recording_format.h"
 #include "tests/fuzz/fuzz.h"
 #include "shared/core/assert.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 #include <string>

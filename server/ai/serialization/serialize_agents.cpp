@@ -2,7 +2,7 @@
 
 #include "server/ai/agent/agent_fields.h"
 #include "server/ai/steering/spline_following.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 #include <cmath>

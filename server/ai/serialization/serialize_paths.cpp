@@ -1,6 +1,6 @@
 #include "server/ai/serialization/serialize_paths.h"
 
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <bit>
 

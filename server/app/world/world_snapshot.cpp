@@ -4,7 +4,7 @@
 #include "server/recording/recording_format.h"
 #include "server/zone/border/zone_portal_exchange.h"
 #include "server/zone/snapshot/zone_snapshot.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 #include <array>

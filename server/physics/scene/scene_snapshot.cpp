@@ -3,7 +3,7 @@
 #include "server/physics/scene/scene_impl.h"
 #include "server/physics/shapes/shape_archive.h"
 #include "server/physics/solver_variants/variant_stepper.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // How soft bodies are saved and loaded. Working memory of a step is left out.
 #include "server/physics/soft/soft_impl.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 #include <string>

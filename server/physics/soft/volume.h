@@ -3,7 +3,7 @@
 
 #include "server/physics/soft/soft_def.h"
 
-#include <span>
+#include <array>
 
 namespace zoned::physics::soft {
 
@@ -22,8 +22,5 @@ inline std::array<Vec3d, 4> tetrahedron_gradient(const Vec3d& a,
     const Vec3d gd = (b - a).cross(c - a) / 6.0;
     return {-gb - gc - gd, gb, gc, gd};
 }
-
-/// Every edge belongs to two faces that run through it in opposite senses.
-bool is_closed(std::span<const SoftFace> faces);
 
 }  // namespace zoned::physics::soft

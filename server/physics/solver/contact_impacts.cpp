@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -55,8 +56,7 @@ struct Meeting {
     float speed = 0.0F;
 };
 
-/// Of a gap, m, that closes at `speed`, m/s (negative: closing), under the acceleration `pull`,
-/// m/s2.
+/// Of a gap, m, that opens at `speed`, m/s, under the acceleration `pull`, m/s2.
 Meeting meeting_of(float gap, float speed, float pull) {
     if (gap <= 0.0F) {
         return {speed < 0.0F ? 0.0F : kNoImpact, -speed};
@@ -242,8 +242,7 @@ void ContactSolver::collide(const Bodies& bodies) {
     list_watches_of_slots();
     for (int round = 0; round < kMostImpactRounds && !meetings_.empty(); ++round) {
         std::sort(meetings_.begin(), meetings_.end(), [this](std::uint32_t a, std::uint32_t b) {
-            return watches_[a].time < watches_[b].time ||
-                   (watches_[a].time == watches_[b].time && a < b);
+            return std::pair(watches_[a].time, a) < std::pair(watches_[b].time, b);
         });
         struck_.clear();
         for (const std::uint32_t i : meetings_) {
@@ -325,18 +324,15 @@ void ContactSolver::list_watches_of_slots() {
     }
 }
 
-/// Each contact of a struck body once, however often its bodies were struck: in a heap of thousands
-/// that is hundreds of times in one round.
+/// Each contact of a struck body once: in a heap of thousands one is struck hundreds of times.
 void ContactSolver::find_next_meetings() {
     meetings_.clear();
     std::sort(struck_.begin(), struck_.end());
-    struck_.erase(std::unique(struck_.begin(), struck_.end()), struck_.end());
-    for (const std::uint32_t slot : struck_) {
-        for (std::uint32_t k = first_watch_[slot]; k < first_watch_[slot + 1]; ++k) {
-            const std::uint32_t i = watch_of_[k];
-            if (!watches_[i].listed) {
-                watches_[i].listed = true;
-                meetings_.push_back(i);
+    const auto end = std::unique(struck_.begin(), struck_.end());
+    for (auto slot = struck_.begin(); slot != end; ++slot) {
+        for (std::uint32_t k = first_watch_[*slot]; k < first_watch_[*slot + 1]; ++k) {
+            if (!std::exchange(watches_[watch_of_[k]].listed, true)) {
+                meetings_.push_back(watch_of_[k]);
             }
         }
     }

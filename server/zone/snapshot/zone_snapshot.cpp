@@ -5,7 +5,7 @@
 #include "server/physics/shapes/shape_archive.h"
 #include "server/zone/simulation/zone_soft_bodies.h"
 #include "server/zone/zone_setup.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <algorithm>
 #include <bit>

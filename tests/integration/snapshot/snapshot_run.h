@@ -3,7 +3,7 @@
 
 #include "client-sim/app/swarm.h"
 #include "tests/harness/virtual_server.h"
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <cstdint>
 #include <memory>

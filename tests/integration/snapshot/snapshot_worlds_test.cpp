@@ -18,14 +18,14 @@ struct SnapshotWorld {
     Tick first;
     Tick follows;
     const char* falls_short;
-    int snapshots = 2;  ///< but for the long form
+    bool long_form_only = false;  ///< its maps take too long to make for a quick test
 };
 
 constexpr SnapshotWorld kWorlds[] = {
     {"minimal", 4, 40, 120, nullptr},
     {"bridge", 3, 40, 60, nullptr},
     {"circuit", 3, 40, 60, nullptr},
-    {"city", 3, 30, 40, nullptr, 1},
+    {"city", 3, 30, 40, nullptr, true},
     {"cloth", 3, 40, 60, nullptr},
     {"doors", 3, 40, 60, nullptr},
     {"hamlet", 3, 40, 60, nullptr},
@@ -66,12 +66,15 @@ void print(const char* name, const SnapshotCourse& course, const SnapshotResult&
 
 TEST_P(SnapshotOfWorld, GoesOnBitForBit) {
     const SnapshotWorld& world = GetParam();
+    if (world.long_form_only && length() == 1) {
+        GTEST_SKIP() << "set ZONED_SNAPSHOT_LENGTH to 2 or more";
+    }
     SnapshotCourse course;
     course.config = std::string(ZONED_SOURCE_DIR "/config/") + world.name + ".txtpb";
     course.bots = world.bots * static_cast<std::size_t>(length());
     course.first = world.first;
     course.follows = world.follows * length();
-    course.snapshots = length() == 1 ? world.snapshots : 3 * length();
+    course.snapshots = length() == 1 ? 2 : 3 * length();
     course.every = length() == 1 ? 20 : 90;
     if (const char* seed = std::getenv("ZONED_SEED")) {
         course.seed = std::strtoull(seed, nullptr, 10);

@@ -1,4 +1,4 @@
-#include "shared/core/field_archive.h"
+#include "shared/core/archive/field_archive.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // again. Both take the same list of fields, so that one function serves both directions.
 #pragma once
 
-#include "shared/core/aggregate_fields.h"
+#include "shared/core/archive/aggregate_fields.h"
 #include "shared/core/ids.h"
 
 #include <algorithm>
