@@ -3,8 +3,8 @@
 #include "server/replication/client_state.h"
 #include "server/replication/packer.h"
 #include "server/replication/stream_table.h"
-#include "shared/core/assert.h"
 #include "shared/core/archive/field_archive.h"
+#include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>

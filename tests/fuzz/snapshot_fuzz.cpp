@@ -5,8 +5,8 @@
 #include "server/config/settings.h"
 #include "server/recording/recording_format.h"
 #include "tests/fuzz/fuzz.h"
-#include "shared/core/assert.h"
 #include "shared/core/archive/field_archive.h"
+#include "shared/core/assert.h"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 #include "server/physics/particles/particle_systems.h"
 
-#include "shared/core/assert.h"
 #include "shared/core/archive/field_archive.h"
+#include "shared/core/assert.h"
 
 #include <optional>
 #include <utility>
