@@ -34,10 +34,8 @@ constexpr float kUndoStill = 1.0e-4F;
 /// A limit that is passed is left no faster than this besides. A limit that a graph's other joints
 /// hold passed would throw the body that it pushes.
 constexpr float kLimitSpeed = 1.0F;
-/// Joints that contacts open by more than this in a substep, or faster than this, are solved again:
-/// m and rad, m/s and rad/s. A gap that opens slowly is wide after many substeps.
+/// Joints that contacts open by more than this in a substep are solved again, m and rad.
 constexpr float kOpens = 5.0e-4F;
-constexpr float kOpensAt = 0.06F;
 /// How often the set of limits and motors that hold is corrected.
 constexpr int kRounds = 4;
 /// Passes over the rows of a graph whose matrix would be too wide; even.
@@ -535,13 +533,12 @@ bool JointSolver::close(SolverBodies& moving) {
 }
 
 bool JointSolver::opens(const SolverBodies& moving, const JointGroup& group) const {
-    const float most = std::min(kOpens / h_, kOpensAt);
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             const Row& row = rows_[r];
             const float left =
                 speed(moving, items_[i], row) + bias_of(row) + row.soft * row.impulse;
-            if (row.kind == RowKind::kHard && std::abs(left) > most) {
+            if (row.kind == RowKind::kHard && std::abs(left) * h_ > kOpens) {
                 return true;
             }
         }

@@ -190,10 +190,9 @@ std::uint8_t SubstepPolicy::level_of_joint(const Bodies& bodies,
     const float force = std::min(entry.force_n, most_force);
     const auto consider = [&](std::uint32_t row, const Vec3& arm) {
         if (row != kNoIndex) {
-            // Spin about the arm itself moves nothing that the joint holds: w^2 r is |w| |w x r|.
-            const Vec3& spin = bodies.angular_velocity[row];
-            const float pull = spin.norm() * spin.cross(bodies.orientation[row] * arm).norm();
-            need = std::max(need, std::sqrt(0.125F * pull / (kJointShare * budget.error_m)));
+            const float rate = bodies.angular_velocity[row].norm();
+            need = std::max(need,
+                            rate * std::sqrt(0.125F * arm.norm() / (kJointShare * budget.error_m)));
             need = std::max(need, swing_rate(bodies, row, arm, force) / kSwingTurn);
         }
     };

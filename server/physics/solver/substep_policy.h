@@ -30,11 +30,10 @@ namespace zoned::physics {
 /// ask for up to four times as many: the few chains that carry a pile shall not set the pace for
 /// all of it. Counted, never timed.
 ///
-/// A joint's error is of second order. An anchor at the distance r from the axis about which its
-/// body turns at w goes in straight lines for h, and leaves its circle by r (w h)^2 / 8. A spring
-/// that swings with w h is off by (w h)^2 / 24 in its frequency. A body also swings about its
-/// centre under the force F of a joint at the arm r with w = sqrt(F r / I), which has to be
-/// resolved too: a light link that holds a heavy body does so.
+/// A joint's error is of second order. An arm r that turns at w goes in straight lines for h, and
+/// leaves its anchor by r (w h)^2 / 8. A spring that swings with w h is off by (w h)^2 / 24 in its
+/// frequency. A body also swings about its centre under the force F of a joint at the arm r with w
+/// = sqrt(F r / I), which has to be resolved too: a light link that holds a heavy body does so.
 ///
 /// A small island of contacts alone is left to an exact solver if it asks for the most substeps
 /// there are because its masses differ much.
