@@ -18,8 +18,8 @@ constexpr double kShowEvery_s = 0.03;
 /// So far behind its pace a machine that is too slow may fall, s.
 constexpr double kMostBehind_s = 0.25;
 constexpr double kKeepEvery_s = 10.0;
-/// More snapshots than this become half as many, twice as far apart.
-constexpr std::size_t kMostKept = 64;
+/// Snapshots that take more than this become half as many, twice as far apart.
+constexpr std::size_t kMostKeptBytes = std::size_t{512} << 20U;
 
 }  // namespace
 
@@ -127,10 +127,15 @@ void ReplayLoop::keep_state() {
         return;  // it may have a saved form later
     }
     kept.bytes.shrink_to_fit();
+    kept_bytes_ += kept.bytes.size();
     kept_.push_back(std::move(kept));
-    if (kept_.size() > kMostKept) {
+    while (kept_bytes_ > kMostKeptBytes) {
         keep_every_ *= 2;
-        std::erase_if(kept_, [this](const KeptState& one) { return one.tick % keep_every_ != 0; });
+        std::erase_if(kept_, [this](const KeptState& one) {
+            const bool goes = one.tick % keep_every_ != 0;
+            kept_bytes_ -= goes ? one.bytes.size() : 0;
+            return goes;
+        });
     }
 }
 

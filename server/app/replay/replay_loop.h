@@ -89,6 +89,7 @@ class ReplayLoop final : public VisitedWorld {
     recording::RecordingReader reader_;
     recording::TickRecord record_;
     std::vector<KeptState> kept_;  // ascending
+    std::size_t kept_bytes_ = 0;
     Tick keep_every_ = 1;
     double due_s_ = 0.0;
     double publish_due_s_ = 0.0;
