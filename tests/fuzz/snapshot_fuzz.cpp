@@ -41,8 +41,8 @@ struct Original {
         app::World world(settings(), 1);
         std::vector<mailbox::OutboxItem> out;
         std::vector<mailbox::InboxItem> items = {
-            mailbox::Join{ClientId(1), "ann", "red", 3, {0.0, 0.0, 0.0}},
-            mailbox::Join{ClientId(2), "bob", "blue", 3, {0.0, 0.0, 0.0}}};
+            mailbox::Join{ClientId(1), "ann", "red", 3, {0.0, 0.0, 0.0}, "", false},
+            mailbox::Join{ClientId(2), "bob", "blue", 3, {0.0, 0.0, 0.0}, "", false}};
         for (int i = 0; i < 30; ++i) {
             world.tick(items, out);
             items.clear();

@@ -35,7 +35,8 @@ void record(const config::Settings& settings, const std::string& file) {
         tick.tick = world.now() + 1;
         tick.items.clear();
         if (tick.tick == 5) {
-            tick.items.emplace_back(mailbox::Join{ClientId(1), "ann", "red", 3, {0.0, 0.0, 0.0}});
+            tick.items.emplace_back(
+                mailbox::Join{ClientId(1), "ann", "red", 3, {0.0, 0.0, 0.0}, "", false});
         }
         world.tick(tick.items, outbox);
         outbox.clear();
