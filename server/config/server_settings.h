@@ -166,7 +166,7 @@ enum class StoreDurability : std::uint8_t {
     kPower,
 };
 
-/// What the server keeps over a restart, and how surely.
+/// The store keeps accounts, bans and rules' records over a restart: where, and how surely.
 struct StoreSettings {
     StoreKind kind = StoreKind::kSqlite;
     std::string file = "state/store.db";

@@ -23,9 +23,7 @@ class Writer {
     template <class T>
         requires std::is_unsigned_v<T>
 
-    void operator()(const T& value) {
-        varint(static_cast<std::uint64_t>(value));
-    }
+    void operator()(const T& value) { varint(static_cast<std::uint64_t>(value)); }
 
     void operator()(const Tick& tick) {
         varint((static_cast<std::uint64_t>(tick) << 1) ^ static_cast<std::uint64_t>(tick >> 63));
@@ -207,9 +205,7 @@ class Hasher {
     template <class T>
         requires std::is_integral_v<T>
 
-    void operator()(const T& value) {
-        hash_.add(value);
-    }
+    void operator()(const T& value) { hash_.add(value); }
 
     template <class Tag, class Rep>
     void operator()(const StrongId<Tag, Rep>& id) {

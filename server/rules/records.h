@@ -82,7 +82,7 @@ enum class Life : std::uint8_t {
 };
 inline constexpr Life kLastLife = Life::kBack;
 
-/// What the store knows of a character.
+/// The store's knowledge of a character.
 enum class Keeping : std::uint8_t {
     kNothing,  ///< its client has no account
     kAsked,    ///< what it kept before is on its way

@@ -124,7 +124,7 @@ SqliteDatabase::~SqliteDatabase() {
 StoreResult<bool> SqliteDatabase::open(const std::string& file, Access access) {
     file_ = file;
     if (access == Access::kCreate) {
-        // Who plays here, and who is banned, is nobody else's business. SQLite gives its other
+        // The list of players and bans is nobody else's business. SQLite gives its other
         // files the mode of this one. Where it cannot be made, SQLite says so.
         const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
         if (made >= 0) {

@@ -145,7 +145,7 @@ class Store {
     virtual StoreResult<std::optional<StandingPlace>> stand(const std::string& account,
                                                             const std::string& character) = 0;
     virtual StoreResult<std::vector<PutBan>> bans() = 0;
-    /// Those that had not expired by then.
+    /// Tickets that had not expired by then.
     virtual StoreResult<std::vector<UseTicket>> tickets(std::int64_t unix_s) = 0;
     /// The newest `most` events, ascending; of this account, or of all (empty).
     virtual StoreResult<std::vector<StoredEvent>> events(const std::string& account,

@@ -59,6 +59,10 @@ void add_changes(std::vector<mailbox::StoreRequest>& requests,
 
 }  // namespace
 
+mailbox::StoreAnswer answer_to(const mailbox::StoreRequest& request, mailbox::StoreStatus status) {
+    return {request.number, request.act, status, request.zone, request.target, request.key, {}};
+}
+
 StoreService::StoreService(std::unique_ptr<Store> store,
                            StoreServiceSettings settings,
                            StoreServiceOutput output,
@@ -82,7 +86,8 @@ void StoreService::stop() {
         const std::lock_guard lock(mutex_);
         stopping_ = true;
     }
-    wake_.notify_all();
+    wake_.notify_one();
+    checkpoint_wake_.notify_one();
     if (writer_.joinable()) {
         writer_.join();
     }
@@ -109,7 +114,7 @@ std::uint64_t StoreService::push(Job& job) {
         number = job.number = ++next_;
         waiting_.push_back(std::move(job));
     }
-    wake_.notify_all();
+    wake_.notify_one();
     return number;
 }
 
@@ -221,9 +226,8 @@ void StoreService::run_checkpoints() {
     core::add_signal_stack();
     yield_to_the_tick_loop();
     std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, std::chrono::duration<double>(settings_.checkpoint_s), [this] {
-        return stopping_;
-    })) {
+    const std::chrono::duration<double> pause(settings_.checkpoint_s);
+    while (!checkpoint_wake_.wait_for(lock, pause, [this] { return stopping_; })) {
         lock.unlock();
         const bool good = checkpoint_().ok();
         lock.lock();
@@ -266,12 +270,7 @@ void StoreService::answer(const Job& job) {
         if (request.number == 0) {
             continue;
         }
-        mailbox::StoreAnswer out;
-        out.number = request.number;
-        out.act = request.act;
-        out.zone = request.zone;
-        out.target = request.target;
-        out.key = request.key;
+        mailbox::StoreAnswer out = answer_to(request, mailbox::StoreStatus::kDone);
         if (request.act == mailbox::StoreAct::kGet) {
             auto value = store_->get(request.key);
             const std::lock_guard lock(mutex_);
@@ -303,17 +302,9 @@ void StoreService::answer(const Job& job) {
 
 void StoreService::refuse(const Job& job) {
     for (const mailbox::StoreRequest& request : job.requests) {
-        if (request.number == 0) {
-            continue;
+        if (request.number != 0) {
+            output_.answer(answer_to(request, mailbox::StoreStatus::kRefused));
         }
-        mailbox::StoreAnswer out;
-        out.number = request.number;
-        out.act = request.act;
-        out.status = mailbox::StoreStatus::kRefused;
-        out.zone = request.zone;
-        out.target = request.target;
-        out.key = request.key;
-        output_.answer(std::move(out));
     }
 }
 

@@ -42,6 +42,10 @@ struct StoreFigures {
     std::string failing;  ///< why, as long as the last commit failed; empty: it did not
 };
 
+/// The answer to a request, without a value.
+[[nodiscard]] mailbox::StoreAnswer answer_to(const mailbox::StoreRequest& request,
+                                             mailbox::StoreStatus status);
+
 /// Called on the writer's thread; must not call back.
 struct StoreServiceOutput {
     /// To the inbox of the world.
@@ -113,7 +117,8 @@ class StoreService {
     std::function<StoreResult<bool>()> checkpoint_;
 
     mutable std::mutex mutex_;
-    std::condition_variable wake_;
+    std::condition_variable wake_;             // the writer's
+    std::condition_variable checkpoint_wake_;  // of the thread of checkpoints
     std::deque<Job> waiting_;
     std::uint64_t next_ = 0;
     bool stopping_ = false;

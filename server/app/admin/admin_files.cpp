@@ -90,7 +90,7 @@ std::string admin_token(const std::string& folder) {
     std::error_code ignored;
     std::filesystem::create_directories(folder, ignored);
 
-    struct stat status{};
+    struct stat status {};
 
     if (::stat(path.c_str(), &status) != 0) {
         replace_file(path, new_admin_token() + "\n", 0600);

@@ -117,8 +117,8 @@ struct LoopSettings {
     double publish_every_s = 0.0;  ///< figures for published(); 0: never
     /// Called on the loop's thread when a zone has stopped; may be empty.
     std::function<void()> on_stopped_zone = {};
-    /// What a tick asks of the store; called on the loop's thread, must not wait. Empty: nothing
-    /// answers.
+    /// The store takes a tick's requests here, on the loop's thread, and must not wait. Empty:
+    /// nothing answers.
     std::function<StoreTicket(Tick, std::vector<mailbox::StoreRequest>&&)> to_store = {};
 };
 

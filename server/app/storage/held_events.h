@@ -9,7 +9,7 @@
 
 namespace zoned::app {
 
-/// What became of a tick's requests to the store.
+/// The store's receipt for a tick's requests.
 struct StoreTicket {
     std::uint64_t number = 0;  ///< durable when the store has come to it; 0: nothing waits
     bool refused = false;      ///< the store took none of them

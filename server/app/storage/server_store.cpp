@@ -100,15 +100,9 @@ StoreTicket ServerStore::submit(Tick tick, std::vector<mailbox::StoreRequest>&& 
         const std::uint64_t number = service_->submit(tick, std::move(requests));
         return {number, number == 0};
     }
-    for (mailbox::StoreRequest& request : requests) {
+    for (const mailbox::StoreRequest& request : requests) {
         if (request.number != 0) {
-            output_.answer({request.number,
-                            request.act,
-                            mailbox::StoreStatus::kRefused,
-                            request.zone,
-                            request.target,
-                            std::move(request.key),
-                            {}});
+            output_.answer(store::answer_to(request, mailbox::StoreStatus::kRefused));
         }
     }
     return {};

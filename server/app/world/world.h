@@ -63,7 +63,7 @@ class World {
     /// Hash over all zones' hashes.
     [[nodiscard]] std::uint64_t state_hash() const;
 
-    /// What the zones ask of the store in the last tick, by zone.
+    /// The zones' requests to the store in the last tick, by zone.
     [[nodiscard]] std::vector<mailbox::StoreRequest>& store_requests() { return store_requests_; }
 
     [[nodiscard]] std::uint64_t handoffs() const { return handoffs_; }

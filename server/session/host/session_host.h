@@ -119,7 +119,7 @@ class SessionHost {
                      std::span<const std::uint8_t> datagram,
                      double now_s);
 
-    /// What SessionOutput::store_login asked for is done, or could not be. `place`, world
+    /// The login of SessionOutput::store_login is stored, or could not be. `place`, world
     /// coordinates in m, is where the character stood when it was here last; none: it is new.
     void on_login_stored(StreamId stream,
                          bool stored,

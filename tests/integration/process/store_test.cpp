@@ -1,4 +1,4 @@
-// What a server keeps: accounts, characters, bans and tickets over crashes, backups and replays.
+// The server's store: accounts, characters, bans and tickets over crashes, backups and replays.
 #include "server/store/sqlite_database.h"
 #include "tests/integration/process/admin_fixture.h"
 #include "tests/integration/process/player.h"
@@ -108,7 +108,7 @@ TEST_F(Stored, AKilledServerKeepsWhatItAcknowledged) {
     // The answers of the store are in the recording: a replay has the same hashes without one.
     std::filesystem::rename(scratch_folder() + "/store.db", scratch_folder() + "/away.db");
     EXPECT_EQ(zoned({"replay", scratch_folder() + "/second.zrec"}), 0) << said << complained;
-    // That of the killed server has no end mark, which is told; what it holds agrees all the same.
+    // The killed server's recording has no end mark, which is told; it agrees all the same.
     EXPECT_EQ(zoned({"replay", scratch_folder() + "/first.zrec"}), 1);
     expect_said({"every hash agrees"});
     EXPECT_FALSE(std::filesystem::exists(scratch_folder() + "/store.db"));

@@ -1,4 +1,4 @@
-// What a player owns comes back at the next login, and nothing that was kept is overwritten unread.
+// A player's belongings come back at the next login, and no kept record is overwritten unread.
 #include "tests/unit/rules/fake_zone.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What every kind of store must do, whichever it is.
+// The duties of every kind of store, whichever it is.
 #include "tests/unit/store/store_fixture.h"
 
 #include <functional>
