@@ -85,7 +85,7 @@ inline constexpr Life kLastLife = Life::kBack;
 /// The store's knowledge of a character.
 enum class Keeping : std::uint8_t {
     kNothing,  ///< its client has no account
-    kAsked,    ///< what it kept before is on its way
+    kAsked,    ///< its kept record is on its way
     kUnread,   ///< the store could not say what it kept before
     kKept,     ///< all that the character owns, or it is on its way there
     kRefused,  ///< it took the last change not
