@@ -187,15 +187,14 @@ void Bot::housekeeping() {
 
 void Bot::on_welcome(const proto::Welcome& welcome) {
     if (welcome.resumed()) {
+        if (welcome.recovered() && world_) {
+            settling_since_s_ = now_s_;
+            begin_view(welcome.rights());
+        }
         return;
     }
     joined_ = false;
     ledger_.clear();
-    settled_tick_ = -1;
-    next_input_ = -1;
-    lead_.reset();
-    commands_.clear();
-    notified_tick_ = -1;
     std::string error = "no world description";
     auto world = welcome.has_world() ? worlds_.get(welcome.config_digest(), welcome.world(), error)
                                      : nullptr;
@@ -205,9 +204,19 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
         return;
     }
     world_ = std::move(world);
+    begin_view(welcome.rights());
+}
+
+/// Nothing of the world is known yet, and nothing was asked of the own avatar.
+void Bot::begin_view(std::uint32_t rights) {
+    settled_tick_ = -1;
+    next_input_ = -1;
+    lead_.reset();
+    commands_.clear();
+    notified_tick_ = -1;
     arrivals_ = {};
     arrivals_.set_tick_s(world_->tick_s);
-    const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights() & 2U) != 0;
+    const bool audited = settings_.audit_every_s > 0.0 && (rights & 2U) != 0;
     view_ = std::make_unique<view::View>(world_,
                                          view::ViewSettings{settings_.convergence,
                                                             audited,

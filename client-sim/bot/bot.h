@@ -141,6 +141,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     void answer_players(const proto::Event& event);
     void on_path_answers();
     [[nodiscard]] double input_position() const;
+    void begin_view(std::uint32_t rights);
     void housekeeping();
 
     view::WorldCache& worlds_;

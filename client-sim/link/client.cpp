@@ -203,7 +203,9 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     trouble_.clear();
     attempts_ = 0;
     rights_ = welcome.rights();
-    resume_token_ = welcome.resume_token();
+    if (!welcome.recovered()) {
+        resume_token_ = welcome.resume_token();
+    }
     grace_s_ = static_cast<double>(welcome.grace_s());
     last_udp_s_ = now_s;
     last_packet_s_ = now_s;
@@ -215,6 +217,10 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     transport_.set_udp(static_cast<std::uint16_t>(welcome.udp_port()), welcome.connection_id());
     if (welcome.resumed()) {
         ++stats_.resumed;
+        if (welcome.recovered()) {
+            ++stats_.recovered;
+            channel_.recover();
+        }
         while (!unacked_.empty() && unacked_.front().number <= welcome.last_command()) {
             unacked_.pop_front();
         }
@@ -227,6 +233,9 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     }
     ever_online_ = true;
     handler_.on_welcome(welcome);
+    if (welcome.recovered()) {
+        reset_view("the server came back after a crash");
+    }
 }
 
 void Client::on_refused(const proto::Refused& refused, double now_s) {

@@ -29,7 +29,9 @@ struct Login {
 class SessionHandler {
   public:
     virtual ~SessionHandler() = default;
-    /// A session began, or came back (`welcome.resumed()`, without a world then).
+    /// A session began, or came back (`welcome.resumed()`, without a world then). A server that
+    /// crashed in between (`welcome.recovered()`) has forgotten its last packets: the view begins
+    /// anew.
     virtual void on_welcome(const proto::Welcome& welcome) = 0;
     virtual void on_joined(const proto::Joined& joined) = 0;
     /// Exactly once and in order. Confirmation, where asked for, has been sent.
@@ -56,6 +58,7 @@ struct SessionStats {
     std::uint64_t malformed_frames = 0;
     std::uint64_t streams_lost = 0;
     std::uint64_t resumed = 0;
+    std::uint64_t recovered = 0;      ///< of these: by a server that had crashed in between
     std::uint64_t sessions_lost = 0;  ///< resumes refused by the server, followed by a new login
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;

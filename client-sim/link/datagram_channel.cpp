@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace zoned::link {
 
@@ -39,6 +40,14 @@ void DatagramChannel::restart() {
     judged_up_ = 0;
     uplink_ = {};
     newest_down_ = 0;
+}
+
+void DatagramChannel::recover() {
+    const std::uint64_t near = newest_down_;
+    restart();
+    newest_down_ = near;
+    newest_send_s_ = std::numeric_limits<double>::infinity();  // its time before is no silence
+    clock_ = {};
 }
 
 Bytes DatagramChannel::seal(std::span<const std::uint8_t> body, double now_s) {
@@ -78,8 +87,8 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
         ++stats_.malformed;
         return std::nullopt;
     }
-    const std::uint64_t sequence =
-        wire::expand_sequence(header->sequence_low, window_.newest() + 1);
+    const std::uint64_t newest = window_.newest() != 0 ? window_.newest() : newest_down_;
+    const std::uint64_t sequence = wire::expand_sequence(header->sequence_low, newest + 1);
     if (!window_.fresh(sequence)) {
         ++stats_.replayed;
         return std::nullopt;

@@ -56,6 +56,9 @@ class DatagramChannel {
     void rekey(const wire::SealKey& down, const wire::SealKey& up);
     /// A new session: sequences in both directions start again at 1. Call with rekey.
     void restart();
+    /// The server crashed and has forgotten its last datagrams: acknowledgements, sequences upward
+    /// and the clock begin anew. Those downward go on near where they were. Call after rekey.
+    void recover();
 
     void set_connection(std::uint32_t id) { connection_ = id; }
 

@@ -279,6 +279,7 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     r.commands_resent += client.stats().commands_resent;
     r.streams_lost += client.stats().streams_lost;
     r.resumed += client.stats().resumed;
+    r.recovered += client.stats().recovered;
     r.input_ticks += bot.inputs().ticks;
     r.input_ticks_missing += bot.inputs().missing;
     r.sessions_lost += client.stats().sessions_lost;

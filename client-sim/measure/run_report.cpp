@@ -109,6 +109,7 @@ void write_transport(core::JsonWriter& json, const RunReport& r) {
     json.field("tunnelled_bots", r.tunnelled_bots);
     json.field("streams_lost", r.streams_lost);
     json.field("resumed", r.resumed);
+    json.field("recovered", r.recovered);
     json.field("sessions_lost", r.sessions_lost);
     json.field("view_resets", r.view_resets);
     json.field("handoffs_seen", r.zone_changes);

@@ -70,6 +70,7 @@ struct RunReport {
     std::uint64_t tunnelled_bots = 0;
     std::uint64_t streams_lost = 0;
     std::uint64_t resumed = 0;
+    std::uint64_t recovered = 0;  ///< of these: by a server that had crashed in between
     std::uint64_t sessions_lost = 0;
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;

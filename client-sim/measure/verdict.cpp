@@ -166,6 +166,10 @@ void judge(RunReport& r) {
         r.warnings.push_back("stall: the server dropped ticks and set its clock back, as " +
                              count_of(r.clock_set_backs, "view", "views") + " noticed");
     }
+    if (r.recovered > 0) {
+        r.warnings.push_back("crash: the server died and came back, as " +
+                             count_of(r.recovered, "client", "clients") + " noticed");
+    }
     if (r.silent_bots > 0) {
         r.reasons.push_back("stall: " + count_of(r.silent_bots, "client", "clients") +
                             " heard nothing at the end of the run");

@@ -176,6 +176,16 @@ struct StoreSettings {
     bool operator==(const StoreSettings&) const = default;
 };
 
+/// A world that goes on after a crash from the tick at which it died.
+struct RecoverySettings {
+    bool on = false;
+    double snapshot_every_s = 10.0;
+    StoreDurability durability = StoreDurability::kPower;
+    bool over_restarts = false;
+
+    bool operator==(const RecoverySettings&) const = default;
+};
+
 /// The device that computes large particle systems.
 struct ComputeSettings {
     std::string device = "auto";
@@ -229,6 +239,7 @@ struct ServerSettings {
     std::string recording_file;                 ///< empty: nothing is recorded
     double ring_s = 60.0;                       ///< inputs kept for after a crash; 0: none
     StoreSettings store;
+    RecoverySettings recovery;
     TestingSettings testing;
     /// network.max_clients as the process was started with: its sockets are made for so many.
     std::uint32_t started_max_clients = 0;

@@ -76,6 +76,7 @@ struct Command {
     ClientId client;
     std::uint16_t kind = 0;
     Bytes payload;
+    std::uint64_t number = 0;  ///< of the session's commands: 1, 2, 3, ...
 };
 
 /// The client has carried out an event that asked for confirmation.
@@ -131,6 +132,37 @@ struct MoveOrder {
     double position[3] = {0, 0, 0};
 };
 
+/// A text of an operator to one client, or to all (none).
+struct Notice {
+    ClientId client;
+    std::string text;
+};
+
+// What must be known again after a crash. The zones do not see these three.
+
+/// A session began; its Join follows.
+struct SessionBegun {
+    ClientId client;
+    Bytes token_digest;  ///< SHA-256 of the token by which its client comes back
+    std::string account;
+    std::string name;
+    std::string team;
+    std::uint32_t rights = kRightPlay;
+    bool ticketed = false;  ///< the account is somebody's: it came with a ticket
+};
+
+/// How far a session has come.
+struct SessionProgress {
+    ClientId client;
+    std::uint64_t commands = 0;  ///< numbers of commands used up, refused ones among them
+    std::uint64_t events = 0;    ///< numbers of events that the client has
+};
+
+/// The requests of that tick are in the store, or it refused them.
+struct StoreKept {
+    Tick tick = 0;
+};
+
 using InboxItem = std::variant<Join,
                                Leave,
                                Input,
@@ -144,7 +176,11 @@ using InboxItem = std::variant<Join,
                                NewBrains,
                                SpawnOrder,
                                MoveOrder,
-                               StoreAnswer>;
+                               StoreAnswer,
+                               Notice,
+                               SessionBegun,
+                               SessionProgress,
+                               StoreKept>;
 
 // ---- zones -> network ----
 
@@ -240,6 +276,13 @@ struct OrderDone {
     std::string refused;  ///< why not; empty: it was carried out
 };
 
-using OutboxItem = std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord, OrderDone>;
+/// A session's commands up to this number are in the journal: no crash loses them.
+struct CommandsKept {
+    ClientId client;
+    std::uint64_t through = 0;
+};
+
+using OutboxItem =
+    std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord, OrderDone, CommandsKept>;
 
 }  // namespace zoned::mailbox

@@ -74,6 +74,7 @@ struct ToRecord {
         r.set_client(m.client.value);
         r.set_kind(m.kind);
         r.set_payload(to_string(m.payload));
+        r.set_number(m.number);
     }
 
     void operator()(const mailbox::Confirm& m) const {
@@ -126,6 +127,33 @@ struct ToRecord {
         r.set_character(m.key.character);
         r.set_key(m.key.key);
         r.set_value(to_string(m.value));
+    }
+
+    void operator()(const mailbox::Notice& m) const {
+        out.mutable_notice()->set_client(m.client.value);
+        out.mutable_notice()->set_text(m.text);
+    }
+
+    void operator()(const mailbox::SessionBegun& m) const {
+        RecordedItem::SessionBegun& r = *out.mutable_session_begun();
+        r.set_client(m.client.value);
+        r.set_token_digest(to_string(m.token_digest));
+        r.set_account(m.account);
+        r.set_name(m.name);
+        r.set_team(m.team);
+        r.set_rights(m.rights);
+        r.set_ticketed(m.ticketed);
+    }
+
+    void operator()(const mailbox::SessionProgress& m) const {
+        RecordedItem::SessionProgress& r = *out.mutable_session_progress();
+        r.set_client(m.client.value);
+        r.set_commands(m.commands);
+        r.set_events(m.events);
+    }
+
+    void operator()(const mailbox::StoreKept& m) const {
+        out.mutable_store_kept()->set_tick(m.tick);
     }
 
     void operator()(const mailbox::CodecPrice& m) const {
@@ -191,12 +219,22 @@ bool read_answer(const RecordedItem::StoreAnswer& r, mailbox::InboxItem& out) {
 }
 
 bool read_command(const RecordedItem::Command& r, mailbox::InboxItem& out) {
-    mailbox::Command command{ClientId(r.client()), 0, to_bytes(r.payload())};
+    mailbox::Command command{ClientId(r.client()), 0, to_bytes(r.payload()), r.number()};
     if (!fits(r.kind(), command.kind)) {
         return false;
     }
     out = std::move(command);
     return true;
+}
+
+mailbox::SessionBegun read_begun(const RecordedItem::SessionBegun& r) {
+    return {ClientId(r.client()),
+            to_bytes(r.token_digest()),
+            r.account(),
+            r.name(),
+            r.team(),
+            r.rights(),
+            r.ticketed()};
 }
 
 }  // namespace
@@ -267,6 +305,20 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
                 r.number(), EntityId(r.entity()), {r.position(0), r.position(1), r.position(2)}};
             return true;
         }
+        case RecordedItem::kNotice:
+            out = mailbox::Notice{ClientId(record.notice().client()), record.notice().text()};
+            return true;
+        case RecordedItem::kSessionBegun:
+            out = read_begun(record.session_begun());
+            return true;
+        case RecordedItem::kSessionProgress: {
+            const RecordedItem::SessionProgress& r = record.session_progress();
+            out = mailbox::SessionProgress{ClientId(r.client()), r.commands(), r.events()};
+            return true;
+        }
+        case RecordedItem::kStoreKept:
+            out = mailbox::StoreKept{record.store_kept().tick()};
+            return true;
         case RecordedItem::ITEM_NOT_SET:
             break;
     }

@@ -69,6 +69,12 @@ Result<bool> Recorder::open() {
             tell_("the last inputs are not kept (recording.ring_s): " + opened.error());
         }
     }
+    if (!settings_.journal_folder.empty()) {
+        const Result<bool> opened = journal_.open(settings_.journal_folder, settings_.header);
+        if (!opened.ok()) {
+            return opened;
+        }
+    }
     thread_ = std::thread([this] { run(); });
     return true;
 }
@@ -112,12 +118,20 @@ void Recorder::push(Entry entry, bool wake) {
 
 void Recorder::begin_tick(Tick tick, std::shared_ptr<const Inputs> inputs) {
     inputs_begun.fetch_add(1, std::memory_order_relaxed);
-    push({tick, std::move(inputs), {}}, true);
+    push({tick, std::move(inputs), {}, false, false}, true);
 }
 
 void Recorder::end_tick(Tick tick, std::vector<std::uint64_t> hashes) {
     // They go to disk with the next tick: a replay needs the inputs, not these.
-    push({tick, nullptr, std::move(hashes)}, false);
+    push({tick, nullptr, std::move(hashes), false, false}, false);
+}
+
+void Recorder::cut_journal(Tick last) {
+    push({last, nullptr, {}, true, false}, false);
+}
+
+void Recorder::forget_journal(Tick through) {
+    push({through, nullptr, {}, false, true}, false);
 }
 
 void Recorder::run() {
@@ -144,10 +158,11 @@ void Recorder::run() {
         file_.flush();
         ring_.flush();
         inputs_written.fetch_add(begun, std::memory_order_relaxed);
-        entries.clear();
         if (overflowed) {
             fall_behind();
         }
+        keep(entries);
+        entries.clear();
         look_for_failures();
         const std::lock_guard lock(mutex_);
         orders_wait_ = !orders.empty();
@@ -157,6 +172,20 @@ void Recorder::run() {
     }
     for (const Order& order : orders) {
         order.answer(Result<std::string>::failure("the server stops"));
+    }
+}
+
+/// Tells the ticks that are in the journal now.
+void Recorder::keep(const std::vector<Entry>& entries) {
+    if (!journal_.is_open()) {
+        return;
+    }
+    journal_.sync(settings_.journal_for_power);
+    const auto newest = std::find_if(entries.rbegin(), entries.rend(), [](const Entry& entry) {
+        return entry.inputs != nullptr;
+    });
+    if (newest != entries.rend() && settings_.kept) {
+        settings_.kept(newest->tick);
     }
 }
 
@@ -178,10 +207,19 @@ void Recorder::write_all(const std::vector<Entry>& entries, std::vector<Order>& 
 }
 
 void Recorder::write(const Entry& entry) {
+    if (entry.cuts) {
+        journal_.cut();
+        return;
+    }
+    if (entry.forgets) {
+        journal_.forget(entry.tick);
+        return;
+    }
     const std::string_view frame = entry.inputs ? encoder_.inputs(entry.tick, *entry.inputs)
                                                 : encoder_.hashes(entry.tick, entry.hashes);
     file_.append(frame, entry.inputs != nullptr);
     ring_.append(frame, entry.tick, entry.inputs != nullptr);
+    journal_.append(frame, entry.tick, entry.inputs != nullptr);
     within_tick_ = entry.inputs != nullptr;
     whole_tick_ = within_tick_ ? whole_tick_ : entry.tick;
 }
@@ -191,6 +229,7 @@ void Recorder::fall_behind() {
     file_.give_up("the disk is more than " + std::to_string(static_cast<int>(kMostBehind_s)) +
                   " s behind");
     ring_.restart();
+    journal_.give_up("the disk is too slow");
 }
 
 void Recorder::look_for_failures() {
@@ -206,6 +245,14 @@ void Recorder::look_for_failures() {
         ring_told_ = true;
         ++failures;
         tell_("the last inputs are not kept for now: " + ring_.error());
+    }
+    if (journal_.error().empty()) {
+        journal_told_ = false;
+    } else if (!journal_told_) {
+        journal_told_ = true;
+        ++failures;
+        tell_("a crash from here until the next snapshot would lose what happens meanwhile: " +
+              journal_.error());
     }
     const std::lock_guard lock(mutex_);
     figures_.failures += failures;

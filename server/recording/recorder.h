@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/recording/crash_ring.h"
+#include "server/recording/journal.h"
 #include "server/recording/recording_file.h"
 
 #include <atomic>
@@ -27,6 +28,11 @@ struct RecorderSettings {
     double ring_s = 0.0;      ///< 0: no ring
     double rate_hz = 30.0;    ///< ticks a second
     RecordingHeader header;
+    std::string journal_folder;     ///< all inputs since the last snapshot; empty: none
+    bool journal_for_power = true;  ///< what is kept survives the loss of power
+    /// The inputs up to this tick are kept, on the writer's thread. Called for all ticks in their
+    /// order: a disk that fails, or is ten seconds behind, holds nobody up.
+    std::function<void(Tick)> kept = {};
 };
 
 /// The result of an operator's wish as a text, or why it came to nothing; called on a thread of the
@@ -63,6 +69,11 @@ class Recorder {
     /// After it, with the state hash of each zone.
     void end_tick(Tick tick, std::vector<std::uint64_t> hashes);
 
+    /// Between two ticks, with that of a snapshot that is being taken.
+    void cut_journal(Tick last);
+    /// The snapshot of this tick is on disk: older inputs are of no use. From any thread.
+    void forget_journal(Tick through);
+
     // Wishes of an operator, from any thread; carried out between two ticks.
 
     /// Ends the recording of the file in good order; the ring goes on.
@@ -89,6 +100,8 @@ class Recorder {
         Tick tick = 0;
         std::shared_ptr<const Inputs> inputs;  ///< null: hashes
         std::vector<std::uint64_t> hashes;
+        bool cuts = false;     ///< the journal, before the next tick
+        bool forgets = false;  ///< what the journal holds up to `tick`
     };
 
     struct Pool;
@@ -109,6 +122,7 @@ class Recorder {
     void run();
     void write_all(const std::vector<Entry>& entries, std::vector<Order>& orders);
     void write(const Entry& entry);
+    void keep(const std::vector<Entry>& entries);
     // recorder_orders.cpp
     void order(Wish wish, std::string file, RecordingAnswer answer);
     void carry_out(std::vector<Order>& orders);
@@ -123,6 +137,7 @@ class Recorder {
     std::function<void(const std::string&)> tell_;
     RecordingFile file_;  // of the writer's thread, from open() to close()
     CrashRing ring_;
+    Journal journal_;
     FrameEncoder encoder_;
     Tick whole_tick_ = 0;       // the last one with hashes
     bool within_tick_ = false;  // its inputs are written, its hashes are not
@@ -130,6 +145,7 @@ class Recorder {
     std::atomic<bool> copies_{false};
     bool file_told_ = false;
     bool ring_told_ = false;
+    bool journal_told_ = false;
     std::shared_ptr<Pool> pool_;
     std::size_t most_entries_ = 0;
 

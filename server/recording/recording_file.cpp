@@ -179,6 +179,13 @@ void RecordingFile::flush() {
     buffer_.clear();
 }
 
+void RecordingFile::sync() {
+    flush();
+    if (fd_ >= 0 && error_.empty() && ::fdatasync(fd_) != 0 && errno != EINVAL && errno != EROFS) {
+        fail(std::strerror(errno));
+    }
+}
+
 void RecordingFile::give_up(const std::string& reason) {
     flush();
     if (fd_ >= 0) {
@@ -212,6 +219,14 @@ Result<bool> RecordingFile::close() {
         return Result<bool>::failure(error_);
     }
     return true;
+}
+
+void sync_folder(const std::string& folder) {
+    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd >= 0) {
+        ::fsync(fd);
+        ::close(fd);
+    }
 }
 
 }  // namespace zoned::recording

@@ -44,6 +44,8 @@ class RecordingFile {
     void append(std::string_view frame, bool begins_tick);
     /// What was appended is the system's from here on, and survives the death of this process.
     void flush();
+    /// The same, and it survives the loss of the machine's power.
+    void sync();
     /// Nothing more is written, for a reason of the caller's.
     void give_up(const std::string& reason);
     /// Encodes and appends a tick.
@@ -71,5 +73,8 @@ class RecordingFile {
     std::uint64_t written_ = 0;
     std::uint64_t ticks_ = 0;
 };
+
+/// Names of files that were made, renamed or removed there survive the loss of power.
+void sync_folder(const std::string& folder);
 
 }  // namespace zoned::recording

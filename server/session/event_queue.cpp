@@ -49,6 +49,14 @@ std::vector<std::uint8_t> event_frame(std::uint64_t number, const EventBody& bod
     return frame;
 }
 
+EventQueue::EventQueue(std::uint64_t acknowledged, const std::vector<EventBody>& waiting)
+    : newest_(acknowledged),
+      acknowledged_(acknowledged) {
+    for (const EventBody& body : waiting) {
+        push(body);
+    }
+}
+
 std::uint64_t EventQueue::push(EventBody body) {
     waiting_.push_back({++newest_, std::move(body)});
     return newest_;

@@ -25,6 +25,10 @@ using EventBody = std::shared_ptr<const std::vector<std::uint8_t>>;
 /// them again from where the client says that it stopped.
 class EventQueue {
   public:
+    EventQueue() = default;
+    /// As it was in another process: all events up to `acknowledged` have arrived, these follow.
+    EventQueue(std::uint64_t acknowledged, const std::vector<EventBody>& waiting);
+
     /// Numbers an event and keeps it; returns the number.
     std::uint64_t push(EventBody body);
 
@@ -49,6 +53,8 @@ class EventQueue {
     [[nodiscard]] const std::deque<QueuedEvent>& waiting() const { return waiting_; }
 
     [[nodiscard]] std::uint64_t newest() const { return newest_; }
+
+    [[nodiscard]] std::uint64_t acknowledged() const { return acknowledged_; }
 
   private:
     std::deque<QueuedEvent> waiting_;

@@ -55,6 +55,9 @@ struct HostSettings : HostLimits {
         32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too;
              ///< at most kMaxInputWindowTicks (input_gate.h)
     RateSettings rate;  ///< the share of each client's path, as long as it carries it
+    /// Inputs are kept so that a crash loses no session: the zones hear of beginnings and progress,
+    /// and commands are acknowledged when CommandsKept says so.
+    bool journaled = false;
     EventFaults testing;
 };
 

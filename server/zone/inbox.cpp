@@ -204,6 +204,15 @@ struct Apply {
             client->audit_due = true;
         }
     }
+
+    // The world keeps these to itself.
+    void operator()(const mailbox::Notice& /*notice*/) const {}
+
+    void operator()(const mailbox::SessionBegun& /*begun*/) const {}
+
+    void operator()(const mailbox::SessionProgress& /*progress*/) const {}
+
+    void operator()(const mailbox::StoreKept& /*kept*/) const {}
 };
 
 }  // namespace

@@ -209,8 +209,8 @@ void AdminApi::with_sample(std::function<void(const NetworkSample&)> work) {
         sample->udp = network_.udp();
         sample->tls = network_.tls();
         sample->connections = network_.connections();
-        sample->held_events = network_.held_events().waiting();
-        sample->refused_events = network_.held_events().refused();
+        sample->held_events = network_.held_output().waiting();
+        sample->refused_events = network_.held_output().refused();
         server_.post([sample, work] { work(*sample); });
     });
 }

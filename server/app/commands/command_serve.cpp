@@ -6,12 +6,14 @@
 #include "server/app/commands/serve_report.h"
 #include "server/app/log/crash_file.h"
 #include "server/app/log/log.h"
+#include "server/app/recovery/recovery.h"
 #include "server/app/runtime/counter_watch.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/start_log.h"
 #include "server/app/runtime/tick_loop.h"
+#include "server/app/storage/asked_ticks.h"
 #include "server/app/storage/server_store.h"
 #include "server/app/supervision/supervision.h"
 #include "server/app/world/world.h"
@@ -88,6 +90,7 @@ class Server {
               login_store()),
           supervision_(io_, settings.server, [this] { return loop_->turns(); }) {
         reserve_report();
+        recover();
         open_recording();
         open_device();
         LoopSettings loop;
@@ -104,8 +107,14 @@ class Server {
             };
         }
         loop.to_store = [this](Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
-            return store_.submit(tick, std::move(requests));
+            return ask_store(tick, std::move(requests));
         };
+        if (recovery_) {
+            loop.after_tick = [this](std::span<const mailbox::InboxItem> in,
+                                     std::vector<mailbox::OutboxItem>& out) {
+                recovery_->after_tick(world_, in, out, *recorder_);
+            };
+        }
         loop_ = std::make_unique<TickLoop>(
             world_,
             loop,
@@ -148,8 +157,12 @@ class Server {
         store_.start(network_.host(),
                      {[this](mailbox::StoreAnswer answer) { loop_->post(std::move(answer)); },
                       [this](std::uint64_t number) {
+                          asked_.stored(number, [this](Tick tick) {
+                              loop_->post(mailbox::StoreKept{tick});
+                          });
                           asio::post(io_, [this, number] { network_.on_durable(number); });
                       }});
+        go_on_with_sessions();
         network_.start();
         loop_->start();
         if (admin_) {
@@ -165,6 +178,49 @@ class Server {
     }
 
   private:
+    /// Brings back what a server left that died, if one did.
+    void recover() {
+        if (!settings_.server.recovery.on) {
+            return;
+        }
+        recovery_ = std::make_unique<Recovery>(settings_);
+        recovered_ = recovery_->begin(world_);
+        if (!recovered_.text.empty()) {
+            log_of(LogArea::kServer).warn("a server before this one died; {}", recovered_.text);
+        }
+        if (!recovered_.trouble.empty()) {
+            log_of(LogArea::kServer).error("not all is as it was: {}", recovered_.trouble);
+        }
+    }
+
+    /// Clients of the server before this one may come back; the zones hear of those who cannot, and
+    /// the store is asked for what it may not have heard.
+    void go_on_with_sessions() {
+        if (!recovery_) {
+            return;
+        }
+        network_.await_journal(world_.now());
+        network_.host().number_sessions_after(recovery_->ledger().newest_client());
+        for (session::KeptSession& kept : recovery_->ledger().sessions()) {
+            network_.host().restore(std::move(kept), steady_seconds());
+        }
+        for (const ClientId client : recovery_->ledger().kicked()) {
+            loop_->post(mailbox::Leave{client, mailbox::LeaveReason::kKicked});
+        }
+        std::vector<mailbox::StoreRequest> requests = recovery_->ledger().ask_again(world_.now());
+        if (!requests.empty()) {
+            ask_store(world_.now(), std::move(requests));
+        }
+    }
+
+    StoreTicket ask_store(Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
+        const StoreTicket ticket = store_.submit(tick, std::move(requests));
+        if (recovery_ && !asked_.submitted(tick, ticket)) {
+            loop_->post(mailbox::StoreKept{tick});
+        }
+        return ticket;
+    }
+
     static mailbox::CodecPrice price_of_coding() {
         const mailbox::CodecPrice price = measure_codec();
         log_of(LogArea::kServer)
@@ -363,7 +419,21 @@ class Server {
         recorder.ring_s = settings_.server.ring_s;
         recorder.rate_hz = settings_.tick_rate_hz;
         recorder.header = record_header(settings_);
-        if (recorder.file.empty() && recorder.ring_s <= 0.0) {
+        if (recovery_) {
+            recorder.journal_folder = recovery_->folder();
+            recorder.journal_for_power =
+                settings_.server.recovery.durability == config::StoreDurability::kPower;
+            recorder.kept = [this](Tick tick) {
+                asio::post(io_, [this, tick] { network_.on_journaled(tick); });
+            };
+            if (recovered_.tick > 0 && !recorder.file.empty()) {
+                log_of(LogArea::kServer)
+                    .warn("{} stays as the run before left it: a replay starts with tick 1",
+                          recorder.file);
+                recorder.file.clear();
+            }
+        }
+        if (recorder.file.empty() && recorder.ring_s <= 0.0 && !recovery_) {
             return;
         }
         recorder_ = std::make_unique<recording::Recorder>(
@@ -508,6 +578,20 @@ class Server {
         });
     }
 
+    void log_recovery() {
+        const SnapshotFigures& made = recovery_->figures();
+        log_of(LogArea::kServer)
+            .info("{} snapshots, {} failed; the longest pause was {:.2f} ms",
+                  made.taken,
+                  made.failed,
+                  made.pause_ms_max);
+        const std::string wrong = recovery_->end(world_);
+        if (!wrong.empty()) {
+            log_of(LogArea::kServer).error("{}", wrong);
+            failed_ = true;
+        }
+    }
+
     int finish(double seconds) {
         if (reader_.joinable()) {
             reader_.join();
@@ -518,6 +602,9 @@ class Server {
             if (!closed.ok()) {
                 not_recorded = closed.error();
             }
+        }
+        if (recovery_) {
+            log_recovery();
         }
         const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
         log_summary(figures);
@@ -558,6 +645,9 @@ class Server {
     Supervision supervision_;
     config::AdvertiseSettings advertised_;
     recording::ReportFile report_;
+    std::unique_ptr<Recovery> recovery_;  // null: a crash ends the world
+    RecoveredRun recovered_;
+    AskedTicks asked_;
     std::unique_ptr<recording::Recorder> recorder_;
     std::unique_ptr<TickLoop> loop_;
     std::unique_ptr<AdminApi> admin_;

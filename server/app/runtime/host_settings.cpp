@@ -30,6 +30,7 @@ session::HostSettings host_settings(const config::Settings& settings) {
     host.rate = {static_cast<double>(from.bandwidth.ceiling_bytes_per_s),
                  static_cast<double>(from.bandwidth.floor_bytes_per_s),
                  from.bandwidth.congestion_control};
+    host.journaled = settings.server.recovery.on;
     host.testing.drop_event_probability = settings.server.testing.drop_event_probability;
     host.testing.double_event_probability = settings.server.testing.double_event_probability;
     host.testing.seed = settings.seed;

@@ -124,29 +124,30 @@ void Network::deliver(TickResult result) {
     tick_ = result.tick;
     clock_origin_s_ = result.clock_origin_s;
     for (const mailbox::OutboxItem& item : result.items) {
-        if (const auto* done = std::get_if<mailbox::OrderDone>(&item)) {
-            if (order_done_) {
-                order_done_(*done);
-            }
-            continue;
-        }
-        const auto* event = std::get_if<mailbox::EventOut>(&item);
-        if (event != nullptr && !held_.may_leave(*event, result.store)) {
-            continue;
-        }
-        const double now = steady_seconds();
-        host_.on_outbox(item, now, now - clock_origin_s_);
+        held_.take(item, result.tick, result.store, [this](const auto& one) { send(one); });
     }
     host_.tick(steady_seconds(), tick_);
     udp_.flush();
     arm_pacing();
 }
 
+void Network::send(const mailbox::OutboxItem& item) {
+    if (const auto* done = std::get_if<mailbox::OrderDone>(&item)) {
+        if (order_done_) {
+            order_done_(*done);
+        }
+        return;
+    }
+    const double now = steady_seconds();
+    host_.on_outbox(item, now, now - clock_origin_s_);
+}
+
 void Network::on_durable(std::uint64_t number) {
-    held_.release(number, [this](const mailbox::EventOut& event) {
-        const double now = steady_seconds();
-        host_.on_outbox(event, now, now - clock_origin_s_);
-    });
+    held_.stored(number, [this](const auto& item) { send(item); });
+}
+
+void Network::on_journaled(Tick tick) {
+    held_.journaled(tick, [this](const auto& item) { send(item); });
 }
 
 void Network::arm_pacing() {

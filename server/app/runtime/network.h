@@ -30,6 +30,11 @@ class Network {
     void deliver(TickResult result);
     /// The store has come to this number: durable events that waited for it leave.
     void on_durable(std::uint64_t number);
+    /// From here on what is told once waits for the journal, which holds inputs up to this tick.
+    void await_journal(Tick kept) { held_.await_journal(kept); }
+
+    /// The journal holds the inputs up to this tick: what waited for them leaves.
+    void on_journaled(Tick tick);
 
     /// The sessions, for what an operator asks; on the network thread only.
     [[nodiscard]] session::SessionHost& host() { return host_; }
@@ -56,9 +61,9 @@ class Network {
 
     [[nodiscard]] session::RttPercentiles rtt() const { return host_.rtt_percentiles(); }
 
-    /// Durable events that wait for the store, and those that were not sent because it refused
-    /// what they tell.
-    [[nodiscard]] const HeldEvents& held_events() const { return held_; }
+    /// What waits for the store or the journal, and durable events that were not sent because the
+    /// store refused what they tell.
+    [[nodiscard]] const HeldOutput& held_output() const { return held_; }
 
     [[nodiscard]] const net::UdpStats& udp() const { return udp_.stats(); }
 
@@ -66,6 +71,7 @@ class Network {
 
   private:
     void arm_timer();
+    void send(const mailbox::OutboxItem& item);
     /// Sends the packets that are spread over a tick, when they are due.
     void arm_pacing();
     session::SessionOutput output(std::function<void(const session::LoginToStore&)> store_login);
@@ -79,7 +85,7 @@ class Network {
     asio::steady_timer timer_;
     asio::steady_timer pacing_;
     Tick tick_ = 0;
-    HeldEvents held_;
+    HeldOutput held_;
     double clock_origin_s_ = 0.0;  ///< steady clock minus this = server time
     double unix_time_set_s_ = 0.0;
     bool closing_ = false;

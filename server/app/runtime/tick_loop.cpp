@@ -63,7 +63,8 @@ TickLoop::~TickLoop() {
 }
 
 void TickLoop::start() {
-    schedule_ = TickSchedule(settings_.rate_hz, settings_.max_catch_up, steady_seconds());
+    schedule_ =
+        TickSchedule(settings_.rate_hz, settings_.max_catch_up, steady_seconds(), world_.now());
     thread_ = std::thread([this] { loop(); });
 }
 
@@ -185,6 +186,9 @@ void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
     world_.tick(*inputs, out);
     world_.hash_zones(hashes_);
     recorder_->end_tick(world_.now(), hashes_);
+    if (settings_.after_tick) {
+        settings_.after_tick(*inputs, out);
+    }
 }
 
 void TickLoop::count_turn(double wall_s, std::uint64_t cpu_ns) {

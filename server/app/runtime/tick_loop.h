@@ -7,7 +7,7 @@
 #include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/runtime/visited_world.h"
-#include "server/app/storage/held_events.h"
+#include "server/app/storage/held_output.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
 #include "server/mailbox/latest.h"
@@ -120,6 +120,9 @@ struct LoopSettings {
     /// The store takes a tick's requests here, on the loop's thread, and must not wait. Empty:
     /// nothing answers.
     std::function<StoreTicket(Tick, std::vector<mailbox::StoreRequest>&&)> to_store = {};
+    /// With a recorder only: between two ticks, before the output of the first is delivered.
+    std::function<void(std::span<const mailbox::InboxItem>, std::vector<mailbox::OutboxItem>&)>
+        after_tick = {};
 };
 
 class TickLoop final : public VisitedWorld {

@@ -15,10 +15,12 @@ namespace zoned::app {
 /// counted.
 class TickSchedule {
   public:
-    TickSchedule(double rate_hz, unsigned max_catch_up, double start_s)
+    /// `done`: ticks that the world has behind it.
+    TickSchedule(double rate_hz, unsigned max_catch_up, double start_s, Tick done = 0)
         : dt_s_(1.0 / rate_hz),
           max_catch_up_(max_catch_up),
-          origin_s_(start_s) {
+          origin_s_(start_s - static_cast<double>(done) / rate_hz),
+          done_(done) {
         ZONED_ASSERT(rate_hz > 0.0, "a tick rate is positive");
     }
 
@@ -56,7 +58,7 @@ class TickSchedule {
     double dt_s_;
     unsigned max_catch_up_;
     double origin_s_;
-    Tick done_ = 0;
+    Tick done_;
     std::uint64_t dropped_ = 0;
 };
 

@@ -1,7 +1,7 @@
 // ServerStore: the store that a config asks for, wired to the world and the sessions of a server.
 #pragma once
 
-#include "server/app/storage/held_events.h"
+#include "server/app/storage/held_output.h"
 #include "server/config/settings.h"
 #include "server/session/host/session_host.h"
 #include "server/store/store_service.h"

@@ -32,7 +32,8 @@ std::string difference_of(const World& world, const recording::TickRecord& recor
 std::string replayed_tick(const config::Settings& settings,
                           recording::TickRecord& record,
                           bool compare,
-                          World& world) {
+                          World& world,
+                          std::vector<mailbox::OutboxItem>& out) {
     if (record.tick != world.now() + 1) {
         return "the recording skips from tick " + std::to_string(world.now()) + " to " +
                std::to_string(record.tick);
@@ -47,7 +48,6 @@ std::string replayed_tick(const config::Settings& settings,
             return "tick " + std::to_string(record.tick) + ": " + restored.error();
         }
     }
-    std::vector<mailbox::OutboxItem> out;
     world.tick(record.items, out);
     return compare ? difference_of(world, record) : std::string();
 }

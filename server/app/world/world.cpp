@@ -236,6 +236,15 @@ void World::route(const mailbox::InboxItem& item) {
         }
         return;
     }
+    if (const auto* notice = std::get_if<mailbox::Notice>(&item)) {
+        notify(*notice);
+        return;
+    }
+    if (std::holds_alternative<mailbox::SessionBegun>(item) ||
+        std::holds_alternative<mailbox::SessionProgress>(item) ||
+        std::holds_alternative<mailbox::StoreKept>(item)) {
+        return;  // see server/app/recovery/run_ledger.h
+    }
     const ClientId client = std::visit(
         [](const auto& message) {
             if constexpr (requires { message.client; }) {

@@ -119,6 +119,7 @@ class World {
     /// Tells the clients of zones that stopped just now.
     void end_clients(std::vector<mailbox::OutboxItem>& out);
     void refuse_order(std::uint64_t number, const std::string& text);
+    void notify(const mailbox::Notice& notice);
     [[nodiscard]] std::size_t zone_at(double x, double z) const;
     void simulate_zone(std::size_t index);
     void import_ghosts(std::size_t index);

@@ -1,5 +1,6 @@
-// A zone whose rules threw stops, and its clients leave.
+// A zone whose rules threw stops, and its clients leave; what the world itself tells them.
 #include "server/app/world/world.h"
+#include "proto/session.pb.h"
 
 #include <utility>
 
@@ -83,6 +84,23 @@ bool World::is_known(ZoneId zone) const {
         }
     }
     return false;
+}
+
+void World::notify(const mailbox::Notice& notice) {
+    proto::Notice text;
+    text.set_text(notice.text);
+    mailbox::EventOut event;
+    event.event = own_event_id();
+    event.tick = now_ + 1;  // of the step that follows
+    event.kind = proto::CORE_EVENT_NOTICE;
+    event.payload.resize(text.ByteSizeLong());
+    text.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
+    for (const auto& [client, zone] : zone_of_) {
+        if (!notice.client || client == notice.client) {
+            event.recipients.push_back(client);
+        }
+    }
+    answers_.emplace_back(std::move(event));
 }
 
 void World::refuse_order(std::uint64_t number, const std::string& text) {

@@ -242,6 +242,20 @@ void check_store(const proto::config::Store& store, Diagnostics& diagnostics) {
     }
 }
 
+void check_recovery(const proto::config::Recovery& recovery, Diagnostics& diagnostics) {
+    if (recovery.on()) {
+        return;
+    }
+    for (const auto& [given, path] :
+         {std::pair(recovery.has_snapshot_every_s(), "recovery.snapshot_every_s"),
+          std::pair(recovery.has_durability(), "recovery.durability"),
+          std::pair(recovery.has_over_restarts(), "recovery.over_restarts")}) {
+        if (given) {
+            diagnostics.add(path, "has no meaning while recovery.on is false");
+        }
+    }
+}
+
 void check_testing(const proto::config::Config& config,
                    const std::vector<ZoneRegion>& zones,
                    Diagnostics& diagnostics) {
@@ -315,6 +329,7 @@ void check_server(const proto::config::Config& config,
     check_session(config.session(), diagnostics);
     check_log(config.log(), diagnostics);
     check_store(config.store(), diagnostics);
+    check_recovery(config.recovery(), diagnostics);
     check_entrance(config, diagnostics);
     check_testing(config, zones, diagnostics);
     std::set<std::string> names;

@@ -69,6 +69,13 @@ StoreSettings expand_store(const proto::config::Store& from, const std::string& 
             from.max_waiting_mb()};
 }
 
+RecoverySettings expand_recovery(const proto::config::Recovery& from) {
+    return {from.on(),
+            from.snapshot_every_s(),
+            static_cast<StoreDurability>(from.durability()),
+            from.over_restarts()};
+}
+
 RunSettings expand_run(const proto::config::Run& from) {
     return {from.threads(),
             from.max_catch_up_ticks(),
@@ -168,6 +175,7 @@ ServerSettings expand_server(const proto::config::Config& config) {
     out.recording_file = config.recording().file();
     out.ring_s = config.recording().ring_s();
     out.store = expand_store(config.store(), out.session.state_folder);
+    out.recovery = expand_recovery(config.recovery());
     out.testing = expand_testing(config.testing());
     out.started_max_clients = out.network.max_clients;
     return out;

@@ -9,9 +9,6 @@ namespace zoned::session {
 
 namespace {
 
-/// Events of the host itself: zones have the numbers from 1 on, the world 0.
-constexpr std::uint64_t kHostZone = 0xFFFF;
-
 SessionFigures figures_of(const Session& session, double now_s) {
     SessionFigures out;
     out.client = session.client;
@@ -89,21 +86,13 @@ std::vector<AccountBan> SessionHost::bans() const {
 }
 
 std::size_t SessionHost::notify(ClientId client, const std::string& text) {
-    proto::Notice notice;
-    notice.set_text(text);
-    mailbox::EventOut event;
-    event.event = EventId((++impl_->notices << 16U) | kHostZone);
-    event.tick = impl_->current_tick;
-    event.kind = proto::CORE_EVENT_NOTICE;
-    event.payload.resize(notice.ByteSizeLong());
-    notice.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
-    for (const auto& session : impl_->table.all()) {
-        if (!client || session->client == client) {
-            event.recipients.push_back(session->client);
-        }
+    const std::size_t recipients = !client                             ? impl_->table.all().size()
+                                   : impl_->table.by_client(client) != nullptr ? 1
+                                                                               : 0;
+    if (recipients > 0) {
+        impl_->output.to_zones(mailbox::Notice{client, text});
     }
-    impl_->on_event(event);
-    return event.recipients.size();
+    return recipients;
 }
 
 void SessionHost::set_draining(const std::string& text) {

@@ -77,7 +77,9 @@ void SessionHost::Impl::on_message(Session& session,
             on_command(session, message.command(), now_s);
             break;
         case Case::kEventAck:
-            if (!session.events.acknowledge(message.event_ack().through())) {
+            if (session.events.acknowledge(message.event_ack().through())) {
+                session.progress_due = true;
+            } else {
                 reject(Reject::kEventAckAhead);
             }
             break;
@@ -129,6 +131,7 @@ void SessionHost::Impl::on_command(Session& session, const proto::Command& comma
     // From here the number is used up, whatever becomes of the command.
     session.last_command = command.number();
     session.command_ack_due = true;
+    session.progress_due = true;
     if (!session.commands.take(now_s)) {
         reject(Reject::kCommandFlood);
     } else if (command.kind() > 0xFFFF) {
@@ -140,6 +143,7 @@ void SessionHost::Impl::on_command(Session& session, const proto::Command& comma
         out.client = session.client;
         out.kind = static_cast<std::uint16_t>(command.kind());
         out.payload.assign(command.payload().begin(), command.payload().end());
+        out.number = command.number();
         output.to_zones(std::move(out));
     }
 }

@@ -81,6 +81,7 @@ struct SessionHost::Impl {
     void on_joined(const mailbox::Joined& joined);
     void on_kick(const mailbox::Kick& kick);
     void on_audit(const mailbox::AuditRecord& record);
+    void on_commands_kept(const mailbox::CommandsKept& kept);
     bool queue_event(Session& session, const mailbox::EventOut& event, const EventBody& body);
 
     // ---- session_host.cpp: streams and sessions come and go
@@ -123,7 +124,6 @@ struct SessionHost::Impl {
     NonceSet nonces;
     BanList bans;
     std::string draining;  ///< why logins are refused; empty: they are not
-    std::uint64_t notices = 0;
     std::unordered_map<StreamId, ClientStream> streams;
     /// In the order in which the streams opened, which is the order of their deadlines.
     std::deque<std::pair<double, StreamId>> login_deadlines;

@@ -1,5 +1,6 @@
 #include "server/session/host/host_impl.h"
 #include "server/session/host/server_messages.h"
+#include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,16 @@ namespace {
 
 std::span<const std::uint8_t> as_bytes(const std::string& s) {
     return {reinterpret_cast<const std::uint8_t*>(s.data()), s.size()};
+}
+
+mailbox::SessionBegun begun_of(const Session& session) {
+    return {session.client,
+            {session.token_digest.begin(), session.token_digest.end()},
+            session.identity.account,
+            session.identity.name,
+            session.identity.team,
+            session.identity.rights,
+            session.identity.nonce.has_value()};
 }
 
 }  // namespace
@@ -150,6 +161,9 @@ void SessionHost::Impl::let_in(StreamId stream,
     stats.sessions_max = std::max(stats.sessions_max, stats.sessions);
     send_welcome(session, false);
     note(SessionNote::Kind::kJoined, session, "");
+    if (settings.journaled) {
+        output.to_zones(begun_of(session));
+    }
     mailbox::Join join;
     join.client = session.client;
     join.name = session.identity.name;
@@ -198,7 +212,9 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     session->command_ack_due = false;  // Welcome says it
     ++stats.resumed;
     session->events.acknowledge(hello.last_event());
+    session->progress_due = true;
     send_welcome(*session, true);
+    session->recovered = false;
     note(SessionNote::Kind::kResumed, *session, "");
     if (session->joined) {
         send(stream, joined_frame(*session->joined));
@@ -208,15 +224,45 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     }
 }
 
+void SessionHost::restore(KeptSession kept, double now_s) {
+    TokenDigest digest{};
+    ZONED_ASSERT(kept.begun.token_digest.size() == digest.size(), "the digest of a token");
+    std::copy(kept.begun.token_digest.begin(), kept.begun.token_digest.end(), digest.begin());
+    Session& session = impl_->table.restore(impl_->settings, kept.begun.client, digest);
+    session.identity.account = std::move(kept.begun.account);
+    session.identity.name = std::move(kept.begun.name);
+    session.identity.team = std::move(kept.begun.team);
+    session.identity.rights = kept.begun.rights;
+    if (kept.begun.ticketed) {
+        session.identity.nonce.emplace();  // used up long ago; the store remembers which
+    }
+    session.last_heard_s = now_s;
+    session.grace_ends_s = now_s + impl_->settings.grace_s;
+    session.last_command = kept.commands;
+    session.kept_command = kept.commands;
+    session.events = std::move(kept.events);
+    session.unconfirmed = std::move(kept.unconfirmed);
+    session.joined = kept.joined;
+    impl_->stats.sessions = static_cast<std::uint32_t>(impl_->table.all().size());
+    impl_->stats.sessions_max = std::max(impl_->stats.sessions_max, impl_->stats.sessions);
+}
+
+void SessionHost::number_sessions_after(ClientId client) {
+    impl_->table.number_after(client);
+}
+
 void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
     proto::Welcome welcome;
     welcome.set_client_id(session.client.value);
     welcome.set_connection_id(session.connection);
     welcome.set_udp_port(udp_port);
-    welcome.set_resume_token(session.token.data(), session.token.size());
+    if (!session.recovered) {
+        welcome.set_resume_token(session.token.data(), session.token.size());
+    }
+    welcome.set_recovered(session.recovered);
     welcome.set_grace_s(static_cast<std::uint32_t>(std::lround(settings.grace_s)));
     welcome.set_resumed(resumed);
-    welcome.set_last_command(session.last_command);
+    welcome.set_last_command(settings.journaled ? session.kept_command : session.last_command);
     welcome.set_config_digest(settings.config_digest);
     welcome.set_rights(session.identity.rights);
     if (resumed) {

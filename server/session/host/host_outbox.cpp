@@ -173,6 +173,13 @@ void SessionHost::Impl::on_kick(const mailbox::Kick& kick) {
     end(*session, proto::CLOSING_KICKED, kick.reason, mailbox::LeaveReason::kKicked);
 }
 
+void SessionHost::Impl::on_commands_kept(const mailbox::CommandsKept& kept) {
+    if (Session* session = table.by_client(kept.client)) {
+        session->kept_command = std::max(session->kept_command, kept.through);
+        session->command_ack_due = true;
+    }
+}
+
 void SessionHost::Impl::on_audit(const mailbox::AuditRecord& record) {
     Session* session = table.by_client(record.client);
     if (session == nullptr) {

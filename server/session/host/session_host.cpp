@@ -196,7 +196,14 @@ void SessionHost::Impl::tick(double now_s, Tick tick_now) {
         }
         if (session->command_ack_due) {
             session->command_ack_due = false;
-            send(session->stream, command_ack_frame(session->last_command));
+            send(session->stream,
+                 command_ack_frame(settings.journaled ? session->kept_command
+                                                      : session->last_command));
+        }
+        if (session->progress_due && settings.journaled) {
+            session->progress_due = false;
+            output.to_zones(mailbox::SessionProgress{
+                session->client, session->last_command, session->events.acknowledged()});
         }
         if (const auto acks = session->path.take_silence(now_s)) {
             send_acks(*session, *acks);
@@ -299,6 +306,8 @@ void SessionHost::on_outbox(const mailbox::OutboxItem& item, double now_s, doubl
         impl_->on_kick(*kick);
     } else if (const auto* audit = std::get_if<mailbox::AuditRecord>(&item)) {
         impl_->on_audit(*audit);
+    } else if (const auto* kept = std::get_if<mailbox::CommandsKept>(&item)) {
+        impl_->on_commands_kept(*kept);
     }
 }
 

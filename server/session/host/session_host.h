@@ -4,6 +4,7 @@
 
 #include "server/mailbox/address.h"
 #include "server/mailbox/messages.h"
+#include "server/session/event_queue.h"
 #include "server/session/host/session_figures.h"
 #include "server/session/login/ban_list.h"
 #include "server/session/login/ticket.h"
@@ -19,6 +20,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -64,6 +66,15 @@ struct SessionChoice {
     ClientId client;
     std::string account;
     std::string name;
+};
+
+/// A session as a journal knows it, so that its client can come back to another process.
+struct KeptSession {
+    mailbox::SessionBegun begun;
+    std::uint64_t commands = 0;  ///< numbers used up
+    EventQueue events;           ///< those that the client may lack
+    std::set<std::uint64_t> unconfirmed;
+    std::optional<mailbox::Joined> joined;
 };
 
 /// Round trips over all sessions that have measured one.
@@ -125,6 +136,10 @@ class SessionHost {
                          bool stored,
                          const std::optional<std::array<double, 3>>& place,
                          double now_s);
+    /// A session of the process before this one, ascending by client; its grace time begins.
+    void restore(KeptSession kept, double now_s);
+    /// Later sessions get higher numbers than this.
+    void number_sessions_after(ClientId client);
     /// A ticket that was used before this host began.
     void remember_ticket(const TicketNonce& nonce, std::int64_t expires_s);
 

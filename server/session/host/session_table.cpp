@@ -4,6 +4,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace zoned::session {
 
@@ -15,6 +16,19 @@ Session* find_in(const Map& map, const Key& key) {
     return it == map.end() ? nullptr : it->second;
 }
 
+std::uint64_t prefix_of(const TokenDigest& digest) {
+    std::uint64_t prefix = 0;
+    std::memcpy(&prefix, digest.data(), sizeof(prefix));
+    return prefix;
+}
+
+wire::SealKey unknown_key() {
+    wire::SealKey key;
+    random_bytes(key.key);
+    random_bytes(key.salt);
+    return key;
+}
+
 }  // namespace
 
 Session& SessionTable::create(const HostSettings& settings,
@@ -23,26 +37,51 @@ Session& SessionTable::create(const HostSettings& settings,
                               StreamId stream) {
     auto owned = std::make_unique<Session>(settings, down, up);
     Session& session = *owned;
-    session.client = ClientId{++last_client_};
+    session.client = ClientId{last_client_ + 1};
     do {
         session.connection = random_nonzero_u32();
     } while (by_connection_.count(session.connection) != 0);
     do {
         random_bytes(session.token);
-    } while (by_token_.count(hash_prefix(session.token)) != 0);
+        session.token_digest = sha256(session.token);
+    } while (by_token_.count(prefix_of(session.token_digest)) != 0);
+    add(std::move(owned));
+    attach(session, stream);
+    return session;
+}
+
+Session& SessionTable::restore(const HostSettings& settings,
+                               ClientId client,
+                               const TokenDigest& digest) {
+    // No datagram opens before the client comes back with keys of its own.
+    auto owned = std::make_unique<Session>(settings, unknown_key(), unknown_key());
+    Session& session = *owned;
+    session.client = client;
+    session.token_digest = digest;
+    session.recovered = true;
+    do {
+        session.connection = random_nonzero_u32();
+    } while (by_connection_.count(session.connection) != 0);
+    add(std::move(owned));
+    return session;
+}
+
+void SessionTable::add(std::unique_ptr<Session> owned) {
+    Session& session = *owned;
+    ZONED_ASSERT(sessions_.empty() || sessions_.back()->client < session.client,
+                 "sessions come in the order of their numbers");
+    number_after(session.client);
     sessions_.push_back(std::move(owned));
     by_client_[session.client] = &session;
     by_connection_[session.connection] = &session;
-    by_token_[hash_prefix(session.token)] = &session;
-    attach(session, stream);
-    return session;
+    by_token_[prefix_of(session.token_digest)] = &session;
 }
 
 void SessionTable::remove(Session& session) {
     attach(session, StreamId{});
     by_client_.erase(session.client);
     by_connection_.erase(session.connection);
-    by_token_.erase(hash_prefix(session.token));
+    by_token_.erase(prefix_of(session.token_digest));
     const auto it = std::lower_bound(
         sessions_.begin(), sessions_.end(), session.client, [](const auto& s, ClientId client) {
             return s->client < client;
@@ -75,8 +114,10 @@ Session* SessionTable::by_stream(StreamId stream) const {
 }
 
 Session* SessionTable::by_token(std::span<const std::uint8_t> token) const {
-    Session* session = find_in(by_token_, hash_prefix(token));
-    return session != nullptr && equal_in_constant_time(session->token, token) ? session : nullptr;
+    const TokenDigest digest = sha256(token);
+    Session* session = find_in(by_token_, prefix_of(digest));
+    return session != nullptr && equal_in_constant_time(session->token_digest, digest) ? session
+                                                                                       : nullptr;
 }
 
 }  // namespace zoned::session

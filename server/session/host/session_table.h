@@ -9,6 +9,7 @@
 #include "server/session/login/login.h"
 #include "shared/core/token_bucket.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -20,6 +21,7 @@
 namespace zoned::session {
 
 using ResumeToken = std::array<std::uint8_t, 16>;
+using TokenDigest = std::array<std::uint8_t, 32>;  ///< SHA-256 of a token
 
 /// The transport of state packets to a client.
 enum class Route : std::uint8_t {
@@ -46,7 +48,9 @@ struct Session {
 
     ClientId client;
     std::uint32_t connection = 0;
-    ResumeToken token{};
+    TokenDigest token_digest{};
+    ResumeToken token{};     ///< zeros where the session outlived the process that drew it
+    bool recovered = false;  ///< likewise, and its client has not come back since
     Identity identity;
     StreamId stream;  ///< none during the grace time
     double grace_ends_s = 0.0;
@@ -66,7 +70,9 @@ struct Session {
     EventQueue events;
     std::set<std::uint64_t> unconfirmed;  ///< events that asked for a confirmation
     std::uint64_t last_command = 0;
+    std::uint64_t kept_command = 0;  ///< up to here a crash loses none; may be acknowledged
     bool command_ack_due = false;
+    bool progress_due = false;  ///< the journal does not know yet how far it has come
     std::optional<mailbox::Joined> joined;  ///< sent again when the client comes back
     InputGate gate;
     core::TokenBucket commands;
@@ -86,6 +92,11 @@ class SessionTable {
                     const wire::SealKey& down,
                     const wire::SealKey& up,
                     StreamId stream);
+    /// A session of a process that died, under its old number. No stream, no token.
+    Session& restore(const HostSettings& settings, ClientId client, const TokenDigest& digest);
+    /// New sessions get higher numbers than this.
+    void number_after(ClientId client) { last_client_ = std::max(last_client_, client.value); }
+
     void remove(Session& session);
 
     /// Moves a session to another stream; none: it has lost its stream.
@@ -100,11 +111,13 @@ class SessionTable {
     [[nodiscard]] const std::vector<std::unique_ptr<Session>>& all() const { return sessions_; }
 
   private:
+    void add(std::unique_ptr<Session> owned);
+
     std::vector<std::unique_ptr<Session>> sessions_;
     std::unordered_map<ClientId, Session*> by_client_;
     std::unordered_map<std::uint32_t, Session*> by_connection_;
     std::unordered_map<StreamId, Session*> by_stream_;
-    std::unordered_map<std::uint64_t, Session*> by_token_;  ///< key: hash_prefix(token)
+    std::unordered_map<std::uint64_t, Session*> by_token_;  ///< key: the beginning of the digest
     std::uint32_t last_client_ = 0;
 };
 

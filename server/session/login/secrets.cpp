@@ -34,17 +34,13 @@ bool equal_in_constant_time(std::span<const std::uint8_t> a, std::span<const std
     return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
-std::uint64_t hash_prefix(std::span<const std::uint8_t> secret) {
-    std::array<std::uint8_t, EVP_MAX_MD_SIZE> digest{};
-    if (EVP_Digest(secret.data(), secret.size(), digest.data(), nullptr, EVP_sha256(), nullptr) !=
+std::array<std::uint8_t, 32> sha256(std::span<const std::uint8_t> bytes) {
+    std::array<std::uint8_t, 32> digest{};
+    if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), nullptr, EVP_sha256(), nullptr) !=
         1) {
         throw std::runtime_error("SHA-256 is not available");
     }
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < 8; ++i) {
-        value = (value << 8) | digest[i];
-    }
-    return value;
+    return digest;
 }
 
 core::Result<std::array<std::uint8_t, 32>> parse_key_hex(std::string_view text) {

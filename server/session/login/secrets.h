@@ -21,9 +21,9 @@ void random_bytes(std::span<std::uint8_t> out);
 [[nodiscard]] bool equal_in_constant_time(std::span<const std::uint8_t> a,
                                           std::span<const std::uint8_t> b);
 
-/// First 64 bits of SHA-256: an index for secrets. The timing of a look-up leaks only the hash,
-/// which says nothing about the secret.
-[[nodiscard]] std::uint64_t hash_prefix(std::span<const std::uint8_t> secret);
+/// The digest of a secret is an index for it: it says nothing about the secret, and so does the
+/// timing of a look-up.
+[[nodiscard]] std::array<std::uint8_t, 32> sha256(std::span<const std::uint8_t> bytes);
 
 /// 32 bytes from 64 hexadecimal digits; white space around them is ignored.
 [[nodiscard]] core::Result<std::array<std::uint8_t, 32>> parse_key_hex(std::string_view text);

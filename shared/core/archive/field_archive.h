@@ -263,7 +263,7 @@ class FieldWriter : public ArchiveLoans {
             if constexpr (is_dense<T>() && std::endian::native == std::endian::little) {
                 raw(&value, sizeof(T));
             } else {
-                with_fields(value, [this](const auto&... field) { (put(field), ...); });
+                with_fields(value, [&](const auto&... field) { (put(field), ...); });
             }
         } else {
             put_container(value);
@@ -484,7 +484,7 @@ class FieldReader : public ArchiveLoans {
             if constexpr (is_dense<T>() && std::endian::native == std::endian::little) {
                 static_cast<void>(take(&value, sizeof(T)));
             } else {
-                with_fields(value, [this](auto&... field) { (get(field), ...); });
+                with_fields(value, [&](auto&... field) { (get(field), ...); });
             }
         } else {
             get_container(value);

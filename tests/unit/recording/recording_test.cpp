@@ -55,8 +55,15 @@ std::vector<InboxItem> every_item() {
             mailbox::Input{ClientId(9), {low, high}},
             mailbox::Input{ClientId(9), {}},
             mailbox::Acks{ClientId(1), UINT64_MAX, 0x80000001u, 12345, 67890},
-            mailbox::Command{ClientId(2), 65535, {0, 255, 10}},
-            mailbox::Command{ClientId(2), 0, {}},
+            mailbox::Command{ClientId(2), 65535, {0, 255, 10}, 0xFFFFFFFFFFFFFFFFu},
+            mailbox::Command{ClientId(2), 0, {}, 0},
+            mailbox::Notice{ClientId(5), "a\nb \xC3\xA4"},
+            mailbox::Notice{},
+            mailbox::SessionBegun{
+                ClientId(7), {0, 255, 1}, "account", "n\xC3\xA4me", "red", 0x80000001u, true},
+            mailbox::SessionBegun{},
+            mailbox::SessionProgress{ClientId(8), 0xFFFFFFFFFFFFFFFFu, 1},
+            mailbox::StoreKept{INT64_C(1) << 60},
             mailbox::Confirm{ClientId(3), EventId((UINT64_C(1) << 50) | 4)},
             mailbox::ViewReset{ClientId(4)},
             mailbox::Freeze{true},
@@ -97,7 +104,26 @@ struct Equal {
     }
 
     bool operator()(const mailbox::Command& a, const mailbox::Command& b) const {
-        return a.client == b.client && a.kind == b.kind && a.payload == b.payload;
+        return a.client == b.client && a.kind == b.kind && a.payload == b.payload &&
+               a.number == b.number;
+    }
+
+    bool operator()(const mailbox::Notice& a, const mailbox::Notice& b) const {
+        return a.client == b.client && a.text == b.text;
+    }
+
+    bool operator()(const mailbox::SessionBegun& a, const mailbox::SessionBegun& b) const {
+        return a.client == b.client && a.token_digest == b.token_digest && a.account == b.account &&
+               a.name == b.name && a.team == b.team && a.rights == b.rights &&
+               a.ticketed == b.ticketed;
+    }
+
+    bool operator()(const mailbox::StoreKept& a, const mailbox::StoreKept& b) const {
+        return a.tick == b.tick;
+    }
+
+    bool operator()(const mailbox::SessionProgress& a, const mailbox::SessionProgress& b) const {
+        return a.client == b.client && a.commands == b.commands && a.events == b.events;
     }
 
     bool operator()(const mailbox::Confirm& a, const mailbox::Confirm& b) const {

@@ -76,26 +76,24 @@ TEST(Control, RefusesABannedAccountUntilItsTimeIsOver) {
     EXPECT_TRUE(FakeClient(host).log_in());
 }
 
-TEST(Control, NotifiesByAReliableEvent) {
+TEST(Control, NotifiesThroughTheWorld) {
     TestHost host(dev_settings());
     FakeClient first(host);
     FakeClient second(host);
+    EXPECT_EQ(host.host.notify(ClientId{}, "nobody is here"), 0U);
     ASSERT_TRUE(first.log_in());
     ASSERT_TRUE(second.log_in());
+    host.to_zones.clear();
     EXPECT_EQ(host.host.notify(ClientId{}, "noon"), 2U);
     EXPECT_EQ(host.host.notify(ClientId(2), "you"), 1U);
     EXPECT_EQ(host.host.notify(ClientId(3), "nobody"), 0U);
-    const proto::Event all = host.frames[first.stream].back().event();
-    const proto::Event one = host.frames[second.stream].back().event();
-    EXPECT_EQ(all.kind(), static_cast<std::uint32_t>(proto::CORE_EVENT_NOTICE));
-    proto::Notice notice;
-    ASSERT_TRUE(notice.ParseFromString(all.payload()));
-    EXPECT_EQ(notice.text(), "noon");
-    ASSERT_TRUE(notice.ParseFromString(one.payload()));
-    EXPECT_EQ(notice.text(), "you");
-    EXPECT_EQ(one.number(), 2U);
-    EXPECT_NE(all.event_id(), one.event_id());
-    EXPECT_EQ(host.host.figures(ClientId(1), 1, host.now_s).at(0).waiting_events, 2U);
+    ASSERT_EQ(host.to_zones.size(), 2U);
+    const auto& all = std::get<mailbox::Notice>(host.to_zones[0]);
+    const auto& one = std::get<mailbox::Notice>(host.to_zones[1]);
+    EXPECT_FALSE(all.client);
+    EXPECT_EQ(all.text, "noon");
+    EXPECT_EQ(one.client, ClientId(2));
+    EXPECT_EQ(one.text, "you");
 }
 
 TEST(Control, DrainsByRefusingLoginsAlone) {

@@ -1,0 +1,97 @@
+// Recovery: brings a world back to the tick at which its server died, and keeps on disk what that
+// takes: a snapshot now and then, and the inputs since (recording/journal.h).
+#pragma once
+
+#include "server/app/recovery/run_ledger.h"
+#include "server/app/recovery/snapshot_file.h"
+#include "server/app/world/world.h"
+#include "server/config/settings.h"
+#include "server/recording/recorder.h"
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::app {
+
+/// What a start found of the run before it.
+struct RecoveredRun {
+    Tick tick = 0;           ///< the world stands after it; 0: it begins anew
+    Tick snapshot = 0;       ///< of the snapshot that was loaded
+    double seconds = 0.0;    ///< that it took
+    std::size_t sessions = 0;
+    std::string text;        ///< for the log
+    std::string trouble;     ///< what is not as it was; empty: all is
+};
+
+struct SnapshotFigures {
+    std::uint64_t taken = 0;
+    std::uint64_t failed = 0;
+    double pause_ms = 0.0;      ///< of the tick loop, for the last one
+    double pause_ms_max = 0.0;
+};
+
+/// A snapshot is taken by a copy of the process (fork), which shares its memory with the server as
+/// long as neither writes to it: the ticks go on meanwhile. (Redis saves its data so: "Redis
+/// persistence", RDB.) The state between two ticks and the inputs after it give the same world
+/// again, bit for bit.
+class Recovery {
+  public:
+    /// Takes the folder `journal` in the state folder for this process. Throws std::runtime_error
+    /// when another server has it.
+    explicit Recovery(const config::Settings& settings);
+    Recovery(const Recovery&) = delete;
+    Recovery& operator=(const Recovery&) = delete;
+    ~Recovery();
+
+    /// Before the first tick. Into a world before its first tick goes what a server left that died,
+    /// if one did; from there on the world can be brought back. Throws std::runtime_error that says
+    /// what to do.
+    RecoveredRun begin(World& world);
+
+    /// Sessions and requests as they were in the last tick.
+    [[nodiscard]] RunLedger& ledger() { return ledger_; }
+
+    [[nodiscard]] const std::string& folder() const { return folder_; }
+
+    /// After each tick, on the loop's thread, before anybody hears of its output. Adds to it which
+    /// commands are kept when the tick's inputs are.
+    void after_tick(World& world,
+                    std::span<const mailbox::InboxItem> in,
+                    std::vector<mailbox::OutboxItem>& out,
+                    recording::Recorder& recorder);
+
+    /// After the last tick of a run that ends in good order, when the recorder is closed. Empty
+    /// text: done.
+    std::string end(const World& world);
+
+    /// On the loop's thread, or when it has stopped.
+    [[nodiscard]] const SnapshotFigures& figures() const { return figures_; }
+
+  private:
+    void lock();
+    unsigned count_attempt();
+    void set_aside();
+    void load(World& world, RecoveredRun& run);
+    void replay(World& world, bool leaves_out_last, RecoveredRun& run);
+    void keep_state(const World& world);
+    void take_snapshot(const World& world, recording::Recorder& recorder);
+    void look_after_copy(recording::Recorder& recorder);
+    void stop_copy();
+
+    const config::Settings& settings_;
+    std::string folder_;
+    int lock_ = -1;
+    Tick every_ticks_ = 1;
+    RunLedger ledger_;
+    Tick last_ = 0;      // of the newest snapshot that is on disk
+    Tick before_ = 0;    // of the one before it
+    Tick started_ = 0;   // of the one that is being written
+    pid_t copy_ = 0;     // the process that writes it; 0: none
+    SnapshotFigures figures_;
+};
+
+}  // namespace zoned::app
