@@ -187,9 +187,11 @@ void Bot::housekeeping() {
 
 void Bot::on_welcome(const proto::Welcome& welcome) {
     if (welcome.resumed()) {
-        if (welcome.recovered() && world_) {
-            settling_since_s_ = now_s_;
+        if (welcome.recovered() && view_) {
+            const std::unique_ptr<view::View> before = std::move(view_);
             begin_view(welcome.rights());
+            view_->go_on_with(*before);
+            settling_since_s_ = now_s_;
         }
         return;
     }

@@ -233,9 +233,6 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     }
     ever_online_ = true;
     handler_.on_welcome(welcome);
-    if (welcome.recovered()) {
-        reset_view("the server came back after a crash");
-    }
 }
 
 void Client::on_refused(const proto::Refused& refused, double now_s) {

@@ -100,6 +100,14 @@ class View {
     /// A reason to ask the server for a reset, at most once in kResetS; empty: none.
     std::string take_reset_wish(double now_s);
 
+    /// Takes over from a view before this one, of the same session: the shared clocks and variables,
+    /// which the server does not tell again, and what was counted.
+    void go_on_with(const View& before) {
+        environment_ = before.environment_;
+        stats_ = before.stats_;
+        traffic_ = before.traffic_;
+    }
+
     /// The server's clock was set back, by a stall of the server: the view goes on from `tick`.
     void set_back(Tick tick);
 

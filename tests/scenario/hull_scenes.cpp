@@ -12,8 +12,7 @@ namespace zoned::scenario {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kFriction = 0.5;
+constexpr double kSurfaceFriction = 0.5;
 
 double chance(core::Rng& rng) {
     return static_cast<double>(rng.range(-1.0F, 1.0F));
@@ -23,7 +22,7 @@ Body surface(Solid solid) {
     Body body;
     body.solid = std::move(solid);
     body.mass = 0.0;
-    body.friction = kFriction;
+    body.friction = kSurfaceFriction;
     return body;
 }
 
@@ -50,7 +49,7 @@ Solid cone(double lower_radius, double upper_radius, double lower, double upper)
         const double t = static_cast<double>(ring) / kRings;
         const double r = lower_radius + t * (upper_radius - lower_radius);
         for (int i = 0; i < kSides; ++i) {
-            const double angle = 2.0 * kPi * i / kSides;
+            const double angle = 2.0 * std::numbers::pi * i / kSides;
             points.emplace_back(
                 r * std::cos(angle), lower + t * (upper - lower), r * std::sin(angle));
         }
@@ -84,7 +83,7 @@ double downs(double x, double z) {
 BuiltSolid prism(double radius, double half_length) {
     std::vector<Vec3d> points;
     for (int i = 0; i < 6; ++i) {
-        const double angle = kPi / 3.0 * i;
+        const double angle = std::numbers::pi / 3.0 * i;
         for (const double end : {-1.0, 1.0}) {
             points.emplace_back(
                 radius * std::cos(angle), end * half_length, radius * std::sin(angle));
@@ -117,7 +116,7 @@ BuiltSolid tree() {
 }
 
 Body placed(const BuiltSolid& built, double mass, const Vec3d& position, const Quatd& turn) {
-    Body body = at(built.solid, mass, position, kFriction);
+    Body body = at(built.solid, mass, position, kSurfaceFriction);
     body.pose.orientation = turn * built.pose.orientation;
     return body;
 }
@@ -146,7 +145,7 @@ Description rolling_trees(int count) {
     Description d;
     d.bodies.push_back(surface(solid_terrain(150, 200, 1.0, -75.0, -50.0, hillside)));
     const BuiltSolid built = tree();
-    const Quatd lying(Eigen::AngleAxisd(0.5 * kPi, Vec3d::UnitZ()));
+    const Quatd lying(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3d::UnitZ()));
     for (int i = 0; i < count; ++i) {
         const Vec3d place((i % kSide - 0.5 * (kSide - 1)) * 6.0, 0.0, i / kSide * 5.0);
         const double y = hillside(place.x(), place.z()) + 2.0;
@@ -197,12 +196,12 @@ Description static_field(int side) {
                 at(tile,
                    0.0,
                    {(x - 0.5 * (side - 1)) * kTile, -0.25, (z - 0.5 * (side - 1)) * kTile},
-                   kFriction));
+                   kSurfaceFriction));
         }
     }
     for (int i = 0; i < kBalls; ++i) {
         const Vec3d place((i % 10 - 4.5) * 7.0, 2.0, (i / 10 - 4.5) * 7.0);
-        d.bodies.push_back(at(Solid::sphere(0.5), 1.0, place, kFriction));
+        d.bodies.push_back(at(Solid::sphere(0.5), 1.0, place, kSurfaceFriction));
     }
     Body& last = d.bodies.back();
     last.pose.position.y() = 0.5;

@@ -1,5 +1,6 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/describe_commands.h"
+#include "server/app/supervision/restarts.h"
 
 #include <CLI/CLI.hpp>
 #include <google/protobuf/stubs/logging.h>
@@ -26,6 +27,7 @@ void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
     c->add_option("--seconds", a.seconds, "Stop by itself after this long; 0: never")
         ->check(CLI::NonNegativeNumber);
     c->add_option("--report", a.report, "Write a JSON report here on exit");
+    c->add_flag("--restart", a.restart, "Start the server again when it dies (see recovery.on)");
     c->footer(
         "Prints one line on standard output once it listens:\n"
         "  ready tcp=PORT udp=PORT admin=PORT zones=N\n"
@@ -34,7 +36,7 @@ void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
         "server.json");
     c->callback([&] {
         run = [&a] {
-            return serve(a);
+            return a.restart ? restart_when_it_dies([&a] { return serve(a); }) : serve(a);
         };
     });
 }

@@ -202,6 +202,8 @@ class Server {
         network_.await_journal(world_.now());
         network_.host().number_sessions_after(recovery_->ledger().newest_client());
         for (session::KeptSession& kept : recovery_->ledger().sessions()) {
+            // Its client has seen states of which this process knows nothing.
+            loop_->post(mailbox::ViewReset{kept.begun.client});
             network_.host().restore(std::move(kept), steady_seconds());
         }
         for (const ClientId client : recovery_->ledger().kicked()) {
@@ -581,10 +583,11 @@ class Server {
     void log_recovery() {
         const SnapshotFigures& made = recovery_->figures();
         log_of(LogArea::kServer)
-            .info("{} snapshots, {} failed; the longest pause was {:.2f} ms",
+            .info("{} snapshots, {} failed; ticks waited {:.2f} ms for one at p50, {:.2f} ms at most",
                   made.taken,
                   made.failed,
-                  made.pause_ms_max);
+                  made.pause_ms.percentile(0.5),
+                  made.pause_ms.max());
         const std::string wrong = recovery_->end(world_);
         if (!wrong.empty()) {
             log_of(LogArea::kServer).error("{}", wrong);

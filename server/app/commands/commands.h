@@ -26,6 +26,7 @@ struct ServeArguments {
     std::vector<std::string> sets;
     double seconds = 0.0;  ///< 0: until a signal
     std::string report;
+    bool restart = false;  ///< a server that dies is started again
 };
 
 struct ExplainArguments {

@@ -7,6 +7,7 @@
 #include "server/app/world/world.h"
 #include "server/config/settings.h"
 #include "server/recording/recorder.h"
+#include "shared/core/histogram.h"
 
 #include <sys/types.h>
 
@@ -30,8 +31,7 @@ struct RecoveredRun {
 struct SnapshotFigures {
     std::uint64_t taken = 0;
     std::uint64_t failed = 0;
-    double pause_ms = 0.0;      ///< of the tick loop, for the last one
-    double pause_ms_max = 0.0;
+    core::Histogram pause_ms;  ///< of the tick loop, for each
 };
 
 /// A snapshot is taken by a copy of the process (fork), which shares its memory with the server as

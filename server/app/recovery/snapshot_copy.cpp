@@ -7,7 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -58,9 +57,9 @@ void Recovery::take_snapshot(const World& world, recording::Recorder& recorder) 
         return;
     }
     copy_ = copy;
-    figures_.pause_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    figures_.pause_ms_max = std::max(figures_.pause_ms_max, figures_.pause_ms);
+    figures_.pause_ms.add(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+            .count());
 }
 
 void Recovery::look_after_copy(recording::Recorder& recorder) {

@@ -8,10 +8,10 @@ namespace zoned::session {
 
 namespace {
 
-using Out = core::Result<Identity, Refusal>;
+using CheckedIdentity = core::Result<Identity, Refusal>;
 
 core::Result<Identity, Refusal> refuse_ticket(std::string text) {
-    return Out::failure({proto::REFUSED_TICKET, Reject::kLoginTicket, std::move(text)});
+    return CheckedIdentity::failure({proto::REFUSED_TICKET, Reject::kLoginTicket, std::move(text)});
 }
 
 core::Result<Identity, Refusal> from_ticket(const HostSettings& settings,
@@ -71,7 +71,7 @@ core::Result<Identity, Refusal> check_identity(const HostSettings& settings,
                                                bool loopback,
                                                std::int64_t unix_s,
                                                NonceSet& nonces) {
-    Out identity = Out::failure({});
+    CheckedIdentity identity = CheckedIdentity::failure({});
     if (!hello.ticket().empty()) {
         identity = from_ticket(settings, hello, unix_s, nonces);
     } else if (settings.dev_mode_loopback && loopback) {
@@ -94,12 +94,13 @@ core::Result<Identity, Refusal> check_identity(const HostSettings& settings,
         return identity;
     }
     if (!is_valid_name(identity->name)) {
-        return Out::failure({proto::REFUSED_MALFORMED,
-                             Reject::kLoginMalformed,
-                             "the name must be 1 to 32 bytes of UTF-8 without control characters"});
+        return CheckedIdentity::failure(
+            {proto::REFUSED_MALFORMED,
+             Reject::kLoginMalformed,
+             "the name must be 1 to 32 bytes of UTF-8 without control characters"});
     }
     if (!is_valid_team(identity->team)) {
-        return Out::failure(
+        return CheckedIdentity::failure(
             {proto::REFUSED_MALFORMED,
              Reject::kLoginMalformed,
              "the team must be at most 32 bytes of UTF-8 without control characters"});

@@ -259,6 +259,7 @@ TEST(FollowTrack, GoesOnWhereTheNextTrackBegins) {
     }
     // 3 to 1 of 200: 150 of a deviation of 6.
     EXPECT_NEAR(left, 150, 25);
+    EXPECT_EQ(left + right, 200);
 }
 
 TEST(FollowTrack, GoesToAndFroWhereItMayTurnBack) {

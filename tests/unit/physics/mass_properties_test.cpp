@@ -30,7 +30,7 @@ TEST(SumOf, TwoHalvesOfABoxIsTheBox) {
 }
 
 TEST(SumOf, NothingHasNoMass) {
-    EXPECT_EQ(sum_of({}).mass, 0.0);
+    EXPECT_EQ(sum_of(std::span<const MassProperties>()).mass, 0.0);
 }
 
 TEST(Moved, TurnsTheTensorAndCarriesTheCentre) {

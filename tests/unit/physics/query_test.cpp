@@ -191,7 +191,6 @@ TEST(Query, HitsNothingWhenAskedNonsense) {
     ASSERT_TRUE(row.scene.add(floor).ok());
     const Query query = row.scene.query();
     QueryHit hit;
-    std::array<BodyId, 8> bodies;
     for (const Vec3& bad : {Vec3(kNan, 0, 0), Vec3(INFINITY, 0, 0), Vec3(0, 3e30F, 0)}) {
         EXPECT_FALSE(query.ray({bad, Vec3::UnitX(), 10}, kAll, hit));
         EXPECT_FALSE(query.cast({{kBall, bad}, Vec3::UnitX(), 10}, kAll, hit));
