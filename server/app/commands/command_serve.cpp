@@ -157,9 +157,8 @@ class Server {
         store_.start(network_.host(),
                      {[this](mailbox::StoreAnswer answer) { loop_->post(std::move(answer)); },
                       [this](std::uint64_t number) {
-                          asked_.stored(number, [this](Tick tick) {
-                              loop_->post(mailbox::StoreKept{tick});
-                          });
+                          asked_.stored(
+                              number, [this](Tick tick) { loop_->post(mailbox::StoreKept{tick}); });
                           asio::post(io_, [this, number] { network_.on_durable(number); });
                       }});
         go_on_with_sessions();
@@ -583,11 +582,12 @@ class Server {
     void log_recovery() {
         const SnapshotFigures& made = recovery_->figures();
         log_of(LogArea::kServer)
-            .info("{} snapshots, {} failed; ticks waited {:.2f} ms for one at p50, {:.2f} ms at most",
-                  made.taken,
-                  made.failed,
-                  made.pause_ms.percentile(0.5),
-                  made.pause_ms.max());
+            .info(
+                "{} snapshots, {} failed; ticks waited {:.2f} ms for one at p50, {:.2f} ms at most",
+                made.taken,
+                made.failed,
+                made.pause_ms.percentile(0.5),
+                made.pause_ms.max());
         const std::string wrong = recovery_->end(world_);
         if (!wrong.empty()) {
             log_of(LogArea::kServer).error("{}", wrong);

@@ -68,9 +68,10 @@ std::string attempts_file(const std::string& folder) {
 Recovery::Recovery(const config::Settings& settings)
     : settings_(settings),
       folder_(settings.server.session.state_folder + "/journal"),
-      every_ticks_(std::max<Tick>(1,
-                                  static_cast<Tick>(settings.server.recovery.snapshot_every_s *
-                                                    settings.tick_rate_hz))) {
+      every_ticks_(std::max<Tick>(
+          1,
+          static_cast<Tick>(settings.server.recovery.snapshot_every_s * settings.tick_rate_hz))),
+      lives_ticks_(static_cast<Tick>(settings.tick_rate_hz) + 1) {
     std::error_code error;
     fs::create_directories(folder_, error);
     if (error) {
@@ -112,8 +113,8 @@ RecoveredRun Recovery::begin(World& world) {
             run.tick = world.now();
             run.sessions = ledger_.sessions().size();
             run.seconds = seconds_now() - begin_s;
-            run.text = "the world goes on after tick " + std::to_string(run.tick) + ": snapshot of tick " +
-                       std::to_string(run.snapshot) + " and " +
+            run.text = "the world goes on after tick " + std::to_string(run.tick) +
+                       ": snapshot of tick " + std::to_string(run.snapshot) + " and " +
                        std::to_string(run.tick - run.snapshot) + " ticks again in " +
                        std::to_string(static_cast<int>(1e3 * run.seconds)) + " ms, " +
                        std::to_string(run.sessions) + " sessions";
@@ -140,10 +141,11 @@ void Recovery::set_aside() {
     }
     fs::create_directories(folder_, error);
     log_of(LogArea::kServer)
-        .error("{} starts in a row died after they brought the world back: it begins anew; what "
-               "they had lies in {}",
-               kMostAttempts,
-               aside);
+        .error(
+            "{} starts in a row died after they brought the world back: it begins anew; what "
+            "they had lies in {}",
+            kMostAttempts,
+            aside);
 }
 
 /// The newest snapshot that can be read.
@@ -165,7 +167,8 @@ void Recovery::load(World& world, RecoveredRun& run) {
         return;
     }
     throw std::runtime_error("the server before this one died, and no snapshot in '" + folder_ +
-                             "' can be read (" + run.trouble + "); move the folder away to begin anew");
+                             "' can be read (" + run.trouble +
+                             "); move the folder away to begin anew");
 }
 
 void Recovery::replay(World& world, bool leaves_out_last, RecoveredRun& run) {
@@ -216,6 +219,7 @@ void Recovery::keep_state(const World& world) {
     }
     last_ = world.now();
     before_ = last_;
+    begun_ = last_;
     remove_snapshots_before(folder_, last_);
     remove_pieces(folder_);
 }
@@ -236,8 +240,13 @@ void Recovery::after_tick(World& world,
     }
     ledger_.apply(in, out);
     ledger_.ask_store(world.now(), world.store_requests());
+    if (world.now() == begun_ + lives_ticks_) {
+        std::error_code error;
+        fs::remove(attempts_file(folder_), error);
+    }
     look_after_copy(recorder);
-    if (copy_ == 0 && world.now() >= last_ + every_ticks_ && world.now() >= started_ + every_ticks_) {
+    if (copy_ == 0 && world.now() >= last_ + every_ticks_ &&
+        world.now() >= started_ + every_ticks_) {
         take_snapshot(world, recorder);
     }
 }

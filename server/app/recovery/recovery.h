@@ -20,12 +20,12 @@ namespace zoned::app {
 
 /// What a start found of the run before it.
 struct RecoveredRun {
-    Tick tick = 0;           ///< the world stands after it; 0: it begins anew
-    Tick snapshot = 0;       ///< of the snapshot that was loaded
-    double seconds = 0.0;    ///< that it took
+    Tick tick = 0;         ///< the world stands after it; 0: it begins anew
+    Tick snapshot = 0;     ///< of the snapshot that was loaded
+    double seconds = 0.0;  ///< that it took
     std::size_t sessions = 0;
-    std::string text;        ///< for the log
-    std::string trouble;     ///< what is not as it was; empty: all is
+    std::string text;     ///< for the log
+    std::string trouble;  ///< what is not as it was; empty: all is
 };
 
 struct SnapshotFigures {
@@ -86,11 +86,13 @@ class Recovery {
     std::string folder_;
     int lock_ = -1;
     Tick every_ticks_ = 1;
+    Tick lives_ticks_ = 1;  // a start that comes so far is no vain attempt
+    Tick begun_ = 0;        // the world's tick at the start
     RunLedger ledger_;
-    Tick last_ = 0;      // of the newest snapshot that is on disk
-    Tick before_ = 0;    // of the one before it
-    Tick started_ = 0;   // of the one that is being written
-    pid_t copy_ = 0;     // the process that writes it; 0: none
+    Tick last_ = 0;     // of the newest snapshot that is on disk
+    Tick before_ = 0;   // of the one before it
+    Tick started_ = 0;  // of the one that is being written
+    pid_t copy_ = 0;    // the process that writes it; 0: none
     SnapshotFigures figures_;
 };
 

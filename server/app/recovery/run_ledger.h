@@ -59,7 +59,7 @@ class RunLedger {
     struct Entry {
         mailbox::SessionBegun begun;
         std::uint64_t commands = 0;
-        std::uint64_t acknowledged = 0;        ///< number of the newest event that has arrived
+        std::uint64_t acknowledged = 0;         ///< number of the newest event that has arrived
         std::deque<session::EventBody> events;  ///< all after it
         std::set<std::uint64_t> unconfirmed;
         std::optional<mailbox::Joined> joined;
@@ -91,8 +91,7 @@ void RunLedger::Entry::serialize(Archive& archive) {
     archive(begun, commands, acknowledged, bodies, unconfirmed, joined);
     if constexpr (Archive::kReads) {
         for (std::vector<std::uint8_t>& body : bodies) {
-            events.push_back(
-                std::make_shared<const std::vector<std::uint8_t>>(std::move(body)));
+            events.push_back(std::make_shared<const std::vector<std::uint8_t>>(std::move(body)));
         }
     }
 }

@@ -11,7 +11,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 
 namespace zoned::app {
 
@@ -77,11 +76,6 @@ void Recovery::look_after_copy(recording::Recorder& recorder) {
         return;
     }
     ++figures_.taken;
-    if (figures_.taken == 1) {
-        // This run has come further than the one before it.
-        std::error_code error;
-        std::filesystem::remove(folder_ + "/attempts", error);
-    }
     before_ = last_;
     last_ = started_;
     // The snapshot before is kept too, with the inputs since: a disk may lie.

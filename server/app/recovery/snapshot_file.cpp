@@ -127,8 +127,7 @@ core::Result<std::vector<std::uint8_t>> read_snapshot(const SnapshotFile& file) 
         return core::Result<Bytes>::failure("'" + file.path + "' is no snapshot of this program");
     }
     if (checksum != checksum_of(std::span(bytes).last(archive.left()))) {
-        return core::Result<Bytes>::failure("'" + file.path +
-                                            "' is damaged: its checksum differs");
+        return core::Result<Bytes>::failure("'" + file.path + "' is damaged: its checksum differs");
     }
     return bytes;
 }
