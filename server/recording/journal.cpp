@@ -32,7 +32,7 @@ Result<bool> Journal::open(const std::string& folder, const RecordingHeader& hea
     if (error) {
         return Result<bool>::failure("cannot read the folder '" + folder + "': " + error.message());
     }
-    std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
+    std::sort(pieces_.begin(), pieces_.end(), [](const JournalPiece& a, const JournalPiece& b) {
         return a.first < b.first;
     });
     folder_ = folder;

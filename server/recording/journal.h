@@ -28,6 +28,7 @@ class Journal {
     /// What was appended outlives this process from here on, with `power` a cut of the machine's
     /// power too, or error() says why not.
     void sync(bool power);
+
     /// A piece of its own begins with the next tick.
     void cut() { cut_ = true; }
 
@@ -46,7 +47,7 @@ class Journal {
   private:
     void begin_piece(Tick tick);
 
-    struct Piece {
+    struct JournalPiece {
         Tick first = 0;
         std::string file;
     };
@@ -55,7 +56,7 @@ class Journal {
     RecordingHeader header_;
     RecordingFile piece_;
     std::string open_error_;
-    std::deque<Piece> pieces_;  // ascending
+    std::deque<JournalPiece> pieces_;  // ascending
     bool cut_ = true;
 };
 

@@ -1,6 +1,6 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/describe_commands.h"
-#include "server/app/supervision/restarts.h"
+#include "server/app/commands/restarts.h"
 
 #include <CLI/CLI.hpp>
 #include <google/protobuf/stubs/logging.h>

@@ -6,14 +6,14 @@
 #include "server/app/commands/serve_report.h"
 #include "server/app/log/crash_file.h"
 #include "server/app/log/log.h"
-#include "server/app/recovery/recovery.h"
+#include "server/app/recovery/server_recovery.h"
 #include "server/app/runtime/counter_watch.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
+#include "server/app/runtime/recorder_settings.h"
 #include "server/app/runtime/start_log.h"
 #include "server/app/runtime/tick_loop.h"
-#include "server/app/storage/asked_ticks.h"
 #include "server/app/storage/server_store.h"
 #include "server/app/supervision/supervision.h"
 #include "server/app/world/world.h"
@@ -26,7 +26,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <thread>
 
@@ -43,31 +42,6 @@ constexpr double kPublishEvery_s = 0.25;
 
 using Outcome = core::Result<AdminOutcome>;
 
-unsigned thread_count(const config::Settings& settings) {
-    const unsigned asked = settings.server.run.threads;
-    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-    const auto zones = static_cast<unsigned>(settings.zones.size());
-    return asked > 0 ? asked : std::min(cores, zones);
-}
-
-recording::RecordingHeader record_header(const config::Settings& settings) {
-    recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
-    header.config_text = settings.text;
-    header.config_digest = settings.digest;
-    header.seed = settings.seed;
-    return header;
-}
-
-/// A file of the state folder; without a name the time is one.
-std::string recording_path(const config::Settings& settings, const std::string& name) {
-    const std::time_t now = std::time(nullptr);
-    std::tm parts{};
-    gmtime_r(&now, &parts);
-    char time[32];
-    std::strftime(time, sizeof(time), "%Y%m%dT%H%M%S.zrec", &parts);
-    return settings.server.session.state_folder + "/recordings/" + (name.empty() ? time : name);
-}
-
 /// One run of the server: world, loop, network, signals; all wiring and nothing else.
 class Server {
   public:
@@ -82,15 +56,11 @@ class Server {
           watch_timer_(io_),
           drain_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
+          recovery_(settings, world_),
           store_(settings),
-          network_(
-              io_,
-              settings,
-              [this](mailbox::InboxItem item) { loop_->post(std::move(item)); },
-              login_store()),
+          network_(io_, settings, poster(), login_store()),
           supervision_(io_, settings.server, [this] { return loop_->turns(); }) {
         reserve_report();
-        recover();
         open_recording();
         open_device();
         LoopSettings loop;
@@ -109,10 +79,10 @@ class Server {
         loop.to_store = [this](Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
             return ask_store(tick, std::move(requests));
         };
-        if (recovery_) {
+        if (recovery_.on()) {
             loop.after_tick = [this](std::span<const mailbox::InboxItem> in,
                                      std::vector<mailbox::OutboxItem>& out) {
-                recovery_->after_tick(world_, in, out, *recorder_);
+                recovery_.after_tick(in, out, *recorder_);
             };
         }
         loop_ = std::make_unique<TickLoop>(
@@ -157,11 +127,10 @@ class Server {
         store_.start(network_.host(),
                      {[this](mailbox::StoreAnswer answer) { loop_->post(std::move(answer)); },
                       [this](std::uint64_t number) {
-                          asked_.stored(
-                              number, [this](Tick tick) { loop_->post(mailbox::StoreKept{tick}); });
+                          recovery_.stored(number, poster());
                           asio::post(io_, [this, number] { network_.on_durable(number); });
                       }});
-        go_on_with_sessions();
+        go_on();
         network_.start();
         loop_->start();
         if (admin_) {
@@ -177,48 +146,27 @@ class Server {
     }
 
   private:
-    /// Brings back what a server left that died, if one did.
-    void recover() {
-        if (!settings_.server.recovery.on) {
-            return;
-        }
-        recovery_ = std::make_unique<Recovery>(settings_);
-        recovered_ = recovery_->begin(world_);
-        if (!recovered_.text.empty()) {
-            log_of(LogArea::kServer).warn("a server before this one died; {}", recovered_.text);
-        }
-        if (!recovered_.trouble.empty()) {
-            log_of(LogArea::kServer).error("not all is as it was: {}", recovered_.trouble);
-        }
+    ServerRecovery::Post poster() {
+        return [this](mailbox::InboxItem item) {
+            loop_->post(std::move(item));
+        };
     }
 
-    /// Clients of the server before this one may come back; the zones hear of those who cannot, and
-    /// the store is asked for what it may not have heard.
-    void go_on_with_sessions() {
-        if (!recovery_) {
-            return;
-        }
-        network_.await_journal(world_.now());
-        network_.host().number_sessions_after(recovery_->ledger().newest_client());
-        for (session::KeptSession& kept : recovery_->ledger().sessions()) {
-            // Its client has seen states of which this process knows nothing.
-            loop_->post(mailbox::ViewReset{kept.begun.client});
-            network_.host().restore(std::move(kept), steady_seconds());
-        }
-        for (const ClientId client : recovery_->ledger().kicked()) {
-            loop_->post(mailbox::Leave{client, mailbox::LeaveReason::kKicked});
-        }
-        std::vector<mailbox::StoreRequest> requests = recovery_->ledger().ask_again(world_.now());
-        if (!requests.empty()) {
-            ask_store(world_.now(), std::move(requests));
+    /// With what a server left that died, if one did.
+    void go_on() {
+        if (recovery_.on()) {
+            network_.await_journal(world_.now());
+            recovery_.restore_sessions(network_.host(), poster());
+            ask_store(world_.now(), recovery_.requests_again());
         }
     }
 
     StoreTicket ask_store(Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
-        const StoreTicket ticket = store_.submit(tick, std::move(requests));
-        if (recovery_ && !asked_.submitted(tick, ticket)) {
-            loop_->post(mailbox::StoreKept{tick});
+        if (requests.empty()) {
+            return {};
         }
+        const StoreTicket ticket = store_.submit(tick, std::move(requests));
+        recovery_.asked(tick, ticket, poster());
         return ticket;
     }
 
@@ -414,27 +362,11 @@ class Server {
     }
 
     void open_recording() {
-        recording::RecorderSettings recorder;
-        recorder.file = settings_.server.recording_file;
-        recorder.ring_folder = settings_.server.session.state_folder + "/ring";
-        recorder.ring_s = settings_.server.ring_s;
-        recorder.rate_hz = settings_.tick_rate_hz;
-        recorder.header = record_header(settings_);
-        if (recovery_) {
-            recorder.journal_folder = recovery_->folder();
-            recorder.journal_for_power =
-                settings_.server.recovery.durability == config::StoreDurability::kPower;
-            recorder.kept = [this](Tick tick) {
-                asio::post(io_, [this, tick] { network_.on_journaled(tick); });
-            };
-            if (recovered_.tick > 0 && !recorder.file.empty()) {
-                log_of(LogArea::kServer)
-                    .warn("{} stays as the run before left it: a replay starts with tick 1",
-                          recorder.file);
-                recorder.file.clear();
-            }
-        }
-        if (recorder.file.empty() && recorder.ring_s <= 0.0 && !recovery_) {
+        recording::RecorderSettings recorder = recorder_settings(settings_);
+        recovery_.keep_inputs(recorder, [this](Tick tick) {
+            asio::post(io_, [this, tick] { network_.on_journaled(tick); });
+        });
+        if (recorder.file.empty() && recorder.ring_s <= 0.0 && !recovery_.on()) {
             return;
         }
         recorder_ = std::make_unique<recording::Recorder>(
@@ -579,22 +511,6 @@ class Server {
         });
     }
 
-    void log_recovery() {
-        const SnapshotFigures& made = recovery_->figures();
-        log_of(LogArea::kServer)
-            .info(
-                "{} snapshots, {} failed; ticks waited {:.2f} ms for one at p50, {:.2f} ms at most",
-                made.taken,
-                made.failed,
-                made.pause_ms.percentile(0.5),
-                made.pause_ms.max());
-        const std::string wrong = recovery_->end(world_);
-        if (!wrong.empty()) {
-            log_of(LogArea::kServer).error("{}", wrong);
-            failed_ = true;
-        }
-    }
-
     int finish(double seconds) {
         if (reader_.joinable()) {
             reader_.join();
@@ -606,9 +522,7 @@ class Server {
                 not_recorded = closed.error();
             }
         }
-        if (recovery_) {
-            log_recovery();
-        }
+        failed_ = !recovery_.end() || failed_;
         const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
         log_summary(figures);
         if (!arguments_.report.empty()) {
@@ -643,14 +557,12 @@ class Server {
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
     World world_;
+    ServerRecovery recovery_;
     ServerStore store_;
     Network network_;
     Supervision supervision_;
     config::AdvertiseSettings advertised_;
     recording::ReportFile report_;
-    std::unique_ptr<Recovery> recovery_;  // null: a crash ends the world
-    RecoveredRun recovered_;
-    AskedTicks asked_;
     std::unique_ptr<recording::Recorder> recorder_;
     std::unique_ptr<TickLoop> loop_;
     std::unique_ptr<AdminApi> admin_;

@@ -4,12 +4,12 @@
 
 namespace zoned::app {
 
-RunLedger::Entry* RunLedger::find(ClientId client) {
+RunLedger::SessionEntry* RunLedger::find(ClientId client) {
     const auto it = sessions_.find(client);
     return it == sessions_.end() ? nullptr : &it->second;
 }
 
-void RunLedger::Entry::acknowledge(std::uint64_t through) {
+void RunLedger::SessionEntry::acknowledge(std::uint64_t through) {
     for (; acknowledged < through && !events.empty(); ++acknowledged) {
         events.pop_front();
     }
@@ -24,7 +24,7 @@ void RunLedger::apply(std::span<const mailbox::InboxItem> in,
         if (const auto* event = std::get_if<mailbox::EventOut>(&item)) {
             give(*event);
         } else if (const auto* joined = std::get_if<mailbox::Joined>(&item)) {
-            if (Entry* entry = find(joined->client)) {
+            if (SessionEntry* entry = find(joined->client)) {
                 entry->joined = *joined;
             }
         } else if (const auto* kick = std::get_if<mailbox::Kick>(&item)) {
@@ -43,16 +43,16 @@ void RunLedger::take(const mailbox::InboxItem& item) {
         sessions_.erase(leave->client);
         kicked_.erase(leave->client);
     } else if (const auto* command = std::get_if<mailbox::Command>(&item)) {
-        if (Entry* entry = find(command->client)) {
+        if (SessionEntry* entry = find(command->client)) {
             entry->commands = std::max(entry->commands, command->number);
         }
     } else if (const auto* progress = std::get_if<mailbox::SessionProgress>(&item)) {
-        if (Entry* entry = find(progress->client)) {
+        if (SessionEntry* entry = find(progress->client)) {
             entry->commands = std::max(entry->commands, progress->commands);
             entry->acknowledge(progress->events);
         }
     } else if (const auto* confirm = std::get_if<mailbox::Confirm>(&item)) {
-        if (Entry* entry = find(confirm->client)) {
+        if (SessionEntry* entry = find(confirm->client)) {
             entry->unconfirmed.erase(confirm->event.value);
         }
     } else if (const auto* kept = std::get_if<mailbox::StoreKept>(&item)) {
@@ -63,7 +63,7 @@ void RunLedger::take(const mailbox::InboxItem& item) {
 void RunLedger::give(const mailbox::EventOut& event) {
     session::EventBody body;
     for (const ClientId client : event.recipients) {
-        Entry* entry = find(client);
+        SessionEntry* entry = find(client);
         if (entry == nullptr) {
             continue;
         }

@@ -56,7 +56,7 @@ class RunLedger {
     }
 
   private:
-    struct Entry {
+    struct SessionEntry {
         mailbox::SessionBegun begun;
         std::uint64_t commands = 0;
         std::uint64_t acknowledged = 0;         ///< number of the newest event that has arrived
@@ -72,16 +72,16 @@ class RunLedger {
 
     void take(const mailbox::InboxItem& item);
     void give(const mailbox::EventOut& event);
-    [[nodiscard]] Entry* find(ClientId client);
+    [[nodiscard]] SessionEntry* find(ClientId client);
 
     ClientId newest_;
-    std::map<ClientId, Entry> sessions_;
+    std::map<ClientId, SessionEntry> sessions_;
     std::set<ClientId> kicked_;
     std::deque<std::pair<Tick, std::vector<mailbox::StoreRequest>>> requests_;  // ascending
 };
 
 template <class Archive>
-void RunLedger::Entry::serialize(Archive& archive) {
+void RunLedger::SessionEntry::serialize(Archive& archive) {
     std::vector<std::vector<std::uint8_t>> bodies;
     if constexpr (!Archive::kReads) {
         for (const session::EventBody& body : events) {

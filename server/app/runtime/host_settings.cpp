@@ -4,6 +4,9 @@
 #include "server/config/world/world_description.h"
 #include "server/net/socket_address.h"
 
+#include <algorithm>
+#include <thread>
+
 namespace zoned::app {
 
 session::HostSettings host_settings(const config::Settings& settings) {
@@ -67,6 +70,13 @@ net::TlsSettings tls_settings(const config::Settings& settings) {
 bool admin_is_local(const config::Settings& settings) {
     const auto parsed = net::parse_address(settings.server.network.admin_address, 0);
     return parsed.ok() && parsed->is_loopback();
+}
+
+unsigned thread_count(const config::Settings& settings) {
+    const unsigned asked = settings.server.run.threads;
+    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    const auto zones = static_cast<unsigned>(settings.zones.size());
+    return asked > 0 ? asked : std::min(cores, zones);
 }
 
 }  // namespace zoned::app

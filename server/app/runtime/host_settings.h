@@ -1,4 +1,4 @@
-// Host settings: turns the checked config into the settings of sessions and sockets.
+// Host settings: turns the checked config into the settings of sessions, sockets and threads.
 #pragma once
 
 #include "server/config/settings.h"
@@ -13,6 +13,9 @@ session::HostSettings host_settings(const config::Settings& settings);
 
 net::UdpSettings udp_settings(const config::Settings& settings);
 net::TlsSettings tls_settings(const config::Settings& settings);
+
+/// Threads that step the zones.
+[[nodiscard]] unsigned thread_count(const config::Settings& settings);
 
 /// Whether the admin server listens to this machine alone; else it speaks TLS.
 [[nodiscard]] bool admin_is_local(const config::Settings& settings);

@@ -1,4 +1,4 @@
-#include "server/app/supervision/restarts.h"
+#include "server/app/commands/restarts.h"
 
 #include "server/app/commands/commands.h"
 

@@ -1,0 +1,61 @@
+// ServerRecovery: recovery, wired to the world, the sessions, the recorder and the store of a
+// server.
+#pragma once
+
+#include "server/app/recovery/recovery.h"
+#include "server/app/storage/asked_ticks.h"
+#include "server/app/storage/held_output.h"
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::app {
+
+/// Does nothing in a server without recovery.
+class ServerRecovery {
+  public:
+    using Post = std::function<void(mailbox::InboxItem)>;
+
+    /// Brings back what a server left that died, if one did, and logs it. Throws
+    /// std::runtime_error that says what to do.
+    ServerRecovery(const config::Settings& settings, World& world);
+
+    [[nodiscard]] bool on() const { return recovery_ != nullptr; }
+
+    /// The world had ticks behind it when this server began.
+    [[nodiscard]] bool goes_on() const { return found_.tick > 0; }
+
+    /// Has the recorder keep the inputs; `kept` as RecorderSettings::kept.
+    void keep_inputs(recording::RecorderSettings& recorder, std::function<void(Tick)> kept) const;
+
+    /// Before the first tick: clients of the server before this one may come back, and the world
+    /// hears of those who cannot.
+    void restore_sessions(session::SessionHost& host, const Post& post);
+
+    /// What the store may not have heard of before.
+    [[nodiscard]] std::vector<mailbox::StoreRequest> requests_again();
+
+    /// Requests of a tick were given to the store.
+    void asked(Tick tick, const StoreTicket& ticket, const Post& post);
+    /// The store has come to this number; from any thread.
+    void stored(std::uint64_t number, const Post& post);
+
+    /// As Recovery::after_tick().
+    void after_tick(std::span<const mailbox::InboxItem> in,
+                    std::vector<mailbox::OutboxItem>& out,
+                    recording::Recorder& recorder);
+
+    /// After a run that ends in good order; false, and a line in the log: not all was done.
+    bool end();
+
+  private:
+    const config::Settings& settings_;
+    World& world_;
+    std::unique_ptr<Recovery> recovery_;  // null: a crash ends the world
+    RecoveredRun found_;
+    AskedTicks asked_;
+};
+
+}  // namespace zoned::app
