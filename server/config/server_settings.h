@@ -159,6 +159,7 @@ struct LogSettings {
 enum class StoreKind : std::uint8_t {
     kNone,
     kSqlite,
+    kPostgresql,
 };
 
 enum class StoreDurability : std::uint8_t {
@@ -172,6 +173,7 @@ struct StoreSettings {
     std::string file = "state/store.db";
     StoreDurability durability = StoreDurability::kPower;
     std::uint32_t max_waiting_mb = 64;
+    std::string url;  ///< kPostgresql; holds no password
 
     bool operator==(const StoreSettings&) const = default;
 };

@@ -43,6 +43,8 @@ using StoreResult = core::Result<T, StoreError>;
 struct StandingPlace {
     std::array<double, 3> position_m{};  ///< world coordinates
     std::string world;                   ///< digest of the config: another world has other ground
+
+    bool operator==(const StandingPlace&) const = default;
 };
 
 // ---- changes
@@ -50,10 +52,14 @@ struct StandingPlace {
 struct PutRecord {
     StoreKey key;
     StoredBytes value;
+
+    bool operator==(const PutRecord&) const = default;
 };
 
 struct RemoveRecord {
     StoreKey key;
+
+    bool operator==(const RemoveRecord&) const = default;
 };
 
 /// An account logs in with a character; both are made where they are new.
@@ -61,33 +67,45 @@ struct NoteLogin {
     std::string account;
     std::string character;
     std::int64_t unix_s = 0;
+
+    bool operator==(const NoteLogin&) const = default;
 };
 
 struct PutStand {
     std::string account;
     std::string character;
     StandingPlace place;
+
+    bool operator==(const PutStand&) const = default;
 };
 
 struct PutBan {
     std::string account;
     std::int64_t until_unix_s = 0;  ///< 0: for ever
     std::string reason;
+
+    bool operator==(const PutBan&) const = default;
 };
 
 struct RemoveBan {
     std::string account;
+
+    bool operator==(const RemoveBan&) const = default;
 };
 
 /// A ticket opens one session, also across restarts.
 struct UseTicket {
     std::array<std::uint8_t, 16> nonce{};
     std::int64_t expires_s = 0;
+
+    bool operator==(const UseTicket&) const = default;
 };
 
 /// Tickets that have expired need no memory.
 struct ForgetTickets {
     std::int64_t expired_at_s = 0;
+
+    bool operator==(const ForgetTickets&) const = default;
 };
 
 struct AddEvent {
@@ -98,6 +116,8 @@ struct AddEvent {
     std::string account;  ///< whose event it is; empty: of a topic, or of those around
     std::string topic;
     StoredBytes payload;
+
+    bool operator==(const AddEvent&) const = default;
 };
 
 using StoreChange = std::variant<PutRecord,
@@ -138,7 +158,7 @@ class Store {
     virtual ~Store() = default;
 
     /// All changes in their order, in one transaction; durable when it returns. On an error none of
-    /// them is there, and the same call may be made again.
+    /// them is there, and the same call, or one with more changes behind these, may be made again.
     virtual StoreResult<bool> commit(std::span<const StoreChange> changes) = 0;
 
     virtual StoreResult<std::optional<StoredBytes>> get(const StoreKey& key) = 0;

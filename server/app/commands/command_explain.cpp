@@ -63,6 +63,14 @@ void print_store(const config::StoreSettings& store) {
             "\nstore: none: a restart forgets bans, used tickets and what the rules keep\n");
         return;
     }
+    if (store.kind == config::StoreKind::kPostgresql) {
+        std::printf(
+            "\nstore: %s; a commit outlives what the database outlives; writes wait in up to %u "
+            "MB\n",
+            store.url.c_str(),
+            store.max_waiting_mb);
+        return;
+    }
     std::printf("\nstore: %s (SQLite); a commit outlives %s; writes wait in up to %u MB\n",
                 store.file.c_str(),
                 store.durability == config::StoreDurability::kPower

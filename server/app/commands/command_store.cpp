@@ -1,6 +1,8 @@
 // zoned backup, restore and store: the durable store under an operator's hands.
 #include "server/app/commands/commands.h"
 #include "server/app/storage/server_store.h"
+#include "server/config/text/store_url.h"
+#include "server/store/postgres_store.h"
 #include "server/store/sqlite_store.h"
 #include "shared/core/hex.h"
 
@@ -24,8 +26,16 @@ int complain(const std::string& text) {
     return kEnvironment;
 }
 
-core::Result<std::unique_ptr<store::Store>> open_to_inspect(const std::string& file) {
+core::Result<std::unique_ptr<store::Store>> open_to_inspect(const StoreArguments& arguments) {
     using Out = core::Result<std::unique_ptr<store::Store>>;
+    if (!arguments.url.empty()) {
+        if (const std::string why = config::wrong_with_store_url(arguments.url); !why.empty()) {
+            return Out::failure("--url " + why);
+        }
+        auto opened = store::open_postgres_store(arguments.url, false);
+        return opened.ok() ? Out(std::move(*opened)) : Out::failure(opened.error().text);
+    }
+    const std::string file = file_of(arguments);
     if (!std::filesystem::exists(file)) {
         return Out::failure(file +
                             ": there is no store; --state names session.state_folder of "
@@ -47,13 +57,19 @@ std::string utc(std::int64_t unix_ms) {
 
 void add_place(CLI::App& command, StoreArguments& a) {
     command.add_option("--state", a.state, "The server's session.state_folder; default: state");
-    command.add_option("--file", a.file, "The store itself, where the config sets store.file");
+    CLI::Option* file =
+        command.add_option("--file", a.file, "The store itself, where the config sets store.file");
+    command.add_option("--url", a.url, "The config's store.url, where it lies in PostgreSQL")
+        ->excludes(file);
 }
 
 }  // namespace
 
 int backup(const StoreArguments& arguments) {
-    const auto opened = open_to_inspect(file_of(arguments));
+    if (!arguments.url.empty()) {
+        return complain("a store in PostgreSQL is backed up by PostgreSQL's own tools: pg_dump");
+    }
+    const auto opened = open_to_inspect(arguments);
     if (!opened.ok()) {
         return complain(opened.error());
     }
@@ -73,6 +89,11 @@ int backup(const StoreArguments& arguments) {
 }
 
 int restore(const StoreArguments& arguments) {
+    if (!arguments.url.empty()) {
+        return complain(
+            "a store in PostgreSQL comes back by PostgreSQL's own tools: pg_restore, or psql with "
+            "what pg_dump wrote");
+    }
     const auto kept = store::restore_sqlite(arguments.backup, file_of(arguments));
     if (!kept.ok()) {
         return complain(kept.error().text);
@@ -85,7 +106,7 @@ int restore(const StoreArguments& arguments) {
 }
 
 int store_check(const StoreArguments& arguments) {
-    const auto opened = open_to_inspect(file_of(arguments));
+    const auto opened = open_to_inspect(arguments);
     if (!opened.ok()) {
         return complain(opened.error());
     }
@@ -115,7 +136,7 @@ int store_check(const StoreArguments& arguments) {
 }
 
 int store_events(const StoreArguments& arguments) {
-    const auto opened = open_to_inspect(file_of(arguments));
+    const auto opened = open_to_inspect(arguments);
     if (!opened.ok()) {
         return complain(opened.error());
     }

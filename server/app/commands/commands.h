@@ -110,6 +110,7 @@ struct CtlArguments {
 struct StoreArguments {
     std::string state = "state";
     std::string file;     ///< empty: store.db in `state`
+    std::string url;      ///< of a PostgreSQL database, instead of a file
     std::string backup;   ///< file that is made, or restored
     std::string account;  ///< whose events; empty: all
     unsigned count = 20;

@@ -1,6 +1,7 @@
 #include "server/app/storage/server_store.h"
 
 #include "server/app/log/log.h"
+#include "server/store/postgres_store.h"
 #include "server/store/sqlite_store.h"
 
 #include <ctime>
@@ -32,6 +33,9 @@ void log_trouble(const std::string& text) {
 }  // namespace
 
 std::unique_ptr<store::Store> open_store(const config::StoreSettings& settings) {
+    if (settings.kind == config::StoreKind::kPostgresql) {
+        return value_or_throw(store::open_postgres_store(settings.url, true));
+    }
     std::error_code ignored;
     std::filesystem::create_directories(std::filesystem::path(settings.file).parent_path(),
                                         ignored);
@@ -71,13 +75,17 @@ void ServerStore::start(session::SessionHost& host, Output output) {
     store::StoreServiceSettings service;
     service.max_waiting_bytes = static_cast<std::size_t>(settings_.max_waiting_mb) << 20U;
     service.world = world_;
+    std::function<store::StoreResult<bool>()> checkpoint;
+    if (settings_.kind == config::StoreKind::kSqlite) {
+        checkpoint = [mover = std::make_shared<store::SqliteCheckpoint>(settings_.file)] {
+            return mover->run();
+        };
+    }
     service_ = std::make_unique<store::StoreService>(
         std::move(store_),
         service,
         store::StoreServiceOutput{output_.answer, output_.durable, &log_trouble},
-        [checkpoint = std::make_shared<store::SqliteCheckpoint>(settings_.file)] {
-            return checkpoint->run();
-        });
+        checkpoint);
 }
 
 std::uint64_t ServerStore::stop() {

@@ -1,6 +1,7 @@
 #include "server/config/check/config_checks.h"
 #include "server/config/settings.h"
 #include "server/config/text/check_name.h"
+#include "server/config/text/store_url.h"
 #include "server/config/types/stances.h"
 #include "proto/config/config.pb.h"
 
@@ -229,16 +230,27 @@ void check_session(const proto::config::Session& session, Diagnostics& diagnosti
 }
 
 void check_store(const proto::config::Store& store, Diagnostics& diagnostics) {
-    if (store.kind() != proto::config::STORE_NONE) {
+    const auto refuse = [&](bool given, const char* path, const std::string& kind) {
+        if (given) {
+            diagnostics.add(path, "has no meaning while store.kind is " + kind);
+        }
+    };
+    const std::string kind = proto::config::StoreKind_Name(store.kind());
+    if (store.kind() != proto::config::STORE_SQLITE) {
+        refuse(store.has_file(), "store.file", kind);
+        refuse(store.has_durability(), "store.durability", kind);
+    }
+    if (store.kind() == proto::config::STORE_NONE) {
+        refuse(store.has_max_waiting_mb(), "store.max_waiting_mb", kind);
+    }
+    if (store.kind() != proto::config::STORE_POSTGRESQL) {
+        refuse(store.has_url(), "store.url", kind);
         return;
     }
-    for (const auto& [given, path] :
-         {std::pair(store.has_file(), "store.file"),
-          std::pair(store.has_durability(), "store.durability"),
-          std::pair(store.has_max_waiting_mb(), "store.max_waiting_mb")}) {
-        if (given) {
-            diagnostics.add(path, "has no meaning while store.kind is STORE_NONE");
-        }
+    if (!store.has_url()) {
+        diagnostics.add("store.url", "is missing: it names the database; " + store_url_advice());
+    } else if (const std::string why = wrong_with_store_url(store.url()); !why.empty()) {
+        diagnostics.add("store.url", why);
     }
 }
 

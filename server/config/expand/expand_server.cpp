@@ -66,7 +66,8 @@ StoreSettings expand_store(const proto::config::Store& from, const std::string& 
     return {static_cast<StoreKind>(from.kind()),
             from.has_file() ? from.file() : state_folder + "/store.db",
             static_cast<StoreDurability>(from.durability()),
-            from.max_waiting_mb()};
+            from.max_waiting_mb(),
+            from.url()};
 }
 
 RecoverySettings expand_recovery(const proto::config::Recovery& from) {

@@ -71,7 +71,7 @@ TEST(ServerSettings, TheStoreLiesInTheStateFolderUnlessItIsNamed) {
               "store { file: \"/srv/s.db\" durability: DURABLE_PROCESS max_waiting_mb: 5 }\n");
     ASSERT_TRUE(named.ok) << format_errors("test", named.errors);
     EXPECT_EQ(named.settings.server.store,
-              (StoreSettings{StoreKind::kSqlite, "/srv/s.db", StoreDurability::kProcess, 5}));
+              (StoreSettings{StoreKind::kSqlite, "/srv/s.db", StoreDurability::kProcess, 5, ""}));
 }
 
 TEST(ServerSettings, AStoreThatIsOffHasNoFile) {
@@ -83,6 +83,57 @@ TEST(ServerSettings, AStoreThatIsOffHasNoFile) {
     EXPECT_NE(format_errors("test", odd.errors).find("no meaning while store.kind is STORE_NONE"),
               std::string::npos)
         << format_errors("test", odd.errors);
+}
+
+std::string complaint_about(const std::string& store) {
+    const Outcome outcome = parse(std::string(kValid) + "store { " + store + " }\n");
+    return outcome.ok ? "" : format_errors("test", outcome.errors);
+}
+
+TEST(ServerSettings, AStoreInPostgresqlHasAUrl) {
+    const std::string url = "postgresql://zoned@[::1]:5432,b:5433/game?passfile=/etc/zoned/pgpass";
+    const Outcome good =
+        parse(std::string(kValid) + "store { kind: STORE_POSTGRESQL url: \"" + url + "\" }\n");
+    ASSERT_TRUE(good.ok) << format_errors("test", good.errors);
+    EXPECT_EQ(good.settings.server.store.kind, StoreKind::kPostgresql);
+    EXPECT_EQ(good.settings.server.store.url, url);
+    for (const char* also : {"postgres://h/d",
+                             "postgresql:///d?host=/run/postgresql",
+                             "postgresql://u@h",
+                             "postgresql://h/d?user=u&sslmode=verify-full"}) {
+        EXPECT_EQ(complaint_about("kind: STORE_POSTGRESQL url: \"" + std::string(also) + "\""), "")
+            << also;
+    }
+    const auto wants = [](const std::string& store, const std::string& text) {
+        const std::string complaint = complaint_about(store);
+        EXPECT_NE(complaint.find(text), std::string::npos) << store << ": " << complaint;
+    };
+    wants("kind: STORE_POSTGRESQL", "store.url: is missing");
+    wants("kind: STORE_POSTGRESQL url: \"host=h\"", "is no URL of a PostgreSQL database");
+    wants("kind: STORE_POSTGRESQL url: \"mysql://h/d\"", "is no URL of a PostgreSQL database");
+    wants("kind: STORE_POSTGRESQL url: \"postgresql://h/a b\"", "%20");
+    wants("kind: STORE_POSTGRESQL url: \"postgresql://h/d\" file: \"s.db\"",
+          "no meaning while store.kind is STORE_POSTGRESQL");
+    wants("kind: STORE_POSTGRESQL url: \"postgresql://h/d\" durability: DURABLE_PROCESS",
+          "no meaning while store.kind is STORE_POSTGRESQL");
+    wants("url: \"postgresql://h/d\"", "no meaning while store.kind is STORE_SQLITE");
+}
+
+TEST(ServerSettings, APasswordInTheUrlOfTheStoreIsRefusedAndNotRepeated) {
+    for (const char* url : {"postgresql://u:sEcret@h/d",
+                            "postgresql://u:sEc/ret@h/d",
+                            "postgresql://:sEcret@h/d",
+                            "postgresql://a?u:sEcret@h/d",
+                            "postgresql://u@x:sEcret@h/d",
+                            "postgresql://h/d?password=sEcret",
+                            "postgresql://h/d?user=u&PassWord=sEcret",
+                            "postgresql://h/d?sslpassword=sEcret",
+                            "postgresql://h?p%61ssword=sEcret"}) {
+        const std::string complaint =
+            complaint_about("kind: STORE_POSTGRESQL url: \"" + std::string(url) + "\"");
+        EXPECT_NE(complaint.find("PGPASSWORD"), std::string::npos) << url << ": " << complaint;
+        EXPECT_EQ(complaint.find("sEc"), std::string::npos) << complaint;
+    }
 }
 
 }  // namespace

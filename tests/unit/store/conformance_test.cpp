@@ -1,7 +1,10 @@
 // The duties of every kind of store, whichever it is.
+#include "server/store/postgres_store.h"
+#include "tests/unit/store/postgres_server.h"
 #include "tests/unit/store/store_fixture.h"
 
 #include <functional>
+#include <limits>
 
 namespace zoned::store::test {
 namespace {
@@ -21,6 +24,22 @@ class SqliteFile final : public Database {
     ScratchFolder folder_;
 };
 
+class PostgresDatabase final : public Database {
+  public:
+    explicit PostgresDatabase(PostgresServer& server) : url_(server.make_database()) {}
+
+    std::unique_ptr<Store> open() override { return taken(open_postgres_store(url_, true)); }
+
+  private:
+    std::string url_;
+};
+
+/// Null where PostgreSQL is not installed.
+std::unique_ptr<Database> make_postgres() {
+    PostgresServer* server = PostgresServer::get();
+    return server == nullptr ? nullptr : std::make_unique<PostgresDatabase>(*server);
+}
+
 struct Kind {
     const char* name;
     std::function<std::unique_ptr<Database>()> make;
@@ -30,6 +49,9 @@ class AnyStore : public ::testing::TestWithParam<Kind> {
   protected:
     void SetUp() override {
         database = GetParam().make();
+        if (database == nullptr) {
+            GTEST_SKIP() << "postgresql is not installed (config/packages.txt)";
+        }
         reopen();
     }
 
@@ -166,12 +188,51 @@ TEST_P(AnyStore, TakesAnEmptyCommit) {
     EXPECT_EQ(taken(store->counts()).records, 0U);
 }
 
+TEST_P(AnyStore, TextThatIsNoUtf8HoldsNothingUp) {
+    AddEvent event;
+    event.topic = std::string("a\0b\xFF", 4);
+    commit({event, PutBan{"ann", 0, "\x80"}, PutRecord{world_key("k"), {1}}});
+    EXPECT_EQ(taken(store->counts()).events, 1U);
+    EXPECT_EQ(taken(store->get(world_key("k"))), StoredBytes{1});
+}
+
+TEST_P(AnyStore, RefusesNothingOfTheNumbersThatItsFieldsHold) {
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+    AddEvent event;
+    event.unix_ms = kMost;
+    event.kind = 65535;
+    event.account = "ann";
+    commit({NoteLogin{"ann", "hero", kMost},
+            PutStand{"ann", "hero", {{1.0 / 3.0, -1e-300, 1e300}, "w"}},
+            PutBan{"ann", kMost, "it's \\ \"quoted\"; -- %"},
+            UseTicket{{}, kMost},
+            event});
+    reopen();
+    EXPECT_EQ(taken(store->stand("ann", "hero"))->position_m,
+              (std::array<double, 3>{1.0 / 3.0, -1e-300, 1e300}));
+    EXPECT_EQ(taken(store->bans()).at(0).until_unix_s, kMost);
+    EXPECT_EQ(taken(store->bans()).at(0).reason, "it's \\ \"quoted\"; -- %");
+    EXPECT_EQ(taken(store->tickets(kMost - 1)).size(), 1U);
+    EXPECT_EQ(taken(store->events("ann", 1)).at(0).unix_ms, kMost);
+}
+
+TEST_P(AnyStore, ALaterLoginKeepsWhereTheCharacterStood) {
+    commit({NoteLogin{"ann", "hero", 1},
+            PutStand{"ann", "hero", {{1, 2, 3}, "w"}},
+            NoteLogin{"ann", "other", 2},
+            NoteLogin{"ann", "hero", 3}});
+    EXPECT_EQ(taken(store->stand("ann", "hero"))->world, "w");
+    EXPECT_EQ(taken(store->stand("ann", "other")), std::nullopt);
+    EXPECT_EQ(taken(store->counts()).characters, 2U);
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds,
                          AnyStore,
                          ::testing::Values(Kind{"Sqlite",
                                                 [] {
                                                     return std::make_unique<SqliteFile>();
-                                                }}),
+                                                }},
+                                           Kind{"Postgresql", &make_postgres}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
