@@ -170,7 +170,8 @@ TEST(ParticleDevice, ThatDiesInPlayIsLoggedOnceAndTheWorldGoesOn) {
         world.use_device(device->get(), {{1e6, 1.0, 0.0}, {0.0, 1e-6, 0.0}});
         LoopSettings fast;
         fast.rate_hz = 240.0;
-        TickLoop loop(world, fast, [](TickResult) {}, nullptr);
+        TickLoop loop(
+            world, fast, [](TickResult) {}, nullptr);
         loop.start();
         for (int i = 0; i < 1000 && stats.ticks < 20; ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(10));

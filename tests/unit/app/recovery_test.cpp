@@ -201,10 +201,16 @@ TEST_F(Recovered, ComesBackFromEachPlaceWhereAWriteMayHaveStopped) {
         fs::remove_all(journal());
         fs::copy(folder + "/kept", journal());
         fs::resize_file(piece, size);
-        const Run run(settings);
-        EXPECT_LE(run.found.tick, before);
-        before = run.found.tick;
-        EXPECT_EQ(run.world.state_hash(), hash_at(run.found.tick)) << size << " bytes";
+        {
+            Run run(settings);
+            EXPECT_LE(run.found.tick, before);
+            before = run.found.tick;
+            EXPECT_EQ(run.world.state_hash(), hash_at(run.found.tick)) << size << " bytes";
+            run.go(before + 3);
+        }
+        // The half frame of the run before is in nobody's way.
+        const Run again(settings);
+        EXPECT_EQ(again.found.tick, before + 3);
     }
     EXPECT_LT(before, 18);
 }
@@ -235,6 +241,11 @@ TEST_F(Recovered, TakesTheSnapshotBeforeADamagedOne) {
         EXPECT_EQ(run.found.tick, at);
         EXPECT_NE(run.found.trouble.find("checksum"), std::string::npos) << run.found.trouble;
         EXPECT_EQ(run.world.state_hash(), hash_at(at));
+        // The client joined long before that snapshot.
+        const std::vector<session::KeptSession> kept = run.recovery->ledger().sessions();
+        ASSERT_EQ(kept.size(), 1U);
+        EXPECT_TRUE(kept[0].joined.has_value());
+        EXPECT_GT(kept[0].events.newest(), 0U) << "it was told where it is";
     }
     spoil(snapshots_in(journal()).at(0).path);
     try {
@@ -295,6 +306,7 @@ TEST_F(Recovered, AStopInGoodOrderBeginsAnewUnlessAskedNotTo) {
     {
         Run run(settings);
         run.go(50);
+        run.recorder.reset();
         EXPECT_EQ(run.recovery->end(run.world), "");
     }
     EXPECT_EQ(Run(settings).found.tick, 0);
@@ -303,6 +315,7 @@ TEST_F(Recovered, AStopInGoodOrderBeginsAnewUnlessAskedNotTo) {
     {
         Run run(settings);
         run.go(50);
+        run.recorder.reset();
         EXPECT_EQ(run.recovery->end(run.world), "");
     }
     const Run run(settings);

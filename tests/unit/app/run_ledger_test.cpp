@@ -270,6 +270,34 @@ TEST(RunLedger, LosesDoublesAndReordersNothingOverAnyCrashes) {
     }
 }
 
+TEST(RunLedger, KeepsNothingOfWhatIsOver) {
+    RunLedger ledger;
+    std::vector<mailbox::InboxItem> in;
+    mailbox::EventOut event;
+    event.confirm = true;
+    for (std::uint32_t client = 1; client <= 3; ++client) {
+        in.emplace_back(
+            mailbox::SessionBegun{ClientId(client), mailbox::Bytes(32), "", "", "", 1, false});
+        event.recipients.push_back(ClientId(client));
+    }
+    std::vector<mailbox::OutboxItem> out;
+    for (std::uint64_t number = 1; number <= 4; ++number) {
+        event.event = EventId(number);
+        out.emplace_back(event);
+    }
+    ledger.apply(in, out);
+    in = {mailbox::Leave{ClientId(2), mailbox::LeaveReason::kQuit},
+          mailbox::SessionProgress{ClientId(1), 0, 3},
+          mailbox::Confirm{ClientId(1), EventId(2)}};
+    ledger.apply(in, {});
+    const std::vector<session::KeptSession> kept = as_saved(ledger).sessions();
+    ASSERT_EQ(kept.size(), 2U) << "who left is gone";
+    EXPECT_EQ(kept[0].events.acknowledged(), 3U);
+    EXPECT_EQ(kept[0].events.waiting().size(), 1U);
+    EXPECT_EQ(kept[0].unconfirmed, (std::set<std::uint64_t>{1, 3, 4}));
+    EXPECT_EQ(kept[1].events.waiting().size(), 4U);
+}
+
 TEST(RunLedger, KnowsWhatTheStoreOwes) {
     RunLedger ledger;
     mailbox::StoreRequest request;

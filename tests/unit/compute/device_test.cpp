@@ -224,7 +224,9 @@ TEST_F(DeviceLifeTest, WhicheverCallFailsTheStepIsDoneOnce) {
     ParticleColumns expected = standing(kMany);
     step_particles(expected, kMany, falling(), alone);
     step_particles(expected, kMany, falling(), alone);
-    for (const BufferMode mode : {BufferMode::kMapped, BufferMode::kCopied}) {
+    // A GPU never works on mapped columns: what a failed step leaves in them is its driver's
+    // choice.
+    for (const BufferMode mode : {BufferMode::kAuto, BufferMode::kCopied}) {
         const int faults = fail_at_every_call(mode, [&](Device& device) {
             ParticleStage stage(&device);
             ParticleColumns columns = standing(kMany);

@@ -94,7 +94,7 @@ TEST_P(AnyStore, KeepsScopesAndOwnersApart) {
     EXPECT_EQ(taken(store->get(account_key("bob", "k"))), StoredBytes{2});
     EXPECT_EQ(taken(store->get(character_key("ann", "x", "k"))), StoredBytes{3});
     EXPECT_EQ(taken(store->get(world_key("k"))), StoredBytes{4});
-    EXPECT_EQ(taken(store->get(account_key("Ann", "k"))), std::nullopt) << "names have cases";
+    EXPECT_EQ(taken(store->get(account_key("Bob", "k"))), std::nullopt) << "names have cases";
 }
 
 TEST_P(AnyStore, TheLastOfTwoChangesInACommitCounts) {
