@@ -185,8 +185,8 @@ void Bot::housekeeping() {
     }
 }
 
-void Bot::on_welcome(const proto::Welcome& welcome) {
-    if (welcome.resumed()) {
+void Bot::on_welcome(const wire::WelcomeMessage& welcome) {
+    if (welcome.resumed) {
         return;
     }
     joined_ = false;
@@ -197,8 +197,8 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     commands_.clear();
     notified_tick_ = -1;
     std::string error = "no world description";
-    auto world = welcome.has_world() ? worlds_.get(welcome.config_digest(), welcome.world(), error)
-                                     : nullptr;
+    auto world =
+        welcome.world ? worlds_.get(welcome.config_digest, *welcome.world, error) : nullptr;
     if (!world) {
         ++bad_worlds_;
         view_.reset();
@@ -207,7 +207,7 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     world_ = std::move(world);
     arrivals_ = {};
     arrivals_.set_tick_s(world_->tick_s);
-    const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights() & 2U) != 0;
+    const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights & 2U) != 0;
     view_ = std::make_unique<view::View>(world_,
                                          view::ViewSettings{settings_.convergence,
                                                             audited,
@@ -220,18 +220,18 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
                                  static_cast<double>(core::mix(settings_.index) % 1024) / 1024.0;
 }
 
-void Bot::on_joined(const proto::Joined& joined) {
-    avatar_ = EntityId(joined.avatar());
+void Bot::on_joined(const wire::JoinedMessage& joined) {
+    avatar_ = EntityId(joined.avatar);
     if (!joined_) {
         joined_ = true;
         joined_s_ = now_s_;
         settling_since_s_ = now_s_;
-        joined_tick_ = joined.tick();
+        joined_tick_ = joined.tick;
     }
     observer_.on_joined(*this, joined);
 }
 
-void Bot::on_event(const proto::Event& event) {
+void Bot::on_event(const wire::EventMessage& event) {
     if (view_) {
         view_->apply(event);
     }
@@ -243,23 +243,23 @@ void Bot::on_event(const proto::Event& event) {
 }
 
 /// Notes what others hold, and takes an offer for something that this bot holds.
-void Bot::answer_players(const proto::Event& event) {
-    if (event.kind() == sandbox::EVENT_PICK_UP) {
+void Bot::answer_players(const wire::EventMessage& event) {
+    if (event.kind == sandbox::EVENT_PICK_UP) {
         sandbox::PickedUp picked;
-        if (picked.ParseFromString(event.payload()) && picked.picker() != avatar_.value) {
+        if (picked.ParseFromString(event.payload) && picked.picker() != avatar_.value) {
             script_runner_.note_pick_up(EntityId(picked.picker()), picked.item());
         }
-    } else if (event.kind() == sandbox::EVENT_OFFER) {
+    } else if (event.kind == sandbox::EVENT_OFFER) {
         sandbox::Offer offer;
         const auto items = ledger_.items();
-        if (offer.ParseFromString(event.payload()) &&
+        if (offer.ParseFromString(event.payload) &&
             std::find(items.begin(), items.end(), offer.want()) != items.end()) {
-            client_.send_command(sandbox::COMMAND_ACCEPT, event.payload());
+            client_.send_command(sandbox::COMMAND_ACCEPT, event.payload);
         }
     }
 }
 
-void Bot::on_audit(const proto::AuditRecord& record) {
+void Bot::on_audit(const wire::AuditRecordMessage& record) {
     last_audit_s_ = std::max(last_audit_s_, now_s_);
     observer_.on_audit(*this, record);
 }

@@ -22,11 +22,11 @@ class Bot;
 class Observer {
   public:
     virtual ~Observer() = default;
-    virtual void on_joined(Bot& bot, const proto::Joined& joined) = 0;
+    virtual void on_joined(Bot& bot, const wire::JoinedMessage& joined) = 0;
     /// The server's clock was set back: the view began anew at an earlier tick.
     virtual void on_set_back(Bot& bot) = 0;
-    virtual void on_event(Bot& bot, const proto::Event& event) = 0;
-    virtual void on_audit(Bot& bot, const proto::AuditRecord& record) = 0;
+    virtual void on_event(Bot& bot, const wire::EventMessage& event) = 0;
+    virtual void on_audit(Bot& bot, const wire::AuditRecordMessage& record) = 0;
     /// A publication of another entity is displayed from view tick `from_tick` on.
     virtual void on_shown(Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) = 0;
     /// The bot decided just now that its avatar moves differently from `tick` on.
@@ -123,10 +123,10 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     /// A view that is ahead of the server's clock by this much goes back instead of waiting, s.
     static constexpr double kSetBackS = 0.25;
 
-    void on_welcome(const proto::Welcome& welcome) override;
-    void on_joined(const proto::Joined& joined) override;
-    void on_event(const proto::Event& event) override;
-    void on_audit(const proto::AuditRecord& record) override;
+    void on_welcome(const wire::WelcomeMessage& welcome) override;
+    void on_joined(const wire::JoinedMessage& joined) override;
+    void on_event(const wire::EventMessage& event) override;
+    void on_audit(const wire::AuditRecordMessage& record) override;
     bool on_packet(const link::OpenedPacket& packet) override;
     void on_shown(EntityId entity, Tick publication_tick, Tick from_tick) override;
     void command(std::uint32_t kind, std::string payload) override;
@@ -138,7 +138,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     void set_back(Tick tick);
     void send_inputs();
     void hear_of_commands(const wire::OwnState& own);
-    void answer_players(const proto::Event& event);
+    void answer_players(const wire::EventMessage& event);
     void on_path_answers();
     [[nodiscard]] double input_position() const;
     void housekeeping();

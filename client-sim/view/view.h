@@ -92,7 +92,7 @@ class View {
     PacketResult apply(const link::OpenedPacket& packet, double now_s);
 
     /// An event of the server's own: cosmetic bursts are applied, other kinds ignored here.
-    void apply(const proto::Event& event);
+    void apply(const wire::EventMessage& event);
 
     /// Called about once a second: drops old data, and looks for entities that fell silent.
     void maintain(double now_s);
@@ -170,7 +170,7 @@ class View {
     void count_packet(const link::OpenedPacket& packet);
     void count_record(wire::RecordReader& gauge);
     void count_coded(const wire::record::RecordFrame& frame, std::size_t bytes);
-    void apply_environment(const proto::Event& event);
+    void apply_environment(const wire::EventMessage& event);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
