@@ -3,6 +3,7 @@
 #pragma once
 
 #include "shared/core/ids.h"
+#include "shared/wire/session/session_messages.h"
 
 #include <cstdint>
 #include <string>
