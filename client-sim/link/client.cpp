@@ -15,7 +15,6 @@ constexpr double kEventAckDelayS = 0.1;
 constexpr std::uint64_t kAskEvery = 8;
 /// While tunnelling, one datagram in this many is tried over UDP, to return to UDP.
 constexpr std::uint64_t kProbeEvery = 30;
-constexpr std::size_t kMaxUnackedCommands = 1024;
 
 /// Text from a server goes to a terminal; `otherwise` stands where it says nothing.
 std::string shown(const std::string& text, std::string_view otherwise) {
@@ -149,7 +148,7 @@ void Client::on_frame(const Bytes& frame, double now_s) {
     stats_.frame_bytes_in += frame.size() + 4;
     wire::ServerMessage message;
     if (!wire::decode_message(frame, message)) {
-        ++stats_.malformed_frames;
+        on_malformed();
         return;
     }
     if (std::holds_alternative<wire::AuditRecordMessage>(message.message)) {
@@ -159,7 +158,18 @@ void Client::on_frame(const Bytes& frame, double now_s) {
 }
 
 void Client::receive(std::monostate /*nothing*/, double /*now_s*/) {
+    on_malformed();
+}
+
+/// One bad frame among good ones is passed over; a first answer that is none is another service.
+void Client::on_malformed() {
     ++stats_.malformed_frames;
+    if (state_ == SessionState::kConnecting) {
+        trouble_ = "the answer cannot be read: this is no server of protocol version " +
+                   std::to_string(kProtocolVersion);
+        transport_.close();
+        state_ = SessionState::kClosed;
+    }
 }
 
 void Client::receive(const wire::JoinedMessage& joined, double /*now_s*/) {
@@ -354,16 +364,17 @@ void Client::send_pending(const PendingCommand& command) {
     send({wire::CommandMessage{command.number, command.kind, command.payload}});
 }
 
-void Client::send_command(std::uint32_t kind, std::string payload) {
+bool Client::send_command(std::uint32_t kind, std::string payload) {
     if (!ever_online_ || state_ == SessionState::kClosed ||
         unacked_.size() >= kMaxUnackedCommands) {
-        return;
+        return false;
     }
     unacked_.push_back({next_command_++, kind, std::move(payload)});
     ++stats_.commands_sent;
     if (state_ == SessionState::kOnline) {
         send_pending(unacked_.back());
     }
+    return true;
 }
 
 std::uint64_t Client::send_input(std::span<const std::uint8_t> body, double now_s) {

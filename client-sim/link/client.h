@@ -79,8 +79,9 @@ class Client {
 
     [[nodiscard]] bool has_incoming() const { return !incoming_.empty(); }
 
-    /// Numbered and sent again after a resume until the server has acknowledged it.
-    void send_command(std::uint32_t kind, std::string payload);
+    /// Numbered and sent again after a resume until the server has acknowledged it. False before
+    /// the first login, after the end, and with kMaxUnackedCommands waiting.
+    bool send_command(std::uint32_t kind, std::string payload);
     /// Body of an input packet; sealed and sent now. Ignored unless online. Returns its sequence, 0
     /// when it was ignored.
     std::uint64_t send_input(std::span<const std::uint8_t> body, double now_s);
@@ -117,6 +118,7 @@ class Client {
     static constexpr double kTunnelSureS = 0.5;
     static constexpr double kStreamTimeoutS = 10.0;
     static constexpr int kFirstAttempts = 3;
+    static constexpr std::size_t kMaxUnackedCommands = 1024;
 
   private:
     struct Incoming {
@@ -158,6 +160,7 @@ class Client {
     void receive(const wire::CommandAckMessage& ack, double now_s);
     void receive(std::monostate nothing, double now_s);
     void drop_acknowledged(std::uint64_t through);
+    void on_malformed();
     void on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, double now_s);
     void on_closed(const std::string& reason, double now_s);
     void connect(double now_s);

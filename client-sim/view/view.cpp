@@ -72,12 +72,12 @@ WorldState View::displayed(const Entity& entity,
             return *shown;
         }
     }
-    return store_.displayed(version, tick);
+    return store_.displayed(version, static_cast<double>(tick));
 }
 
-std::optional<WorldState> View::on_screen(const Entity& entity) const {
+std::optional<WorldState> View::on_screen(const Entity& entity, double fraction) const {
     if (settings_.kind == ViewKind::kInterpolate) {
-        return store_.interpolated(entity, playout_.position(), tick_);
+        return store_.interpolated(entity, playout_.position() + fraction, tick_);
     }
     const Version* version = EntityStore::version_at(entity, tick_);
     if (version == nullptr && entity.present()) {
@@ -86,7 +86,8 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
         version = &entity.versions.back();
     }
     return version != nullptr && version->present
-               ? std::optional<WorldState>(store_.displayed(*version, tick_))
+               ? std::optional<WorldState>(
+                     store_.displayed(*version, static_cast<double>(tick_) + fraction))
                : std::nullopt;
 }
 

@@ -133,8 +133,9 @@ class View {
                                        Tick tick,
                                        Tick known_by) const;
 
-    /// The state on the screen now of a displayed entity.
-    [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity) const;
+    /// The state on the screen of a displayed entity, `fraction` of a tick after tick().
+    [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity,
+                                                      double fraction = 0.0) const;
 
     [[nodiscard]] const WorldInfo& world() const { return *world_; }
 
