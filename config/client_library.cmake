@@ -17,10 +17,10 @@ set_target_properties(zoned_client PROPERTIES
 target_include_directories(zoned_client PRIVATE ${PROJECT_SOURCE_DIR})
 target_link_libraries(zoned_client PRIVATE Eigen3::Eigen zoned_asio OpenSSL::SSL OpenSSL::Crypto)
 # A PC without AVX2 must be able to load it, and a game must not wait for a download.
-target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi -Os -g0 -ffunction-sections -fdata-sections
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi -Os -g0 -DNDEBUG -ffunction-sections -fdata-sections
+  $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Wno-subobject-linkage>)
 target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl.hpp>)
-# nodelete: a lookup of a name may outlive an unloaded library.
+# nodelete: the lookup of a name may outlive an unloaded library.
 target_link_options(zoned_client PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
-  -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<$<STREQUAL:${ZONED_SANITIZE}${ZONED_FUZZ},OFF>:-Wl,--no-undefined>)
+  -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Os -g0>)
 set_target_properties(zoned_client PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map)
