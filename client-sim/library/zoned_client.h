@@ -3,7 +3,7 @@
 //
 // The shape of a game loop:
 //
-//   zoned_client_settings settings = {sizeof settings};
+//   zoned_client_settings settings = {.size = sizeof settings};
 //   settings.name = "ann";
 //   char error[256];
 //   zoned_client* client = zoned_client_create(ZONED_CLIENT_ABI, &settings, error, sizeof error);
