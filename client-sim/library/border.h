@@ -8,7 +8,8 @@
 #include <utility>
 
 struct zoned_client {
-    explicit zoned_client(zoned::library::GameSettings settings) : game(std::move(settings)) {}
+    explicit zoned_client(zoned::library::GameClientSettings settings)
+        : game(std::move(settings)) {}
 
     zoned::library::GameClient game;
 };

@@ -14,7 +14,7 @@
 
 namespace zoned::library {
 
-struct GameSettings {
+struct GameClientSettings {
     link::Login login;
     view::ViewKind view = view::ViewKind::kExtrapolate;
     /// None: anyone on an address of this machine, else the authorities.
@@ -39,7 +39,7 @@ class GameClient final : public view::PlayerListener {
     static constexpr std::size_t kMostEvents = 4096;
     static constexpr std::size_t kMostEventBytes = std::size_t{16} << 20U;
 
-    explicit GameClient(GameSettings settings) : settings_(std::move(settings)) {}
+    explicit GameClient(GameClientSettings settings) : settings_(std::move(settings)) {}
 
     ~GameClient() override;
     GameClient(const GameClient&) = delete;
@@ -90,7 +90,7 @@ class GameClient final : public view::PlayerListener {
     void open_network(const link::Address& address);
     void close_session();
 
-    GameSettings settings_;
+    GameClientSettings settings_;
     std::string host_;
     std::string port_;
     std::string trouble_;  // of this side; empty: the session's own counts

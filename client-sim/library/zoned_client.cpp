@@ -26,7 +26,7 @@ void say(char* error, std::size_t capacity, const std::string& text) {
 }
 
 /// Empty: `out` is filled.
-std::string read_trust(const zoned_client_settings& from, GameSettings& out) {
+std::string read_trust(const zoned_client_settings& from, GameClientSettings& out) {
     using Kind = link::Trust::TrustKind;
     out.ca_file = text_of(from.ca_file);
     switch (from.trust) {
@@ -52,7 +52,7 @@ std::string read_trust(const zoned_client_settings& from, GameSettings& out) {
     }
 }
 
-std::string read_settings(const zoned_client_settings* from, GameSettings& out) {
+std::string read_settings(const zoned_client_settings* from, GameClientSettings& out) {
     zoned_client_settings settings;
     if (!take(from, settings)) {
         return "settings: is null, or has no size";
@@ -117,7 +117,7 @@ zoned_client* zoned_client_create(uint32_t abi,
                                   size_t error_capacity) {
     return guarded(static_cast<zoned_client*>(nullptr), [&]() -> zoned_client* {
         say(error, error_capacity, "");
-        GameSettings read;
+        GameClientSettings read;
         std::string wrong = wrong_version(abi);
         if (wrong.empty()) {
             wrong = read_settings(settings, read);
