@@ -39,6 +39,9 @@ class SharedObject(unittest.TestCase):
         print(f"libzoned_client.so: {size} bytes stripped")
         self.assertLess(size, MOST_BYTES)
 
+    def test_runs_on_a_pc_without_avx(self):
+        self.assertNotIn("%ymm", run("objdump", "-d", str(LIBRARY)))
+
     def test_has_a_versioned_name(self):
         soname = re.search(r"SONAME.*\[(.*)\]", run("readelf", "-d", str(LIBRARY))).group(1)
         self.assertEqual(soname, "libzoned_client.so.1")
