@@ -33,7 +33,7 @@ class Frame(unittest.TestCase):
         self.assertGreaterEqual(frame["entities"], ENTITIES)
         self.assertEqual(frame["allocations_in_entities"], 0)
         self.assertGreater(frame["allocations_in_poll_per_frame"], 0, "allocations are counted")
-        # The quiet frames: what another process adds by emptying the caches is not the library's.
+        # The quietest tenth: what other processes add by emptying the caches is not the library's.
         self.assertLess(frame["cpu_ms_p10"], MOST_MS)
 
 
