@@ -181,6 +181,18 @@ class WithoutServer(unittest.TestCase):
             self.assertIsNone(client.next_event())
             self.assertEqual(client.entities(), [])
 
+    def test_says_what_was_thrown_inside(self):
+        with Client("walker", trust=zoned_client.Trust.AUTHORITIES, ca_file="/no/such/file") as client:
+            client.connect("127.0.0.1", 7777)
+            self.assertEqual(client.poll(1.0), State.CLOSED)
+            self.assertIn("cannot read the certificate authorities in /no/such/file", client.trouble)
+
+    def test_goes_on_with_a_clock_that_is_none(self):
+        with Client("walker") as client:
+            client.connect("127.0.0.1", 9)
+            for now_s in (math.nan, math.inf, -math.inf, 1e300, -5.0, 0.0):
+                self.assertIn(client.poll(now_s), list(State))
+
     def test_survives_null_everywhere(self):
         library = zoned_client._library
         names = ["abi_version", "create", "destroy", "connect", "quit", "poll", "get_state",
