@@ -1,5 +1,6 @@
 #include "client-sim/app/run.h"
 
+#include "client-sim/link/name_lookup.h"
 #include "client-sim/link/socket_transport.h"
 
 #include <unistd.h>
@@ -43,13 +44,10 @@ link::NetworkSettings network_settings(const Options& o) {
     n.ca_file = o.ca_file;
     n.udp_sockets = o.udp_sockets;
     n.conditioner = o.conditioner;
-    asio::error_code not_an_address;
-    const auto address = asio::ip::make_address(o.host, not_an_address);
-    const bool loopback = o.host == "localhost" || (!not_an_address && address.is_loopback());
     if (!o.pin.empty()) {
         n.trust.kind = link::Trust::TrustKind::kPin;
         n.trust.pin = o.pin;
-    } else if (o.insecure_dev || (loopback && o.ca_file.empty())) {
+    } else if (o.insecure_dev || (link::is_loopback(o.host) && o.ca_file.empty())) {
         n.trust.kind = link::Trust::TrustKind::kInsecure;
     }
     return n;

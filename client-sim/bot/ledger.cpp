@@ -18,12 +18,12 @@ std::uint64_t Ledger::digest() const {
     return hash.value();
 }
 
-bool Ledger::apply(const proto::Event& event, EntityId avatar, std::string& answer) {
-    switch (event.kind()) {
+bool Ledger::apply(const wire::EventMessage& event, EntityId avatar, std::string& answer) {
+    switch (event.kind) {
         case sandbox::EVENT_KILL: {
             // Only the killer and the killed confirm it; other clients receive it as information.
             sandbox::Kill kill;
-            if (event.confirm() && kill.ParseFromString(event.payload())) {
+            if (event.confirm && kill.ParseFromString(event.payload)) {
                 deaths_ += kill.killed() == avatar.value ? 1U : 0U;
                 kills_ += kill.killer() == avatar.value ? 1U : 0U;
             }
@@ -31,7 +31,7 @@ bool Ledger::apply(const proto::Event& event, EntityId avatar, std::string& answ
         }
         case sandbox::EVENT_TRADE: {
             sandbox::Trade trade;
-            if (trade.ParseFromString(event.payload())) {
+            if (trade.ParseFromString(event.payload)) {
                 ++trades_;
                 const bool first = trade.a() == avatar.value;
                 std::replace(items_.begin(),
@@ -43,7 +43,7 @@ bool Ledger::apply(const proto::Event& event, EntityId avatar, std::string& answ
         }
         case sandbox::EVENT_INVENTORY: {
             sandbox::Inventory inventory;
-            if (inventory.ParseFromString(event.payload())) {
+            if (inventory.ParseFromString(event.payload)) {
                 items_.assign(inventory.items().begin(), inventory.items().end());
             }
             return false;
@@ -55,9 +55,9 @@ bool Ledger::apply(const proto::Event& event, EntityId avatar, std::string& answ
     }
 }
 
-bool Ledger::compare(const proto::Event& event, std::string& answer) {
+bool Ledger::compare(const wire::EventMessage& event, std::string& answer) {
     sandbox::Ledger word;
-    if (!word.ParseFromString(event.payload())) {
+    if (!word.ParseFromString(event.payload)) {
         return false;
     }
     const bool same =

@@ -2,8 +2,8 @@
 // items.
 #pragma once
 
-#include "proto/session.pb.h"
 #include "shared/core/ids.h"
+#include "shared/wire/session/session_messages.h"
 
 #include <cstdint>
 #include <string>
@@ -14,7 +14,7 @@ namespace zoned::bot {
 class Ledger {
   public:
     /// Applies an event. True when `answer` is the payload of a COMMAND_AGREE to be sent.
-    bool apply(const proto::Event& event, EntityId avatar, std::string& answer);
+    bool apply(const wire::EventMessage& event, EntityId avatar, std::string& answer);
 
     void clear() { *this = {}; }
 
@@ -31,7 +31,7 @@ class Ledger {
 
   private:
     [[nodiscard]] std::uint64_t digest() const;
-    bool compare(const proto::Event& event, std::string& answer);
+    bool compare(const wire::EventMessage& event, std::string& answer);
 
     std::uint32_t deaths_ = 0;
     std::uint32_t kills_ = 0;

@@ -15,10 +15,12 @@ constexpr double kEventAckDelayS = 0.1;
 constexpr std::uint64_t kAskEvery = 8;
 /// While tunnelling, one datagram in this many is tried over UDP, to return to UDP.
 constexpr std::uint64_t kProbeEvery = 30;
-constexpr std::size_t kMaxUnackedCommands = 1024;
 
-/// Text from a server goes to a terminal.
-std::string shown(const std::string& text) {
+/// Text from a server goes to a terminal; `otherwise` stands where it says nothing.
+std::string shown(const std::string& text, std::string_view otherwise) {
+    if (text.empty()) {
+        return std::string(otherwise);
+    }
     return core::is_clean_utf8(text) ? text : "(a text that cannot be shown)";
 }
 
@@ -85,11 +87,8 @@ void Client::quit(double now_s) {
         advance(now_s);
     }
     if (state_ == SessionState::kOnline) {
-        proto::ClientMessage message;
-        message.mutable_event_ack()->set_through(events_.newest());
-        send(message);
-        message.mutable_quit();
-        send(message);
+        send({wire::EventAckMessage{events_.newest()}});
+        send({wire::QuitMessage{}});
     }
     if (state_ != SessionState::kIdle && state_ != SessionState::kClosed) {
         transport_.close();
@@ -133,68 +132,73 @@ void Client::on_opened(const Incoming& incoming) {
         return;
     }
     channel_.rekey(incoming.down, incoming.up);
-    proto::ClientMessage message;
-    proto::Hello& hello = *message.mutable_hello();
-    hello.set_protocol_version(kProtocolVersion);
-    hello.set_config_digest(login_.config_digest);
-    hello.set_ticket(login_.ticket);
-    hello.set_name(login_.name);
-    hello.set_team(login_.team);
-    hello.set_resume_token(resume_token_);
-    hello.set_last_event(resume_token_.empty() ? 0 : events_.newest());
-    send(message);
+    wire::HelloMessage hello;
+    hello.protocol_version = kProtocolVersion;
+    hello.config_digest = login_.config_digest;
+    hello.ticket = login_.ticket;
+    hello.name = login_.name;
+    hello.team = login_.team;
+    hello.resume_token = resume_token_;
+    hello.last_event = resume_token_.empty() ? 0 : events_.newest();
+    send({std::move(hello)});
 }
 
 void Client::on_frame(const Bytes& frame, double now_s) {
     ++stats_.frames_in;
     stats_.frame_bytes_in += frame.size() + 4;
-    proto::ServerMessage message;
-    if (!message.ParseFromArray(frame.data(), static_cast<int>(frame.size()))) {
-        ++stats_.malformed_frames;
+    wire::ServerMessage message;
+    if (!wire::decode_message(frame, message)) {
+        on_malformed();
         return;
     }
-    switch (message.message_case()) {
-        case proto::ServerMessage::kWelcome:
-            on_welcome(message.welcome(), now_s);
-            break;
-        case proto::ServerMessage::kRefused:
-            on_refused(message.refused(), now_s);
-            break;
-        case proto::ServerMessage::kEvent:
-            on_event(message.event());
-            event_ack_due_s_ = event_ack_due_s_ > 0.0 ? event_ack_due_s_ : now_s + kEventAckDelayS;
-            break;
-        case proto::ServerMessage::kJoined:
-            handler_.on_joined(message.joined());
-            break;
-        case proto::ServerMessage::kAudit:
-            stats_.audit_bytes_in += frame.size() + 4;
-            handler_.on_audit(message.audit());
-            break;
-        case proto::ServerMessage::kClosing:
-            closing_text_ = message.closing().text().empty()
-                                ? proto::ClosingReason_Name(message.closing().reason())
-                                : shown(message.closing().text());
-            break;
-        case proto::ServerMessage::kDatagram: {
-            const std::string& sealed = message.datagram().sealed();
-            on_datagram(
-                {reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, true, now_s);
-            break;
-        }
-        case proto::ServerMessage::kCommandAck:
-            while (!unacked_.empty() &&
-                   unacked_.front().number <= message.command_ack().through()) {
-                unacked_.pop_front();
-            }
-            break;
-        case proto::ServerMessage::MESSAGE_NOT_SET:
-            ++stats_.malformed_frames;
-            break;
+    if (std::holds_alternative<wire::AuditRecordMessage>(message.message)) {
+        stats_.audit_bytes_in += frame.size() + 4;
+    }
+    std::visit([&](const auto& held) { receive(held, now_s); }, message.message);
+}
+
+void Client::receive(std::monostate /*nothing*/, double /*now_s*/) {
+    on_malformed();
+}
+
+/// One bad frame among good ones is passed over; a first answer that is none is another service.
+void Client::on_malformed() {
+    ++stats_.malformed_frames;
+    if (state_ == SessionState::kConnecting) {
+        trouble_ = "the answer cannot be read: this is no server of protocol version " +
+                   std::to_string(kProtocolVersion);
+        transport_.close();
+        state_ = SessionState::kClosed;
     }
 }
 
-void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
+void Client::receive(const wire::JoinedMessage& joined, double /*now_s*/) {
+    handler_.on_joined(joined);
+}
+
+void Client::receive(const wire::AuditRecordMessage& record, double /*now_s*/) {
+    handler_.on_audit(record);
+}
+
+void Client::receive(const wire::ClosingMessage& closing, double /*now_s*/) {
+    closing_text_ = shown(closing.text, wire::text_of(closing.reason));
+}
+
+void Client::receive(const wire::DatagramMessage& datagram, double now_s) {
+    on_datagram(wire::bytes_of(datagram.sealed), true, now_s);
+}
+
+void Client::receive(const wire::CommandAckMessage& ack, double /*now_s*/) {
+    drop_acknowledged(ack.through);
+}
+
+void Client::drop_acknowledged(std::uint64_t through) {
+    while (!unacked_.empty() && unacked_.front().number <= through) {
+        unacked_.pop_front();
+    }
+}
+
+void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
     if (state_ != SessionState::kConnecting) {
         ++stats_.malformed_frames;
         return;
@@ -202,28 +206,26 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     state_ = SessionState::kOnline;
     trouble_.clear();
     attempts_ = 0;
-    rights_ = welcome.rights();
-    if (!welcome.recovered()) {
-        resume_token_ = welcome.resume_token();
+    rights_ = welcome.rights;
+    if (!welcome.recovered) {
+        resume_token_ = welcome.resume_token;
     }
-    grace_s_ = static_cast<double>(welcome.grace_s());
+    grace_s_ = static_cast<double>(welcome.grace_s);
     last_udp_s_ = now_s;
     last_packet_s_ = now_s;
     path_ = UplinkPath::kUdp;
-    channel_.set_connection(welcome.connection_id());
-    if (welcome.has_world() && welcome.world().tick_rate_hz() > 0.0) {
-        channel_.set_tick_s(1.0 / welcome.world().tick_rate_hz());
+    channel_.set_connection(welcome.connection_id);
+    if (welcome.world && welcome.world->tick_rate_hz > 0.0) {
+        channel_.set_tick_s(1.0 / welcome.world->tick_rate_hz);
     }
-    transport_.set_udp(static_cast<std::uint16_t>(welcome.udp_port()), welcome.connection_id());
-    if (welcome.resumed()) {
+    transport_.set_udp(static_cast<std::uint16_t>(welcome.udp_port), welcome.connection_id);
+    if (welcome.resumed) {
         ++stats_.resumed;
-        if (welcome.recovered()) {
+        if (welcome.recovered) {
             ++stats_.recovered;
             channel_.recover();
         }
-        while (!unacked_.empty() && unacked_.front().number <= welcome.last_command()) {
-            unacked_.pop_front();
-        }
+        drop_acknowledged(welcome.last_command);
         for (const PendingCommand& command : unacked_) {
             ++stats_.commands_resent;
             send_pending(command);
@@ -235,11 +237,10 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
     handler_.on_welcome(welcome);
 }
 
-void Client::on_refused(const proto::Refused& refused, double now_s) {
-    trouble_ = "refused: " + (refused.text().empty() ? proto::RefusedReason_Name(refused.reason())
-                                                     : shown(refused.text()));
+void Client::receive(const wire::RefusedMessage& refused, double now_s) {
+    trouble_ = "refused: " + shown(refused.text, wire::text_of(refused.reason));
     transport_.close();
-    if (refused.reason() == proto::REFUSED_RESUME && !resume_token_.empty()) {
+    if (refused.reason == wire::RefusedReason::kResume && !resume_token_.empty()) {
         ++stats_.sessions_lost;
         resume_token_.clear();
         state_ = SessionState::kWaiting;
@@ -257,13 +258,12 @@ void Client::forget_session() {
     unacked_.clear();
 }
 
-void Client::on_event(const proto::Event& event) {
-    const bool fresh = events_.accept(event.number(), event.event_id());
-    if (event.confirm()) {
+void Client::receive(const wire::EventMessage& event, double now_s) {
+    event_ack_due_s_ = event_ack_due_s_ > 0.0 ? event_ack_due_s_ : now_s + kEventAckDelayS;
+    const bool fresh = events_.accept(event.number, event.event_id);
+    if (event.confirm) {
         // Confirmed again when it came again: the first confirmation may have died with a stream.
-        proto::ClientMessage message;
-        message.mutable_confirm()->set_event_id(event.event_id());
-        send(message);
+        send({wire::ConfirmMessage{event.event_id}});
     }
     if (fresh) {
         handler_.on_event(event);
@@ -328,9 +328,7 @@ void Client::timers(double now_s) {
         event_ack_due_s_ = 0.0;
         if (events_.newest() > acked_events_) {
             acked_events_ = events_.newest();
-            proto::ClientMessage message;
-            message.mutable_event_ack()->set_through(acked_events_);
-            send(message);
+            send({wire::EventAckMessage{acked_events_}});
         }
     }
     choose_path(now_s);
@@ -360,32 +358,29 @@ bool Client::next_goes_inside_stream() {
     return false;
 }
 
-void Client::send(const proto::ClientMessage& message) {
-    Bytes frame(message.ByteSizeLong());
-    message.SerializeToArray(frame.data(), static_cast<int>(frame.size()));
+void Client::send(const wire::ClientMessage& message) {
+    Bytes frame;
+    wire::encode_message(message, frame);
     ++stats_.frames_out;
     stats_.frame_bytes_out += frame.size() + 4;
     transport_.send_frame(std::move(frame));
 }
 
 void Client::send_pending(const PendingCommand& command) {
-    proto::ClientMessage message;
-    message.mutable_command()->set_number(command.number);
-    message.mutable_command()->set_kind(command.kind);
-    message.mutable_command()->set_payload(command.payload);
-    send(message);
+    send({wire::CommandMessage{command.number, command.kind, command.payload}});
 }
 
-void Client::send_command(std::uint32_t kind, std::string payload) {
+bool Client::send_command(std::uint32_t kind, std::string payload) {
     if (!ever_online_ || state_ == SessionState::kClosed ||
         unacked_.size() >= kMaxUnackedCommands) {
-        return;
+        return false;
     }
     unacked_.push_back({next_command_++, kind, std::move(payload)});
     ++stats_.commands_sent;
     if (state_ == SessionState::kOnline) {
         send_pending(unacked_.back());
     }
+    return true;
 }
 
 std::uint64_t Client::send_input(std::span<const std::uint8_t> body, double now_s) {
@@ -394,9 +389,7 @@ std::uint64_t Client::send_input(std::span<const std::uint8_t> body, double now_
     }
     Bytes datagram = channel_.seal(body, now_s);
     if (next_goes_inside_stream()) {
-        proto::ClientMessage message;
-        message.mutable_datagram()->set_sealed(datagram.data(), datagram.size());
-        send(message);
+        send({wire::DatagramMessage{{datagram.begin(), datagram.end()}}});
         return channel_.newest_up();
     }
     transport_.send_datagram(std::move(datagram));
@@ -405,25 +398,19 @@ std::uint64_t Client::send_input(std::span<const std::uint8_t> body, double now_
 
 void Client::request_audit() {
     if (state_ == SessionState::kOnline) {
-        proto::ClientMessage message;
-        message.mutable_audit();
-        send(message);
+        send({wire::AuditRequestMessage{}});
     }
 }
 
 void Client::request_freeze(bool on) {
     if (state_ == SessionState::kOnline) {
-        proto::ClientMessage message;
-        message.mutable_freeze()->set_on(on);
-        send(message);
+        send({wire::FreezeRequestMessage{on}});
     }
 }
 
 void Client::reset_view(const std::string& reason) {
     if (state_ == SessionState::kOnline) {
-        proto::ClientMessage message;
-        message.mutable_view_reset()->set_reason(reason);
-        send(message);
+        send({wire::ViewResetMessage{reason}});
     }
 }
 

@@ -16,8 +16,8 @@ namespace zoned::link {
 
 inline constexpr std::uint32_t kProtocolVersion = 5;
 
-/// The login of a client. `ticket` is a serialised proto::Ticket or empty (a server in development
-/// mode).
+/// The login of a client. `ticket` is a serialised Ticket (proto/session.proto) or empty (a server
+/// in development mode).
 struct Login {
     std::string name = "bot";
     std::string team;
@@ -29,14 +29,14 @@ struct Login {
 class SessionHandler {
   public:
     virtual ~SessionHandler() = default;
-    /// A session began, or came back (`welcome.resumed()`, without a world then). A server that
-    /// crashed in between (`welcome.recovered()`) has forgotten its last packets: the view begins
+    /// A session began, or came back (`welcome.resumed`, without a world then). A server that
+    /// crashed in between (`welcome.recovered`) has forgotten its last packets: the view begins
     /// anew.
-    virtual void on_welcome(const proto::Welcome& welcome) = 0;
-    virtual void on_joined(const proto::Joined& joined) = 0;
+    virtual void on_welcome(const wire::WelcomeMessage& welcome) = 0;
+    virtual void on_joined(const wire::JoinedMessage& joined) = 0;
     /// Exactly once and in order. Confirmation, where asked for, has been sent.
-    virtual void on_event(const proto::Event& event) = 0;
-    virtual void on_audit(const proto::AuditRecord& record) = 0;
+    virtual void on_event(const wire::EventMessage& event) = 0;
+    virtual void on_audit(const wire::AuditRecordMessage& record) = 0;
     /// False: the packet could not be read, and must count as lost (WIRE.md, section 4a).
     virtual bool on_packet(const OpenedPacket& packet) = 0;
 };
@@ -82,8 +82,9 @@ class Client {
 
     [[nodiscard]] bool has_incoming() const { return !incoming_.empty(); }
 
-    /// Numbered and sent again after a resume until the server has acknowledged it.
-    void send_command(std::uint32_t kind, std::string payload);
+    /// Numbered and sent again after a resume until the server has acknowledged it. False before
+    /// the first login, after the end, and with kMaxUnackedCommands waiting.
+    bool send_command(std::uint32_t kind, std::string payload);
     /// Body of an input packet; sealed and sent now. Ignored unless online. Returns its sequence, 0
     /// when it was ignored.
     std::uint64_t send_input(std::span<const std::uint8_t> body, double now_s);
@@ -120,6 +121,7 @@ class Client {
     static constexpr double kTunnelSureS = 0.5;
     static constexpr double kStreamTimeoutS = 10.0;
     static constexpr int kFirstAttempts = 3;
+    static constexpr std::size_t kMaxUnackedCommands = 1024;
 
   private:
     struct Incoming {
@@ -151,9 +153,17 @@ class Client {
     void handle(Incoming& incoming, double now_s);
     void on_opened(const Incoming& incoming);
     void on_frame(const Bytes& frame, double now_s);
-    void on_welcome(const proto::Welcome& welcome, double now_s);
-    void on_refused(const proto::Refused& refused, double now_s);
-    void on_event(const proto::Event& event);
+    void receive(const wire::WelcomeMessage& welcome, double now_s);
+    void receive(const wire::RefusedMessage& refused, double now_s);
+    void receive(const wire::EventMessage& event, double now_s);
+    void receive(const wire::JoinedMessage& joined, double now_s);
+    void receive(const wire::AuditRecordMessage& record, double now_s);
+    void receive(const wire::ClosingMessage& closing, double now_s);
+    void receive(const wire::DatagramMessage& datagram, double now_s);
+    void receive(const wire::CommandAckMessage& ack, double now_s);
+    void receive(std::monostate nothing, double now_s);
+    void drop_acknowledged(std::uint64_t through);
+    void on_malformed();
     void on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, double now_s);
     void on_closed(const std::string& reason, double now_s);
     void connect(double now_s);
@@ -161,7 +171,7 @@ class Client {
     void choose_path(double now_s);
     bool next_goes_inside_stream();
     void forget_session();
-    void send(const proto::ClientMessage& message);
+    void send(const wire::ClientMessage& message);
     void send_pending(const PendingCommand& command);
 
     Transport& transport_;

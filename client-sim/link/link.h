@@ -2,8 +2,8 @@
 // network.
 #pragma once
 
-#include "proto/session.pb.h"
 #include "shared/wire/seal.h"
+#include "shared/wire/session/session_messages.h"
 
 #include <cstdint>
 #include <functional>

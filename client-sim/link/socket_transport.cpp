@@ -1,5 +1,6 @@
 #include "client-sim/link/socket_transport.h"
 
+#include "client-sim/link/name_lookup.h"
 #include "shared/wire/packet.h"
 
 #include <algorithm>
@@ -26,24 +27,14 @@ SocketNetwork::SocketNetwork(NetworkSettings settings)
                                      ": " + error.message());
         }
     }
-    asio::ip::tcp::resolver resolver(io_);
-    auto found = resolver.resolve(settings_.host, settings_.port, error);
-    if ((error || found.empty()) && settings_.host == "localhost") {
-        // Its meaning is fixed (RFC 6761, 6.3), also on a machine without /etc/hosts.
-        found = resolver.resolve("127.0.0.1", settings_.port, error);
-    }
-    if (error || found.empty()) {
-        throw std::runtime_error("cannot resolve " + settings_.host + ":" + settings_.port + ": " +
-                                 error.message() + "; check --connect HOST:PORT");
-    }
-    endpoint_ = found.begin()->endpoint();
-    for (const auto& entry : found) {
-        // A name with both families: IPv4 first, as the server listens on both by default.
-        if (entry.endpoint().address().is_v4()) {
-            endpoint_ = entry.endpoint();
-            break;
+    if (!settings_.endpoint) {
+        const Address found = look_up(settings_.host, settings_.port);
+        if (!found) {
+            throw std::runtime_error(found.error());
         }
+        settings_.endpoint = *found;
     }
+    endpoint_ = *settings_.endpoint;
     settings_.trust.host = settings_.host;
     udp_ = std::make_unique<UdpPool>(settings_.udp_sockets,
                                      endpoint_.address().is_v4() ? AF_INET : AF_INET6);

@@ -23,6 +23,8 @@ struct NetworkSettings {
     std::string ca_file;  ///< for Trust::kVerify; empty: the system's authorities
     int udp_sockets = 16;
     ConditionerSettings conditioner;
+    /// Address of the host where it is known already; else the network looks it up.
+    std::optional<asio::ip::tcp::endpoint> endpoint = {};
 };
 
 class SocketTransport;
@@ -30,7 +32,8 @@ class SocketTransport;
 /// One per process and thread. Drive it: poll(now), then advance the clients, then flush().
 class SocketNetwork {
   public:
-    /// Resolves the host. Throws std::runtime_error with one clear line when that fails.
+    /// Resolves the host where its address is not given. Throws std::runtime_error with one clear
+    /// line when that fails.
     explicit SocketNetwork(NetworkSettings settings);
     ~SocketNetwork();
 

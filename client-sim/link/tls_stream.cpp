@@ -71,7 +71,7 @@ std::string TlsStream::check_pin() {
     if (!certificate || X509_digest(certificate.get(), EVP_sha256(), digest.data(), &size) != 1 ||
         size != trust_.pin.size() ||
         !std::equal(trust_.pin.begin(), trust_.pin.end(), digest.begin())) {
-        return "the server's certificate does not match --pin";
+        return "the server's certificate is not the pinned one";
     }
     return {};
 }

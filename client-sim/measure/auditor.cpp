@@ -22,34 +22,34 @@ bool is_tick(std::int64_t tick) {
     return tick >= -(Tick{1} << 40) && tick <= (Tick{1} << 40);
 }
 
-bool well_formed(const proto::AuditRecord& record, const view::WorldInfo& world) {
-    if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick()) ||
-        !is_tick(record.avatar_radii_tick()) || !is_tick(record.updates_since())) {
+bool well_formed(const wire::AuditRecordMessage& record, const view::WorldInfo& world) {
+    if (!is_tick(record.tick) || !is_tick(record.avatar_discontinuity_tick) ||
+        !is_tick(record.avatar_radii_tick) || !is_tick(record.updates_since)) {
         return false;
     }
-    const auto sound = [](const proto::AuditUpdate& update) {
-        return update.ticks_size() == update.sequences_size() && is_tick(update.postponed_tick()) &&
-               std::all_of(update.ticks().begin(), update.ticks().end(), is_tick);
+    const auto sound = [](const wire::AuditUpdateMessage& update) {
+        return update.ticks.size() == update.sequences.size() && is_tick(update.postponed_tick) &&
+               std::all_of(update.ticks.begin(), update.ticks.end(), is_tick);
     };
-    if (!std::all_of(record.updates().begin(), record.updates().end(), sound)) {
+    if (!std::all_of(record.updates.begin(), record.updates.end(), sound)) {
         return false;
     }
     return std::all_of(
-        record.entities().begin(), record.entities().end(), [&](const proto::AuditEntity& e) {
-            return e.position_size() == 3 && e.orientation_size() == 4 &&
-                   e.type() < world.types.size() && is_tick(e.breach_tick()) &&
-                   is_tick(e.discontinuity_tick()) && is_tick(e.radii_tick());
+        record.entities.begin(), record.entities.end(), [&](const wire::AuditEntityMessage& e) {
+            return e.position.size() == 3 && e.orientation.size() == 4 &&
+                   e.type < world.types.size() && is_tick(e.breach_tick) &&
+                   is_tick(e.discontinuity_tick) && is_tick(e.radii_tick);
         });
 }
 
-std::map<std::uint32_t, SentUpdates> sent_updates_of(const proto::AuditRecord& record) {
+std::map<std::uint32_t, SentUpdates> sent_updates_of(const wire::AuditRecordMessage& record) {
     std::map<std::uint32_t, SentUpdates> all;
-    for (const proto::AuditUpdate& update : record.updates()) {
-        SentUpdates& sent_updates = all[update.entity()];
-        sent_updates.postponed_tick = update.postponed_tick();
-        sent_updates.leaving = update.leaving();
-        for (int i = 0; i < update.ticks_size(); ++i) {
-            sent_updates.packets.push_back({update.ticks(i), update.sequences(i)});
+    for (const wire::AuditUpdateMessage& update : record.updates) {
+        SentUpdates& sent_updates = all[update.entity];
+        sent_updates.postponed_tick = update.postponed_tick;
+        sent_updates.leaving = update.leaving;
+        for (std::size_t i = 0; i < update.ticks.size(); ++i) {
+            sent_updates.packets.push_back({update.ticks[i], update.sequences[i]});
         }
     }
     return all;
@@ -90,7 +90,7 @@ void Tally::add(const Finding& finding) {
     }
 }
 
-void Auditor::add(const proto::AuditRecord& record) {
+void Auditor::add(const wire::AuditRecordMessage& record) {
     // More waiting records than this come from a server that floods: the oldest goes.
     if (waiting_.size() >= kMaxWaiting) {
         waiting_.pop_front();
@@ -115,7 +115,7 @@ void Auditor::settle(const bot::Bot& bot, Tally& tally) {
         static_cast<Tick>(std::ceil((kHoldS + bot.client().clock().rtt_s()) / tick_s));
     const auto patience = static_cast<Tick>(kPatienceS / tick_s);
     while (!waiting_.empty()) {
-        const proto::AuditRecord& record = waiting_.front();
+        const wire::AuditRecordMessage& record = waiting_.front();
         if (!well_formed(record, view->world())) {
             ++tally.malformed;
             waiting_.pop_front();
@@ -123,14 +123,14 @@ void Auditor::settle(const bot::Bot& bot, Tally& tally) {
         }
         // An interpolating view comes to the tick later; where it never does (it jumped), the time
         // that it takes at most counts instead.
-        const Tick latest = record.tick() + 2 * view::Playout::kMaxDelay;
-        const Tick shown = view->shown_at(record.tick()).value_or(latest);
+        const Tick latest = record.tick + 2 * view::Playout::kMaxDelay;
+        const Tick shown = view->shown_at(record.tick).value_or(latest);
         const Tick past = view->tick() - shown;
         const bool known = bot.arrivals().newest_tick() >= shown || past >= patience;
-        if (!record.frozen() && (past < hold || !known)) {
+        if (!record.frozen && (past < hold || !known)) {
             return;
         }
-        if (record.frozen()) {
+        if (record.frozen) {
             compare_frozen(bot, record);
         } else {
             compare(bot, record, tally);
@@ -139,27 +139,27 @@ void Auditor::settle(const bot::Bot& bot, Tally& tally) {
     }
 }
 
-void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally) {
+void Auditor::compare(const bot::Bot& bot, const wire::AuditRecordMessage& record, Tally& tally) {
     ++tally.records;
     const view::View& view = *bot.view();
     const double rtt_s = bot.client().clock().rtt_s();
     Context context;
     context.bot = &bot;
     context.world = &view.world();
-    context.tick = record.tick();
-    const std::optional<Tick> shown_at = view.shown_at(record.tick());
-    context.shown_at = shown_at.value_or(record.tick());
+    context.tick = record.tick;
+    const std::optional<Tick> shown_at = view.shown_at(record.tick);
+    context.shown_at = shown_at.value_or(record.tick);
     context.age = bot.arrivals().at(context.shown_at, rtt_s);
     least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
     context.stale = is_stale(
         context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_);
-    context.avatar_discontinuity = record.avatar_discontinuity_tick();
-    context.avatar_radii = record.avatar_radii_tick();
+    context.avatar_discontinuity = record.avatar_discontinuity_tick;
+    context.avatar_radii = record.avatar_radii_tick;
     context.rtt_s = rtt_s;
     const double resend_s = rtt_s + context.world->tick_s;
     context.all_named =
-        record.updates_since() > 0 &&
-        static_cast<double>(record.tick() - record.updates_since()) * context.world->tick_s >=
+        record.updates_since > 0 &&
+        static_cast<double>(record.tick - record.updates_since) * context.world->tick_s >=
             context.age.plain_s + resend_s;
     context.grace = grace_ticks(context.age, rtt_s, context.world->tick_s);
     if (context.shown_at != context.tick) {
@@ -172,9 +172,9 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         context.age.widened.step = std::max(context.age.widened.step, then.widened.step);
         context.age.widened.incomplete |= then.widened.incomplete;
     }
-    if (bot.settled_tick() < 0 || record.tick() < bot.settled_tick()) {
+    if (bot.settled_tick() < 0 || record.tick < bot.settled_tick()) {
         ++tally.skipped_unsettled;
-    } else if (view.tick() - record.tick() > view::EntityStore::kHistoryTicks) {
+    } else if (view.tick() - record.tick > view::EntityStore::kHistoryTicks) {
         ++tally.skipped_late;
     } else if (!shown_at) {
         ++tally.skipped_undisplayed;
@@ -185,17 +185,17 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         tally.usual_age_s.add(
             usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_));
         sent_updates_ = sent_updates_of(record);
-        for (const proto::AuditEntity& truth : record.entities()) {
-            compare_entity(about(context, EntityId(truth.entity())), truth, tally);
+        for (const wire::AuditEntityMessage& truth : record.entities) {
+            compare_entity(about(context, EntityId(truth.entity)), truth, tally);
         }
         compare_environment(view, record, tally);
         remember(record);
         find_extra(context, tally);
-        previous_tick_ = record.tick();
+        previous_tick_ = record.tick;
         return;
     }
     remember(record);
-    previous_tick_ = record.tick();
+    previous_tick_ = record.tick;
 }
 
 Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
@@ -230,7 +230,7 @@ const view::Version* Auditor::held(const Context& context, const view::Entity& e
 
 /// Both sides compute with the same numbers: equal to the last bit, or wrong.
 void Auditor::compare_environment(const view::View& view,
-                                  const proto::AuditRecord& record,
+                                  const wire::AuditRecordMessage& record,
                                   Tally& tally) {
     const clock::SharedEnvironment& environment = view.environment();
     const auto compare = [&](std::optional<double> mine, double truth) {
@@ -245,22 +245,21 @@ void Auditor::compare_environment(const view::View& view,
     const auto known_by_both = [](std::size_t known, int count) {
         return std::min(known, static_cast<std::size_t>(count));
     };
-    for (std::size_t c = 0; c < known_by_both(environment.clocks(), record.shared_clocks_size());
+    for (std::size_t c = 0; c < known_by_both(environment.clocks(), record.shared_clocks.size());
          ++c) {
-        compare(environment.clock_at(c, record.tick()), record.shared_clocks(static_cast<int>(c)));
+        compare(environment.clock_at(c, record.tick), record.shared_clocks[c]);
     }
     for (std::size_t v = 0;
-         v < known_by_both(environment.variables(), record.shared_variables_size());
+         v < known_by_both(environment.variables(), record.shared_variables.size());
          ++v) {
-        compare(environment.value_at(v, record.tick()),
-                record.shared_variables(static_cast<int>(v)));
+        compare(environment.value_at(v, record.tick), record.shared_variables[v]);
     }
 }
 
 void Auditor::compare_entity(const Context& context,
-                             const proto::AuditEntity& truth,
+                             const wire::AuditEntityMessage& truth,
                              Tally& tally) {
-    const EntityId id(truth.entity());
+    const EntityId id(truth.entity);
     if (id == context.bot->avatar()) {
         return;
     }
@@ -268,8 +267,8 @@ void Auditor::compare_entity(const Context& context,
     const view::Version* version =
         entity != nullptr ? held(context, *entity, context.tick) : nullptr;
     if (version != nullptr && version->present) {
-        if (context.tick - truth.discontinuity_tick() <= context.grace &&
-            truth.discontinuity_tick() > 0) {
+        if (context.tick - truth.discontinuity_tick <= context.grace &&
+            truth.discontinuity_tick > 0) {
             ++tally.skipped_discontinuity;
             return;
         }
@@ -280,19 +279,19 @@ void Auditor::compare_entity(const Context& context,
         compare_state(context, truth, *entity, *version, tally);
         return;
     }
-    const auto before = seen_.find(truth.entity());
+    const auto before = seen_.find(truth.entity);
     // Only an unbroken row of records counts: the one before must have listed the entity as well.
     const bool due =
-        truth.must_know() && before != seen_.end() && before->second.listed >= previous_tick_ &&
-        before->second.must_know_since >= 0 && truth.discontinuity_tick() <= previous_tick_ &&
+        truth.must_know && before != seen_.end() && before->second.listed >= previous_tick_ &&
+        before->second.must_know_since >= 0 && truth.discontinuity_tick <= previous_tick_ &&
         context.avatar_discontinuity <= previous_tick_ &&
         context.tick - before->second.must_know_since >= context.grace &&
-        context.tick - truth.discontinuity_tick() >= context.grace &&
+        context.tick - truth.discontinuity_tick >= context.grace &&
         context.tick - context.avatar_discontinuity >= context.grace &&
         // A change of stance changes the entities in reach from one tick to the next. Where one
         // came after the record before, the entity may have gone since and have come back just now.
-        truth.radii_tick() <= previous_tick_ && context.avatar_radii <= previous_tick_ &&
-        context.tick - truth.radii_tick() >= context.grace &&
+        truth.radii_tick <= previous_tick_ && context.avatar_radii <= previous_tick_ &&
+        context.tick - truth.radii_tick >= context.grace &&
         context.tick - context.avatar_radii >= context.grace &&
         // The entity may have been out of reach or sight between two records. A client that was
         // notified of that must be notified of its return within the grace.
@@ -305,12 +304,12 @@ void Auditor::compare_entity(const Context& context,
         finding.bot = bot_;
         finding.tick = context.tick;
         finding.entity = id;
-        finding.type = context.world->types[truth.type()].name;
+        finding.type = context.world->types[truth.type].name;
         finding.error = static_cast<double>(context.tick - before->second.must_know_since) *
                         context.world->tick_s;
         finding.allowed = static_cast<double>(context.grace) * context.world->tick_s;
         finding.age_s = context.age.age_s;
-        finding.distance_m = static_cast<double>(truth.distance_m());
+        finding.distance_m = static_cast<double>(truth.distance_m);
         finding.loss = context.age.loss;
         tally.add(finding);
     }
@@ -320,9 +319,9 @@ void Auditor::compare_entity(const Context& context,
 /// promised of an entity that is no longer received. Where the update about its leaving came within
 /// the time that updates may take, it had left.
 bool Auditor::is_leaving(const Context& context,
-                         const proto::AuditEntity& truth,
+                         const wire::AuditEntityMessage& truth,
                          const view::Entity& entity) const {
-    if (truth.must_know()) {
+    if (truth.must_know) {
         return false;
     }
     const view::Version* later = held(context, entity, context.tick + context.grace);
@@ -330,19 +329,19 @@ bool Auditor::is_leaving(const Context& context,
 }
 
 double Auditor::promised_bound(const Context& context,
-                               const proto::AuditEntity& truth,
+                               const wire::AuditEntityMessage& truth,
                                bool orientation) const {
     const std::size_t lods = context.world->lods.size();
     const auto wider = [&](std::size_t lod) {
         return wire::widening(context.age.widened.step, lod, lods);
     };
-    const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m()) *
-                       wider(lod_at(*context.world, static_cast<double>(truth.distance_m())));
+    const double now = static_cast<double>(orientation ? truth.bound_rad : truth.bound_m) *
+                       wider(lod_at(*context.world, static_cast<double>(truth.distance_m)));
     // The client's state was promised D ago, when the entity may have been farther away.
     const auto ago = static_cast<Tick>(std::ceil(context.age.age_s / context.world->tick_s));
     const Tick then = context.tick - ago;
     const view::EntityStore& store = context.bot->view()->store();
-    const view::Entity* entity = store.find(EntityId(truth.entity()));
+    const view::Entity* entity = store.find(EntityId(truth.entity));
     const view::Version* version = entity != nullptr ? held(context, *entity, then) : nullptr;
     const auto here = context.bot->view()->own().position_at(then);
     if (version == nullptr || !version->present || !here) {
@@ -358,7 +357,7 @@ double Auditor::promised_bound(const Context& context,
 }
 
 void Auditor::compare_state(const Context& context,
-                            const proto::AuditEntity& truth,
+                            const wire::AuditEntityMessage& truth,
                             const view::Entity& entity,
                             const view::Version& version,
                             Tally& tally) const {
@@ -367,15 +366,15 @@ void Auditor::compare_state(const Context& context,
         return;
     }
     tally.samples_widened += context.age.widened.step > 0 ? 1 : 0;
-    const view::TypeInfo& type = context.world->types[truth.type()];
+    const view::TypeInfo& type = context.world->types[truth.type];
     const wire::Quantization q = wire::at_lod(context.world->quantization, version.lod);
     const view::EntityStore& store = context.bot->view()->store();
     const view::WorldState predicted = store.predicted(version, context.tick);
     const view::WorldState displayed =
         context.bot->view()->displayed(entity, version, context.tick, context.shown_at);
-    const Vec3d position(truth.position(0), truth.position(1), truth.position(2));
+    const Vec3d position(truth.position[0], truth.position[1], truth.position[2]);
     const Quat orientation(
-        truth.orientation(0), truth.orientation(1), truth.orientation(2), truth.orientation(3));
+        truth.orientation[0], truth.orientation[1], truth.orientation[2], truth.orientation[3]);
     const double error_m = (predicted.position - position).norm();
     const auto error_rad =
         static_cast<double>(motion::angle_between(predicted.orientation, orientation));
@@ -391,17 +390,17 @@ void Auditor::compare_state(const Context& context,
 
     BoundInputs inputs;
     inputs.age_s = context.age.age_s;
-    if (truth.breach_tick() > 0) {
+    if (truth.breach_tick > 0) {
         inputs.since_breach_s =
-            static_cast<double>(context.tick - truth.breach_tick()) * context.world->tick_s;
+            static_cast<double>(context.tick - truth.breach_tick) * context.world->tick_s;
     }
     Finding finding;
     finding.bot = bot_;
     finding.tick = context.tick;
-    finding.entity = EntityId(truth.entity());
+    finding.entity = EntityId(truth.entity);
     finding.type = type.name;
     finding.age_s = inputs.age_s;
-    finding.distance_m = static_cast<double>(truth.distance_m());
+    finding.distance_m = static_cast<double>(truth.distance_m);
     finding.loss = context.age.loss;
 
     inputs.bound = promised_bound(context, truth, false);
@@ -466,22 +465,22 @@ void Auditor::find_extra(const Context& around, Tally& tally) {
     }
 }
 
-void Auditor::remember(const proto::AuditRecord& record) {
+void Auditor::remember(const wire::AuditRecordMessage& record) {
     std::erase_if(seen_, [&](const auto& entry) { return entry.second.listed < previous_tick_; });
-    for (const proto::AuditEntity& truth : record.entities()) {
-        auto [at, fresh] = seen_.try_emplace(truth.entity());
+    for (const wire::AuditEntityMessage& truth : record.entities) {
+        auto [at, fresh] = seen_.try_emplace(truth.entity);
         ListedEntity& seen = at->second;
         // An entity that was away or elsewhere between two records became known anew.
-        const bool jumped = truth.discontinuity_tick() > previous_tick_ ||
-                            record.avatar_discontinuity_tick() > previous_tick_;
+        const bool jumped = truth.discontinuity_tick > previous_tick_ ||
+                            record.avatar_discontinuity_tick > previous_tick_;
         const bool unbroken =
             !fresh && !jumped && seen.listed >= previous_tick_ && seen.must_know_since >= 0;
-        if (!truth.must_know()) {
+        if (!truth.must_know) {
             seen.must_know_since = -1;
         } else if (!unbroken) {
-            seen.must_know_since = record.tick();
+            seen.must_know_since = record.tick;
         }
-        seen.listed = record.tick();
+        seen.listed = record.tick;
     }
 }
 

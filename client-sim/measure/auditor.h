@@ -90,7 +90,7 @@ class Auditor {
     /// `spread_s` as in bound.h.
     explicit Auditor(std::size_t bot, double spread_s = 0.0) : bot_(bot), spread_s_(spread_s) {}
 
-    void add(const proto::AuditRecord& record);
+    void add(const wire::AuditRecordMessage& record);
     /// Compares every record that is due.
     void settle(const bot::Bot& bot, Tally& tally);
 
@@ -130,33 +130,35 @@ class Auditor {
     /// True when the budget delayed the entity, and the client was notified.
     [[nodiscard]] static bool was_postponed(const Context& context);
 
-    void compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally);
+    void compare(const bot::Bot& bot, const wire::AuditRecordMessage& record, Tally& tally);
     static void compare_environment(const view::View& view,
-                                    const proto::AuditRecord& record,
+                                    const wire::AuditRecordMessage& record,
                                     Tally& tally);
-    void compare_entity(const Context& context, const proto::AuditEntity& truth, Tally& tally);
+    void compare_entity(const Context& context,
+                        const wire::AuditEntityMessage& truth,
+                        Tally& tally);
     void compare_state(const Context& context,
-                       const proto::AuditEntity& truth,
+                       const wire::AuditEntityMessage& truth,
                        const view::Entity& entity,
                        const view::Version& version,
                        Tally& tally) const;
     [[nodiscard]] bool is_leaving(const Context& context,
-                                  const proto::AuditEntity& truth,
+                                  const wire::AuditEntityMessage& truth,
                                   const view::Entity& entity) const;
     /// The view's version of an entity for a tick near the record's.
     [[nodiscard]] static const view::Version* held(const Context& context,
                                                    const view::Entity& entity,
                                                    Tick tick);
     void find_extra(const Context& around, Tally& tally);
-    void remember(const proto::AuditRecord& record);
-    void compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record);
+    void remember(const wire::AuditRecordMessage& record);
+    void compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage& record);
     [[nodiscard]] double promised_bound(const Context& context,
-                                        const proto::AuditEntity& truth,
+                                        const wire::AuditEntityMessage& truth,
                                         bool orientation) const;
 
     std::size_t bot_;
     double spread_s_;
-    std::deque<proto::AuditRecord> waiting_;
+    std::deque<wire::AuditRecordMessage> waiting_;
     std::map<std::uint32_t, ListedEntity> seen_;
     std::map<std::uint32_t, SentUpdates> sent_updates_;  ///< of the record being compared
     Tick previous_tick_ = -1;

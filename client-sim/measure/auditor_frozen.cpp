@@ -11,18 +11,18 @@ namespace {
 /// integers are those of the nearest level.
 wire::QuantizedState resting(const view::WorldInfo& world,
                              const view::Version& shown,
-                             const proto::AuditEntity& truth) {
+                             const wire::AuditEntityMessage& truth) {
     const view::ZoneInfo* zone = world.zone(shown.zone);
-    const Vec3d place(truth.position(0), truth.position(1), truth.position(2));
+    const Vec3d place(truth.position[0], truth.position[1], truth.position[2]);
     motion::KinematicState state;
     state.position = (place - (zone != nullptr ? zone->origin : Vec3d(0, 0, 0))).cast<float>();
     state.orientation = Quat(
-        truth.orientation(0), truth.orientation(1), truth.orientation(2), truth.orientation(3));
+        truth.orientation[0], truth.orientation[1], truth.orientation[2], truth.orientation[3]);
     const auto appearance =
-        static_cast<std::uint16_t>(truth.quantized_size() == 8 ? truth.quantized(7) : 0);
+        static_cast<std::uint16_t>(truth.quantized.size() == 8 ? truth.quantized[7] : 0);
     return wire::quantize(state,
                           motion::PredictorOrder::kStatic,
-                          world.types[truth.type()].upright,
+                          world.types[truth.type].upright,
                           true,
                           appearance,
                           wire::at_lod(world.quantization, shown.lod));
@@ -30,22 +30,22 @@ wire::QuantizedState resting(const view::WorldInfo& world,
 
 }  // namespace
 
-void Auditor::compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record) {
+void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage& record) {
     frozen_.seen = true;
     frozen_.converged = false;
     const view::EntityStore& store = bot.view()->store();
     std::size_t listed_present = 0;
-    for (const proto::AuditEntity& truth : record.entities()) {
-        const EntityId id(truth.entity());
+    for (const wire::AuditEntityMessage& truth : record.entities) {
+        const EntityId id(truth.entity);
         const view::Entity* entity = store.find(id);
         const bool present = entity != nullptr && entity->present();
         const std::string name = "entity " + std::to_string(id.value) + " (" +
-                                 bot.view()->world().types[truth.type()].name + ")";
+                                 bot.view()->world().types[truth.type].name + ")";
         if (id == bot.avatar()) {
             continue;
         }
         if (!present) {
-            if (truth.must_know()) {
+            if (truth.must_know) {
                 frozen_.difference = name + " is not in the view";
                 return;
             }
@@ -64,9 +64,9 @@ void Auditor::compare_frozen(const bot::Bot& bot, const proto::AuditRecord& reco
                                       s.orientation[1],
                                       s.orientation[2],
                                       s.appearance};
-        const bool same = truth.quantized_size() == 8 && shown.zone.value == record.zone() &&
-                          std::equal(std::begin(mine), std::end(mine), truth.quantized().begin());
-        if (coarser ? !(shown.zone.value == record.zone() &&
+        const bool same = truth.quantized.size() == 8 && shown.zone.value == record.zone &&
+                          std::equal(std::begin(mine), std::end(mine), truth.quantized.begin());
+        if (coarser ? !(shown.zone.value == record.zone &&
                         s == resting(bot.view()->world(), shown, truth))
                     : !same) {
             frozen_.difference = name + " differs from the server's quantised state";

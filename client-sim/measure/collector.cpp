@@ -38,7 +38,7 @@ Collector::Collector(std::size_t bots, int header_bytes, double spread_s)
     }
 }
 
-void Collector::on_joined(bot::Bot& bot, const proto::Joined&) {
+void Collector::on_joined(bot::Bot& bot, const wire::JoinedMessage&) {
     PerBot& mine = per_bot_[bot.settings().index];
     mine.joined = true;
     mine.auditor.restart();
@@ -48,29 +48,29 @@ void Collector::on_set_back(bot::Bot& bot) {
     per_bot_[bot.settings().index].auditor.restart();
 }
 
-void Collector::on_event(bot::Bot& bot, const proto::Event& event) {
-    if (event.history()) {
+void Collector::on_event(bot::Bot& bot, const wire::EventMessage& event) {
+    if (event.history) {
         return;  // others received it long ago: nothing to compare
     }
     const double now = bot.now_s();
-    auto [at, fresh] = event_spreads_.try_emplace(event.event_id());
+    auto [at, fresh] = event_spreads_.try_emplace(event.event_id);
     EventSpread& heard = at->second;
     if (fresh) {
         heard.first_s = now;
-        heard.tick = event.tick();
-        heard.world = event.topic() == "world";
+        heard.tick = event.tick;
+        heard.world = event.topic == "world";
     }
     heard.last_s = now;
     ++heard.bots;
 }
 
-void Collector::on_audit(bot::Bot& bot, const proto::AuditRecord& record) {
+void Collector::on_audit(bot::Bot& bot, const wire::AuditRecordMessage& record) {
     PerBot& mine = per_bot_[bot.settings().index];
     if (!ended_) {
         mine.corrections.decide(
-            record.tick(), record.avatar_discontinuity_tick(), correction_m_, jump_m_);
+            record.tick, record.avatar_discontinuity_tick, correction_m_, jump_m_);
     }
-    if (!ended_ || record.frozen()) {
+    if (!ended_ || record.frozen) {
         mine.auditor.add(record);
     }
 }

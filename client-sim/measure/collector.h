@@ -43,10 +43,10 @@ class Collector final : public bot::Observer {
 
     [[nodiscard]] const Tally& tally() const { return tally_; }
 
-    void on_joined(bot::Bot& bot, const proto::Joined& joined) override;
+    void on_joined(bot::Bot& bot, const wire::JoinedMessage& joined) override;
     void on_set_back(bot::Bot& bot) override;
-    void on_event(bot::Bot& bot, const proto::Event& event) override;
-    void on_audit(bot::Bot& bot, const proto::AuditRecord& record) override;
+    void on_event(bot::Bot& bot, const wire::EventMessage& event) override;
+    void on_audit(bot::Bot& bot, const wire::AuditRecordMessage& record) override;
     void on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) override;
     void on_changed_course(bot::Bot& bot, Tick tick) override;
     void on_correction(bot::Bot& bot, Tick tick, double distance_m) override;

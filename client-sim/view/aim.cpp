@@ -79,10 +79,12 @@ double ray_capsule(const Vec3d& eye,
     return best;
 }
 
+double eye_height(const motion::CharacterLimits& body) {
+    return static_cast<double>(body.half_segment + 0.5F * body.radius);
+}
+
 Vec3d own_eye(const View& view) {
-    const motion::CharacterLimits body = view.own().limits();
-    const float height = body.half_segment + 0.5F * body.radius;
-    return view.own().position() + Vec3d(0.0, static_cast<double>(height), 0.0);
+    return view.own().position() + Vec3d(0.0, eye_height(view.own().limits()), 0.0);
 }
 
 Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range_m) {

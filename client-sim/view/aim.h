@@ -32,8 +32,11 @@ inline constexpr std::size_t kMostSights = 8;
 /// only the flat ground of the static world is considered.
 [[nodiscard]] Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range_m);
 
-/// The eyes of the own avatar after its newest command, as in the server's rules: half a radius
-/// above the centre of its head's sphere.
+/// Height of a character's eyes above its centre, as in the server's rules: half a radius above the
+/// centre of its head's sphere, m.
+[[nodiscard]] double eye_height(const motion::CharacterLimits& body);
+
+/// The eyes of the own avatar after its newest command.
 [[nodiscard]] Vec3d own_eye(const View& view);
 
 /// Distance along the ray to an upright capsule about `centre`; below 0: no hit; 0: the ray begins

@@ -11,7 +11,7 @@ namespace {
 constexpr float kFarthest_m = 1e6F;
 constexpr float kFastest_mps = 1e5F;
 
-bool is_within(const google::protobuf::RepeatedField<float>& numbers, float limit) {
+bool is_within(const std::vector<float>& numbers, float limit) {
     return numbers.size() == 3 && std::all_of(numbers.begin(), numbers.end(), [limit](float n) {
                return std::abs(n) <= limit;
            });
@@ -19,21 +19,21 @@ bool is_within(const google::protobuf::RepeatedField<float>& numbers, float limi
 
 }  // namespace
 
-Bursts::BurstOutcome Bursts::apply(const proto::Event& event, Tick now) {
-    proto::ParticleBurst update;
-    if (!update.ParseFromString(event.payload()) || update.system() >= world_->cosmetics.size() ||
-        !world_->cosmetics[update.system()].burst || update.count() == 0 ||
-        update.count() > motion::kMostInCosmeticBurst || event.tick() < 0 ||
-        !is_within(update.position(), kFarthest_m) || !is_within(update.velocity(), kFastest_mps)) {
+Bursts::BurstOutcome Bursts::apply(const wire::EventMessage& event, Tick now) {
+    wire::ParticleBurstMessage update;
+    if (!wire::decode_message(wire::bytes_of(event.payload), update) ||
+        update.system >= world_->cosmetics.size() || !world_->cosmetics[update.system].burst ||
+        update.count == 0 || update.count > motion::kMostInCosmeticBurst || event.tick < 0 ||
+        !is_within(update.position, kFarthest_m) || !is_within(update.velocity, kFastest_mps)) {
         return BurstOutcome::kMalformed;
     }
-    const CosmeticInfo& system = world_->cosmetics[update.system()];
+    const CosmeticInfo& system = world_->cosmetics[update.system];
     motion::Burst burst;
-    burst.seed = update.seed();
-    burst.start = static_cast<Tick>(event.tick());
-    burst.position = {update.position(0), update.position(1), update.position(2)};
-    burst.velocity = {update.velocity(0), update.velocity(1), update.velocity(2)};
-    burst.count = update.count();
+    burst.seed = update.seed;
+    burst.start = static_cast<Tick>(event.tick);
+    burst.position = {update.position[0], update.position[1], update.position[2]};
+    burst.velocity = {update.velocity[0], update.velocity[1], update.velocity[2]};
+    burst.count = update.count;
     const auto full = [&] {
         return live_.size() >= kMost || particles_ + burst.count > kMostAlive;
     };

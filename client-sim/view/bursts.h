@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client-sim/view/world_info.h"
-#include "proto/session.pb.h"
+#include "shared/wire/session/session_messages.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -26,9 +26,9 @@ class Bursts {
 
     explicit Bursts(const WorldInfo& world) : world_(&world) {}
 
-    /// An event of the kind CORE_EVENT_PARTICLE_BURST. Forgets bursts that are over at `now` where
+    /// An event of the kind kEventParticleBurst. Forgets bursts that are over at `now` where
     /// it needs the room.
-    BurstOutcome apply(const proto::Event& event, Tick now);
+    BurstOutcome apply(const wire::EventMessage& event, Tick now);
 
     /// All particles of bursts that are alive at `tick`, in the order of the events, appended to
     /// `out`. World coordinates.

@@ -10,9 +10,9 @@
 namespace zoned::view {
 
 /// Reason why a client could not replay the description's cosmetic systems in time; empty: it can.
-std::string wrong_with_cosmetics(const proto::WorldDescription& description);
+std::string wrong_with_cosmetics(const wire::WorldDescriptionMessage& description);
 
 /// Needs a description that passed wrong_with_cosmetics().
-std::vector<CosmeticInfo> read_cosmetics(const proto::WorldDescription& description);
+std::vector<CosmeticInfo> read_cosmetics(const wire::WorldDescriptionMessage& description);
 
 }  // namespace zoned::view

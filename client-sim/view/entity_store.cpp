@@ -164,7 +164,7 @@ void EntityStore::show(Entity& entity, const Record& record, const wire::Quantiz
     }
     if (entity.present()) {
         const Version& before = entity.versions.back();
-        motion::KinematicState shown = local_display(before, record.view_tick);
+        motion::KinematicState shown = local_display(before, static_cast<double>(record.view_tick));
         if (before.zone != next.zone) {
             shown.position += (origin(before.zone) - origin(next.zone)).cast<float>();
         }
@@ -343,14 +343,14 @@ motion::KinematicState EntityStore::local_base(const Version& version,
                : motion::predict(version.state, motion::PredictorOrder::kStatic, 0.0F);
 }
 
-motion::KinematicState EntityStore::local_display(const Version& version, Tick tick) const {
-    const motion::KinematicState now = local_base(version, static_cast<double>(tick));
+motion::KinematicState EntityStore::local_display(const Version& version, double tick) const {
+    const motion::KinematicState now = local_base(version, tick);
     if (!version.converging) {
         return now;
     }
-    const Tick begun = version.from_tick - 1;
+    const auto begun = static_cast<double>(version.from_tick - 1);
     const float elapsed =
-        static_cast<float>(std::max<Tick>(0, tick - begun)) * static_cast<float>(world_->tick_s);
+        static_cast<float>(std::max(0.0, tick - begun)) * static_cast<float>(world_->tick_s);
     return version.convergence.display(settings_.convergence, now, elapsed);
 }
 
@@ -409,7 +409,7 @@ WorldState EntityStore::predicted(const Version& version, Tick tick) const {
         origin(version.zone) + local.position.cast<double>(), local.orientation, local.velocity};
 }
 
-WorldState EntityStore::displayed(const Version& version, Tick tick) const {
+WorldState EntityStore::displayed(const Version& version, double tick) const {
     const motion::KinematicState local = local_display(version, tick);
     return {
         origin(version.zone) + local.position.cast<double>(), local.orientation, local.velocity};

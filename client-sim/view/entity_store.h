@@ -135,7 +135,7 @@ class EntityStore {
     /// Dead reckoning only.
     [[nodiscard]] WorldState predicted(const Version& version, Tick tick) const;
     /// The state on the screen: the prediction and the rest of the offset that convergence removes.
-    [[nodiscard]] WorldState displayed(const Version& version, Tick tick) const;
+    [[nodiscard]] WorldState displayed(const Version& version, double tick) const;
 
     /// The version that held at server tick `tick` by the knowledge at view tick `known_by`; for
     /// views that show the past. Its prediction for `tick` is within the promised bound then, as no
@@ -179,7 +179,7 @@ class EntityStore {
     [[nodiscard]] motion::KinematicState local_base(const Version& version,
                                                     double tick,
                                                     bool before = false) const;
-    [[nodiscard]] motion::KinematicState local_display(const Version& version, Tick tick) const;
+    [[nodiscard]] motion::KinematicState local_display(const Version& version, double tick) const;
     [[nodiscard]] Vec3d origin(ZoneId zone) const;
 
     const WorldInfo* world_;

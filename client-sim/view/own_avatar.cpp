@@ -134,6 +134,14 @@ std::optional<Vec3d> OwnAvatar::position_at(Tick tick) const {
     return world_position(slot(tick));
 }
 
+Vec3d OwnAvatar::position_between(double fraction) const {
+    const Vec3d newest = position();
+    const Vec3d before = position_at(state_tick_ - 1).value_or(newest);
+    // A longer step is a teleport.
+    return (newest - before).norm() < kSnapM ? Vec3d(before + fraction * (newest - before))
+                                             : newest;
+}
+
 Vec3d OwnAvatar::position() const {
     return state_tick_ >= 0 ? world_position(slot(state_tick_)) : Vec3d::Zero();
 }

@@ -24,6 +24,8 @@ struct Correction {
 class OwnAvatar {
   public:
     static constexpr std::size_t kRing = 256;
+    /// Longer steps within a tick are shown at once, m.
+    static constexpr double kSnapM = 4.0;
 
     explicit OwnAvatar(const WorldInfo& world) : world_(&world) {}
 
@@ -49,6 +51,14 @@ class OwnAvatar {
     [[nodiscard]] std::optional<Vec3d> position_at(Tick tick) const;
     /// World position after the newest command; the origin before known().
     [[nodiscard]] Vec3d position() const;
+
+    /// Its state after the newest command in coordinates of its zone; nullptr before known().
+    [[nodiscard]] const motion::CharacterState* state() const {
+        return state_tick_ >= 0 ? &slot(state_tick_).state : nullptr;
+    }
+
+    /// World position on the way from the state before the newest one to it, 0..1.
+    [[nodiscard]] Vec3d position_between(double fraction) const;
 
     /// Whether something carries it, after the newest command.
     [[nodiscard]] bool carried() const {

@@ -72,12 +72,12 @@ WorldState View::displayed(const Entity& entity,
             return *shown;
         }
     }
-    return store_.displayed(version, tick);
+    return store_.displayed(version, static_cast<double>(tick));
 }
 
-std::optional<WorldState> View::on_screen(const Entity& entity) const {
+std::optional<WorldState> View::on_screen(const Entity& entity, double fraction) const {
     if (settings_.kind == ViewKind::kInterpolate) {
-        return store_.interpolated(entity, playout_.position(), tick_);
+        return store_.interpolated(entity, playout_.position() + fraction, tick_);
     }
     const Version* version = EntityStore::version_at(entity, tick_);
     if (version == nullptr && entity.present()) {
@@ -86,7 +86,8 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
         version = &entity.versions.back();
     }
     return version != nullptr && version->present
-               ? std::optional<WorldState>(store_.displayed(*version, tick_))
+               ? std::optional<WorldState>(
+                     store_.displayed(*version, static_cast<double>(tick_) + fraction))
                : std::nullopt;
 }
 
@@ -174,49 +175,47 @@ void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes
 }
 
 /// All or nothing: an invalid message changes nothing.
-void View::apply_environment(const proto::Event& event) {
+void View::apply_environment(const wire::EventMessage& event) {
     const auto sensible = [](Tick tick) {
         return tick >= 0 && tick < (Tick{1} << 50);
     };
-    proto::SharedEnvironment update;
-    bool good = update.ParseFromString(event.payload());
-    for (const auto& c : update.courses()) {
-        good = good && c.clock() < environment_.clocks() && sensible(c.from()) &&
-               std::isfinite(c.value()) && std::isfinite(c.rate_per_s());
+    wire::SharedEnvironmentMessage update;
+    bool good = wire::decode_message(wire::bytes_of(event.payload), update);
+    for (const auto& c : update.courses) {
+        good = good && c.clock < environment_.clocks() && sensible(c.from) &&
+               std::isfinite(c.value) && std::isfinite(c.rate_per_s);
     }
-    for (const auto& c : update.cursors()) {
-        good = good && c.variable() < environment_.variables() && sensible(c.since()) &&
-               c.phase() < environment_.variable(c.variable()).def().phases.size() &&
-               std::isfinite(c.before());
+    for (const auto& c : update.cursors) {
+        good = good && c.variable < environment_.variables() && sensible(c.since) &&
+               c.phase < environment_.variable(c.variable).def().phases.size() &&
+               std::isfinite(c.before);
     }
     if (!good) {
         ++stats_.environment_malformed;
         return;
     }
     ++stats_.environment_updates;
-    for (const auto& c : update.courses()) {
-        const clock::ClockCourse course{c.from(), c.value(), c.rate_per_s()};
-        const auto known = environment_.clock_at(c.clock(), event.tick());
-        if (course.from <= event.tick() && known) {
-            const auto mine = environment_.clock(c.clock()).from(course.from);
+    for (const auto& c : update.courses) {
+        const clock::ClockCourse course{c.from, c.value, c.rate_per_s};
+        const auto known = environment_.clock_at(c.clock, event.tick);
+        if (course.from <= event.tick && known) {
+            const auto mine = environment_.clock(c.clock).from(course.from);
             stats_.environment_corrected += mine.empty() || !(mine[0] == course) ? 1 : 0;
         }
-        environment_.announce(c.clock(), course);
+        environment_.announce(c.clock, course);
     }
-    for (const auto& c : update.cursors()) {
+    for (const auto& c : update.cursors) {
         stats_.environment_corrected +=
-            environment_.place(c.variable(), {c.number(), c.since(), c.phase(), c.before()}) > 0.0
-                ? 1
-                : 0;
+            environment_.place(c.variable, {c.number, c.since, c.phase, c.before}) > 0.0 ? 1 : 0;
     }
 }
 
-void View::apply(const proto::Event& event) {
-    if (event.kind() == proto::CORE_EVENT_SHARED_ENVIRONMENT) {
+void View::apply(const wire::EventMessage& event) {
+    if (event.kind == wire::kEventSharedEnvironment) {
         apply_environment(event);
         return;
     }
-    if (event.kind() != proto::CORE_EVENT_PARTICLE_BURST) {
+    if (event.kind != wire::kEventParticleBurst) {
         return;
     }
     switch (bursts_.apply(event, tick_)) {

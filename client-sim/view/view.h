@@ -92,7 +92,7 @@ class View {
     PacketResult apply(const link::OpenedPacket& packet, double now_s);
 
     /// An event of the server's own: cosmetic bursts are applied, other kinds ignored here.
-    void apply(const proto::Event& event);
+    void apply(const wire::EventMessage& event);
 
     /// Called about once a second: drops old data, and looks for entities that fell silent.
     void maintain(double now_s);
@@ -141,8 +141,9 @@ class View {
                                        Tick tick,
                                        Tick known_by) const;
 
-    /// The state on the screen now of a displayed entity.
-    [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity) const;
+    /// The state on the screen of a displayed entity, `fraction` of a tick after tick().
+    [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity,
+                                                      double fraction = 0.0) const;
 
     [[nodiscard]] const WorldInfo& world() const { return *world_; }
 
@@ -178,7 +179,7 @@ class View {
     void count_packet(const link::OpenedPacket& packet);
     void count_record(wire::RecordReader& gauge);
     void count_coded(const wire::record::RecordFrame& frame, std::size_t bytes);
-    void apply_environment(const proto::Event& event);
+    void apply_environment(const wire::EventMessage& event);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 

@@ -15,22 +15,21 @@ namespace {
 
 using Failure = core::Result<WorldInfo>;
 
-wire::Quantization read_quantization(const proto::Quantization& q) {
+wire::Quantization read_quantization(const wire::QuantizationMessage& q) {
     wire::Quantization out;
-    out.position_step_m = q.position_step_m();
-    out.velocity_step_mps = q.velocity_step_mps();
-    out.acceleration_step_mps2 = q.acceleration_step_mps2();
-    out.angular_velocity_step_rps = q.angular_velocity_step_rps();
-    out.orientation_bits = static_cast<int>(q.orientation_bits());
-    out.yaw_bits = static_cast<int>(q.yaw_bits());
-    out.horizontal_extent_m = q.horizontal_extent_m();
-    out.vertical_extent_m = q.vertical_extent_m();
-    out.max_speed_mps = q.max_speed_mps();
-    out.gravity_mps2 = q.gravity_mps2();
-    for (int lod = 0; lod < std::min(q.lod_shift_size(), wire::kLods); ++lod) {
-        out.lod_shift[static_cast<std::size_t>(lod)] = {
-            static_cast<std::uint8_t>(std::min(q.lod_shift(lod).place(), 10U)),
-            static_cast<std::uint8_t>(std::min(q.lod_shift(lod).turn(), 5U))};
+    out.position_step_m = q.position_step_m;
+    out.velocity_step_mps = q.velocity_step_mps;
+    out.acceleration_step_mps2 = q.acceleration_step_mps2;
+    out.angular_velocity_step_rps = q.angular_velocity_step_rps;
+    out.orientation_bits = static_cast<int>(q.orientation_bits);
+    out.yaw_bits = static_cast<int>(q.yaw_bits);
+    out.horizontal_extent_m = q.horizontal_extent_m;
+    out.vertical_extent_m = q.vertical_extent_m;
+    out.max_speed_mps = q.max_speed_mps;
+    out.gravity_mps2 = q.gravity_mps2;
+    for (std::size_t lod = 0; lod < std::min(q.lod_shift.size(), out.lod_shift.size()); ++lod) {
+        out.lod_shift[lod] = {static_cast<std::uint8_t>(std::min(q.lod_shift[lod].place, 10U)),
+                              static_cast<std::uint8_t>(std::min(q.lod_shift[lod].turn, 5U))};
     }
     return out;
 }
@@ -46,77 +45,77 @@ bool sensible(const wire::Quantization& q) {
            q.max_speed_mps < 1e6F && q.gravity_mps2 >= 0.0F && q.gravity_mps2 < 1e3F;
 }
 
-TypeInfo read_type(const proto::EntityType& t) {
+TypeInfo read_type(const wire::EntityTypeMessage& t) {
     TypeInfo type;
-    type.name = core::is_clean_utf8(t.name()) ? t.name() : "?";
-    type.upright = t.upright();
-    type.character = t.character();
-    type.seats = t.seats();
-    type.max_acceleration_mps2 = t.max_acceleration_mps2();
-    type.max_velocity_jump_mps = t.max_velocity_jump_mps();
-    if (t.has_limits()) {
-        const proto::CharacterLimits& l = t.limits();
-        type.limits.radius = l.radius();
-        type.limits.half_segment = l.half_segment();
-        type.limits.speed = l.speed();
-        type.limits.sprint_factor = l.sprint_factor();
-        type.limits.acceleration = l.acceleration();
-        type.limits.air_acceleration = l.air_acceleration();
-        type.limits.jump_speed = l.jump_speed();
-        type.limits.max_slope_cos = l.max_slope_cos();
-        type.limits.step_down = l.step_down();
-        type.limits.step_up = l.step_up();
-        type.limits.gravity = l.gravity();
+    type.name = core::is_clean_utf8(t.name) ? t.name : "?";
+    type.upright = t.upright;
+    type.character = t.character;
+    type.seats = t.seats;
+    type.max_acceleration_mps2 = t.max_acceleration_mps2;
+    type.max_velocity_jump_mps = t.max_velocity_jump_mps;
+    if (t.limits) {
+        const wire::CharacterLimitsMessage& l = *t.limits;
+        type.limits.radius = l.radius;
+        type.limits.half_segment = l.half_segment;
+        type.limits.speed = l.speed;
+        type.limits.sprint_factor = l.sprint_factor;
+        type.limits.acceleration = l.acceleration;
+        type.limits.air_acceleration = l.air_acceleration;
+        type.limits.jump_speed = l.jump_speed;
+        type.limits.max_slope_cos = l.max_slope_cos;
+        type.limits.step_down = l.step_down;
+        type.limits.step_up = l.step_up;
+        type.limits.gravity = l.gravity;
     }
     return type;
 }
 
 /// Boxes are sent in world coordinates; each zone's geometry lies around that zone's origin.
-motion::StaticBox box_around(const proto::StaticBox& b, const Vec3d& origin) {
+motion::StaticBox box_around(const wire::StaticBoxMessage& b, const Vec3d& origin) {
     motion::StaticBox box;
-    const Vec3d centre(b.centre(0), b.centre(1), b.centre(2));
+    const Vec3d centre(b.centre[0], b.centre[1], b.centre[2]);
     box.centre = (centre - origin).cast<float>();
-    box.half_extents = Vec3(b.half_extents(0), b.half_extents(1), b.half_extents(2));
-    if (b.orientation_size() == 4) {
+    box.half_extents = Vec3(b.half_extents[0], b.half_extents[1], b.half_extents[2]);
+    if (b.orientation.size() == 4) {
         box.orientation =
-            Quat(b.orientation(0), b.orientation(1), b.orientation(2), b.orientation(3));
+            Quat(b.orientation[0], b.orientation[1], b.orientation[2], b.orientation[3]);
     }
     return box;
 }
 
-std::vector<motion::StaticBox> boxes_around(const proto::WorldDescription& description,
+std::vector<motion::StaticBox> boxes_around(const wire::WorldDescriptionMessage& description,
                                             const Vec3d& origin) {
     std::vector<motion::StaticBox> boxes;
-    boxes.reserve(static_cast<std::size_t>(description.boxes_size()));
-    for (const proto::StaticBox& b : description.boxes()) {
+    boxes.reserve(description.boxes.size());
+    for (const wire::StaticBoxMessage& b : description.boxes) {
         boxes.push_back(box_around(b, origin));
     }
     return boxes;
 }
 
 /// Needs a description that passed sensible().
-motion::Timetable read_times(const proto::Door& d) {
+motion::Timetable read_times(const wire::DoorMessage& d) {
     motion::Timetable times;
-    times.period = d.period();
-    times.shift = d.shift();
-    for (int i = 0; i + 1 < d.open_size(); i += 2) {
-        times.open.push_back({d.open(i), d.open(i + 1)});
+    times.period = d.period;
+    times.shift = d.shift;
+    for (std::size_t i = 0; i + 1 < d.open.size(); i += 2) {
+        times.open.push_back({d.open[i], d.open[i + 1]});
     }
     return times;
 }
 
-std::vector<motion::Door> doors_around(const proto::WorldDescription& description,
+std::vector<motion::Door> doors_around(const wire::WorldDescriptionMessage& description,
                                        const Vec3d& origin) {
     std::vector<motion::Door> doors;
-    for (const proto::Door& d : description.doors()) {
-        doors.push_back({box_around(d.box(), origin), read_times(d)});
+    for (const wire::DoorMessage& d : description.doors) {
+        doors.push_back({box_around(*d.box, origin), read_times(d)});
     }
     return doors;
 }
 
 /// Largest geometry of one surface that a client accepts, in floats: far above the size that
 /// servers send.
-constexpr int kMaxSurfaceNumbers = 1 << 26;
+constexpr std::size_t kMaxSurfaceNumbers = 1 << 26;
 
 /// Tables to which a surface refers.
 struct SurfaceTables {
@@ -126,28 +125,25 @@ struct SurfaceTables {
 };
 
 /// Null where the server keeps the geometry to itself. Needs a surface that passed wrong_with().
-std::shared_ptr<const motion::Surface> read_surface(const proto::StaticSurface& s) {
+std::shared_ptr<const motion::Surface> read_surface(const wire::StaticSurfaceMessage& s) {
     const auto tables = std::make_shared<SurfaceTables>();
-    if (s.has_heights()) {
-        const auto& h = s.heights();
-        tables->heights.assign(h.height().begin(), h.height().end());
-        return std::make_shared<const motion::Surface>(motion::HeightGrid{h.columns(),
-                                                                          h.rows(),
-                                                                          h.spacing_x(),
-                                                                          h.spacing_z(),
-                                                                          h.thickness(),
-                                                                          tables->heights},
-                                                       tables);
+    if (s.heights) {
+        const wire::HeightsMessage& h = *s.heights;
+        tables->heights.assign(h.height.begin(), h.height.end());
+        return std::make_shared<const motion::Surface>(
+            motion::HeightGrid{
+                h.columns, h.rows, h.spacing_x, h.spacing_z, h.thickness, tables->heights},
+            tables);
     }
-    if (!s.has_triangles()) {
+    if (!s.triangles) {
         return nullptr;
     }
-    const auto& t = s.triangles();
-    for (int v = 0; v + 2 < t.vertex_size(); v += 3) {
-        tables->vertices.emplace_back(t.vertex(v), t.vertex(v + 1), t.vertex(v + 2));
+    const wire::TrianglesMessage& t = *s.triangles;
+    for (std::size_t v = 0; v + 2 < t.vertex.size(); v += 3) {
+        tables->vertices.emplace_back(t.vertex[v], t.vertex[v + 1], t.vertex[v + 2]);
     }
-    for (int c = 0; c + 2 < t.corner_size(); c += 3) {
-        tables->corners.push_back({t.corner(c), t.corner(c + 1), t.corner(c + 2)});
+    for (std::size_t c = 0; c + 2 < t.corner.size(); c += 3) {
+        tables->corners.push_back({t.corner[c], t.corner[c + 1], t.corner[c + 2]});
     }
     return std::make_shared<const motion::Surface>(
         motion::TriangleList{tables->vertices, tables->corners}, tables);
@@ -155,23 +151,23 @@ std::shared_ptr<const motion::Surface> read_surface(const proto::StaticSurface& 
 
 /// Surfaces around each zone's origin, as `boxes_around`; the geometry is shared.
 std::vector<motion::StaticSurface> surfaces_around(
-    const proto::WorldDescription& description,
+    const wire::WorldDescriptionMessage& description,
     const std::vector<std::shared_ptr<const motion::Surface>>& surfaces,
     const Vec3d& origin) {
     std::vector<motion::StaticSurface> out;
-    for (int i = 0; i < description.surfaces_size(); ++i) {
-        const proto::StaticSurface& s = description.surfaces(i);
-        const auto& surface = surfaces[static_cast<std::size_t>(i)];
+    for (std::size_t i = 0; i < description.surfaces.size(); ++i) {
+        const wire::StaticSurfaceMessage& s = description.surfaces[i];
+        const auto& surface = surfaces[i];
         if (surface == nullptr) {
             continue;
         }
-        const Vec3d position(s.position(0), s.position(1), s.position(2));
+        const Vec3d position(s.position[0], s.position[1], s.position[2]);
         motion::StaticSurface placed;
         placed.surface = surface;
         placed.position = (position - origin).cast<float>();
-        if (s.orientation_size() == 4) {
+        if (s.orientation.size() == 4) {
             placed.orientation =
-                Quat(s.orientation(0), s.orientation(1), s.orientation(2), s.orientation(3));
+                Quat(s.orientation[0], s.orientation[1], s.orientation[2], s.orientation[3]);
         }
         out.push_back(placed);
     }
@@ -180,86 +176,89 @@ std::vector<motion::StaticSurface> surfaces_around(
 
 /// Within a million; false for NaN.
 template <class Number>
-bool sensible_numbers(const google::protobuf::RepeatedField<Number>& numbers) {
+bool sensible_numbers(const std::vector<Number>& numbers) {
     return numbers.size() <= kMaxSurfaceNumbers &&
            std::all_of(
                numbers.begin(), numbers.end(), [](Number n) { return std::abs(n) <= Number{1e6}; });
 }
 
-bool sensible(const proto::StaticSurface& s) {
-    if (s.position_size() != 3 || (s.orientation_size() != 0 && s.orientation_size() != 4) ||
-        !sensible_numbers(s.position()) || !sensible_numbers(s.orientation()) ||
-        (s.has_heights() && s.has_triangles())) {
+bool sensible(const wire::StaticSurfaceMessage& s) {
+    if (s.position.size() != 3 || (s.orientation.size() != 0 && s.orientation.size() != 4) ||
+        !sensible_numbers(s.position) || !sensible_numbers(s.orientation) ||
+        (s.heights && s.triangles)) {
         return false;
     }
-    if (s.has_heights()) {
-        const auto& h = s.heights();
-        return h.columns() >= 2 && h.rows() >= 2 &&
-               static_cast<std::uint64_t>(h.columns()) * h.rows() ==
-                   static_cast<std::uint64_t>(h.height_size()) &&
-               h.spacing_x() > 1e-4F && h.spacing_x() < 1e6F && h.spacing_z() > 1e-4F &&
-               h.spacing_z() < 1e6F && h.thickness() >= 0.0F && sensible_numbers(h.height());
+    if (s.heights) {
+        const wire::HeightsMessage& h = *s.heights;
+        return h.columns >= 2 && h.rows >= 2 &&
+               static_cast<std::uint64_t>(h.columns) * h.rows == h.height.size() &&
+               h.spacing_x > 1e-4F && h.spacing_x < 1e6F && h.spacing_z > 1e-4F &&
+               h.spacing_z < 1e6F && h.thickness >= 0.0F && sensible_numbers(h.height);
     }
-    const auto& t = s.triangles();
-    const auto vertices = static_cast<std::uint32_t>(t.vertex_size() / 3);
-    return !s.has_triangles() ||
-           (t.vertex_size() % 3 == 0 && t.corner_size() % 3 == 0 && t.corner_size() > 0 &&
-            sensible_numbers(t.vertex()) &&
-            std::all_of(t.corner().begin(), t.corner().end(), [&](std::uint32_t c) {
-                return c < vertices;
-            }));
+    if (!s.triangles) {
+        return true;
+    }
+    const wire::TrianglesMessage& t = *s.triangles;
+    const std::size_t vertices = t.vertex.size() / 3;
+    return (t.vertex.size() % 3 == 0 && t.corner.size() % 3 == 0 && t.corner.size() > 0 &&
+            sensible_numbers(t.vertex) &&
+            std::all_of(
+                t.corner.begin(), t.corner.end(), [&](std::uint32_t c) { return c < vertices; }));
 }
 
-bool sensible(const proto::StaticBox& b) {
-    return b.centre_size() == 3 && b.half_extents_size() == 3 &&
-           (b.orientation_size() == 0 || b.orientation_size() == 4);
+bool sensible(const wire::StaticBoxMessage& b) {
+    return b.centre.size() == 3 && b.half_extents.size() == 3 &&
+           (b.orientation.size() == 0 || b.orientation.size() == 4);
 }
 
 /// Longer periods than a thousand years of the fastest ticks are an attack.
 constexpr std::int64_t kMaxPeriod = INT64_C(1) << 43;
 
-bool sensible(const proto::Door& d) {
-    if (!d.has_box() || !sensible(d.box()) || d.period() < 1 || d.period() > kMaxPeriod ||
-        d.shift() < 0 || d.shift() >= d.period() || d.open_size() % 2 != 0) {
+bool sensible(const wire::DoorMessage& d) {
+    if (!d.box || !sensible(*d.box) || d.period < 1 || d.period > kMaxPeriod || d.shift < 0 ||
+        d.shift >= d.period || d.open.size() % 2 != 0) {
         return false;
     }
     std::int64_t before = 0;
-    for (int i = 0; i < d.open_size(); ++i) {
+    for (std::size_t i = 0; i < d.open.size(); ++i) {
         // Spans have ticks in them and do not overlap.
-        if (d.open(i) < before || d.open(i) > d.period() || (i % 2 == 1 && d.open(i) == before)) {
+        if (d.open[i] < before || d.open[i] > d.period || (i % 2 == 1 && d.open[i] == before)) {
             return false;
         }
-        before = d.open(i);
+        before = d.open[i];
     }
     return true;
 }
 
 /// More clocks, variables or phases than servers have are an attack.
-constexpr int kMaxSharedVariables = 64;
+constexpr std::size_t kMaxSharedVariables = 64;
 
-bool sensible(const proto::SharedVariable& v) {
+bool sensible(const wire::SharedVariableMessage& v) {
     const auto finite = [](double x) {
         return std::isfinite(x) && std::abs(x) < 1e12;
     };
-    return v.phases_size() >= 1 && v.phases_size() <= kMaxSharedVariables && v.blend_s() >= 0.0 &&
-           v.blend_s() < 1e6 &&
-           std::all_of(v.phases().begin(), v.phases().end(), [&](const auto& p) {
-               return finite(p.value()) && p.weight() > 0.0 && p.weight() < 1e9 &&
-                      p.min_s() >= 0.0 && p.max_s() >= p.min_s() && p.max_s() < 1e9;
-           });
+    return !v.phases.empty() && v.phases.size() <= kMaxSharedVariables && v.blend_s >= 0.0 &&
+           v.blend_s < 1e6 &&
+           std::all_of(
+               v.phases.begin(),
+               v.phases.end(),
+               [&](const auto& p) {
+                   return finite(p.value) && p.weight > 0.0 && p.weight < 1e9 && p.min_s >= 0.0 &&
+                          p.max_s >= p.min_s && p.max_s < 1e9;
+               });
 }
 
-std::string wrong_with_environment(const proto::WorldDescription& d) {
-    if (d.shared_clocks_size() > kMaxSharedVariables ||
-        d.shared_variables_size() > kMaxSharedVariables) {
+std::string wrong_with_environment(const wire::WorldDescriptionMessage& d) {
+    if (d.shared_clocks.size() > kMaxSharedVariables ||
+        d.shared_variables.size() > kMaxSharedVariables) {
         return "too many shared clocks or shared variables";
     }
-    for (const proto::SharedClock& clock : d.shared_clocks()) {
-        if (!(clock.period() >= 0.0 && clock.period() < 1e12)) {
+    for (const wire::SharedClockMessage& clock : d.shared_clocks) {
+        if (!(clock.period >= 0.0 && clock.period < 1e12)) {
             return "malformed shared clock";
         }
     }
-    const auto& variables = d.shared_variables();
+    const auto& variables = d.shared_variables;
     return std::all_of(
                variables.begin(), variables.end(), [](const auto& v) { return sensible(v); })
                ? ""
@@ -271,51 +270,50 @@ std::string clean_name(const std::string& name) {
 }
 
 /// Needs a description that passed wrong_with_environment().
-clock::EnvironmentDefs read_environment(const proto::WorldDescription& d) {
+clock::EnvironmentDefs read_environment(const wire::WorldDescriptionMessage& d) {
     clock::EnvironmentDefs out;
-    for (const proto::SharedClock& clock : d.shared_clocks()) {
-        out.clocks.push_back({clean_name(clock.name()), clock.period(), {}});
+    for (const wire::SharedClockMessage& clock : d.shared_clocks) {
+        out.clocks.push_back({clean_name(clock.name), clock.period, {}});
     }
-    for (const proto::SharedVariable& v : d.shared_variables()) {
+    for (const wire::SharedVariableMessage& v : d.shared_variables) {
         clock::SharedVariableDef& def = out.variables.emplace_back();
-        def.name = clean_name(v.name());
-        def.seed = v.seed();
-        def.blend_s = v.blend_s();
-        for (const auto& p : v.phases()) {
-            def.phases.push_back(
-                {clean_name(p.name()), p.value(), p.weight(), p.min_s(), p.max_s()});
+        def.name = clean_name(v.name);
+        def.seed = v.seed;
+        def.blend_s = v.blend_s;
+        for (const auto& p : v.phases) {
+            def.phases.push_back({clean_name(p.name), p.value, p.weight, p.min_s, p.max_s});
         }
     }
     return out;
 }
 
-std::string wrong_with(const proto::WorldDescription& d) {
-    if (!(d.tick_rate_hz() >= 1.0 && d.tick_rate_hz() <= 1000.0)) {
+std::string wrong_with(const wire::WorldDescriptionMessage& d) {
+    if (!(d.tick_rate_hz >= 1.0 && d.tick_rate_hz <= 1000.0)) {
         return "tick rate outside 1..1000 Hz";
     }
-    if (d.lods_size() < 1 || d.lods_size() > wire::kLods) {
+    if (d.lods.empty() || d.lods.size() > std::size_t{wire::kLods}) {
         return "not 1..4 levels of detail";
     }
-    if (d.zones_size() < 1 || d.types_size() < 1 || d.types_size() > 65535) {
+    if (d.zones.empty() || d.types.empty() || d.types.size() > 65535) {
         return "no zones or no entity types";
     }
-    for (const proto::Zone& z : d.zones()) {
-        if (z.origin_size() != 3 || z.lower_size() != 2 || z.upper_size() != 2 || z.id() == 0 ||
-            z.id() > 65535) {
+    for (const wire::ZoneMessage& z : d.zones) {
+        if (z.origin.size() != 3 || z.lower.size() != 2 || z.upper.size() != 2 || z.id == 0 ||
+            z.id > 65535) {
             return "malformed zone";
         }
     }
-    for (const proto::StaticBox& b : d.boxes()) {
+    for (const wire::StaticBoxMessage& b : d.boxes) {
         if (!sensible(b)) {
             return "malformed static box";
         }
     }
-    for (const proto::Door& door : d.doors()) {
+    for (const wire::DoorMessage& door : d.doors) {
         if (!sensible(door)) {
             return "malformed door";
         }
     }
-    for (const proto::StaticSurface& s : d.surfaces()) {
+    for (const wire::StaticSurfaceMessage& s : d.surfaces) {
         if (!sensible(s)) {
             return "malformed static surface";
         }
@@ -346,46 +344,46 @@ const ZoneInfo* WorldInfo::zone_at(double x, double z) const {
     return nullptr;
 }
 
-core::Result<WorldInfo> read_world(const proto::WorldDescription& d) {
+core::Result<WorldInfo> read_world(const wire::WorldDescriptionMessage& d) {
     if (std::string wrong = wrong_with(d); !wrong.empty()) {
         return Failure::failure(std::move(wrong));
     }
     WorldInfo world;
-    world.tick_s = 1.0 / d.tick_rate_hz();
-    world.interest_hysteresis = d.interest_hysteresis();
-    world.quantization = read_quantization(d.quantization());
+    world.tick_s = 1.0 / d.tick_rate_hz;
+    world.interest_hysteresis = d.interest_hysteresis;
+    world.quantization = read_quantization(d.quantization.value_or(wire::QuantizationMessage{}));
     if (!sensible(world.quantization)) {
         return Failure::failure("quantisation steps out of range");
     }
-    for (const proto::EntityType& t : d.types()) {
+    for (const wire::EntityTypeMessage& t : d.types) {
         world.types.push_back(read_type(t));
     }
-    for (const proto::Lod& l : d.lods()) {
-        world.lods.push_back({l.radius_m(), l.position_bound_m(), l.orientation_bound_rad()});
+    for (const wire::LodMessage& l : d.lods) {
+        world.lods.push_back({l.radius_m, l.position_bound_m, l.orientation_bound_rad});
     }
     std::vector<std::shared_ptr<const motion::Surface>> surfaces;
-    for (const proto::StaticSurface& s : d.surfaces()) {
+    for (const wire::StaticSurfaceMessage& s : d.surfaces) {
         surfaces.push_back(read_surface(s));
     }
-    for (const proto::Zone& z : d.zones()) {
+    for (const wire::ZoneMessage& z : d.zones) {
         ZoneInfo zone;
-        zone.id = ZoneId(static_cast<std::uint16_t>(z.id()));
-        zone.origin = Vec3d(z.origin(0), z.origin(1), z.origin(2));
-        zone.lower_x = z.lower(0);
-        zone.lower_z = z.lower(1);
-        zone.upper_x = z.upper(0);
-        zone.upper_z = z.upper(1);
+        zone.id = ZoneId(static_cast<std::uint16_t>(z.id));
+        zone.origin = Vec3d(z.origin[0], z.origin[1], z.origin[2]);
+        zone.lower_x = z.lower[0];
+        zone.lower_z = z.lower[1];
+        zone.upper_x = z.upper[0];
+        zone.upper_z = z.upper[1];
         // The ground plane is given in world coordinates as well.
         zone.geometry = motion::StaticGeometry(
             boxes_around(d, zone.origin),
-            static_cast<float>(static_cast<double>(d.ground_height_m()) - zone.origin.y()),
+            static_cast<float>(static_cast<double>(d.ground_height_m) - zone.origin.y()),
             motion::kStaticCell_m,
             surfaces_around(d, surfaces, zone.origin),
             doors_around(d, zone.origin));
         world.zones.push_back(std::move(zone));
     }
-    for (const proto::Door& door : d.doors()) {
-        world.doors.push_back({clean_name(door.name()), read_times(door)});
+    for (const wire::DoorMessage& door : d.doors) {
+        world.doors.push_back({clean_name(door.name), read_times(door)});
     }
     world.cosmetics = read_cosmetics(d);
     world.environment = read_environment(d);
@@ -393,7 +391,7 @@ core::Result<WorldInfo> read_world(const proto::WorldDescription& d) {
 }
 
 std::shared_ptr<const WorldInfo> WorldCache::get(const std::string& digest,
-                                                 const proto::WorldDescription& description,
+                                                 const wire::WorldDescriptionMessage& description,
                                                  std::string& error) {
     const auto found = worlds_.find(digest);
     if (found != worlds_.end()) {

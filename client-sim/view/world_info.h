@@ -2,7 +2,6 @@
 // process.
 #pragma once
 
-#include "proto/session.pb.h"
 #include "shared/clock/shared_environment.h"
 #include "shared/core/ids.h"
 #include "shared/core/result.h"
@@ -11,6 +10,7 @@
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 #include "shared/wire/quantize.h"
+#include "shared/wire/session/world_messages.h"
 
 #include <map>
 #include <memory>
@@ -80,14 +80,14 @@ struct WorldInfo {
 };
 
 /// Checks and converts a description; fails with the reason when a client could not use it.
-core::Result<WorldInfo> read_world(const proto::WorldDescription& description);
+core::Result<WorldInfo> read_world(const wire::WorldDescriptionMessage& description);
 
 /// One World per config digest: five hundred bots share one copy of the static geometry.
 class WorldCache {
   public:
     /// nullptr when the description makes no sense; `error` says why.
     std::shared_ptr<const WorldInfo> get(const std::string& digest,
-                                         const proto::WorldDescription& description,
+                                         const wire::WorldDescriptionMessage& description,
                                          std::string& error);
 
   private:

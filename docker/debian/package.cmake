@@ -17,7 +17,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "adduser")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(DEBIAN ${PROJECT_SOURCE_DIR}/docker/debian)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${DEBIAN}/postinst ${DEBIAN}/prerm ${DEBIAN}/postrm ${DEBIAN}/conffiles)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${DEBIAN}/postinst ${DEBIAN}/prerm ${DEBIAN}/postrm ${DEBIAN}/conffiles ${DEBIAN}/triggers)
 # What lies outside of /usr is no part of cmake --install: it is added to the package alone.
 set(CPACK_PRE_BUILD_SCRIPTS ${DEBIAN}/stage.cmake)
 set(CPACK_ZONED_SOURCE_DIR ${PROJECT_SOURCE_DIR})

@@ -1,6 +1,7 @@
 #include "tests/harness/capture.h"
 
 #include "tests/harness/transport_tap.h"
+#include "proto/session.pb.h"
 #include "shared/wire/publication.h"
 
 #include <algorithm>

@@ -59,6 +59,7 @@ inline constexpr std::array kLayers{
     Layer{"server", 15, Side::kServer},  // server/main.cpp
     Layer{"client-sim/link", 11, Side::kClient},
     Layer{"client-sim/view", 12, Side::kClient},
+    Layer{"client-sim/library", 13, Side::kClient},
     Layer{"client-sim/bot", 13, Side::kClient},
     Layer{"client-sim/measure", 14, Side::kClient},
     Layer{"client-sim/app", 15, Side::kClient},

@@ -8,7 +8,7 @@ cmake --install "$build" --prefix "$prefix" >"$scratch/install.log" || { cat "$s
 worlds="$prefix/share/zoned/worlds"
 # From another folder: nothing may come from the source tree.
 cd "$scratch"
-for file in bin/zoned bin/client-sim share/man/man1/zoned.1 share/man/man1/client-sim.1 \
+for file in bin/zoned bin/client-sim include/zoned_client.h lib/libzoned_client.so.1 share/zoned/client/csharp/ZonedClient.cs share/man/man1/zoned.1 share/man/man1/client-sim.1 \
     share/bash-completion/completions/zoned share/doc/zoned/copyright \
     share/doc/zoned/guides/production.md share/zoned/monitoring/alerts.yml; do
     [[ -s "$prefix/$file" ]] || fail "$file is not installed"
@@ -31,8 +31,27 @@ wait_for 60 grep -q '^ready ' ready || { cat log; fail "hills does not start"; }
 port="$(sed -n 's/^ready tcp=\([0-9]*\).*/\1/p' ready)"
 "$prefix/bin/client-sim" --connect "127.0.0.1:$port" --bots 5 --seconds 2 --report client.json >bots 2>&1 ||
     { cat bots; fail "bots in hills"; }
+# A game of one's own, by pkg-config and by CMake, and the Python module, from the prefix alone.
+export LD_LIBRARY_PATH="$prefix/lib" PKG_CONFIG_PATH="$prefix/lib/pkgconfig" ZONED_CLIENT_LIBRARY="$prefix/lib/libzoned_client.so.1"
+examples="$prefix/share/zoned/client"
+# shellcheck disable=SC2046  # several words on purpose
+cc -std=c99 -o by_pkg_config "$examples/c/look_around.c" $(pkg-config --cflags --libs zoned_client) || fail "pkg-config"
+cat >CMakeLists.txt <<'PROJECT'
+cmake_minimum_required(VERSION 3.25)
+project(game LANGUAGES C)
+find_package(zoned_client REQUIRED)
+add_executable(by_cmake ${EXAMPLES}/c/look_around.c)
+target_link_libraries(by_cmake PRIVATE zoned_client::zoned_client)
+PROJECT
+cmake -S . -B game -DCMAKE_PREFIX_PATH="$prefix" -DEXAMPLES="$examples" >cmake.log 2>&1 && cmake --build game >>cmake.log 2>&1 ||
+    { cat cmake.log; fail "find_package(zoned_client)"; }
+for game in ./by_pkg_config game/by_cmake "python3 $examples/python/look_around.py"; do
+    # shellcheck disable=SC2086  # a command and its arguments
+    $game 127.0.0.1 "$port" >game.log 2>&1 || { cat game.log; fail "$game"; }
+    grep -q '^me, ' game.log || { cat game.log; fail "$game sees nothing"; }
+done
 kill -TERM "$server"
 wait "$server" || fail "the server ends with $?"
 started=()
 grep -q '"state_hash"' report.json || fail "no report"
-say "installed: $count worlds are good, bots played in hills"
+say "installed: $count worlds are good, bots and games by the client library played in hills"

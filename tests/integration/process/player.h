@@ -25,21 +25,21 @@ class Player final : public link::SessionHandler {
         client_.start(now());
     }
 
-    void on_welcome(const proto::Welcome&) override {}
+    void on_welcome(const wire::WelcomeMessage&) override {}
 
-    void on_joined(const proto::Joined& joined) override { avatar = joined.avatar(); }
+    void on_joined(const wire::JoinedMessage& joined) override { avatar = joined.avatar; }
 
-    void on_event(const proto::Event& event) override {
-        if (event.kind() == sandbox::EVENT_INVENTORY) {
-            inventory.ParseFromString(event.payload());
+    void on_event(const wire::EventMessage& event) override {
+        if (event.kind == sandbox::EVENT_INVENTORY) {
+            inventory.ParseFromString(event.payload);
             ++inventories;
         }
-        if (event.kind() == sandbox::EVENT_LEDGER) {
-            ledger.ParseFromString(event.payload());
+        if (event.kind == sandbox::EVENT_LEDGER) {
+            ledger.ParseFromString(event.payload);
         }
     }
 
-    void on_audit(const proto::AuditRecord&) override {}
+    void on_audit(const wire::AuditRecordMessage&) override {}
 
     bool on_packet(const link::OpenedPacket&) override { return true; }
 

@@ -3,6 +3,7 @@
 #include "server/config/world/world_description.h"
 #include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
+#include "tests/harness/received.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
@@ -83,7 +84,8 @@ class DoorsWorld : public GameTest {
 
     void learning(VirtualServer& from) {
         if (told_ == nullptr) {
-            auto read = view::read_world(config::describe_world(from.settings()));
+            auto read = view::read_world(test::received<wire::WorldDescriptionMessage>(
+                config::describe_world(from.settings())));
             ASSERT_TRUE(read.ok()) << read.error();
             told_ = std::make_unique<view::WorldInfo>(std::move(*read));
         }

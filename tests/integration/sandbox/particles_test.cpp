@@ -5,6 +5,7 @@
 #include "server/config/world/world_description.h"
 #include "server/zone/zone_context.h"
 #include "tests/harness/game_test.h"
+#include "tests/harness/received.h"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +87,8 @@ TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
 
 TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
     const config::Settings settings = weather();
-    const auto told = view::read_world(config::describe_world(settings));
+    const auto told = view::read_world(
+        test::received<wire::WorldDescriptionMessage>(config::describe_world(settings)));
     ASSERT_TRUE(told.ok()) << told.error();
     ASSERT_EQ(told->cosmetics.size(), settings.cosmetics.size());
     for (std::size_t s = 0; s < settings.cosmetics.size(); ++s) {

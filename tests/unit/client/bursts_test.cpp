@@ -38,7 +38,7 @@ proto::WorldDescription told_description() {
 }
 
 std::shared_ptr<const WorldInfo> told_world() {
-    const auto read = read_world(told_description());
+    const auto read = test::read_world(told_description());
     EXPECT_TRUE(read.ok());
     return std::make_shared<const WorldInfo>(*read);
 }
@@ -57,7 +57,7 @@ proto::ParticleBurst payload(std::uint32_t count = 12) {
     return told;
 }
 
-proto::Event event(const proto::ParticleBurst& told, std::int64_t tick = 100) {
+proto::Event sent(const proto::ParticleBurst& told, std::int64_t tick = 100) {
     proto::Event out;
     out.set_kind(proto::CORE_EVENT_PARTICLE_BURST);
     out.set_tick(tick);
@@ -65,12 +65,15 @@ proto::Event event(const proto::ParticleBurst& told, std::int64_t tick = 100) {
     return out;
 }
 
+/// As the client reads it.
+wire::EventMessage event(const proto::ParticleBurst& told, std::int64_t tick = 100) {
+    return test::received<wire::EventMessage>(sent(told, tick));
+}
+
 TEST(Bursts, AreReplayedBitForBitAsWhoeverLetThemOutWould) {
     const auto w = told_world();
     Bursts bursts(*w);
-    proto::Event received;  // through the wire's bytes
-    ASSERT_TRUE(received.ParseFromString(event(payload()).SerializeAsString()));
-    ASSERT_EQ(bursts.apply(received, 100), Bursts::BurstOutcome::kTaken);
+    ASSERT_EQ(bursts.apply(event(payload()), 100), Bursts::BurstOutcome::kTaken);
     motion::CosmeticEmitter mine;
     mine.gravity = Vec3(0.0F, -9.81F, 0.0F);
     mine.drag = 0.4F;
@@ -99,7 +102,7 @@ TEST(Bursts, AreReplayedBitForBitAsWhoeverLetThemOutWould) {
 TEST(Bursts, CostAFewDozenBytesAnEvent) {
     // Tags and lengths 8, seed 8, six floats 24, system and count 2.
     EXPECT_LE(payload().ByteSizeLong(), 44u);
-    EXPECT_LE(event(payload()).ByteSizeLong(), 56u);
+    EXPECT_LE(sent(payload()).ByteSizeLong(), 56u);
 }
 
 TEST(Bursts, ThatAreMalformedAreRefused) {
@@ -123,8 +126,8 @@ TEST(Bursts, ThatAreMalformedAreRefused) {
     EXPECT_EQ(outcome([](auto& b) { b.set_velocity(2, INFINITY); }), kMalformed);
     EXPECT_EQ(outcome([](auto& b) { b.set_velocity(0, 1e30F); }), kMalformed);
     EXPECT_EQ(bursts.apply(event(payload(), -1), 100), kMalformed);
-    proto::Event garbage = event(payload());
-    garbage.set_payload("\xFF\xFF\xFF");
+    wire::EventMessage garbage = event(payload());
+    garbage.payload = "\xFF\xFF\xFF";
     EXPECT_EQ(bursts.apply(garbage, 100), kMalformed);
     EXPECT_EQ(bursts.size(), 0u);
     EXPECT_EQ(outcome([](auto&) {}), Bursts::BurstOutcome::kTaken) << "unspoilt";
@@ -169,8 +172,8 @@ TEST(Bursts, AreCountedByTheViewThatTakesThem) {
     View view(told_world(), {}, nullptr);
     view.apply(event(payload()));
     view.apply(event(payload(0)));
-    proto::Event other = event(payload(0));
-    other.set_kind(16);  // of the rules
+    wire::EventMessage other = event(payload(0));
+    other.kind = 16;  // of the rules
     view.apply(other);
     EXPECT_EQ(view.stats().bursts, 1u);
     EXPECT_EQ(view.stats().bursts_malformed, 1u);
@@ -185,7 +188,7 @@ TEST(Cosmetics, WithABurstThatNobodyCouldReplayAreRefusedAtLogin) {
     const auto refused = [](const std::function<void(proto::CosmeticSystem::Burst&)>& spoil) {
         proto::WorldDescription w = told_description();
         spoil(*w.mutable_cosmetics(1)->mutable_burst());
-        return !read_world(w).ok();
+        return !test::read_world(w).ok();
     };
     EXPECT_FALSE(refused([](auto&) {}));
     EXPECT_TRUE(refused([](auto& b) { b.set_slowest(-0.1F); }));

@@ -12,16 +12,16 @@ namespace zoned::link {
 namespace {
 
 struct Recorder final : SessionHandler {
-    void on_welcome(const proto::Welcome& welcome) override {
+    void on_welcome(const wire::WelcomeMessage& welcome) override {
         ++welcomes;
-        resumed += welcome.resumed() ? 1 : 0;
+        resumed += welcome.resumed ? 1 : 0;
     }
 
-    void on_joined(const proto::Joined&) override { ++joins; }
+    void on_joined(const wire::JoinedMessage&) override { ++joins; }
 
-    void on_event(const proto::Event& event) override { events.push_back(event.event_id()); }
+    void on_event(const wire::EventMessage& event) override { events.push_back(event.event_id); }
 
-    void on_audit(const proto::AuditRecord&) override { ++audits; }
+    void on_audit(const wire::AuditRecordMessage&) override { ++audits; }
 
     bool on_packet(const OpenedPacket& packet) override {
         packets.push_back(packet.sequence);

@@ -54,10 +54,7 @@ proto::WorldDescription described(const motion::CosmeticEmitter& from) {
 }
 
 TEST(Cosmetics, AreReplayedBitForBitAsTheyWereTold) {
-    // Through the wire's bytes, as at login.
-    proto::WorldDescription received;
-    ASSERT_TRUE(received.ParseFromString(described(chimney()).SerializeAsString()));
-    const auto world = read_world(received);
+    const auto world = test::read_world(described(chimney()));
     ASSERT_TRUE(world.ok());
     ASSERT_EQ(world->cosmetics.size(), 1u);
     EXPECT_EQ(world->cosmetics[0].name, "smoke");
@@ -80,11 +77,11 @@ TEST(Cosmetics, AreReplayedBitForBitAsTheyWereTold) {
 
 TEST(Cosmetics, AreRefusedWhereAClientCouldNotReplayThem) {
     const proto::WorldDescription good = described(chimney());
-    EXPECT_TRUE(read_world(good).ok());
+    EXPECT_TRUE(test::read_world(good).ok());
     const auto refused = [&](auto&& spoil) {
         proto::WorldDescription w = good;
         spoil(*w.mutable_cosmetics(0), *w.mutable_cosmetics(0)->mutable_emitters(0));
-        return !read_world(w).ok();
+        return !test::read_world(w).ok();
     };
     EXPECT_TRUE(refused([](auto& s, auto&) { s.clear_gravity(); }));
     EXPECT_TRUE(refused([](auto& s, auto&) { s.set_wind(0, NAN); }));

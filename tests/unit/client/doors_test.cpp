@@ -24,7 +24,7 @@ proto::WorldDescription with_a_door() {
 }
 
 TEST(ReplicatedDoors, StandInTheGeometryOfEachZone) {
-    const auto world = read_world(with_a_door());
+    const auto world = test::read_world(with_a_door());
     ASSERT_TRUE(world.ok()) << world.error();
     ASSERT_EQ(world->doors.size(), 1U);
     EXPECT_EQ(world->doors[0].name, "gate");
@@ -44,7 +44,7 @@ TEST(ReplicatedDoors, AreRefusedWhereTheyMakeNoSense) {
     const auto refused = [](auto&& spoil) {
         proto::WorldDescription w = with_a_door();
         spoil(*w.mutable_doors(0));
-        return !read_world(w).ok();
+        return !test::read_world(w).ok();
     };
     EXPECT_FALSE(refused([](proto::Door&) {}));
     EXPECT_TRUE(refused([](proto::Door& d) { d.clear_box(); }));

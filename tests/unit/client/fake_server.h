@@ -3,6 +3,9 @@
 
 #include "client-sim/link/conditioner.h"
 #include "client-sim/link/link.h"
+#include "client-sim/view/world_info.h"
+#include "tests/harness/received.h"
+#include "proto/session.pb.h"
 #include "shared/motion/apply_input.h"
 #include "shared/wire/packet.h"
 #include "shared/wire/publication.h"
@@ -132,5 +135,10 @@ class FakeServer final : public link::Transport {
     std::uint8_t keyframe_ = 0;
     bool tunnel_ = false;
 };
+
+/// A client's reading of a description that a server sent.
+inline core::Result<view::WorldInfo> read_world(const proto::WorldDescription& sent) {
+    return view::read_world(received<wire::WorldDescriptionMessage>(sent));
+}
 
 }  // namespace zoned::test

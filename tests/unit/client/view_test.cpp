@@ -15,7 +15,7 @@ constexpr TypeIndex kBall = 0;
 
 std::shared_ptr<const WorldInfo> fake_world() {
     static const auto world =
-        std::make_shared<const WorldInfo>(*read_world(test::FakeServer().world()));
+        std::make_shared<const WorldInfo>(*test::read_world(test::FakeServer().world()));
     return world;
 }
 
@@ -263,11 +263,11 @@ TEST_F(ViewTest, SurvivesHostileRecords) {
 
 TEST(ReadWorld, RefusesWhatAClientCouldNotWorkWith) {
     const proto::WorldDescription good = test::FakeServer().world();
-    EXPECT_TRUE(read_world(good).ok());
+    EXPECT_TRUE(test::read_world(good).ok());
     const auto refused = [&](auto&& spoil) {
         proto::WorldDescription w = good;
         spoil(w);
-        return !read_world(w).ok();
+        return !test::read_world(w).ok();
     };
     EXPECT_TRUE(refused([](auto& w) { w.set_tick_rate_hz(0.0); }));
     EXPECT_TRUE(refused([](auto& w) { w.clear_lods(); }));
@@ -308,7 +308,7 @@ proto::WorldDescription with_surfaces() {
 }
 
 TEST(ReadWorld, PutsSurfacesAroundTheOriginOfEachZone) {
-    const auto world = read_world(with_surfaces());
+    const auto world = test::read_world(with_surfaces());
     ASSERT_TRUE(world.ok()) << world.error();
     for (const ZoneInfo& zone : world->zones) {
         ASSERT_EQ(zone.geometry.surfaces().size(), 2u);
@@ -327,11 +327,11 @@ TEST(ReadWorld, PutsSurfacesAroundTheOriginOfEachZone) {
 }
 
 TEST(ReadWorld, RefusesMalformedSurfaces) {
-    ASSERT_TRUE(read_world(with_surfaces()).ok());
+    ASSERT_TRUE(test::read_world(with_surfaces()).ok());
     const auto refused = [&](auto&& spoil) {
         proto::WorldDescription w = with_surfaces();
         spoil(*w.mutable_surfaces(0), *w.mutable_surfaces(1));
-        return !read_world(w).ok();
+        return !test::read_world(w).ok();
     };
     EXPECT_TRUE(refused([](auto& h, auto&) { h.clear_position(); }));
     EXPECT_TRUE(refused([](auto& h, auto&) { h.set_position(1, NAN); }));

@@ -1,8 +1,8 @@
-#include "client-sim/bot/command_log.h"
+#include "client-sim/view/command_log.h"
 
 #include <algorithm>
 
-namespace zoned::bot {
+namespace zoned::view {
 
 void CommandLog::on_sent(std::uint64_t sequence, Tick newest, std::size_t count) {
     if (sequence != 0) {
@@ -42,4 +42,4 @@ std::optional<double> CommandLog::arrival_s(Tick tick) const {
     return arrival.tick == tick ? std::optional<double>(arrival.server_s) : std::nullopt;
 }
 
-}  // namespace zoned::bot
+}  // namespace zoned::view

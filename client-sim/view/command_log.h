@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace zoned::bot {
+namespace zoned::view {
 
 /// Log of the newest kKept packets and commands of one client. The server reports the arrival of a
 /// datagram only for the newest at the time. Nothing is known of the commands of other datagrams,
@@ -47,4 +47,4 @@ class CommandLog {
     std::uint64_t heard_ = 0;
 };
 
-}  // namespace zoned::bot
+}  // namespace zoned::view

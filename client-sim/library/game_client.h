@@ -1,0 +1,114 @@
+// GameClient: the client behind the C interface: one session of a game, polled.
+#pragma once
+
+#include "client-sim/link/name_lookup.h"
+#include "client-sim/link/socket_transport.h"
+#include "client-sim/view/player.h"
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::library {
+
+struct GameClientSettings {
+    link::Login login;
+    view::ViewKind view = view::ViewKind::kExtrapolate;
+    /// None: anyone on an address of this machine, else the authorities.
+    std::optional<link::Trust::TrustKind> trust;
+    std::vector<std::uint8_t> pin;
+    std::string ca_file;
+};
+
+/// The player's wishes until further notice.
+struct GameInput {
+    std::int8_t move_x = 0;
+    std::int8_t move_z = 0;
+    std::uint16_t yaw = 0;
+    std::int16_t pitch = 0;
+    std::uint16_t buttons = 0;
+};
+
+/// Not thread-safe. Throws only what the network and the allocator throw.
+class GameClient final : public view::PlayerListener {
+  public:
+    /// More waiting events than these drop the oldest: nobody fetches them.
+    static constexpr std::size_t kMostEvents = 4096;
+    static constexpr std::size_t kMostEventBytes = std::size_t{16} << 20U;
+
+    explicit GameClient(GameClientSettings settings) : settings_(std::move(settings)) {}
+
+    ~GameClient() override;
+    GameClient(const GameClient&) = delete;
+    GameClient& operator=(const GameClient&) = delete;
+
+    /// False while a session is under way.
+    bool connect(const std::string& host, std::uint16_t port);
+    void quit();
+    /// All work that is due; a clock that goes back stands still.
+    void poll(double now_s);
+    /// Ends the session for a reason of this side.
+    void fail(const std::string& reason);
+
+    void set_input(const GameInput& input);
+    /// False when no session has begun, or too much is unacknowledged.
+    bool command(std::uint32_t kind, std::string payload);
+
+    [[nodiscard]] link::SessionState state() const;
+    [[nodiscard]] const std::string& trouble() const;
+
+    /// The oldest event that waits; nullptr: none.
+    [[nodiscard]] const wire::EventMessage* event() const {
+        return events_.empty() ? nullptr : &events_.front();
+    }
+
+    void drop_event();
+
+    [[nodiscard]] std::uint64_t events_dropped() const { return events_dropped_; }
+
+    /// nullptr before the server has sent a world.
+    [[nodiscard]] const view::View* view() const { return player_ ? player_->view() : nullptr; }
+
+    [[nodiscard]] const view::Player* player() const { return player_.get(); }
+
+    /// Progress of the displayed time beyond the view's tick, and of the own avatar towards its
+    /// newest state, both as of the last poll.
+    [[nodiscard]] double fraction() const { return fraction_; }
+
+    [[nodiscard]] double own_fraction() const { return own_fraction_; }
+
+    /// The server's clock at the last poll, s; 0 before it is known.
+    [[nodiscard]] double server_time() const;
+
+    motion::InputCommand command_for(Tick tick) override;
+    void on_event(const wire::EventMessage& event) override;
+
+  private:
+    void open_network(const link::Address& address);
+    void close_session();
+
+    GameClientSettings settings_;
+    std::string host_;
+    std::string port_;
+    std::string trouble_;  // of this side; empty: the session's own counts
+    bool closed_ = false;  // by this side, whatever the session says
+    std::optional<link::NameLookup> lookup_;
+    std::unique_ptr<link::SocketNetwork> network_;
+    std::unique_ptr<link::SocketTransport> transport_;
+    view::WorldCache worlds_;
+    std::unique_ptr<view::Player> player_;
+    GameInput input_;
+    std::uint16_t pressed_ = 0;  // since the last command
+    std::deque<wire::EventMessage> events_;
+    std::size_t event_bytes_ = 0;
+    std::uint64_t events_dropped_ = 0;
+    std::optional<double> begun_s_;  // the caller's clock at the first poll
+    double now_s_ = 1.0;             // since then, and a second: the session takes 0 for never
+    double fraction_ = 0.0;
+    double own_fraction_ = 0.0;
+};
+
+}  // namespace zoned::library

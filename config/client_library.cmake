@@ -1,0 +1,32 @@
+# libzoned_client.so: what a game in any language loads to join a server. It holds the client's half of the code, compiled once
+# more: for any 64-bit PC, small, position-independent, and without a symbol but those of zoned_client.h.
+include(GNUInstallDirs)
+set(LIBRARY client-sim/library)
+set(LIBRARY_SOURCES)
+foreach(FOLDER shared/core shared/math shared/clock shared/motion shared/wire client-sim/link client-sim/view ${LIBRARY})
+  file(GLOB_RECURSE SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${FOLDER}/*.cpp)
+  list(APPEND LIBRARY_SOURCES ${SOURCES})
+endforeach()
+add_library(zoned_client SHARED ${LIBRARY_SOURCES})
+file(STRINGS ${LIBRARY}/zoned_client.h ABI REGEX "define ZONED_CLIENT_ABI_(MAJOR|MINOR) ")
+string(REGEX MATCHALL "[0-9]+" ABI "${ABI}")
+list(JOIN ABI "." ABI)
+string(REGEX MATCH "^[0-9]+" ABI_MAJOR "${ABI}")
+set(ZONED_CLIENT_VERSION ${ABI})
+set_target_properties(zoned_client PROPERTIES
+  VERSION ${ABI} SOVERSION ${ABI_MAJOR} UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20
+  CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+target_include_directories(zoned_client PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+target_link_libraries(zoned_client PRIVATE Eigen3::Eigen zoned_asio OpenSSL::SSL OpenSSL::Crypto)
+# A PC without AVX2 must be able to load it, and a game must not wait for a download.
+target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi -Os -g0 -DNDEBUG -ffunction-sections -fdata-sections
+  $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Wno-subobject-linkage>)
+target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl.hpp>)
+# nodelete: the lookup of a name may outlive an unloaded library.
+target_link_options(zoned_client PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
+  -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Os -g0>)
+# Games load no sanitizer's runtime first: the library is plain in every build, and unit_client and fuzz_client run its code
+# under sanitizers.
+target_compile_options(zoned_client PRIVATE -fno-sanitize=all)
+target_link_options(zoned_client PRIVATE -fno-sanitize=all)
+set_target_properties(zoned_client PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map)

@@ -1,0 +1,61 @@
+"""A real `zoned serve` for the tests of the client library, and the paths that they need."""
+
+import contextlib
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+SOURCE = pathlib.Path(os.environ["ZONED_SOURCE_DIR"])
+BUILD = pathlib.Path(os.environ["ZONED_BINARY_DIR"])
+LIBRARY = BUILD / "libzoned_client.so.1"
+LIBRARY_SOURCE = SOURCE / "client-sim" / "library"
+
+os.environ["ZONED_CLIENT_LIBRARY"] = str(LIBRARY)
+os.environ["LD_LIBRARY_PATH"] = str(BUILD)
+sys.path.insert(0, str(LIBRARY_SOURCE / "python"))
+
+PATIENCE_S = 60.0
+
+
+class Server:
+    """`port` is the TCP port, `state` the folder with certificate and key."""
+
+    def __init__(self, port, state):
+        self.port = port
+        self.state = state
+
+
+@contextlib.contextmanager
+def scratch():
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="zoned-client-library."))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder)
+
+
+@contextlib.contextmanager
+def serve(change=lambda text: text):
+    """The minimal world with its text changed, until the end of the block."""
+    with scratch() as folder:
+        config = folder / "world.txtpb"
+        config.write_text(change((SOURCE / "config" / "minimal.txtpb").read_text()))
+        state = folder / "state"
+        command = [BUILD / "zoned", "serve", "--config", config]
+        for setting in ("network.tcp_port=0", "network.udp_port=0",
+                        f'session.state_folder="{state}"'):
+            command += ["--set", setting]
+        with open(folder / "log", "w") as log:
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
+        try:
+            ready = process.stdout.readline()
+            if "tcp=" not in ready:
+                raise RuntimeError((folder / "log").read_text())
+            yield Server(int(ready.split("tcp=")[1].split()[0]), state)
+        finally:
+            process.terminate()
+            process.stdout.close()
+            assert process.wait(PATIENCE_S) == 0, (folder / "log").read_text()
