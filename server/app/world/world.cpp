@@ -2,6 +2,7 @@
 
 #include "server/app/world/current_zone.h"
 #include "server/app/world/world_faults.h"
+#include "server/app/world/world_rules.h"
 #include "server/app/world/world_settings.h"
 #include "server/zone/border/zone_portal_exchange.h"
 #include "proto/session.pb.h"
@@ -45,7 +46,7 @@ std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
                                       const std::shared_ptr<const world::TypeTable>& types,
                                       zone::Stopwatch stopwatch) {
     zone::ZoneSettings of_zone = zone_settings(settings, id, types);
-    std::unique_ptr<zone::Rules> rules = zone::make_rules(settings.rules, *types);
+    std::unique_ptr<zone::Rules> rules = make_world_rules(settings, *types);
     const zone::FaultSettings faults = zone_faults(settings, id);
     if (faults != zone::FaultSettings{}) {
         return std::make_unique<zone::FaultyZone>(
