@@ -50,12 +50,11 @@ LoadedScript::LoadedScript(const ScriptSettings& settings,
     : interpreter_(settings.limits.memory_bytes, &host),
       wishes_(types.size()) {
     functions_.fill(LUA_NOREF);
-    const auto error =
-        interpreter_.run(settings.limits.instructions_per_tick, [&](lua_State* lua) {
-            run_file(lua, settings, rules);
-            find_callbacks(lua);
-            read_wishes(lua, types);
-        });
+    const auto error = interpreter_.run(settings.limits.instructions_per_tick, [&](lua_State* lua) {
+        run_file(lua, settings, rules);
+        find_callbacks(lua);
+        read_wishes(lua, types);
+    });
     if (error) {
         throw std::runtime_error(error->text);
     }
@@ -67,8 +66,8 @@ void LoadedScript::run_file(lua_State* lua,
     push_globals(lua, rules);
     const std::string name = "@" + settings.name;
     // "t": bytecode could do anything.
-    if (luaL_loadbufferx(
-            lua, settings.source.data(), settings.source.size(), name.c_str(), "t") != LUA_OK) {
+    if (luaL_loadbufferx(lua, settings.source.data(), settings.source.size(), name.c_str(), "t") !=
+        LUA_OK) {
         lua_error(lua);
     }
     refuse_powers(lua);
@@ -110,11 +109,13 @@ void LoadedScript::read_wishes(lua_State* lua, const world::TypeTable& types) {
     push_entries(lua, 3);
     for (lua_pushnil(lua); lua_next(lua, 4) != 0; lua_pop(lua, 1)) {
         const std::string name = lua_type(lua, -2) == LUA_TSTRING ? lua_tostring(lua, -2) : "";
-        const auto at = std::find_if(types.begin(), types.end(), [&](const world::EntityType& type) {
-            return type.name == name;
-        });
+        const auto at =
+            std::find_if(types.begin(), types.end(), [&](const world::EntityType& type) {
+                return type.name == name;
+            });
         if (at == types.end() || !lua_istable(lua, -1)) {
-            luaL_error(lua, "contact_wish: tables by names of types are wanted: '%s'", name.c_str());
+            luaL_error(
+                lua, "contact_wish: tables by names of types are wanted: '%s'", name.c_str());
         }
         wishes_[static_cast<std::size_t>(at - types.begin())] = {read_flag(lua, "lasts"),
                                                                  read_flag(lua, "ends")};

@@ -91,6 +91,7 @@ ScriptRules::ScriptRules(const ScriptSettings& settings,
     host_->entities = std::make_shared<StateTable>(state_budget_);
     host_->log = std::move(log);
     script_ = std::make_unique<LoadedScript>(settings_, rules, types, *host_);
+    script_->budget().tick_instructions = settings_.limits.instructions_per_tick;
 }
 
 ScriptRules::~ScriptRules() = default;
@@ -125,8 +126,8 @@ void ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& pu
         return;
     }
     const Lent lent(*host_, context, true);
-    const auto error = script_->call(
-        callback, settings_.limits.instructions_per_call, push, [](lua_State*) {});
+    const auto error =
+        script_->call(callback, settings_.limits.instructions_per_call, push, [](lua_State*) {});
     if (error) {
         note_error(callback, *error);
     }
@@ -136,8 +137,9 @@ void ScriptRules::log_error(Callback callback, const ScriptError& error) const {
     if (logged_.size() >= kMostLoggedPlaces || !logged_.insert(place_of(error)).second) {
         return;
     }
-    host_->log("error in " + std::string(scripting::name_of(callback)) + ": " + error.text +
-               (error.traceback.empty() ? "" : "\n" + error.traceback));
+    host_->log(ScriptLine::kError,
+               "error in " + std::string(scripting::name_of(callback)) + ": " + error.text +
+                   (error.traceback.empty() ? "" : "\n" + error.traceback));
 }
 
 void ScriptRules::note_error(Callback callback, const ScriptError& error) {
@@ -325,7 +327,8 @@ void ScriptRules::load_entity(EntityId entity, std::span<const std::uint8_t> sta
     }
     if (!reader.good() || reader.left() != 0) {
         host_->entities->set(key, std::monostate());
-        host_->log("the state of an entity that came here is of no use: " + reader.wrong());
+        host_->log(ScriptLine::kError,
+                   "the state of an entity that came here is of no use: " + reader.wrong());
     }
 }
 

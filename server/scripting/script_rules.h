@@ -83,7 +83,7 @@ class ScriptRules final : public zone::Rules {
     std::unique_ptr<Host> host_;
     std::unique_ptr<LoadedScript> script_;
     bool started_ = false;
-    Tick tick_ = -1;  // of the newest call
+    Tick tick_ = 0;  // of the newest call
     std::array<std::uint64_t, kCallbacks> errors_{};
     mutable std::set<std::string> logged_;  // places
 };

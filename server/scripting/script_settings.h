@@ -24,15 +24,20 @@ struct ScriptLimits {
 };
 
 struct ScriptSettings {
-    std::string name;    ///< for messages
-    std::string source;  ///< Lua 5.4
+    std::string name;               ///< for messages
+    std::string source;             ///< Lua 5.4
     std::string avatar = "player";  ///< type of a player's avatar
     ScriptLimits limits;
     std::uint32_t errors_allowed = 100;  ///< kMute: of each callback
     ErrorPolicy on_errors = ErrorPolicy::kGoOn;
 };
 
+enum class ScriptLine : std::uint8_t {
+    kPrinted,  ///< by the script
+    kError,
+};
+
 /// Lines of a script for the log.
-using ScriptLog = std::function<void(const std::string& line)>;
+using ScriptLog = std::function<void(ScriptLine kind, const std::string& line)>;
 
 }  // namespace zoned::scripting

@@ -14,8 +14,13 @@ std::unique_ptr<zone::Rules> make_world_rules(const config::Settings& settings,
     }
     const std::string name = settings.script->name;
     return std::make_unique<scripting::ScriptRules>(
-        *settings.script, settings.rules, types, [name](const std::string& line) {
-            log_of(LogArea::kWorld).warn("{}: {}", name, line);
+        *settings.script,
+        settings.rules,
+        types,
+        [name](scripting::ScriptLine kind, const std::string& line) {
+            const bool is_error = kind == scripting::ScriptLine::kError;
+            log_of(LogArea::kWorld)
+                .log(is_error ? spdlog::level::err : spdlog::level::info, "{}: {}", name, line);
         });
 }
 

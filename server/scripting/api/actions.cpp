@@ -31,11 +31,11 @@ bool is_out_of_world(lua_State* lua, EntityId entity) {
 TypeIndex type_argument(lua_State* lua, int index) {
     const std::string_view name = name_argument(lua, index, "type");
     const world::TypeTable& types = reading(lua).types();
-    const auto at = std::find_if(
-        types.begin(), types.end(), [&](const world::EntityType& type) { return type.name == name; });
+    const auto at = std::find_if(types.begin(), types.end(), [&](const world::EntityType& type) {
+        return type.name == name;
+    });
     luaL_argcheck(lua, at != types.end(), index, "type: the world has none of that name");
-    luaL_argcheck(
-        lua, at->assembly == 0 || at->part == 0, index, "type: it is a part of another");
+    luaL_argcheck(lua, at->assembly == 0 || at->part == 0, index, "type: it is a part of another");
     return static_cast<TypeIndex>(at - types.begin());
 }
 
@@ -62,9 +62,8 @@ void read_spawn_options(lua_State* lua, int options, zone::SpawnDef& def) {
         def.appearance =
             static_cast<std::uint16_t>(integer_argument(lua, at, "appearance", 0, kMaxUint16));
     });
-    read_option(lua, options, "asleep", [&](int at) {
-        def.asleep = truth_argument(lua, at, "asleep");
-    });
+    read_option(
+        lua, options, "asleep", [&](int at) { def.asleep = truth_argument(lua, at, "asleep"); });
 }
 
 /// spawn(type, x, y, z [, { vx =, vy =, vz =, yaw =, appearance =, asleep = }]): the entity, nil
@@ -178,10 +177,10 @@ int emit(lua_State* lua) {
     const std::int64_t count = integer_argument(lua, 8, "count", 1, kMaxParticles);
     Interpreter::charge(lua, static_cast<std::size_t>(count));
     return push_done(lua,
-                context.emit(name_argument(lua, 1, "system"),
-                             position_argument(lua, 2),
-                             velocity_argument(lua, 5),
-                             static_cast<std::uint32_t>(count)));
+                     context.emit(name_argument(lua, 1, "system"),
+                                  position_argument(lua, 2),
+                                  velocity_argument(lua, 5),
+                                  static_cast<std::uint32_t>(count)));
 }
 
 /// set_clock_rate(name, rate_per_s, ahead_s)

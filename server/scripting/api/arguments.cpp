@@ -42,18 +42,18 @@ zone::RulesContext& changing(lua_State* lua) {
 }
 
 void refuse(lua_State* lua, int index, const char* name, const char* wanted) {
-    luaL_argerror(lua,
-                  index,
-                  lua_pushfstring(
-                      lua, "%s: %s is wanted, not %s", name, wanted, luaL_typename(lua, index)));
+    luaL_argerror(
+        lua,
+        index,
+        lua_pushfstring(lua, "%s: %s is wanted, not %s", name, wanted, luaL_typename(lua, index)));
     __builtin_unreachable();
 }
 
 float number_argument(lua_State* lua, int index, const char* name, float most) {
-    const lua_Number number = lua_tonumber(lua, index);
     if (lua_type(lua, index) != LUA_TNUMBER) {
         refuse(lua, index, name, "a number");
     }
+    const lua_Number number = lua_tonumber(lua, index);
     if (!(std::abs(number) <= static_cast<lua_Number>(most))) {
         luaL_argerror(lua,
                       index,
@@ -65,11 +65,15 @@ float number_argument(lua_State* lua, int index, const char* name, float most) {
     return static_cast<float>(number);
 }
 
-std::int64_t integer_argument(
-    lua_State* lua, int index, const char* name, std::int64_t least, std::int64_t most) {
+std::int64_t integer_argument(lua_State* lua,
+                              int index,
+                              const char* name,
+                              std::int64_t least,
+                              std::int64_t most) {
     int is_integer = 0;
-    const lua_Integer number = lua_tointegerx(lua, index, &is_integer);
-    if (is_integer == 0 || lua_type(lua, index) != LUA_TNUMBER) {
+    const lua_Integer number =
+        lua_type(lua, index) == LUA_TNUMBER ? lua_tointegerx(lua, index, &is_integer) : 0;
+    if (is_integer == 0) {
         refuse(lua, index, name, "an integer");
     }
     if (number < least || number > most) {
@@ -98,12 +102,11 @@ std::string_view text_argument(lua_State* lua, int index, const char* name, std:
     std::size_t length = 0;
     const char* text = lua_tolstring(lua, index, &length);
     if (length > most) {
-        luaL_argerror(lua,
-                      index,
-                      lua_pushfstring(lua,
-                                      "%s: at most %I bytes are wanted",
-                                      name,
-                                      static_cast<LUAI_UACINT>(most)));
+        luaL_argerror(
+            lua,
+            index,
+            lua_pushfstring(
+                lua, "%s: at most %I bytes are wanted", name, static_cast<LUAI_UACINT>(most)));
     }
     return {text, length};
 }
@@ -152,8 +155,7 @@ world::Row known_row(lua_State* lua, EntityId entity) {
 
 world::Row owned_row(lua_State* lua, EntityId entity) {
     const world::Row row = known_row(lua, entity);
-    const bool ghost =
-        row != world::kNoRow && reading(lua).entities().has(row, world::kGhost);
+    const bool ghost = row != world::kNoRow && reading(lua).entities().has(row, world::kGhost);
     return ghost ? world::kNoRow : row;
 }
 
@@ -184,8 +186,7 @@ void check_fields(lua_State* lua, int index, std::initializer_list<std::string_v
     luaL_checktype(lua, index, LUA_TTABLE);
     for (lua_pushnil(lua); lua_next(lua, index) != 0; lua_pop(lua, 1)) {
         std::size_t length = 0;
-        const char* text =
-            lua_type(lua, -2) == LUA_TSTRING ? lua_tolstring(lua, -2, &length) : "";
+        const char* text = lua_type(lua, -2) == LUA_TSTRING ? lua_tolstring(lua, -2, &length) : "";
         if (std::find(names.begin(), names.end(), std::string_view(text, length)) == names.end()) {
             luaL_argerror(lua, index, lua_pushfstring(lua, "it has no setting '%s'", text));
         }

@@ -22,8 +22,11 @@ int guarded(lua_State* lua) {
 
 /// Finite, and no larger than `most` either way.
 float number_argument(lua_State* lua, int index, const char* name, float most);
-std::int64_t integer_argument(
-    lua_State* lua, int index, const char* name, std::int64_t least, std::int64_t most);
+std::int64_t integer_argument(lua_State* lua,
+                              int index,
+                              const char* name,
+                              std::int64_t least,
+                              std::int64_t most);
 bool truth_argument(lua_State* lua, int index, const char* name);
 std::string_view text_argument(lua_State* lua, int index, const char* name, std::size_t most);
 /// UTF-8 without control characters, not empty.

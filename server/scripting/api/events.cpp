@@ -115,7 +115,7 @@ int print_line(lua_State* lua) {
     }
     line.resize(std::min(line.size(), kMaxLogBytes));
     Interpreter::charge(lua, kEventUnits);
-    Host::of(lua).log(line);
+    Host::of(lua).log(ScriptLine::kPrinted, line);
     return 0;
 }
 

@@ -12,8 +12,8 @@ constexpr float kMaxTarget = 1e6F;
 constexpr std::int64_t kMaxSeats = 1000;
 
 zone::EntityJointId joint_argument(lua_State* lua, int index) {
-    return zone::EntityJointId(static_cast<std::uint32_t>(integer_argument(
-        lua, index, "joint", 0, std::numeric_limits<std::uint32_t>::max())));
+    return zone::EntityJointId(static_cast<std::uint32_t>(
+        integer_argument(lua, index, "joint", 0, std::numeric_limits<std::uint32_t>::max())));
 }
 
 /// A rigid prop of this zone that is in the world.
@@ -46,8 +46,8 @@ int assembly_root(lua_State* lua) {
 
 /// joint_named(root, name): nil where there is none, or it is gone. Root nil: placed joints.
 int joint_named(lua_State* lua) {
-    const zone::EntityJointId joint = reading(lua).joint_named(
-        entity_argument(lua, 1, "root"), name_argument(lua, 2, "name"));
+    const zone::EntityJointId joint =
+        reading(lua).joint_named(entity_argument(lua, 1, "root"), name_argument(lua, 2, "name"));
     push_entity(lua, EntityId(joint.value));
     return 1;
 }
@@ -89,8 +89,8 @@ int remove_joint(lua_State* lua) {
 /// set_motor_target(joint, target)
 int set_motor_target(lua_State* lua) {
     return push_done(lua,
-                changing(lua).set_motor_target(joint_argument(lua, 1),
-                                               number_argument(lua, 2, "target", kMaxTarget)));
+                     changing(lua).set_motor_target(joint_argument(lua, 1),
+                                                    number_argument(lua, 2, "target", kMaxTarget)));
 }
 
 /// apply_force(entity, fx, fy, fz, x, y, z): N, at a point.

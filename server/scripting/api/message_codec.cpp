@@ -18,12 +18,25 @@ constexpr std::size_t kMaxFields = 32;
 constexpr std::size_t kMessageBytesPerUnit = 4;
 constexpr unsigned kMaxVarintBits = 64;
 
-enum class FieldKind : std::uint8_t { kInt, kSint, kBool, kFloat, kDouble, kBytes, kInts };
+enum class FieldKind : std::uint8_t {
+    kInt,
+    kSint,
+    kBool,
+    kFloat,
+    kDouble,
+    kBytes,
+    kInts
+};
 
-constexpr std::array<std::string_view, 7> kFieldKinds{
-    "int", "sint", "bool", "float", "double", "bytes", "ints"};
+constexpr std::array<std::string_view, 7>
+    kFieldKinds{"int", "sint", "bool", "float", "double", "bytes", "ints"};
 
-enum WireType : std::uint32_t { kVarint = 0, kFixed64 = 1, kLength = 2, kFixed32 = 5 };
+enum WireType : std::uint32_t {
+    kVarint = 0,
+    kFixed64 = 1,
+    kLength = 2,
+    kFixed32 = 5
+};
 
 struct MessageField {
     std::uint32_t number = 0;
@@ -191,7 +204,10 @@ bool append_ints(lua_State* lua, std::string_view bytes) {
 }
 
 /// Sets a field of the table at the top; false where the bytes are bad.
-bool decode_field(lua_State* lua, const MessageField& field, std::string_view bytes, std::uint64_t number) {
+bool decode_field(lua_State* lua,
+                  const MessageField& field,
+                  std::string_view bytes,
+                  std::uint64_t number) {
     push_text(lua, field.name);
     switch (field.kind) {
         case FieldKind::kInt:
@@ -204,9 +220,9 @@ bool decode_field(lua_State* lua, const MessageField& field, std::string_view by
             lua_pushboolean(lua, number != 0 ? 1 : 0);
             break;
         case FieldKind::kFloat:
-            lua_pushnumber(lua,
-                           static_cast<lua_Number>(
-                               std::bit_cast<float>(little_endian<std::uint32_t>(bytes))));
+            lua_pushnumber(
+                lua,
+                static_cast<lua_Number>(std::bit_cast<float>(little_endian<std::uint32_t>(bytes))));
             break;
         case FieldKind::kDouble:
             lua_pushnumber(lua, std::bit_cast<double>(little_endian<std::uint64_t>(bytes)));
@@ -237,8 +253,8 @@ bool decode_message(lua_State* lua, const MessageSchema& schema, std::string_vie
         }
         for (std::size_t i = 0; i < schema.count; ++i) {
             const MessageField& field = schema.fields[i];
-            if (field.number == *tag >> 3U &&
-                (wire_type(field.kind) != (*tag & 7U) || !decode_field(lua, field, *payload, number))) {
+            if (field.number == *tag >> 3U && (wire_type(field.kind) != (*tag & 7U) ||
+                                               !decode_field(lua, field, *payload, number))) {
                 return false;
             }
         }
@@ -251,7 +267,8 @@ bool decode_message(lua_State* lua, const MessageSchema& schema, std::string_vie
 int decode(lua_State* lua) {
     const std::string_view bytes = text_argument(lua, 1, "payload", kMaxTextBytes);
     const MessageSchema schema = schema_argument(lua, 2);
-    Interpreter::charge(lua, bytes.size() / kMessageBytesPerUnit * std::max<std::size_t>(schema.count, 1));
+    Interpreter::charge(
+        lua, bytes.size() / kMessageBytesPerUnit * std::max<std::size_t>(schema.count, 1));
     lua_createtable(lua, 0, static_cast<int>(schema.count));
     const int message = lua_gettop(lua);
     for (std::size_t i = 0; i < schema.count; ++i) {
@@ -309,7 +326,8 @@ void encode_field(lua_State* lua, const MessageField& field, std::string& out) {
             return;
         case FieldKind::kFloat:
             put_little_endian(
-                out, std::bit_cast<std::uint32_t>(static_cast<float>(luaL_checknumber(lua, value))));
+                out,
+                std::bit_cast<std::uint32_t>(static_cast<float>(luaL_checknumber(lua, value))));
             return;
         case FieldKind::kDouble:
             put_little_endian(out, std::bit_cast<std::uint64_t>(luaL_checknumber(lua, value)));

@@ -186,8 +186,8 @@ int distance(lua_State* lua) {
         return 1;
     }
     const world::Entities& entities = reading(lua).entities();
-    lua_pushnumber(
-        lua, static_cast<lua_Number>((entities.position[a] - entities.position[b]).norm()));
+    lua_pushnumber(lua,
+                   static_cast<lua_Number>((entities.position[a] - entities.position[b]).norm()));
     return 1;
 }
 
@@ -221,8 +221,9 @@ zone::Seen seen_argument(lua_State* lua, int index) {
     lua_getfield(lua, index, "tick");
     seen.tick = integer_argument(lua, -1, "tick", -1, kMaxTick);
     lua_getfield(lua, index, "fraction");
-    seen.fraction =
-        lua_isnil(lua, -1) ? 0.0F : std::clamp(number_argument(lua, -1, "fraction", 1.0F), 0.0F, 1.0F);
+    seen.fraction = lua_isnil(lua, -1)
+                        ? 0.0F
+                        : std::clamp(number_argument(lua, -1, "fraction", 1.0F), 0.0F, 1.0F);
     lua_getfield(lua, index, "past");
     seen.view = lua_toboolean(lua, -1) != 0 ? zone::Seen::DisplayedTime::kPast
                                             : zone::Seen::DisplayedTime::kPresent;
@@ -260,8 +261,7 @@ int position_after(lua_State* lua) {
 
 /// shared_value(name): of a shared clock or variable.
 int shared_value(lua_State* lua) {
-    const std::optional<double> value =
-        reading(lua).shared_value(name_argument(lua, 1, "name"));
+    const std::optional<double> value = reading(lua).shared_value(name_argument(lua, 1, "name"));
     if (value) {
         lua_pushnumber(lua, *value);
     } else {

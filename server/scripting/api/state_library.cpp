@@ -44,10 +44,7 @@ std::optional<StateKeyView> state_key_at(lua_State* lua, int index) {
     }
     int is_integer = 0;
     const lua_Integer number = lua_tointegerx(lua, index, &is_integer);
-    if (lua_type(lua, index) == LUA_TNUMBER && is_integer != 0) {
-        return std::int64_t{number};
-    }
-    return std::nullopt;
+    return is_integer != 0 ? std::optional<StateKeyView>(std::int64_t{number}) : std::nullopt;
 }
 
 void push_value(lua_State* lua, const StateValue& value) {

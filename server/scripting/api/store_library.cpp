@@ -43,7 +43,8 @@ int push_request(lua_State* lua, std::uint64_t number) {
 int get_record(lua_State* lua) {
     Interpreter::charge(lua, kStoreUnits);
     return push_request(
-        lua, changing(lua).store_get(entity_argument(lua, 1, "target"), record_argument(lua, 2, 3)));
+        lua,
+        changing(lua).store_get(entity_argument(lua, 1, "target"), record_argument(lua, 2, 3)));
 }
 
 /// store_put(target, key, value [, account [, character]])
@@ -51,8 +52,7 @@ int put_record(lua_State* lua) {
     zone::RulesContext& context = changing(lua);
     Interpreter::charge(lua, kStoreUnits);
     const EntityId target = entity_argument(lua, 1, "target");
-    const std::string_view value =
-        text_argument(lua, 3, "value", mailbox::kMaxStoreValueBytes);
+    const std::string_view value = text_argument(lua, 3, "value", mailbox::kMaxStoreValueBytes);
     return push_request(
         lua,
         context.store_put(
@@ -70,8 +70,10 @@ int remove_record(lua_State* lua) {
 }  // namespace
 
 void open_store(lua_State* lua) {
-    constexpr luaL_Reg kFunctions[] = {
-        {"store_get", get_record}, {"store_put", put_record}, {"store_remove", remove_record}, {nullptr, nullptr}};
+    constexpr luaL_Reg kFunctions[] = {{"store_get", get_record},
+                                       {"store_put", put_record},
+                                       {"store_remove", remove_record},
+                                       {nullptr, nullptr}};
     luaL_setfuncs(lua, kFunctions, 0);
 }
 

@@ -64,12 +64,14 @@ void add_value(core::StateHash& hash, const StateValue& value) {
 
 }  // namespace
 
-StateTable::StateTable(StateBudget& budget) : budget_(&budget) {}
+StateTable::StateTable(StateBudget& budget) : budget_(&budget) {
+}
 
 StateTable::StateTable(StateTable& parent, StateBudget& budget)
     : parent_(&parent),
       budget_(&budget),
-      depth_(parent.depth_ + 1) {}
+      depth_(parent.depth_ + 1) {
+}
 
 StateTable::~StateTable() {
     // Handles may hold tables of this one for longer.
@@ -110,7 +112,8 @@ void StateTable::put(const StateKeyView& key, StateValue value, std::size_t byte
 void StateTable::set(const StateKeyView& key, StateValue value) {
     if (!std::holds_alternative<std::monostate>(value)) {
         if (auto* number = std::get_if<double>(&value); number != nullptr && std::isnan(*number)) {
-            *number = std::numeric_limits<double>::quiet_NaN();  // one of many: all processors alike
+            *number =
+                std::numeric_limits<double>::quiet_NaN();  // one of many: all processors alike
         }
         const std::size_t bytes = entry_bytes(key, value);
         put(key, std::move(value), bytes);

@@ -23,8 +23,8 @@ using StateKey = std::variant<std::int64_t, std::string>;
 using StateKeyView = std::variant<std::int64_t, std::string_view>;
 
 /// Nothing, a truth value, an integer, a number, a text or a table.
-using StateValue =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::shared_ptr<StateTable>>;
+using StateValue = std::
+    variant<std::monostate, bool, std::int64_t, double, std::string, std::shared_ptr<StateTable>>;
 
 /// Tables in tables, counted from the outermost.
 inline constexpr int kMaxStateDepth = 16;

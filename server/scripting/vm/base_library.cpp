@@ -9,9 +9,19 @@ namespace zoned::scripting {
 
 namespace {
 
+constexpr lua_Integer kMostLevels = 100;
+constexpr std::size_t kTextBytesPerWork = 16;
+/// A table that was emptied may be as large as before.
+constexpr std::size_t kPairsUnits = 100;
+
 /// A key of a table: integers come first, then numbers, texts, false and true.
 struct SortKey {
-    enum class Kind : std::uint8_t { kInteger, kNumber, kText, kTruth };
+    enum class Kind : std::uint8_t {
+        kInteger,
+        kNumber,
+        kText,
+        kTruth
+    };
 
     Kind kind = Kind::kInteger;
     lua_Integer integer = 0;  // truth values too
@@ -38,7 +48,8 @@ SortKey sort_key_at(lua_State* lua, int index) {
     SortKey key;
     switch (lua_type(lua, index)) {
         case LUA_TNUMBER:
-            key.kind = lua_isinteger(lua, index) != 0 ? SortKey::Kind::kInteger : SortKey::Kind::kNumber;
+            key.kind =
+                lua_isinteger(lua, index) != 0 ? SortKey::Kind::kInteger : SortKey::Kind::kNumber;
             key.integer = lua_tointeger(lua, index);
             key.number = lua_tonumber(lua, index);
             return key;
@@ -81,7 +92,7 @@ void push_sorted_keys(lua_State* lua, int table) {
     for (lua_pushnil(lua); lua_next(lua, table) != 0; lua_pop(lua, 1)) {
         keys.push_back(sort_key_at(lua, -2));
     }
-    Interpreter::charge(lua, keys.size() * 4);
+    Interpreter::charge(lua, kPairsUnits + keys.size() * 4);
     std::sort(keys.begin(), keys.end());
     lua_createtable(lua, static_cast<int>(keys.size()), 0);
     for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -138,6 +149,40 @@ int kept_call(lua_State* lua) {
     return lua_gettop(lua);
 }
 
+/// error(message [, level])
+int raise(lua_State* lua) {
+    const lua_Integer level = integer_at_or(lua, 2, 1);
+    lua_settop(lua, 1);
+    if (lua_type(lua, 1) == LUA_TSTRING && level > 0) {
+        luaL_where(lua, static_cast<int>(std::min<lua_Integer>(level, kMostLevels)));
+        lua_insert(lua, 1);
+        lua_concat(lua, 2);
+    }
+    return lua_error(lua);
+}
+
+/// select(n, ...): the arguments from the n-th on; select('#', ...): how many there are.
+int select_from(lua_State* lua) {
+    const int count = lua_gettop(lua) - 1;
+    if (lua_type(lua, 1) == LUA_TSTRING && std::strcmp(lua_tostring(lua, 1), "#") == 0) {
+        lua_pushinteger(lua, count);
+        return 1;
+    }
+    const lua_Integer n = integer_at(lua, 1);
+    luaL_argcheck(lua, n != 0 && n >= -count, 1, "there is no such argument");
+    return static_cast<int>(n < 0 ? -n : std::max<lua_Integer>(count - n + 1, 0));
+}
+
+/// Lua's own function, charged for the texts that it is given.
+int counted_call(lua_State* lua) {
+    for (int i = 1; i <= lua_gettop(lua); ++i) {
+        if (lua_type(lua, i) == LUA_TSTRING) {
+            Interpreter::charge(lua, lua_rawlen(lua, i) / kTextBytesPerWork);
+        }
+    }
+    return forward(lua);
+}
+
 const char* type_of(lua_State* lua, int index) {
     // Tables of the state are objects of the host, which scripts use like tables.
     return lua_type(lua, index) == LUA_TUSERDATA ? "table" : luaL_typename(lua, index);
@@ -166,19 +211,42 @@ void push_readable(lua_State* lua, int index) {
     }
 }
 
-void copy_functions(lua_State* lua, std::initializer_list<const char*> names) {
-    for (const char* name : names) {
-        lua_getfield(lua, -1, name);
-        lua_setfield(lua, -3, name);
-    }
-    lua_pop(lua, 1);
+int forward(lua_State* lua) {
+    lua_pushvalue(lua, lua_upvalueindex(1));
+    lua_insert(lua, 1);
+    lua_call(lua, lua_gettop(lua) - 1, LUA_MULTRET);
+    return lua_gettop(lua);
+}
+
+void copy_counted(lua_State* lua, int library, const char* name) {
+    lua_getfield(lua, library, name);
+    lua_pushcclosure(lua, counted_call, 1);
+    lua_setfield(lua, -2, name);
+}
+
+lua_Integer integer_at(lua_State* lua, int index) {
+    luaL_checktype(lua, index, LUA_TNUMBER);
+    return luaL_checkinteger(lua, index);
+}
+
+lua_Integer integer_at_or(lua_State* lua, int index, lua_Integer otherwise) {
+    return lua_isnoneornil(lua, index) ? otherwise : integer_at(lua, index);
 }
 
 void open_base(lua_State* lua) {
     luaL_requiref(lua, LUA_GNAME, luaopen_base, 0);
-    copy_functions(lua, {"assert", "error", "ipairs", "select", "tonumber"});
-    constexpr luaL_Reg kFunctions[] = {{"pairs", sorted_pairs},
+    lua_insert(lua, -2);
+    const int library = lua_gettop(lua) - 1;
+    for (const char* name : {"assert", "ipairs"}) {
+        lua_getfield(lua, library, name);
+        lua_setfield(lua, -2, name);
+    }
+    copy_counted(lua, library, "tonumber");
+    lua_remove(lua, library);
+    constexpr luaL_Reg kFunctions[] = {{"error", raise},
+                                       {"pairs", sorted_pairs},
                                        {"pcall", kept_call},
+                                       {"select", select_from},
                                        {"tostring", to_readable},
                                        {"type", type_name},
                                        {nullptr, nullptr}};

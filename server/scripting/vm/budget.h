@@ -12,12 +12,16 @@ namespace zoned::scripting {
 /// Texts longer than this are refused: comparing and copying them is one instruction each.
 inline constexpr std::size_t kMaxTextBytes = 64U << 10U;
 
+/// Passing `...` on copies all of its values in one instruction.
+inline constexpr int kMaxVarargs = 250;
+
 enum class Overrun : std::uint8_t {
     kNone,
     kInstructions,
     kWork,  ///< of functions of the host, which instructions do not count
     kMemory,
-    kText,  ///< a text longer than kMaxTextBytes
+    kText,    ///< a text longer than kMaxTextBytes
+    kValues,  ///< more than kMaxVarargs values as `...`
 };
 
 struct Budget {

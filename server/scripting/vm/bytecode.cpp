@@ -68,7 +68,13 @@ class DumpReader {
     }
 
     void skip_constant() {
-        enum : std::uint8_t { kInteger = 0x03, kFloat = 0x13, kShortText = 0x04, kLongText = 0x14 };
+        enum : std::uint8_t {
+            kInteger = 0x03,
+            kFloat = 0x13,
+            kShortText = 0x04,
+            kLongText = 0x14
+        };
+
         const std::uint8_t kind = byte();
         if (kind == kInteger || kind == kFloat) {
             take(8);
@@ -142,8 +148,8 @@ class Inspection {
             const std::uint32_t op = function.code[i] & kOpMask;
             const int line = i < function.lines.size() ? function.lines[i] : function.line;
             if (op == kPower || op == kPowerConstant) {
-                findings.push_back({line,
-                                    "'^' differs between processors: multiply, or use math.sqrt"});
+                findings.push_back(
+                    {line, "'^' differs between processors: multiply, or use math.sqrt"});
             }
             const std::size_t upvalue = (function.code[i] >> kArgumentB) & 0xFFU;
             if (op == kSetUpvalue && outlives_ && outlives(around, upvalue)) {

@@ -40,8 +40,7 @@ void inspect(lua_State* lua, bool outlives) {
         lua_Debug at{};
         lua_pushvalue(lua, -1);
         lua_getinfo(lua, ">S", &at);
-        lua_pushfstring(
-            lua, "%s:%d: %s", at.short_src, findings[0].line, findings[0].text.c_str());
+        lua_pushfstring(lua, "%s:%d: %s", at.short_src, findings[0].line, findings[0].text.c_str());
         lua_error(lua);
     }
 }

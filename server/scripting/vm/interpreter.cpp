@@ -22,18 +22,23 @@ const char* text_of(Overrun overrun) {
             return "more memory than script.memory_mb";
         case Overrun::kText:
             return "a string longer than 64 KiB";
+        case Overrun::kValues:
+            return "more than 250 values as '...'";
         case Overrun::kNone:
             break;
     }
     return "the call overran";
 }
 
-void on_stride(lua_State* lua, lua_Debug* /*at*/) {
+void on_stride(lua_State* lua, lua_Debug* at) {
     Budget& budget = Interpreter::of(lua).budget();
     budget.call_instructions -= kStride;
     budget.tick_instructions -= kStride;
     if (budget.call_instructions < kStride) {
         budget.flag(Overrun::kInstructions);
+    }
+    if (lua_getlocal(lua, at, -kMaxVarargs - 1) != nullptr) {
+        budget.flag(Overrun::kValues);
     }
     if (budget.overrun != Overrun::kNone) {
         lua_sethook(lua, on_stride, LUA_MASKCOUNT, 1);  // whatever runs next ends as well
@@ -99,12 +104,13 @@ std::optional<ScriptError> Interpreter::finish(int status) {
         error = split(lua_tostring(lua_, -1));
     }
     if (budget_.overrun != Overrun::kNone || status != LUA_ERRRUN) {
-        const Overrun what =
-            budget_.overrun != Overrun::kNone ? budget_.overrun : Overrun::kMemory;
+        const Overrun what = budget_.overrun != Overrun::kNone ? budget_.overrun : Overrun::kMemory;
         error.text = budget_.place.data() + std::string(": ") + text_of(what);
     }
     lua_settop(lua_, 0);
-    lua_gc(lua_, LUA_GCCOLLECT);
+    if (budget_.memory_used > budget_.memory_most / 2) {
+        lua_gc(lua_, LUA_GCCOLLECT);  // what the call left behind
+    }
     return error;
 }
 

@@ -17,8 +17,17 @@ void open_string(lua_State* lua);
 void open_table(lua_State* lua);
 void open_math(lua_State* lua);
 
-/// Copies functions of the library at the top of the stack into the table below it.
-void copy_functions(lua_State* lua, std::initializer_list<const char*> names);
+/// Puts Lua's own `name`, of the library at `library`, into the table at the top of the stack. It
+/// costs work by the length of the texts that it is given: some are taken for numbers.
+void copy_counted(lua_State* lua, int library, const char* name);
+
+/// Calls the function in the first upvalue with the same arguments.
+int forward(lua_State* lua);
+
+/// An integer that is no text.
+lua_Integer integer_at(lua_State* lua, int index);
+/// The same, or `otherwise` where there is none.
+lua_Integer integer_at_or(lua_State* lua, int index, lua_Integer otherwise);
 
 /// How a value reads: like tostring, without addresses. Pushes it.
 void push_readable(lua_State* lua, int index);

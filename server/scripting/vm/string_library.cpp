@@ -26,14 +26,6 @@ void charge_text(lua_State* lua, std::size_t bytes) {
     Interpreter::charge(lua, bytes / kStringBytesPerUnit);
 }
 
-/// Calls the function that string keeps in its first upvalue with the same arguments.
-int forward(lua_State* lua) {
-    lua_pushvalue(lua, lua_upvalueindex(1));
-    lua_insert(lua, 1);
-    lua_call(lua, lua_gettop(lua) - 1, LUA_MULTRET);
-    return lua_gettop(lua);
-}
-
 /// A format at the first argument whose numbers are small: they are sizes of what is made.
 void check_format(lua_State* lua) {
     const std::string_view format = string_argument(lua, 1);
@@ -101,7 +93,7 @@ int format_text(lua_State* lua) {
 /// rep(s, n [, separator])
 int repeat_text(lua_State* lua) {
     const std::string_view text = string_argument(lua, 1);
-    const lua_Integer count = luaL_checkinteger(lua, 2);
+    const lua_Integer count = integer_at(lua, 2);
     std::size_t length = 0;
     const char* separator = luaL_optlstring(lua, 3, "", &length);
     const std::size_t step = text.size() + length;
@@ -136,11 +128,12 @@ std::size_t offset_of(lua_Integer position, std::size_t length) {
 int find_text(lua_State* lua) {
     const std::string_view text = string_argument(lua, 1);
     const std::string_view wanted = string_argument(lua, 2);
-    const std::size_t from = offset_of(luaL_optinteger(lua, 3, 1), text.size());
+    const std::size_t from = offset_of(integer_at_or(lua, 3, 1), text.size());
     charge_text(lua, text.size() + text.size() * std::min<std::size_t>(wanted.size(), 64));
-    const void* const at = wanted.size() > text.size() - from
-                               ? nullptr
-                               : memmem(text.data() + from, text.size() - from, wanted.data(), wanted.size());
+    const void* const at =
+        wanted.size() > text.size() - from
+            ? nullptr
+            : memmem(text.data() + from, text.size() - from, wanted.data(), wanted.size());
     if (at == nullptr) {
         lua_pushnil(lua);
         return 1;
@@ -172,8 +165,8 @@ int split_text(lua_State* lua) {
 /// byte(s [, i [, j]])
 int byte_values(lua_State* lua) {
     const std::string_view text = string_argument(lua, 1);
-    const lua_Integer first = luaL_optinteger(lua, 2, 1);
-    const lua_Integer last = luaL_optinteger(lua, 3, first);
+    const lua_Integer first = integer_at_or(lua, 2, 1);
+    const lua_Integer last = integer_at_or(lua, 3, first);
     const std::size_t from = offset_of(first, text.size());
     const auto size = static_cast<lua_Integer>(text.size());
     const lua_Integer end = last < 0 ? size + last + 1 : std::min(last, size);
@@ -184,12 +177,6 @@ int byte_values(lua_State* lua) {
         lua_pushinteger(lua, static_cast<unsigned char>(text[from + static_cast<std::size_t>(i)]));
     }
     return static_cast<int>(count);
-}
-
-/// A function of Lua's whose cost grows with its first argument alone.
-int counted_call(lua_State* lua) {
-    charge_text(lua, string_argument(lua, 1).size());
-    return forward(lua);
 }
 
 /// Puts `function`, with Lua's own of that name behind it, into the table at the top. Below it:
@@ -205,13 +192,12 @@ void wrap(lua_State* lua, const char* name, lua_CFunction function) {
 void open_string(lua_State* lua) {
     luaL_requiref(lua, LUA_STRLIBNAME, luaopen_string, 0);
     lua_newtable(lua);
-    for (const char* name : {"char", "len", "packsize"}) {
-        lua_getfield(lua, -2, name);
-        lua_setfield(lua, -2, name);
+    lua_getfield(lua, -2, "len");
+    lua_setfield(lua, -2, "len");
+    for (const char* name : {"char", "lower", "reverse", "sub", "upper"}) {
+        copy_counted(lua, lua_gettop(lua) - 1, name);
     }
-    for (const char* name : {"lower", "upper", "reverse", "sub"}) {
-        wrap(lua, name, counted_call);
-    }
+    wrap(lua, "packsize", unpack_bytes);
     wrap(lua, "pack", pack_bytes);
     wrap(lua, "unpack", unpack_bytes);
     wrap(lua, "format", format_text);

@@ -25,7 +25,7 @@ int insert_entry(lua_State* lua) {
     const lua_Integer end = luaL_len(lua, 1) + 1;
     lua_Integer at = end;
     if (lua_gettop(lua) == 3) {
-        at = luaL_checkinteger(lua, 2);
+        at = integer_at(lua, 2);
         luaL_argcheck(lua, at >= 1 && at <= end, 2, "a place within the list is wanted");
     } else if (lua_gettop(lua) != 2) {
         return luaL_error(lua, "insert: a list, perhaps a place, and a value are wanted");
@@ -48,7 +48,7 @@ int remove_entry(lua_State* lua) {
         lua_pushnil(lua);
         return 1;
     }
-    const lua_Integer at = luaL_optinteger(lua, 2, length);
+    const lua_Integer at = integer_at_or(lua, 2, length);
     luaL_argcheck(lua, at >= 1 && at <= length, 2, "a place within the list is wanted");
     Interpreter::charge(lua, static_cast<std::size_t>((length - at) * kUnitsPerMove));
     lua_geti(lua, 1, at);
@@ -91,8 +91,8 @@ int concat_entries(lua_State* lua) {
 /// unpack(list [, first [, last]])
 int unpack_entries(lua_State* lua) {
     check_list(lua, 1);
-    const lua_Integer first = luaL_optinteger(lua, 2, 1);
-    const lua_Integer last = luaL_opt(lua, luaL_checkinteger, 3, luaL_len(lua, 1));
+    const lua_Integer first = integer_at_or(lua, 2, 1);
+    const lua_Integer last = integer_at_or(lua, 3, luaL_len(lua, 1));
     if (last < first) {
         return 0;
     }
@@ -124,7 +124,12 @@ bool goes_before(lua_State* lua, int b, int a) {
 }
 
 /// Merges the sorted runs [from, middle) and [middle, end) of `source` into `target`.
-void merge_runs(lua_State* lua, int source, int target, lua_Integer from, lua_Integer middle, lua_Integer end) {
+void merge_runs(lua_State* lua,
+                int source,
+                int target,
+                lua_Integer from,
+                lua_Integer middle,
+                lua_Integer end) {
     lua_Integer left = from;
     lua_Integer right = middle;
     for (lua_Integer to = from; to < end; ++to) {
