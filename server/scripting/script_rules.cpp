@@ -363,6 +363,14 @@ std::string ScriptRules::load(std::span<const std::uint8_t> bytes) {
     return reader.wrong();
 }
 
+std::string ScriptRules::go_on_from(const ScriptRules& before) {
+    zone::Bytes bytes;
+    (void)before.save(bytes);
+    std::string wrong = load(bytes);
+    errors_.fill(0);
+    return wrong;
+}
+
 bool ScriptRules::busy() const {
     return host_->awake_until > tick_;
 }

@@ -58,6 +58,10 @@ class ScriptRules final : public zone::Rules {
     [[nodiscard]] bool busy() const override;
     void hash(core::StateHash& hash) const override;
 
+    /// Takes over the state of rules that ran until now, by another script perhaps, without their
+    /// errors. Empty text: done; otherwise why not, and these rules are of no use.
+    std::string go_on_from(const ScriptRules& before);
+
     /// Calls that failed or overran so far, in all callbacks.
     [[nodiscard]] std::uint64_t errors() const;
 

@@ -21,6 +21,8 @@ struct ScriptLimits {
     std::uint32_t instructions_per_tick = 2'000'000;
     std::size_t memory_bytes = 16U << 20U;  ///< of the interpreter
     std::size_t state_bytes = 16U << 20U;   ///< of the state that the script keeps
+
+    bool operator==(const ScriptLimits&) const = default;
 };
 
 struct ScriptSettings {
@@ -30,6 +32,8 @@ struct ScriptSettings {
     ScriptLimits limits;
     std::uint32_t errors_allowed = 100;  ///< kMute: of each callback
     ErrorPolicy on_errors = ErrorPolicy::kGoOn;
+
+    bool operator==(const ScriptSettings&) const = default;
 };
 
 enum class ScriptLine : std::uint8_t {

@@ -109,6 +109,7 @@ class World {
     /// Runs a part of a zone's tick; when it throws, the zone stops. From any thread of the pool.
     template <class Work>
     void guarded(std::size_t index, Work&& work);
+    void reload_scripts(const std::string& config_text);  // world_scripts.cpp
     // world_stops.cpp
     void stop_zone(std::size_t index, const std::string& text);
     [[nodiscard]] bool is_known(ZoneId zone) const;
@@ -144,6 +145,8 @@ class World {
     [[nodiscard]] std::size_t zone_of_answer(const mailbox::StoreAnswer& answer) const;
 
     std::uint64_t config_hash_ = 0;  // snapshots belong to one config
+    zone::RulesSettings rules_settings_;
+    std::optional<scripting::ScriptSettings> script_;  // none: the linked rules
     std::vector<Vec3d> spawn_points_;
     std::vector<zone::Region> regions_;
     std::vector<compute::Team>

@@ -2,15 +2,22 @@
 // with.
 #pragma once
 
-#include "server/config/settings.h"
+#include "server/scripting/script_settings.h"
 #include "server/zone/rules.h"
 
 #include <memory>
+#include <optional>
+#include <string>
 
 namespace zoned::app {
 
-/// Throws std::runtime_error as zone::make_rules does. A script writes into the log of the world.
-std::unique_ptr<zone::Rules> make_world_rules(const config::Settings& settings,
-                                              const world::TypeTable& types);
+/// Throws std::runtime_error as zone::make_rules does.
+std::unique_ptr<zone::Rules> make_world_rules(
+    const std::optional<scripting::ScriptSettings>& script,
+    const zone::RulesSettings& settings,
+    const world::TypeTable& types);
+
+/// Into the log of the world, each line after the script's name.
+scripting::ScriptLog script_log(const std::string& name);
 
 }  // namespace zoned::app

@@ -3,6 +3,8 @@
 #include "server/config/text/read_text.h"
 #include "proto/config/config.pb.h"
 
+#include <google/protobuf/text_format.h>
+
 #include <filesystem>
 
 namespace zoned::config {
@@ -35,14 +37,7 @@ bool read_source(proto::config::Script& script, Diagnostics& diagnostics) {
     return true;
 }
 
-}  // namespace
-
-std::optional<scripting::ScriptSettings> load_script(proto::config::Config& config,
-                                                     Diagnostics& diagnostics) {
-    if (!config.has_script() || !read_source(*config.mutable_script(), diagnostics)) {
-        return std::nullopt;
-    }
-    const proto::config::Script& script = config.script();
+scripting::ScriptSettings script_settings_of(const proto::config::Script& script) {
     scripting::ScriptSettings out;
     out.name = script.has_file() ? std::filesystem::path(script.file()).filename().string()
                                  : std::string("script");
@@ -55,6 +50,25 @@ std::optional<scripting::ScriptSettings> load_script(proto::config::Config& conf
     out.errors_allowed = script.errors_allowed();
     out.on_errors = static_cast<scripting::ErrorPolicy>(script.on_errors());
     return out;
+}
+
+}  // namespace
+
+std::optional<scripting::ScriptSettings> load_script(proto::config::Config& config,
+                                                     Diagnostics& diagnostics) {
+    if (!config.has_script() || !read_source(*config.mutable_script(), diagnostics)) {
+        return std::nullopt;
+    }
+    return script_settings_of(config.script());
+}
+
+std::optional<scripting::ScriptSettings> script_of(const std::string& config_text) {
+    proto::config::Config config;
+    if (!google::protobuf::TextFormat::ParseFromString(config_text, &config) ||
+        !config.has_script()) {
+        return std::nullopt;
+    }
+    return script_settings_of(config.script());
 }
 
 }  // namespace zoned::config

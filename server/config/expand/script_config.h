@@ -5,6 +5,7 @@
 #include "server/scripting/script_settings.h"
 
 #include <optional>
+#include <string>
 
 namespace zoned::proto::config {
 class Config;
@@ -16,5 +17,8 @@ namespace zoned::config {
 /// no script, or it cannot be read. Whether it compiles is found out when rules are made of it.
 std::optional<scripting::ScriptSettings> load_script(proto::config::Config& config,
                                                      Diagnostics& diagnostics);
+
+/// The script in the canonical text of a good config, which holds its source.
+std::optional<scripting::ScriptSettings> script_of(const std::string& config_text);
 
 }  // namespace zoned::config

@@ -139,8 +139,8 @@ int kept_call(lua_State* lua) {
     luaL_checkany(lua, 1);
     const int status = lua_pcall(lua, lua_gettop(lua) - 1, LUA_MULTRET, 0);
     Budget& budget = Interpreter::of(lua).budget();
-    if (status == LUA_ERRMEM || budget.overrun != Overrun::kNone) {
-        budget.flag(Overrun::kMemory);
+    if (status == LUA_ERRMEM || budget.overrun != ScriptOverrun::kNone) {
+        budget.flag(ScriptOverrun::kMemory);
         Interpreter::raise_overrun(lua);
     }
     budget.reporting = false;

@@ -22,13 +22,13 @@ constexpr std::size_t kTextHeaderBytes = 64;
 /// Whether a new text may be made.
 bool takes_text(Budget& budget, std::size_t size) {
     if (size > kMaxTextBytes + kTextHeaderBytes) {
-        budget.flag(Overrun::kText);
+        budget.flag(ScriptOverrun::kText);
         return false;
     }
     if (size >= kUncountedTextBytes) {
         budget.call_work -= static_cast<std::int64_t>(size / kTextBytesPerUnit);
         if (budget.call_work < 0) {
-            budget.flag(Overrun::kWork);
+            budget.flag(ScriptOverrun::kWork);
             return false;
         }
     }
@@ -42,7 +42,7 @@ bool takes_memory(Budget& budget, std::size_t more) {
     }
     budget.note_place();
     if (++budget.memory_refusals > kMostRefusals) {
-        budget.flag(Overrun::kMemory);
+        budget.flag(ScriptOverrun::kMemory);
     }
     return false;
 }
@@ -51,7 +51,7 @@ bool takes(Budget& budget, bool is_text, std::size_t new_size, std::size_t more)
     if (budget.reporting) {
         return takes_memory(budget, more);
     }
-    return budget.overrun == Overrun::kNone && (!is_text || takes_text(budget, new_size)) &&
+    return budget.overrun == ScriptOverrun::kNone && (!is_text || takes_text(budget, new_size)) &&
            takes_memory(budget, more);
 }
 

@@ -15,7 +15,7 @@ inline constexpr std::size_t kMaxTextBytes = 64U << 10U;
 /// Passing `...` on copies all of its values in one instruction.
 inline constexpr int kMaxVarargs = 250;
 
-enum class Overrun : std::uint8_t {
+enum class ScriptOverrun : std::uint8_t {
     kNone,
     kInstructions,
     kWork,  ///< of functions of the host, which instructions do not count
@@ -32,7 +32,7 @@ struct Budget {
     std::size_t memory_most = 0;
     int memory_refusals = 0;  ///< in this call
     bool reporting = false;   ///< an error is being reported, which may take a little more memory
-    Overrun overrun = Overrun::kNone;
+    ScriptOverrun overrun = ScriptOverrun::kNone;
     std::array<char, 128> place{};  ///< "game.lua:12" of the overrun, or of the newest refusal
     lua_State* lua = nullptr;
 
@@ -41,13 +41,13 @@ struct Budget {
         call_work = instructions;
         memory_refusals = 0;
         reporting = false;
-        overrun = Overrun::kNone;
+        overrun = ScriptOverrun::kNone;
         place[0] = '\0';
     }
 
     /// The first overrun of a call counts.
-    void flag(Overrun what) {
-        if (overrun == Overrun::kNone) {
+    void flag(ScriptOverrun what) {
+        if (overrun == ScriptOverrun::kNone) {
             overrun = what;
             note_place();
         }

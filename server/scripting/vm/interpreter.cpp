@@ -12,19 +12,19 @@ constexpr int kStride = 1000;
 constexpr std::int64_t kCallInstructions = 100;
 constexpr int kTracebackSkips = 1;  // the handler itself
 
-const char* text_of(Overrun overrun) {
+const char* text_of(ScriptOverrun overrun) {
     switch (overrun) {
-        case Overrun::kInstructions:
+        case ScriptOverrun::kInstructions:
             return "the call takes more instructions than script.instructions_per_call";
-        case Overrun::kWork:
+        case ScriptOverrun::kWork:
             return "the call makes the server work more than script.instructions_per_call";
-        case Overrun::kMemory:
+        case ScriptOverrun::kMemory:
             return "more memory than script.memory_mb";
-        case Overrun::kText:
+        case ScriptOverrun::kText:
             return "a string longer than 64 KiB";
-        case Overrun::kValues:
+        case ScriptOverrun::kValues:
             return "more than 250 values as '...'";
-        case Overrun::kNone:
+        case ScriptOverrun::kNone:
             break;
     }
     return "the call overran";
@@ -35,12 +35,12 @@ void on_stride(lua_State* lua, lua_Debug* at) {
     budget.call_instructions -= kStride;
     budget.tick_instructions -= kStride;
     if (budget.call_instructions < kStride) {
-        budget.flag(Overrun::kInstructions);
+        budget.flag(ScriptOverrun::kInstructions);
     }
     if (lua_getlocal(lua, at, -kMaxVarargs - 1) != nullptr) {
-        budget.flag(Overrun::kValues);
+        budget.flag(ScriptOverrun::kValues);
     }
-    if (budget.overrun != Overrun::kNone) {
+    if (budget.overrun != ScriptOverrun::kNone) {
         lua_sethook(lua, on_stride, LUA_MASKCOUNT, 1);  // whatever runs next ends as well
         Interpreter::raise_overrun(lua);
     }
@@ -103,8 +103,9 @@ std::optional<ScriptError> Interpreter::finish(int status) {
     if (status == LUA_ERRRUN && lua_isstring(lua_, -1) != 0) {
         error = split(lua_tostring(lua_, -1));
     }
-    if (budget_.overrun != Overrun::kNone || status != LUA_ERRRUN) {
-        const Overrun what = budget_.overrun != Overrun::kNone ? budget_.overrun : Overrun::kMemory;
+    if (budget_.overrun != ScriptOverrun::kNone || status != LUA_ERRRUN) {
+        const ScriptOverrun what =
+            budget_.overrun != ScriptOverrun::kNone ? budget_.overrun : ScriptOverrun::kMemory;
         error.text = budget_.place.data() + std::string(": ") + text_of(what);
     }
     lua_settop(lua_, 0);
@@ -118,7 +119,7 @@ void Interpreter::charge(lua_State* lua, std::size_t units) {
     Budget& budget = of(lua).budget();
     budget.call_work -= static_cast<std::int64_t>(units);
     if (budget.call_work < 0) {
-        budget.flag(Overrun::kWork);
+        budget.flag(ScriptOverrun::kWork);
         raise_overrun(lua);
     }
 }

@@ -1,9 +1,11 @@
 // Rules in Lua as users run them: a server, a script, real sockets.
 #include "tests/integration/process/fixture.h"
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 namespace zoned::testing_process {
 namespace {
@@ -60,6 +62,43 @@ TEST_F(Scripted, GoesOnWhateverAScriptDoes) {
     EXPECT_EQ(server->wait(kPatience), 0) << server->errors();
     for (const char* error : {"arena.lua:5: ", "arena.lua:6: attempt to index a nil value"}) {
         EXPECT_NE(server->errors().find(error), std::string::npos) << server->errors();
+    }
+}
+
+TEST_F(Scripted, ReadsTheScriptAnewBetweenTwoTicksAndReplaysTheRun) {
+    const auto script = [](const std::string& word) {
+        return "function on_start() state.n = 0 end\n"
+               "function on_tick()\n"
+               "  state.n = state.n + 1\n"
+               "  if state.n % 10 == 0 then print('" +
+               word + "', state.n // 10 > 0) end\nend\n";
+    };
+    const std::string recording = scratch_folder() + "/run.zrec";
+    const std::string config = world_with(script("before"));
+    const auto server = start_server({"--set", "recording.file=\"" + recording + "\""}, config);
+    Child client("client-sim", play(4, 8));
+    const auto wait_for = [&server](const std::string& words) {
+        for (int i = 0; i < 600 && server->errors().find(words) == std::string::npos; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+        EXPECT_NE(server->errors().find(words), std::string::npos) << server->errors();
+    };
+    wait_for("arena.lua: before true");
+    world_with("function on_tick(\n");
+    server->signal(SIGHUP);
+    wait_for("arena.lua:2: ");
+    world_with(script("after"));
+    server->signal(SIGHUP);
+    wait_for("script.text");
+    // The state went on: the new script never started.
+    wait_for("arena.lua: after true");
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output();
+    server->signal(SIGTERM);
+    ASSERT_EQ(server->wait(kPatience), 0) << server->errors();
+    for (const char* threads : {"1", "2"}) {
+        Child replay("zoned", {"replay", recording, "--threads", threads});
+        EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
+        EXPECT_NE(replay.errors().find("after true"), std::string::npos) << replay.errors();
     }
 }
 

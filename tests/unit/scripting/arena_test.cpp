@@ -62,6 +62,7 @@ TEST_F(Arena, KillsAndBringsBack) {
     EXPECT_FALSE(zone.hidden(second));
     EXPECT_EQ(zone.position(second), Vec3(10.0F, 0.0F, 0.0F));
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_RESPAWN).size(), 1u);
+    zone.tick(40);
     EXPECT_FALSE(zone.rules->busy());
 }
 
