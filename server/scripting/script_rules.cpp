@@ -18,6 +18,8 @@ namespace {
 constexpr std::uint8_t kFormat = 0x51;
 /// Errors at more places than this are counted alone.
 constexpr std::size_t kMostLoggedPlaces = 100;
+/// A zone asks may_hear for many pairs in a tick.
+constexpr std::int64_t kHearInstructions = 1000;
 constexpr float kFullStick = 127.0F;
 
 TypeIndex avatar_type(const ScriptSettings& settings, const world::TypeTable& types) {
@@ -112,10 +114,10 @@ void ScriptRules::prepare(zone::RulesContext& context) {
 }
 
 template <class Push>
-void ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& push) {
+bool ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& push) {
     prepare(context);
     if (!is_called(callback)) {
-        return;
+        return false;
     }
     if (script_->budget().tick_instructions <= 0 && callback != Callback::kJoin &&
         callback != Callback::kLeave) {
@@ -123,7 +125,7 @@ void ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& pu
                    {std::string(scripting::name_of(callback)) +
                         ": not called: the tick takes more than script.instructions_per_tick",
                     {}});
-        return;
+        return false;
     }
     const Lent lent(*host_, context, true);
     const auto error =
@@ -131,6 +133,7 @@ void ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& pu
     if (error) {
         note_error(callback, *error);
     }
+    return !error;
 }
 
 void ScriptRules::log_error(Callback callback, const ScriptError& error) const {
@@ -172,12 +175,13 @@ EntityId ScriptRules::on_join(zone::RulesContext& context, const zone::JoinReque
 }
 
 void ScriptRules::on_leave(zone::RulesContext& context, ClientId client, EntityId avatar) {
-    call(context, Callback::kLeave, [&](lua_State* lua) {
+    const bool decided = call(context, Callback::kLeave, [&](lua_State* lua) {
         lua_pushinteger(lua, client.value);
         push_entity(lua, avatar);
         return 2;
     });
-    if (!script_->has(Callback::kLeave)) {
+    const world::Row row = context.entities().find(avatar);
+    if (!decided && row != world::kNoRow && !context.entities().has(row, world::kGhost)) {
         context.despawn(avatar);
         host_->entities->set(std::int64_t{avatar.value}, std::monostate());
     }
@@ -255,7 +259,7 @@ bool ScriptRules::may_hear(const zone::RulesContext& context,
     const std::int64_t of_tick = script_->budget().tick_instructions;
     const auto error = script_->call(
         Callback::kMayHear,
-        settings_.limits.instructions_per_call,
+        kHearInstructions,
         [&](lua_State* lua) {
             push_entity(lua, viewer);
             push_entity(lua, entity);

@@ -73,8 +73,9 @@ class ScriptRules final : public zone::Rules {
     /// Before the first call of a zone's life, and at the beginning of each tick.
     void prepare(zone::RulesContext& context);
     [[nodiscard]] bool is_called(Callback callback) const;
+    /// False where the script was not called, or failed.
     template <class Push>
-    void call(zone::RulesContext& context, Callback callback, Push&& push);
+    bool call(zone::RulesContext& context, Callback callback, Push&& push);
     void note_error(Callback callback, const ScriptError& error);
     void log_error(Callback callback, const ScriptError& error) const;
     template <class Archive>

@@ -73,6 +73,9 @@ class World {
     /// Messages for clients or entities that nobody owns (they left meanwhile).
     [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
 
+    /// Calls of scripts that failed or overran so far, in all zones (world_scripts.cpp).
+    [[nodiscard]] std::uint64_t script_errors() const;
+
     /// Cosmetic bursts that reached a client.
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 

@@ -34,4 +34,13 @@ void World::reload_scripts(const std::string& config_text) {
     }
 }
 
+std::uint64_t World::script_errors() const {
+    std::uint64_t all = 0;
+    for (const zone::ZoneState* state : states_) {
+        const auto* rules = dynamic_cast<const scripting::ScriptRules*>(state->rules.get());
+        all += rules != nullptr ? rules->errors() : 0;
+    }
+    return all;
+}
+
 }  // namespace zoned::app

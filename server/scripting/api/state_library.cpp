@@ -12,7 +12,8 @@ namespace zoned::scripting {
 
 namespace {
 
-constexpr const char* kHandle = "table of the state";
+/// Its address names the handles' metatable in the registry.
+constexpr char kHandle = 0;
 constexpr std::size_t kMaxTextInState = kMaxTextBytes;
 
 using TablePointer = std::shared_ptr<StateTable>;
@@ -27,7 +28,8 @@ bool is_handle(lua_State* lua, int index) {
 
 void push_handle(lua_State* lua, TablePointer table) {
     new (lua_newuserdatauv(lua, sizeof(TablePointer), 0)) TablePointer(std::move(table));
-    luaL_setmetatable(lua, kHandle);
+    lua_rawgetp(lua, LUA_REGISTRYINDEX, &kHandle);
+    lua_setmetatable(lua, -2);
 }
 
 /// A table that a script may read now.
@@ -227,7 +229,7 @@ int entity_state(lua_State* lua) {
 }  // namespace
 
 void open_state(lua_State* lua) {
-    luaL_newmetatable(lua, kHandle);
+    lua_newtable(lua);
     constexpr luaL_Reg kMethods[] = {{"__index", get_entry},
                                      {"__newindex", guarded<set_entry>},
                                      {"__len", state_length},
@@ -236,7 +238,7 @@ void open_state(lua_State* lua) {
                                      {"__gc", release_handle},
                                      {nullptr, nullptr}};
     luaL_setfuncs(lua, kMethods, 0);
-    lua_pop(lua, 1);
+    lua_rawsetp(lua, LUA_REGISTRYINDEX, &kHandle);
     push_handle(lua, Host::of(lua).shared);
     lua_setfield(lua, -2, "state");
     lua_pushcfunction(lua, guarded<entity_state>);

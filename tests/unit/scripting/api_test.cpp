@@ -73,6 +73,22 @@ TEST(ScriptApi, DespawnsWhoLeavesWhereTheScriptDoesNotCare) {
     EXPECT_TRUE(zone.rules->take_entity(avatar).empty());
 }
 
+TEST(ScriptApi, DespawnsWhoLeavesWhereTheScriptFails) {
+    ScriptZone zone("function on_leave(c, a) error('oops') end");
+    const EntityId avatar = zone.join(4);
+    zone.columns().set_client(zone.columns().find(avatar), ClientId());
+    zone.rules->on_leave(zone, ClientId(4), avatar);
+    EXPECT_FALSE(zone.exists(avatar));
+}
+
+TEST(ScriptApi, MayHearIsBriefOrHearsNothing) {
+    ScriptZone zone(
+        "function may_hear() local n = 0 for i = 1, 5000 do n = n + 1 end return true end");
+    const EntityId a = zone.join(1);
+    EXPECT_FALSE(zone.rules->may_hear(zone, a, a));
+    EXPECT_THAT(zone.errors(), HasSubstr("more instructions"));
+}
+
 TEST(ScriptApi, AsksTheWorld) {
     ScriptZone zone(R"(function on_tick()
         local a, b = spawn('ball', 0, 0, 0), spawn('crate', 3, 0, 4)
