@@ -87,7 +87,7 @@ ScriptRules::ScriptRules(const ScriptSettings& settings,
                          ScriptLog log)
     : settings_(settings),
       avatar_(avatar_type(settings, types)),
-      state_budget_{0, settings.limits.state_bytes},
+      state_budget_{0, settings.limits.state_bytes, {}},
       host_(std::make_unique<Host>()) {
     host_->shared = std::make_shared<StateTable>(state_budget_);
     host_->entities = std::make_shared<StateTable>(state_budget_);
@@ -130,6 +130,7 @@ bool ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& pu
     const Lent lent(*host_, context, true);
     const auto error =
         script_->call(callback, settings_.limits.instructions_per_call, push, [](lua_State*) {});
+    state_budget_.removed.clear();
     if (error) {
         note_error(callback, *error);
     }

@@ -3,7 +3,6 @@
 #include "server/scripting/vm/freeze.h"
 #include "server/scripting/vm/libraries.h"
 
-#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,30 +11,23 @@ namespace zoned::scripting {
 
 namespace {
 
-/// Its address names the handles' metatable in the registry.
-constexpr char kHandle = 0;
 constexpr std::size_t kMaxTextInState = kMaxTextBytes;
 
-using TablePointer = std::shared_ptr<StateTable>;
+// A handle is the table's address: a light userdata, which costs no memory. None outlives the call,
+// and StateBudget::removed keeps what is taken out meanwhile.
 
-TablePointer& handle(lua_State* lua, int index) {
-    return *static_cast<TablePointer*>(lua_touserdata(lua, index));
+StateTable& handle(lua_State* lua, int index) {
+    return *static_cast<StateTable*>(lua_touserdata(lua, index));
 }
 
-bool is_handle(lua_State* lua, int index) {
-    return lua_type(lua, index) == LUA_TUSERDATA;
-}
-
-void push_handle(lua_State* lua, TablePointer table) {
-    new (lua_newuserdatauv(lua, sizeof(TablePointer), 0)) TablePointer(std::move(table));
-    lua_rawgetp(lua, LUA_REGISTRYINDEX, &kHandle);
-    lua_setmetatable(lua, -2);
+void push_handle(lua_State* lua, StateTable& table) {
+    lua_pushlightuserdata(lua, &table);
 }
 
 /// A table that a script may read now.
 StateTable& readable_table(lua_State* lua) {
     reading(lua);
-    return *handle(lua, 1);
+    return handle(lua, 1);
 }
 
 std::optional<StateKeyView> state_key_at(lua_State* lua, int index) {
@@ -58,8 +50,8 @@ void push_value(lua_State* lua, const StateValue& value) {
         push_text(lua, *text);
     } else if (const auto* truth = std::get_if<bool>(&value)) {
         lua_pushboolean(lua, *truth ? 1 : 0);
-    } else if (const auto* table = std::get_if<TablePointer>(&value)) {
-        push_handle(lua, *table);
+    } else if (const auto* table = std::get_if<std::shared_ptr<StateTable>>(&value)) {
+        push_handle(lua, **table);
     } else {
         lua_pushnil(lua);
     }
@@ -75,17 +67,17 @@ void push_key(lua_State* lua, const StateKey& key) {
 
 void keep(lua_State* lua, StateTable& table, const StateKeyView& key, int value);
 
-TablePointer add_table(lua_State* lua, StateTable& table, const StateKeyView& key) {
-    TablePointer below = table.add_table(key);
+StateTable& add_table(lua_State* lua, StateTable& table, const StateKeyView& key) {
+    StateTable* const below = table.add_table(key).get();
     if (below == nullptr) {
         luaL_error(lua, "state: tables lie more than %d deep", kMaxStateDepth);
     }
-    return below;
+    return *below;
 }
 
 /// A copy of a table of Lua. Its keys need no order: the state has its own.
 void keep_table(lua_State* lua, StateTable& table, const StateKeyView& key, int value) {
-    const TablePointer below = add_table(lua, table, key);
+    StateTable& below = add_table(lua, table, key);
     luaL_checkstack(lua, 8, "state: tables lie too deep");
     push_entries(lua, value);
     const int entries = lua_gettop(lua);
@@ -95,20 +87,20 @@ void keep_table(lua_State* lua, StateTable& table, const StateKeyView& key, int 
             luaL_error(lua, "state: keys are strings or integers, not %s", luaL_typename(lua, -2));
         }
         Interpreter::charge(lua, 2);
-        keep(lua, *below, *inner, lua_gettop(lua));
+        keep(lua, below, *inner, lua_gettop(lua));
     }
     lua_pop(lua, 1);
 }
 
 /// A copy of another table of the state.
 void keep_copy(lua_State* lua, StateTable& table, const StateKeyView& key, const StateTable& from) {
-    const TablePointer below = add_table(lua, table, key);
+    StateTable& below = add_table(lua, table, key);
     for (const auto& [inner, value] : from.entries()) {
         Interpreter::charge(lua, 2);
-        if (const auto* deeper = std::get_if<TablePointer>(&value)) {
-            keep_copy(lua, *below, StateKeyLess::view(inner), **deeper);
+        if (const auto* deeper = std::get_if<std::shared_ptr<StateTable>>(&value)) {
+            keep_copy(lua, below, StateKeyLess::view(inner), **deeper);
         } else {
-            below->set(StateKeyLess::view(inner), value);
+            below.set(StateKeyLess::view(inner), value);
         }
     }
 }
@@ -134,11 +126,9 @@ void keep(lua_State* lua, StateTable& table, const StateKeyView& key, int value)
         case LUA_TTABLE:
             keep_table(lua, table, key, value);
             return;
-        case LUA_TUSERDATA: {
-            const TablePointer kept = handle(lua, value);  // it may lie where the copy goes
-            keep_copy(lua, table, key, *kept);
+        case LUA_TLIGHTUSERDATA:
+            keep_copy(lua, table, key, handle(lua, value));
             return;
-        }
         default:
             luaL_error(lua, "state: a %s cannot be kept", luaL_typename(lua, value));
     }
@@ -195,17 +185,6 @@ int entries_of(lua_State* lua) {
     return 3;
 }
 
-int same_table(lua_State* lua) {
-    lua_pushboolean(
-        lua, is_handle(lua, 1) && is_handle(lua, 2) && handle(lua, 1) == handle(lua, 2) ? 1 : 0);
-    return 1;
-}
-
-int release_handle(lua_State* lua) {
-    handle(lua, 1).~TablePointer();
-    return 0;
-}
-
 /// entity_state(entity): its own table, which goes with it to other zones; nil where the zone does
 /// not own it.
 int entity_state(lua_State* lua) {
@@ -219,7 +198,7 @@ int entity_state(lua_State* lua) {
     if (const StateValue* const found = all.find(key)) {
         push_value(lua, *found);
     } else if (Host::of(lua).may_change) {
-        push_handle(lua, all.add_table(key));
+        push_handle(lua, *all.add_table(key));
     } else {
         lua_newtable(lua);
     }
@@ -229,17 +208,15 @@ int entity_state(lua_State* lua) {
 }  // namespace
 
 void open_state(lua_State* lua) {
+    lua_pushlightuserdata(lua, Host::of(lua).shared.get());
     lua_newtable(lua);
     constexpr luaL_Reg kMethods[] = {{"__index", get_entry},
                                      {"__newindex", guarded<set_entry>},
                                      {"__len", state_length},
                                      {"__pairs", entries_of},
-                                     {"__eq", same_table},
-                                     {"__gc", release_handle},
                                      {nullptr, nullptr}};
     luaL_setfuncs(lua, kMethods, 0);
-    lua_rawsetp(lua, LUA_REGISTRYINDEX, &kHandle);
-    push_handle(lua, Host::of(lua).shared);
+    lua_setmetatable(lua, -2);  // of all light userdata: there are no others
     lua_setfield(lua, -2, "state");
     lua_pushcfunction(lua, guarded<entity_state>);
     lua_setfield(lua, -2, "entity_state");

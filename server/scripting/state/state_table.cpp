@@ -24,6 +24,10 @@ std::size_t text_bytes(const StateKeyView& key) {
     return text != nullptr ? text->size() : 0;
 }
 
+bool holds_table(const StateValue& value) {
+    return std::holds_alternative<std::shared_ptr<StateTable>>(value);
+}
+
 std::size_t entry_bytes(const StateKeyView& key, const StateValue& value) {
     return kEntryBytes + text_bytes(key) + text_bytes(value);
 }
@@ -115,8 +119,12 @@ void StateTable::set(const StateKeyView& key, StateValue value) {
             *number =
                 std::numeric_limits<double>::quiet_NaN();  // one of many: all processors alike
         }
-        const std::size_t bytes = entry_bytes(key, value);
-        put(key, std::move(value), bytes);
+        if (const auto at = entries_.find(key); at != entries_.end() && !holds_table(at->second)) {
+            replace(at->second, std::move(value));
+        } else {
+            const std::size_t bytes = entry_bytes(key, value);
+            put(key, std::move(value), bytes);
+        }
         return;
     }
     const auto at = entries_.find(key);
@@ -124,6 +132,13 @@ void StateTable::set(const StateKeyView& key, StateValue value) {
         remove(at);
         touch();
     }
+}
+
+void StateTable::replace(StateValue& old, StateValue value) {
+    take(text_bytes(value));
+    budget_->used -= text_bytes(old);
+    old = std::move(value);
+    touch();
 }
 
 std::shared_ptr<StateTable> StateTable::add_table(const StateKeyView& key) {
@@ -139,6 +154,7 @@ void StateTable::remove(Entries::iterator at) {
     std::size_t bytes = entry_bytes(StateKeyLess::view(at->first), at->second);
     if (auto* table = std::get_if<std::shared_ptr<StateTable>>(&at->second)) {
         (*table)->detach();
+        budget_->removed.push_back(std::move(*table));
         bytes += kTableBytes;
     }
     budget_->used -= bytes;

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace zoned::scripting {
 
@@ -33,6 +34,8 @@ inline constexpr int kMaxStateDepth = 16;
 struct StateBudget {
     std::size_t used = 0;
     std::size_t most = 0;
+    /// Tables that were taken out: a script may still read them until its call ends.
+    std::vector<std::shared_ptr<StateTable>> removed;
 };
 
 /// Thrown where state would take more than its budget; nothing has changed then.
@@ -100,6 +103,8 @@ class StateTable {
     /// Takes the bytes of a new entry, or throws.
     void take(std::size_t bytes);
     void put(const StateKeyView& key, StateValue value, std::size_t bytes);
+    /// Where no table was and none will be.
+    void replace(StateValue& old, StateValue value);
     void remove(Entries::iterator at);
     void count_from(std::int64_t key);
 

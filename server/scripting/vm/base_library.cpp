@@ -185,7 +185,7 @@ int counted_call(lua_State* lua) {
 
 const char* type_of(lua_State* lua, int index) {
     // Tables of the state are objects of the host, which scripts use like tables.
-    return lua_type(lua, index) == LUA_TUSERDATA ? "table" : luaL_typename(lua, index);
+    return lua_type(lua, index) == LUA_TLIGHTUSERDATA ? "table" : luaL_typename(lua, index);
 }
 
 int type_name(lua_State* lua) {
@@ -204,7 +204,7 @@ int to_readable(lua_State* lua) {
 
 void push_readable(lua_State* lua, int index) {
     const int type = lua_type(lua, index);
-    if (type == LUA_TTABLE || type == LUA_TFUNCTION || type == LUA_TUSERDATA) {
+    if (type == LUA_TTABLE || type == LUA_TFUNCTION || type == LUA_TLIGHTUSERDATA) {
         lua_pushstring(lua, type_of(lua, index));  // never its address
     } else {
         luaL_tolstring(lua, index, nullptr);

@@ -81,7 +81,7 @@ int format_text(lua_State* lua) {
                   "'%p' shows addresses, which differ from run to run");
     for (int i = 2; i <= lua_gettop(lua); ++i) {
         const int type = lua_type(lua, i);
-        if (type == LUA_TTABLE || type == LUA_TFUNCTION || type == LUA_TUSERDATA) {
+        if (type == LUA_TTABLE || type == LUA_TFUNCTION || type == LUA_TLIGHTUSERDATA) {
             push_readable(lua, i);
             lua_replace(lua, i);
         }

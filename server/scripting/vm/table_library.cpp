@@ -14,7 +14,7 @@ constexpr int kUnitsPerMove = 4;
 
 void check_list(lua_State* lua, int index) {
     const int type = lua_type(lua, index);
-    if (type != LUA_TTABLE && type != LUA_TUSERDATA) {
+    if (type != LUA_TTABLE && type != LUA_TLIGHTUSERDATA) {
         luaL_typeerror(lua, index, "table");
     }
 }
