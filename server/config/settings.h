@@ -8,6 +8,7 @@
 #include "server/physics/scene/scene.h"
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
+#include "server/scripting/script_settings.h"
 #include "server/world/entity_type.h"
 #include "server/zone/rules.h"
 #include "server/zone/zone_settings.h"
@@ -166,6 +167,7 @@ struct Settings {
     zone::RewindSettings rewind;
     zone::AuditSettings audit{false, 30};
     zone::RulesSettings rules;
+    std::optional<scripting::ScriptSettings> script;  ///< none: the linked rules
     ServerSettings server;
 };
 

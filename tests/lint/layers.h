@@ -52,6 +52,7 @@ inline constexpr std::array kLayers{
     Layer{"server/store", 11, Side::kServer},
     Layer{"server/config", 12, Side::kServer},
     Layer{"server/rules", 11, Side::kServer},
+    Layer{"server/scripting", 11, Side::kServer},
     Layer{"server/net", 12, Side::kServer},
     Layer{"server/session", 13, Side::kServer},
     Layer{"server/admin", 13, Side::kServer},

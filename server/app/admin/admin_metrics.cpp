@@ -118,6 +118,10 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Messages for clients or entities that nobody owns.",
                number(loop.undeliverable));
+    out.single("zoned_script_errors_total",
+               "counter",
+               "Calls of the rules' script that failed or overran, since it was read.",
+               number(loop.script_errors));
     out.single("zoned_quarantined_bodies_total",
                "counter",
                "Bodies whose state was not finite.",

@@ -1,11 +1,11 @@
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/expand/stability_report.h"
 #include "server/config/expand/world_warnings.h"
 #include "server/config/world/pathfinding_config.h"
 #include "server/config/world/spline_config.h"
-#include "server/zone/rules.h"
 
 #include <cstdio>
 #include <exception>
@@ -17,7 +17,7 @@ namespace {
 /// The rules check their settings when they are made.
 bool rules_take(const std::string& config, const config::Settings& settings) {
     try {
-        (void)zone::make_rules(settings.rules, settings.types);
+        (void)make_world_rules(settings.script, settings.rules, settings.types);
         return true;
     } catch (const std::exception& error) {
         std::fprintf(stderr,

@@ -53,6 +53,7 @@ void add_loop(const LoopStats& loop, recording::ServerReport& report) {
         static_cast<double>(loop.recording.behind_ticks_max);
     report.extra["recording_cpu_ms"] = 1e-6 * static_cast<double>(loop.recording.writer_cpu_ns);
     report.extra["undeliverable"] = static_cast<double>(loop.undeliverable);
+    report.extra["script_errors"] = static_cast<double>(loop.script_errors);
     report.extra["inbox_dropped"] = static_cast<double>(loop.inbox_dropped);
     report.extra["limit_exceeded"] = static_cast<double>(loop.limit_exceeded);
     report.extra["out_of_world"] = static_cast<double>(loop.out_of_world);

@@ -1,6 +1,7 @@
 #include "server/app/runtime/live_settings.h"
 
 #include "server/app/runtime/host_settings.h"
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -26,6 +27,11 @@ Prepared prepared(const config::Settings& fresh, const config::Settings& running
     if (out.plan.merged) {
         try {
             out.limits = host_limits_of(*out.plan.merged);
+            if (out.plan.brains && out.plan.merged->script) {
+                // Whether a script compiles shows when rules are made of it.
+                (void)make_world_rules(
+                    out.plan.merged->script, out.plan.merged->rules, out.plan.merged->types);
+            }
         } catch (const std::exception& error) {
             return Prepared::failure(error.what());
         }

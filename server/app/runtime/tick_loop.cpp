@@ -225,6 +225,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.handoffs = world_.handoffs();
     s.client_handoffs = world_.client_handoffs();
     s.undeliverable = world_.undeliverable();
+    s.script_errors = world_.script_errors();
     s.bursts_sent = world_.bursts_sent();
     s.entities = 0;
     s.awake_bodies = 0;

@@ -2,12 +2,12 @@
 // only reader of the clock.
 #pragma once
 
-#include "server/app/log/tick_log.h"
 #include "server/app/runtime/difficulty_log.h"
 #include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/runtime/visited_world.h"
 #include "server/app/storage/held_output.h"
+#include "server/app/world/tick_log.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
 #include "server/mailbox/latest.h"
@@ -82,6 +82,7 @@ struct LoopStats {
     std::uint64_t handoffs = 0;
     std::uint64_t client_handoffs = 0;
     std::uint64_t undeliverable = 0;
+    std::uint64_t script_errors = 0;
     std::uint64_t limit_exceeded = 0;
     std::uint64_t out_of_world = 0;
     std::uint64_t quarantined = 0;

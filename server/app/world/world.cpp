@@ -1,7 +1,8 @@
 #include "server/app/world/world.h"
 
-#include "server/app/world/current_zone.h"
+#include "server/app/log/current_zone.h"
 #include "server/app/world/world_faults.h"
+#include "server/app/world/world_rules.h"
 #include "server/app/world/world_settings.h"
 #include "server/zone/border/zone_portal_exchange.h"
 #include "proto/session.pb.h"
@@ -45,7 +46,7 @@ std::unique_ptr<zone::Zone> make_zone(const config::Settings& settings,
                                       const std::shared_ptr<const world::TypeTable>& types,
                                       zone::Stopwatch stopwatch) {
     zone::ZoneSettings of_zone = zone_settings(settings, id, types);
-    std::unique_ptr<zone::Rules> rules = zone::make_rules(settings.rules, *types);
+    std::unique_ptr<zone::Rules> rules = make_world_rules(settings.script, settings.rules, *types);
     const zone::FaultSettings faults = zone_faults(settings, id);
     if (faults != zone::FaultSettings{}) {
         return std::make_unique<zone::FaultyZone>(
@@ -65,6 +66,8 @@ std::uint64_t hash_of(const config::Settings& settings) {
 
 World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
     : config_hash_(hash_of(settings)),
+      rules_settings_(settings.rules),
+      script_(settings.script),
       spawn_points_(settings.spawn_points),
       regions_(regions_of(settings)),
       teams_(regions_.size()),
@@ -199,6 +202,9 @@ void World::route(const mailbox::InboxItem& item) {
     if (std::holds_alternative<mailbox::Freeze>(item) ||
         std::holds_alternative<mailbox::CodecPrice>(item) ||
         std::holds_alternative<mailbox::NewBrains>(item)) {
+        if (const auto* brains = std::get_if<mailbox::NewBrains>(&item)) {
+            reload_scripts(*brains->config);
+        }
         for (ZoneInbox& inbox : inboxes_) {
             inbox.push_back(item);
         }

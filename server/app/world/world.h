@@ -73,6 +73,9 @@ class World {
     /// Messages for clients or entities that nobody owns (they left meanwhile).
     [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
 
+    /// Calls of scripts that failed or overran so far, in all zones (world_scripts.cpp).
+    [[nodiscard]] std::uint64_t script_errors() const;
+
     /// Cosmetic bursts that reached a client.
     [[nodiscard]] std::uint64_t bursts_sent() const { return bursts_sent_; }
 
@@ -109,6 +112,7 @@ class World {
     /// Runs a part of a zone's tick; when it throws, the zone stops. From any thread of the pool.
     template <class Work>
     void guarded(std::size_t index, Work&& work);
+    void reload_scripts(const std::string& config_text);  // world_scripts.cpp
     // world_stops.cpp
     void stop_zone(std::size_t index, const std::string& text);
     [[nodiscard]] bool is_known(ZoneId zone) const;
@@ -145,6 +149,8 @@ class World {
     [[nodiscard]] std::size_t zone_of_answer(const mailbox::StoreAnswer& answer) const;
 
     std::uint64_t config_hash_ = 0;  // snapshots belong to one config
+    zone::RulesSettings rules_settings_;
+    std::optional<scripting::ScriptSettings> script_;  // none: the linked rules
     std::vector<Vec3d> spawn_points_;
     std::vector<zone::Region> regions_;
     std::vector<compute::Team>

@@ -27,9 +27,17 @@ inline constexpr std::array<std::string_view, 12> kLivePaths{
     "log.level",
 };
 
-/// Top-level fields that hold agents' settings alone.
-inline constexpr std::array<std::string_view, 8>
-    kBrainFields{"brain", "tree", "domain", "fuzzy", "blend", "behaviour", "difficulty", "ai"};
+/// Top-level fields that hold nothing but agents' settings, or the script of the rules: these
+/// change together, between two ticks.
+inline constexpr std::array<std::string_view, 9> kBrainFields{"brain",
+                                                              "tree",
+                                                              "domain",
+                                                              "fuzzy",
+                                                              "blend",
+                                                              "behaviour",
+                                                              "difficulty",
+                                                              "ai",
+                                                              "script"};
 /// The same of a type.
 inline constexpr std::array<std::string_view, 3> kTypeBrainFields{"brain",
                                                                   "perception",

@@ -4,6 +4,7 @@
 #include "server/config/expand/config_expand.h"
 #include "server/config/expand/expand_server.h"
 #include "server/config/expand/method_plan.h"
+#include "server/config/expand/script_config.h"
 #include "server/config/npc/adaptation_config.h"
 #include "server/config/npc/behaviours.h"
 #include "server/config/npc/blends.h"
@@ -82,6 +83,9 @@ void resolve_files(const std::filesystem::path& folder, Config& config) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
         }
     }
+    if (config.script().has_file()) {
+        resolve(*config.mutable_script()->mutable_file(), folder);
+    }
     if (config.ai().pathfinding().has_waypoints_file()) {
         resolve(*config.mutable_ai()->mutable_pathfinding()->mutable_waypoints_file(), folder);
     }
@@ -102,6 +106,7 @@ void check_and_expand(Config& config,
     settings.surfaces = load_surfaces(config, diagnostics);
     const Policies policies = load_policies(config, diagnostics);
     load_waypoints(config, diagnostics);
+    settings.script = load_script(config, diagnostics);
     written = config;
     settings.zones = expand_zones(config, diagnostics);
     settings.parameters = build_behaviours(config, diagnostics);

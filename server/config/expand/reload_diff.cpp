@@ -76,9 +76,13 @@ core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& r
     const std::string other =
         difference(without_brains(*running.config), without_brains(*fresh.config), "");
     if (!other.empty()) {
-        return Reloaded::failure(other +
-                                 " differs: only brains can be read anew, the rest takes a "
-                                 "restart");
+        return Reloaded::failure(
+            other +
+            " differs: only brains and scripts can be read anew, the rest takes a "
+            "restart");
+    }
+    if (fresh.script.has_value() != running.script.has_value()) {
+        return Reloaded::failure("script: rules of another kind take a restart");
     }
     for (std::size_t t = 0; t < fresh.types.size(); ++t) {
         if ((fresh.types[t].brain == 0) != (running.types[t].brain == 0)) {

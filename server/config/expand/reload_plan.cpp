@@ -43,7 +43,7 @@ std::string value_text(const Message& message, const FieldDescriptor& field, int
     }
     std::string text;
     TextFormat::PrintFieldValueToString(message, &field, index, &text);
-    return shortened(std::move(text));
+    return text;
 }
 
 std::string count_text(int count) {
@@ -108,8 +108,11 @@ class DiffWalk {
     }
 
     void add(const std::string& path, std::string before, std::string after) {
-        out_.push_back(
-            {path, std::move(before), std::move(after), is_live_setting(path), std::string()});
+        out_.push_back({path,
+                        shortened(std::move(before)),
+                        shortened(std::move(after)),
+                        is_live_setting(path),
+                        std::string()});
     }
 
     std::vector<SettingChange>& out_;

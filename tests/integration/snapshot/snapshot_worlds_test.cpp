@@ -22,6 +22,7 @@ struct SnapshotWorld {
 
 constexpr SnapshotWorld kWorlds[] = {
     {"minimal", 4, 40, 120, nullptr},
+    {"arena", 6, 40, 120, nullptr},
     {"bridge", 3, 40, 60, nullptr},
     {"circuit", 3, 40, 60, nullptr},
     {"cloth", 3, 40, 60, nullptr},

@@ -1,4 +1,4 @@
-#include "server/app/log/tick_log.h"
+#include "server/app/world/tick_log.h"
 
 #include "server/app/log/log.h"
 

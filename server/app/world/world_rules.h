@@ -1,0 +1,23 @@
+// World rules: the rules that a config asks for, its script's or those that the server is linked
+// with.
+#pragma once
+
+#include "server/scripting/script_settings.h"
+#include "server/zone/rules.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace zoned::app {
+
+/// Throws std::runtime_error as zone::make_rules does.
+std::unique_ptr<zone::Rules> make_world_rules(
+    const std::optional<scripting::ScriptSettings>& script,
+    const zone::RulesSettings& settings,
+    const world::TypeTable& types);
+
+/// Into the log of the world, each line after the script's name.
+scripting::ScriptLog script_log(const std::string& name);
+
+}  // namespace zoned::app

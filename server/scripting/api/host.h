@@ -1,0 +1,50 @@
+// Host: what the functions that a script calls work on.
+#pragma once
+
+#include "server/scripting/script_settings.h"
+#include "server/scripting/state/state_table.h"
+#include "server/scripting/vm/interpreter.h"
+#include "server/zone/rules.h"
+
+#include <memory>
+#include <vector>
+
+namespace zoned::scripting {
+
+struct Host {
+    std::shared_ptr<StateTable> shared;     ///< what scripts know as `state`
+    std::shared_ptr<StateTable> entities;   ///< the state of each entity, by its id
+    zone::RulesContext* context = nullptr;  ///< null while the file runs
+    bool may_change = false;                ///< false while the file runs, and in may_hear
+    Tick awake_until = 0;
+    ScriptLog log;
+    std::vector<EntityId> found;  // scratch
+
+    [[nodiscard]] static Host& of(lua_State* lua) {
+        return *static_cast<Host*>(Interpreter::of(lua).owner());
+    }
+};
+
+/// For functions that read: the context of the running call. An error while the file runs.
+zone::RulesContext& reading(lua_State* lua);
+/// For functions that change something. An error in may_hear, too.
+zone::RulesContext& changing(lua_State* lua);
+
+// The functions by subject, each into the table at the top of the stack.
+
+/// The globals `state` and `entity_state`.
+void open_state(lua_State* lua);
+/// What is known of entities, types, the zone and its time.
+void open_queries(lua_State* lua);
+/// What is done to entities.
+void open_actions(lua_State* lua);
+/// Joints, motors, forces and seats.
+void open_joints(lua_State* lua);
+/// Events, topics, messages, the log.
+void open_events(lua_State* lua);
+/// The durable store.
+void open_store(lua_State* lua);
+/// `encode` and `decode`: protobuf messages as tables.
+void open_messages(lua_State* lua);
+
+}  // namespace zoned::scripting

@@ -1,0 +1,191 @@
+#include "server/scripting/api/arguments.h"
+
+#include <limits>
+#include <vector>
+
+namespace zoned::scripting {
+
+namespace {
+
+constexpr float kMaxForce = 1e9F;
+constexpr float kMaxTarget = 1e6F;
+constexpr std::int64_t kMaxSeats = 1000;
+
+zone::EntityJointId joint_argument(lua_State* lua, int index) {
+    return zone::EntityJointId(static_cast<std::uint32_t>(
+        integer_argument(lua, index, "joint", 0, std::numeric_limits<std::uint32_t>::max())));
+}
+
+/// A rigid prop of this zone that is in the world.
+bool is_rigid(lua_State* lua, EntityId entity) {
+    const world::Row row = owned_row(lua, entity);
+    const world::Entities& entities = reading(lua).entities();
+    return row != world::kNoRow && !entities.has(row, world::kHidden) &&
+           reading(lua).types()[entities.type[row]].kind == world::EntityKind::kProp &&
+           reading(lua).types()[entities.type[row]].shape != world::TypeShape::kSoft;
+}
+
+/// parts_of(root)
+int parts_of(lua_State* lua) {
+    std::vector<EntityId>& parts = Host::of(lua).found;
+    reading(lua).parts_of(entity_argument(lua, 1, "root"), parts);
+    Interpreter::charge(lua, parts.size());
+    lua_createtable(lua, static_cast<int>(parts.size()), 0);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        push_entity(lua, parts[i]);
+        lua_rawseti(lua, -2, static_cast<lua_Integer>(i + 1));
+    }
+    return 1;
+}
+
+/// assembly_root(part)
+int assembly_root(lua_State* lua) {
+    push_entity(lua, reading(lua).assembly_root(entity_argument(lua, 1, "part")));
+    return 1;
+}
+
+/// joint_named(root, name): nil where there is none, or it is gone. Root nil: placed joints.
+int joint_named(lua_State* lua) {
+    const zone::EntityJointId joint =
+        reading(lua).joint_named(entity_argument(lua, 1, "root"), name_argument(lua, 2, "name"));
+    push_entity(lua, EntityId(joint.value));
+    return 1;
+}
+
+/// joint(joint): position, force_n, a, b, target of its motor or nil; nil where it is gone.
+int joint(lua_State* lua) {
+    const auto reading_of = reading(lua).joint(joint_argument(lua, 1));
+    if (!reading_of) {
+        lua_pushnil(lua);
+        return 1;
+    }
+    lua_pushnumber(lua, static_cast<lua_Number>(reading_of->position));
+    lua_pushnumber(lua, static_cast<lua_Number>(reading_of->force_n));
+    push_entity(lua, reading_of->a);
+    push_entity(lua, reading_of->b);
+    if (reading_of->motor) {
+        lua_pushnumber(lua, static_cast<lua_Number>(reading_of->target));
+    } else {
+        lua_pushnil(lua);
+    }
+    return 5;
+}
+
+int has_joints(lua_State* lua) {
+    return push_done(lua, reading(lua).has_joints(entity_argument(lua, 1)));
+}
+
+/// remove_joint(joint): false where it is gone.
+int remove_joint(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const zone::EntityJointId id = joint_argument(lua, 1);
+    const bool is_there = context.joint(id).has_value();
+    if (is_there) {
+        context.remove_joint(id);
+    }
+    return push_done(lua, is_there);
+}
+
+/// set_motor_target(joint, target)
+int set_motor_target(lua_State* lua) {
+    return push_done(lua,
+                     changing(lua).set_motor_target(joint_argument(lua, 1),
+                                                    number_argument(lua, 2, "target", kMaxTarget)));
+}
+
+/// apply_force(entity, fx, fy, fz, x, y, z): N, at a point.
+int apply_force(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId entity = entity_argument(lua, 1);
+    const Vec3 force = vector_argument(lua, 2, "force", kMaxForce);
+    const Vec3 point = position_argument(lua, 5);
+    const bool can = is_rigid(lua, entity);
+    if (can) {
+        context.apply_force(entity, force, point);
+    }
+    return push_done(lua, can);
+}
+
+/// apply_torque(entity, tx, ty, tz): N m
+int apply_torque(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId entity = entity_argument(lua, 1);
+    const Vec3 torque = vector_argument(lua, 2, "torque", kMaxForce);
+    const bool can = is_rigid(lua, entity);
+    if (can) {
+        context.apply_torque(entity, torque);
+    }
+    return push_done(lua, can);
+}
+
+/// apply_impulse(entity, ix, iy, iz, x, y, z): N s, at a point.
+int apply_impulse(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId entity = entity_argument(lua, 1);
+    const Vec3 impulse = vector_argument(lua, 2, "impulse", kMaxForce);
+    const Vec3 point = position_argument(lua, 5);
+    const bool can = is_rigid(lua, entity);
+    if (can) {
+        context.apply_impulse(entity, impulse, point);
+    }
+    return push_done(lua, can);
+}
+
+/// mount(rider, root, seat): seats count from 1, which drives.
+int mount(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId rider = entity_argument(lua, 1, "rider");
+    const EntityId root = entity_argument(lua, 2, "root");
+    const std::int64_t seat = integer_argument(lua, 3, "seat", 1, kMaxSeats);
+    const bool can = owned_row(lua, rider) != world::kNoRow &&
+                     owned_row(lua, root) != world::kNoRow &&
+                     static_cast<std::size_t>(seat) <= context.seats_of(root);
+    return push_done(lua, can && context.mount(rider, root, static_cast<std::size_t>(seat - 1)));
+}
+
+/// dismount(rider, x, y, z): it walks again from there.
+int dismount(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId rider = entity_argument(lua, 1, "rider");
+    const Vec3 to = position_argument(lua, 2);
+    const bool can =
+        owned_row(lua, rider) != world::kNoRow && static_cast<bool>(context.carrier_of(rider));
+    if (can) {
+        context.dismount(rider, to);
+    }
+    return push_done(lua, can);
+}
+
+int carrier_of(lua_State* lua) {
+    push_entity(lua, reading(lua).carrier_of(entity_argument(lua, 1, "rider")));
+    return 1;
+}
+
+int seats_of(lua_State* lua) {
+    lua_pushinteger(
+        lua, static_cast<lua_Integer>(reading(lua).seats_of(entity_argument(lua, 1, "root"))));
+    return 1;
+}
+
+}  // namespace
+
+void open_joints(lua_State* lua) {
+    constexpr luaL_Reg kFunctions[] = {{"parts_of", parts_of},
+                                       {"assembly_root", assembly_root},
+                                       {"joint_named", joint_named},
+                                       {"joint", joint},
+                                       {"has_joints", has_joints},
+                                       {"remove_joint", remove_joint},
+                                       {"set_motor_target", set_motor_target},
+                                       {"apply_force", apply_force},
+                                       {"apply_torque", apply_torque},
+                                       {"apply_impulse", apply_impulse},
+                                       {"mount", mount},
+                                       {"dismount", dismount},
+                                       {"carrier_of", carrier_of},
+                                       {"seats_of", seats_of},
+                                       {nullptr, nullptr}};
+    luaL_setfuncs(lua, kFunctions, 0);
+}
+
+}  // namespace zoned::scripting

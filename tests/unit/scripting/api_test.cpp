@@ -1,0 +1,321 @@
+// The functions of the host: what they do, and what they say of wrong arguments.
+#include "tests/unit/scripting/script_zone.h"
+#include "proto/sandbox.pb.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace zoned::scripting::test {
+namespace {
+
+using rules::test::Channel;
+using ::testing::HasSubstr;
+
+TEST(ScriptApi, SpawnsMovesHidesAndShowsEntities) {
+    ScriptZone zone(R"(function on_tick()
+        local b = spawn('ball', 1, 2, 3, { vx = 4, appearance = 7 })
+        print(type_of(b), appearance(b), position(b))
+        print(velocity(b))
+        print(teleport(b, 5, 6, 7), position(b))
+        print(add_velocity(b, 1, 0, 0), velocity(b))
+        print(hide(b), is_hidden(b), hide(b), teleport(b, 0, 0, 0), add_velocity(b, 1, 1, 1))
+        print(show(b, 8, 9, 10), is_hidden(b), show(b, 0, 0, 0), position(b))
+        print(set_appearance(b, 3), appearance(b), set_stance(b, 'running'))
+        print(despawn(b), is_known(b), despawn(b), position(b))
+    end)");
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(),
+              "ball 7 1.0 2.0 3.0|4.0 0.0 0.0|true 5.0 6.0 7.0|true 5.0 0.0 0.0|"
+              "true true false false false|true false false 8.0 9.0 10.0|true 3 true|"
+              "true false false nil");
+}
+
+TEST(ScriptApi, ChangesNothingOfOtherZones) {
+    ScriptZone owner("", {}, 2);
+    const EntityId theirs = owner.put(kBall, Vec3(1.0F, 0.0F, 0.0F));
+    ScriptZone zone(
+        "function on_tick() local b = near(0, 0, 0, 10)[1] "
+        "print(is_known(b), is_owned(b), teleport(b, 0, 0, 0), despawn(b), hide(b), "
+        "set_appearance(b, 1), "
+        "announce(b, 100), entity_state(b)) message(b, 'hi') end "
+        "function on_message(target, payload) print(target, payload) end");
+    zone.show_ghost(owner, theirs);
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(), "true false false false false false nil nil");
+    ASSERT_EQ(zone.outbox.size(), 1u);
+    EXPECT_EQ(zone.outbox[0].target, theirs);
+    zone.clear();
+    zone.rules->on_message(zone, theirs, zone.outbox[0].payload);
+    EXPECT_EQ(zone.printed(), std::to_string(theirs.value) + " hi");
+}
+
+TEST(ScriptApi, KeepsTheAvatarsOfClientsThatAreHere) {
+    ScriptZone zone(
+        "function on_join(c, a) print(despawn(a), client_of(a)) end "
+        "function on_leave(c, a) print(despawn(a)) end");
+    const EntityId avatar = zone.join(4);
+    EXPECT_EQ(zone.printed(), "false 4");
+    zone.columns().set_client(zone.columns().find(avatar), ClientId());
+    zone.rules->on_leave(zone, ClientId(4), avatar);
+    EXPECT_FALSE(zone.exists(avatar));
+}
+
+TEST(ScriptApi, DespawnsWhoLeavesWhereTheScriptDoesNotCare) {
+    ScriptZone zone("function on_join(c, a) entity_state(a).n = 1 end");
+    const EntityId avatar = zone.join(4);
+    zone.columns().set_client(zone.columns().find(avatar), ClientId());
+    zone.rules->on_leave(zone, ClientId(4), avatar);
+    EXPECT_FALSE(zone.exists(avatar));
+    EXPECT_TRUE(zone.rules->take_entity(avatar).empty());
+}
+
+TEST(ScriptApi, DespawnsWhoLeavesWhereTheScriptFails) {
+    ScriptZone zone("function on_leave(c, a) error('oops') end");
+    const EntityId avatar = zone.join(4);
+    zone.columns().set_client(zone.columns().find(avatar), ClientId());
+    zone.rules->on_leave(zone, ClientId(4), avatar);
+    EXPECT_FALSE(zone.exists(avatar));
+}
+
+TEST(ScriptApi, MayHearIsBriefOrHearsNothing) {
+    ScriptZone zone(
+        "function may_hear() local n = 0 for i = 1, 5000 do n = n + 1 end return true end");
+    const EntityId a = zone.join(1);
+    EXPECT_FALSE(zone.rules->may_hear(zone, a, a));
+    EXPECT_THAT(zone.errors(), HasSubstr("more instructions"));
+}
+
+TEST(ScriptApi, AsksTheWorld) {
+    ScriptZone zone(R"(function on_tick()
+        local a, b = spawn('ball', 0, 0, 0), spawn('crate', 3, 0, 4)
+        print(distance(a, b), #near(0, 0, 0, 10), #near(0, 0, 0, 10, 'crate'), #near(0, 0, 0, 1))
+        print(ray_cast(-5, 0, 0, 2, 0, 0, 100, 0) ~= nil, select('#', ray_cast(0, 50, 0, 0, 1, 0, 10)))
+        local d, hit = ray_cast(-5, 0, 0, 1, 0, 0, 100)
+        print(d, hit == a)
+        print(now(), zone(), ticks(1), ticks(0), origin())
+        print(orientation(a))
+        print(yaw(a), is_at_rest(a), is_grounded(a), is_carried(a), client_of(a), shared_value('day'))
+        print(particles_near('hail', 0, 0, 0, 5), distance(a, 999), position_after(a, 3))
+    end)");
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(),
+              "5.0 2 1 1|true 1|5.0 true|100 1 30 1 0.0 0.0 0.0|1.0 0.0 0.0 0.0|"
+              "0 false false false nil nil|0 nil nil");
+}
+
+TEST(ScriptApi, SendsEvents) {
+    ScriptZone zone(R"(function on_join(client, avatar)
+        send(client, 100, 'one', { confirm = true })
+        publish('world', 101)
+        announce(avatar, 102, 'three', { durable = true })
+        subscribe(client, 'world') unsubscribe(client, 'world')
+        reset_view(client) note_outcome(true)
+    end
+    function on_confirm(client, event) print(client, event) end)");
+    const EntityId avatar = zone.join(9);
+    EXPECT_EQ(zone.errors(), "");
+    ASSERT_EQ(zone.sent.size(), 3u);
+    EXPECT_EQ(zone.sent[0].client, ClientId(9));
+    EXPECT_EQ(zone.sent[0].event.payload, (zone::Bytes{'o', 'n', 'e'}));
+    EXPECT_TRUE(zone.sent[0].event.confirm);
+    EXPECT_FALSE(zone.sent[0].event.durable);
+    EXPECT_EQ(zone.sent[1].topic, "world");
+    EXPECT_EQ(zone.sent[2].channel, Channel::kViewers);
+    EXPECT_EQ(zone.sent[2].source, avatar);
+    EXPECT_TRUE(zone.sent[2].event.durable);
+    EXPECT_EQ(zone.topics, (std::vector<std::string>{"+9 world", "-9 world"}));
+    EXPECT_EQ(zone.resets, std::vector<ClientId>{ClientId(9)});
+    EXPECT_EQ(zone.outcomes, std::vector<bool>{true});
+    zone.rules->on_confirm(zone, ClientId(9), EventId(77));
+    EXPECT_EQ(zone.printed(), "9 77");
+}
+
+TEST(ScriptApi, AsksTheStore) {
+    ScriptZone zone(R"(function on_tick()
+        print(store_get(nil, 'best'), store_put(5, 'bag', 'bytes', 'anna'), store_get(5, 'bag', 'anna', 'hero'))
+    end
+    function on_store(request, status, value, key, account, character)
+        print(request, status, value, key, account, character)
+    end)");
+    zone.tick();
+    EXPECT_EQ(zone.printed(), "1 2 3");
+    ASSERT_EQ(zone.asked.size(), 3u);
+    EXPECT_EQ(zone.asked[0].key, (mailbox::StoreKey{mailbox::StoreScope::kWorld, "", "", "best"}));
+    EXPECT_EQ(zone.asked[1].key,
+              (mailbox::StoreKey{mailbox::StoreScope::kAccount, "anna", "", "bag"}));
+    EXPECT_EQ(zone.asked[2].key,
+              (mailbox::StoreKey{mailbox::StoreScope::kCharacter, "anna", "hero", "bag"}));
+    EXPECT_EQ(zone.asked[1].target, EntityId(5));
+    zone.clear();
+    mailbox::StoreAnswer answer;
+    answer.number = 3;
+    answer.status = mailbox::StoreStatus::kAbsent;
+    answer.key = zone.asked[2].key;
+    zone.rules->on_store(zone, answer);
+    EXPECT_EQ(zone.printed(), "3 absent  bag anna hero");
+}
+
+TEST(ScriptApi, GivesEachCallbackItsArguments) {
+    ScriptZone zone(R"(
+    function on_join(client, avatar, name, team, account) print(client, avatar, name, team, account) end
+    function on_command(client, avatar, kind, payload) print(client, avatar, kind, #payload, payload:byte(1, -1)) end
+    function on_input(avatar, x, z, buttons, pressed, yaw, pitch) print(avatar, x, z, buttons, pressed, yaw, pitch) end
+    function on_contact(a, b, speed, impulse, x, y, z, began, ended) print(a, b, speed, impulse, x, y, z, began, ended) end
+    function on_joint_broken(joint, a, b, root, name, force) print(joint, a, b, root, name, force) end)");
+    const EntityId avatar = zone.join(2);
+    zone.command(2, avatar, 40, std::string_view("\0\xff", 2));
+    motion::InputCommand input;
+    input.move_x = 127;
+    input.move_z = -127;
+    input.yaw = 9;
+    input.pitch = -5;
+    input.buttons = 3;
+    zone.rules->on_input(zone, avatar, input, 1);
+    zone::EntityContact contact;
+    contact.b = avatar;
+    contact.approach_speed = 2.0F;
+    contact.began = true;
+    zone.rules->on_contact(zone, contact);
+    zone.rules->on_joint_broken(
+        zone, {zone::EntityJointId(4), EntityId(), avatar, EntityId(), "rope", 8.0F});
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(),
+              "2 1 name2 red account|2 1 40 2 0 255|1 1.0 -1.0 3 1 9 -5|nil 1 2.0 0.0 0.0 0.0 0.0 "
+              "true false|"
+              "4 nil 1 nil rope 8.0");
+}
+
+TEST(ScriptApi, AsksWhoMayHearAndLetsNothingChangeThen) {
+    ScriptZone zone(R"(function on_join(c, a) entity_state(a).team = c end
+    function may_hear(viewer, entity)
+        local theirs = entity_state(entity)
+        if theirs.team == 3 then state.x = 1 end
+        return entity_state(viewer).team == theirs.team
+    end)");
+    const EntityId a = zone.join(1);
+    const EntityId b = zone.join(2);
+    const EntityId c = zone.join(3);
+    zone::Bytes before;
+    ASSERT_TRUE(zone.rules->save(before));
+    EXPECT_TRUE(zone.rules->may_hear(zone, a, a));
+    EXPECT_FALSE(zone.rules->may_hear(zone, a, b));
+    EXPECT_FALSE(zone.rules->may_hear(zone, a, c));
+    EXPECT_THAT(zone.errors(), HasSubstr("may_hear changes nothing"));
+    EXPECT_EQ(zone.rules->errors(), 0u);
+    zone::Bytes after;
+    ASSERT_TRUE(zone.rules->save(after));
+    EXPECT_EQ(after, before);
+    ScriptZone without("");
+    EXPECT_TRUE(without.rules->may_hear(without, a, b));
+}
+
+TEST(ScriptApi, ReadsTheContactsThatAreWishedFor) {
+    ScriptZone zone("contact_wish = { ball = { lasts = true }, crate = { ends = true } }");
+    EXPECT_TRUE(zone.rules->contact_wish(kBall).lasts);
+    EXPECT_FALSE(zone.rules->contact_wish(kBall).ends);
+    EXPECT_TRUE(zone.rules->contact_wish(kCrate).ends);
+    EXPECT_FALSE(zone.rules->contact_wish(kPlayer).lasts);
+    EXPECT_THAT(refusal_of("contact_wish = { dragon = {} }"), HasSubstr("'dragon'"));
+}
+
+struct WrongCall {
+    const char* call;
+    const char* error;
+};
+
+TEST(ScriptApi, NamesTheFunctionAndTheArgumentThatIsWrong) {
+    for (const WrongCall& wrong : {
+             WrongCall{"teleport(1, 'x', 0, 0)",
+                       "#2 to 'teleport' (position: a number is wanted, not string)"},
+             WrongCall{"teleport(1, 0/0, 0, 0)", "#2 to 'teleport' (position: a finite number"},
+             WrongCall{"teleport(1, 0, 1e30, 0)", "#3 to 'teleport' (position: a finite number"},
+             WrongCall{"teleport({}, 0, 0, 0)",
+                       "#1 to 'teleport' (entity: an integer is wanted, not table)"},
+             WrongCall{"teleport(-1, 0, 0, 0)",
+                       "#1 to 'teleport' (entity: an integer from 0 to 4294967295"},
+             WrongCall{"add_velocity(1, 1/0, 0, 0)", "#2 to 'add_velocity' (velocity:"},
+             WrongCall{"spawn('dragon', 0, 0, 0)", "#1 to 'spawn' (type: the world has none"},
+             WrongCall{"spawn('ball', 0, 0, 0, { speed = 1 })",
+                       "#5 to 'spawn' (it has no setting 'speed')"},
+             WrongCall{"spawn('ball', 0, 0, 0, { appearance = 70000 })",
+                       "appearance: an integer from 0 to 65535"},
+             WrongCall{"near(0, 0, 0)", "#4 to 'near' (radius: a number is wanted, not no value)"},
+             WrongCall{"near(0, 0, 0, -1)", "#4 to 'near' (radius: it is negative)"},
+             WrongCall{"ray_cast(0, 0, 0, 0, 0, 0, 1)",
+                       "#4 to 'ray_cast' (direction: it has no length)"},
+             WrongCall{"send(1, 3)", "#2 to 'send' (kind: an integer from 16 to 65535"},
+             WrongCall{"send(0, 16)", "#1 to 'send' (client: nobody)"},
+             WrongCall{"send(1, 16, ('x'):rep(20000))",
+                       "#3 to 'send' (payload: at most 16384 bytes"},
+             WrongCall{"send(1, 16, 7)", "#3 to 'send' (payload: a string is wanted, not number)"},
+             WrongCall{"publish('', 16)", "#1 to 'publish' (topic: readable text is wanted"},
+             WrongCall{"publish('\\255', 16)", "#1 to 'publish' (topic: readable text is wanted"},
+             WrongCall{"set_stance(1, 'dancing')",
+                       "#2 to 'set_stance' (stance: the world has none"},
+             WrongCall{"emit('dust', 0, 0, 0, 0, 0, 0, 5000)",
+                       "#8 to 'emit' (count: an integer from 1 to 1000"},
+             WrongCall{"note_outcome(1)",
+                       "#1 to 'note_outcome' (player_succeeded: true or false is wanted"},
+             WrongCall{"math.random(0)", "#1 to 'random' (most: an integer from 1"},
+             WrongCall{"store_put(1, 'k', 'v', nil, 'hero')", "#4 to 'store_put' (account:"},
+             WrongCall{"decode('', 'x')", "#2 to 'decode' (schema: fields read like"},
+             WrongCall{"encode(1, '1 int x')", "#1 to 'encode' (fields: a table is wanted)"},
+             WrongCall{"set_motor_target(1.5, 1)",
+                       "#1 to 'set_motor_target' (joint: an integer is wanted"},
+             WrongCall{"apply_force(1, 1, 1, 1/0, 0, 0, 0)",
+                       "#4 to 'apply_force' (force: a finite number"},
+         }) {
+        EXPECT_THAT(error_of(wrong.call), HasSubstr(wrong.error)) << wrong.call;
+    }
+}
+
+TEST(ScriptChance, IsTheZones) {
+    ScriptZone zone(
+        "function on_tick() print(math.random(1, 6), math.random(3), math.random()) end");
+    core::Rng expected = zone.rng();
+    zone.tick();
+    const std::uint32_t die = 1 + expected.below(6);
+    const std::uint32_t three = 1 + expected.below(3);
+    const std::string start = std::to_string(die) + " " + std::to_string(three) + " 0.";
+    EXPECT_EQ(zone.printed().substr(0, start.size()), start);
+}
+
+TEST(ScriptMessages, ReadAndWriteTheMessagesOfClients) {
+    sandbox::Shoot shoot;
+    shoot.set_tick(123456789);
+    shoot.set_dx(0.5F);
+    shoot.set_dz(-1.0F);
+    shoot.mutable_seen()->set_tick(5);
+    ScriptZone zone(R"(function on_command(client, avatar, kind, payload)
+        local shot = decode(payload, '1 int tick, 2 float dx, 3 float dy, 4 float dz, 40 bytes seen')
+        if not shot then print('malformed') return end
+        print(shot.tick, shot.dx, shot.dy, shot.dz, decode(shot.seen, '2 int tick').tick)
+        send(client, 100, encode({ items = { 1, 300, 70000 } }, '1 ints items'))
+        send(client, 101, encode({ a = 7, t = true, x = 2.5, s = -3, b = 'hi' },
+                                 '1 int a, 2 bool t, 3 float x, 4 sint s, 5 bytes b, 6 int missing'))
+    end)");
+    zone.command(1, EntityId(1), 2, shoot.SerializeAsString());
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(), "123456789 0.5 0.0 -1.0 5");
+    ASSERT_EQ(zone.sent.size(), 2u);
+    const auto inventory = FakeContext::parse<sandbox::Inventory>(zone.sent[0]);
+    EXPECT_EQ((std::vector<std::uint32_t>(inventory.items().begin(), inventory.items().end())),
+              (std::vector<std::uint32_t>{1, 300, 70000}));
+    const zone::Bytes expected{
+        0x08, 7, 0x10, 1, 0x1D, 0, 0, 0x20, 0x40, 0x20, 5, 0x2A, 2, 'h', 'i'};
+    EXPECT_EQ(zone.sent[1].event.payload, expected);
+    zone.clear();
+    zone.command(1, EntityId(1), 2, "\xff\xff");
+    zone.command(1, EntityId(1), 2, "\x08");
+    zone.command(1, EntityId(1), 2, "\x0d\x01");
+    zone.command(1, EntityId(1), 2, "\x0a\x7f");
+    EXPECT_EQ(zone.printed(), "malformed|malformed|malformed|malformed");
+}
+
+}  // namespace
+}  // namespace zoned::scripting::test
