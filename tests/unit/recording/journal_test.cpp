@@ -1,0 +1,158 @@
+// Journal: what is told to be kept is on disk, and a disk that fails holds nobody up.
+#include "server/recording/recorder.h"
+#include "server/recording/recording_reader.h"
+
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+namespace zoned::recording {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Journals : public testing::Test {
+  protected:
+    Journals() {
+        folder = testing::TempDir() + "zoned_journal_" +
+                 testing::UnitTest::GetInstance()->current_test_info()->name();
+        fs::remove_all(folder);
+        fs::create_directories(folder);
+    }
+
+    ~Journals() override { fs::remove_all(folder); }
+
+    std::unique_ptr<Recorder> open(const std::string& in) {
+        RecorderSettings s;
+        s.header = RecordingHeader::of_this_build();
+        s.header.config_digest = "d";
+        s.rate_hz = 10.0;
+        s.journal_folder = in;
+        s.kept = [this](Tick tick) {
+            EXPECT_GT(tick, kept.load()) << "in their order";
+            kept.store(tick);
+        };
+        auto out = std::make_unique<Recorder>(s, [this](const std::string& text) {
+            const std::lock_guard lock(mutex);
+            told.push_back(text);
+        });
+        EXPECT_TRUE(out->open().ok());
+        return out;
+    }
+
+    void play(Recorder& recorder, Tick first, Tick last, std::size_t bytes = 10) {
+        for (Tick tick = first; tick <= last; ++tick) {
+            const auto inputs = recorder.lend();
+            inputs->push_back(mailbox::Command{
+                ClientId(1), 3, mailbox::Bytes(bytes, static_cast<std::uint8_t>(tick)), 0});
+            recorder.begin_tick(tick, inputs);
+            wait_until_kept(tick);
+            recorder.end_tick(tick, {static_cast<std::uint64_t>(tick)});
+        }
+    }
+
+    void wait_until_kept(Tick tick) {
+        for (int i = 0; i < 20000 && kept.load() < tick; ++i) {
+            std::this_thread::sleep_for(std::chrono::microseconds(500));
+        }
+        ASSERT_GE(kept.load(), tick);
+    }
+
+    /// First and last tick that can be read.
+    static std::pair<Tick, Tick> span_of(const std::string& path) {
+        RecordingReader reader;
+        std::pair<Tick, Tick> span{0, 0};
+        EXPECT_TRUE(reader.open(path).ok());
+        TickRecord record;
+        for (auto more = reader.next(record); more.ok() && *more; more = reader.next(record)) {
+            span.first = span.first == 0 ? record.tick : span.first;
+            span.second = record.tick;
+        }
+        return span;
+    }
+
+    [[nodiscard]] std::size_t pieces() const {
+        std::size_t count = 0;
+        for (const auto& entry : fs::directory_iterator(folder)) {
+            count += entry.path().extension() == ".zrec" ? 1 : 0;
+        }
+        return count;
+    }
+
+    std::string folder;
+    std::atomic<Tick> kept{0};
+    std::mutex mutex;
+    std::vector<std::string> told;
+};
+
+TEST_F(Journals, HoldATickWhenTheySayThatTheyDo) {
+    const auto r = open(folder);
+    for (Tick tick = 1; tick <= 20; ++tick) {
+        const auto inputs = r->lend();
+        inputs->push_back(mailbox::Command{ClientId(1), 3, mailbox::Bytes(100), 0});
+        r->begin_tick(tick, inputs);
+        wait_until_kept(tick);
+        // Its hashes are not there yet: the tick has not been simulated.
+        EXPECT_EQ(span_of(folder), std::make_pair(Tick(1), tick));
+        r->end_tick(tick, {7});
+    }
+}
+
+TEST_F(Journals, BeginAPieceWithEachSnapshotAndForgetThoseThatNoneNeeds) {
+    const auto r = open(folder);
+    play(*r, 1, 10);
+    r->cut_journal(10);
+    play(*r, 11, 20);
+    r->cut_journal(20);
+    play(*r, 21, 25);
+    EXPECT_EQ(pieces(), 3U);
+    EXPECT_EQ(span_of(folder), std::make_pair(Tick(1), Tick(25)));
+    r->forget_journal(10);
+    play(*r, 26, 27);
+    EXPECT_EQ(span_of(folder), std::make_pair(Tick(11), Tick(27)));
+    r->forget_journal(15);  // within a piece, which stays whole
+    play(*r, 28, 29);
+    EXPECT_EQ(span_of(folder), std::make_pair(Tick(11), Tick(29)));
+    r->forget_journal(29);
+    play(*r, 30, 31);
+    EXPECT_EQ(span_of(folder), std::make_pair(Tick(21), Tick(31)))
+        << "never the one that is written";
+}
+
+TEST_F(Journals, AFullDiskHoldsNobodyUpAndTheNextSnapshotBeginsAnew) {
+    const std::string small = folder + "/small";
+    fs::create_directories(small);
+    if (::mount("none", small.c_str(), "tmpfs", 0, "size=256k") != 0) {
+        GTEST_SKIP() << "only root may mount a small file system";
+    }
+    {
+        const auto r = open(small);
+        play(*r, 1, 60, 8000);
+        EXPECT_EQ(kept.load(), 60) << "play goes on";
+        {
+            const std::lock_guard lock(mutex);
+            ASSERT_EQ(told.size(), 1U) << "once";
+            EXPECT_NE(told[0].find("No space left"), std::string::npos) << told[0];
+            EXPECT_NE(told[0].find("would lose"), std::string::npos) << told[0];
+        }
+        const Tick last = span_of(small).second;
+        EXPECT_GT(last, 10);
+        EXPECT_LT(last, 60);
+        // Room again, and a snapshot of tick 60: the old piece is of no use any more.
+        r->cut_journal(60);
+        r->forget_journal(60);
+        play(*r, 61, 70);
+        r->forget_journal(60);
+        play(*r, 71, 75);
+        EXPECT_EQ(span_of(small), std::make_pair(Tick(61), Tick(75)));
+    }
+    EXPECT_EQ(::umount(small.c_str()), 0);
+}
+
+}  // namespace
+}  // namespace zoned::recording
