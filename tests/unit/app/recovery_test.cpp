@@ -2,6 +2,7 @@
 #include "server/app/recovery/recovery.h"
 
 #include "server/config/expand/load_settings.h"
+#include "server/recording/recording_reader.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -181,6 +182,11 @@ TEST_F(Recovered, ForgetsWhatOlderSnapshotsNeeded) {
         pieces += entry.path().extension() == ".zrec" ? 1 : 0;
     }
     EXPECT_LE(pieces, 3U);
+    recording::RecordingReader reader;
+    recording::TickRecord record;
+    ASSERT_TRUE(reader.open(journal()).ok());
+    ASSERT_TRUE(reader.next(record).ok());
+    EXPECT_EQ(record.tick, snapshots_in(journal()).back().tick + 1);
 }
 
 TEST_F(Recovered, ComesBackFromEachPlaceWhereAWriteMayHaveStopped) {
