@@ -233,6 +233,7 @@ TEST_F(Recovered, TakesTheSnapshotBeforeADamagedOne) {
     }
     const std::vector<SnapshotFile> files = snapshots_in(journal());
     ASSERT_EQ(files.size(), 2U);
+    EXPECT_GT(files[0].tick, files[1].tick) << "the newest first";
     const auto spoil = [](const std::string& path) {
         std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
         file.seekp(5000);
