@@ -266,7 +266,7 @@ TEST_F(SocketTransportTest, TrustsTheRightCertificateOnly) {
     NetworkSettings s = settings();
     s.trust.kind = Trust::TrustKind::kPin;
     s.trust.pin.assign(32, 0);
-    EXPECT_NE(outcome(s).find("--pin"), std::string::npos);
+    EXPECT_NE(outcome(s).find("not the pinned one"), std::string::npos);
     s.trust.kind = Trust::TrustKind::kVerify;
     EXPECT_NE(outcome(s).find("TLS handshake failed"), std::string::npos);
     s.ca_file = echo.listener->certificate_files().certificate;
