@@ -63,11 +63,16 @@ int unpack_bytes(lua_State* lua) {
 }
 
 bool shows_address(std::string_view format) {
-    for (std::size_t at = format.find('%'); at < format.size(); at = format.find('%', at + 1)) {
+    std::size_t at = format.find('%');
+    while (at != std::string_view::npos) {
         at = format.find_first_not_of("-+ #0123456789.", at + 1);
-        if (at < format.size() && format[at] == 'p') {
+        if (at == std::string_view::npos) {
+            return false;
+        }
+        if (format[at] == 'p') {
             return true;
         }
+        at = format.find('%', at + 1);
     }
     return false;
 }

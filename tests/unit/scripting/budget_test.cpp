@@ -119,6 +119,17 @@ TEST(ScriptBudget, EndsRecursionBeforeTheStackOverflows) {
               "true");
 }
 
+TEST(ScriptBudget, LetsNothingRunAfterAnOverrunThatPcallCaught) {
+    ScriptZone zone(
+        "function on_tick() pcall(function() while true do "
+        "ray_cast(0, 0, 0, 1, 0, 0, 100) end end) state.after = true end "
+        "function on_join() print(state.after) end");
+    zone.tick();
+    EXPECT_EQ(zone.rules->errors(), 1u);
+    zone.join(1);
+    EXPECT_EQ(zone.printed(), "nil");
+}
+
 TEST(ScriptBudget, IsTheSameNumberOfInstructionsOnEveryRun) {
     const std::string source =
         "function on_tick() state.n = 0 while true do state.n = state.n + 1 end end";

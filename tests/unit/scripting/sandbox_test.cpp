@@ -117,6 +117,8 @@ TEST(ScriptLibraries, ShowNoAddresses) {
     EXPECT_EQ(printed_by("print(tostring({}), string.format('%s %s', {}, print))"),
               "table table function");
     EXPECT_THAT(error_of("string.format('%5p', {})"), HasSubstr("addresses"));
+    EXPECT_THAT(error_of("string.format('%d%% %p', 1, {})"), HasSubstr("addresses"));
+    EXPECT_EQ(printed_by("print(pcall(string.format, 'x%5'))").substr(0, 5), "false");
 }
 
 TEST(ScriptLibraries, GoThroughTablesInOrder) {
