@@ -142,7 +142,7 @@ std::vector<Bytes> seeds() {
         mailbox::Join{ClientId(1), "ann", "red", 3, {1.0, 2.0, 3.0}, "account", true},
         mailbox::Input{ClientId(1), {command, command}},
         mailbox::Acks{ClientId(1), 7, 0xFU, 1000, 2000},
-        mailbox::Command{ClientId(1), 9, {1, 2, 3}},
+        mailbox::Command{ClientId(1), 9, {1, 2, 3}, 4},
         mailbox::Confirm{ClientId(1), EventId(5)},
         mailbox::Freeze{true},
         mailbox::NewBrains{std::make_shared<const std::string>("brain {}"), nullptr},
@@ -158,8 +158,12 @@ std::vector<Bytes> seeds() {
                              EntityId(7),
                              {mailbox::StoreScope::kCharacter, "ann", "hero", "bag"},
                              {1, 2, 3}},
+        mailbox::Notice{ClientId(1), "noon"},
+        mailbox::SessionBegun{ClientId(1), {1, 2, 3}, "account", "ann", "red", 3, true},
+        mailbox::SessionProgress{ClientId(1), 9, 5},
+        mailbox::StoreKept{2},
         mailbox::Leave{ClientId(1), mailbox::LeaveReason::kShutdown}};
-    static_assert(std::variant_size_v<mailbox::InboxItem> == 14, "a new message is a new seed");
+    static_assert(std::variant_size_v<mailbox::InboxItem> == 18, "a new message is a new seed");
     std::vector<Bytes> all;
     recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
     header.config_text = "world { name: \"x\" }";

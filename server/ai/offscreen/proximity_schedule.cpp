@@ -122,14 +122,20 @@ void ProximitySchedule::grow(std::size_t slots) {
     }
 }
 
-void ProximitySchedule::put(Slot slot, TypeIndex type, const AiContext& ai, bool late) {
+void ProximitySchedule::put(Slot slot,
+                            TypeIndex type,
+                            const AiContext& ai,
+                            bool late,
+                            Tick soonest) {
     const Agent& agent = ai.agents.at(slot);
     members_[slot] = {agent.entity, type};
     const Vec2 at = position_at(agent.segment, ai.now - 1, ai.dt);
     const Vec2 anywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
     const Tick left = OffscreenGrid::left_at(agent.segment, at, anywhere, ai.dt, late);
     cells_.put(slot, agent.segment, at, ai.dt, late);
-    const Tick look = std::max(std::min(agent.next_proximity_check, left), ai.now + 1);
+    // A check that is due in this tick stays: it must not depend on what else happens to the agent.
+    const Tick first = looks_.at(slot) <= ai.now ? ai.now : ai.now + soonest;
+    const Tick look = std::max(std::min(agent.next_proximity_check, left), first);
     if (looks_.at(slot) != look) {
         looks_.schedule(slot, look);
     }

@@ -122,8 +122,9 @@ class ProximitySchedule {
     }
 
     /// Adds a suspended agent that meets others. It walks by its current segment, and is checked at
-    /// Agent::next_proximity_check. `late`: it goes on from the end of its segment.
-    void put(Slot slot, TypeIndex type, const AiContext& ai, bool late);
+    /// Agent::next_proximity_check, and not before `soonest` ticks from now. `late`: it goes on
+    /// from the end of its segment.
+    void put(Slot slot, TypeIndex type, const AiContext& ai, bool late, Tick soonest = 1);
 
     /// Calls visit(slot) for the agents whose check is due, in no order. Ticks ascend.
     template <class Visit>

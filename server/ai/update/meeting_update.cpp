@@ -58,9 +58,10 @@ void MeetingUpdate::index_suspended(const AiContext& ai, AiTurn& turn) {
             schedule_.ranges().farthest({ai.entities.type[row], agent.brain}) < 0.0F) {
             continue;
         }
-        agent.next_proximity_check =
-            agent.next_proximity_check == kNever ? ai.now : agent.next_proximity_check;
-        schedule_.put(slot, ai.entities.type[row], ai, agent.next_event < ai.now);
+        // One that was read again may be due in this tick, or have been put off to it by the last.
+        const bool is_new = agent.next_proximity_check == kNever;
+        agent.next_proximity_check = is_new ? ai.now : agent.next_proximity_check;
+        schedule_.put(slot, ai.entities.type[row], ai, agent.next_event < ai.now, is_new ? 1 : 0);
     }
 }
 

@@ -61,8 +61,9 @@ class AntHill {
         field.solid = true;
         core::Rng rng(4);
         for (std::uint32_t id = 1; id <= kAnts; ++id) {
-            field.add_npc(
-                id, kSheep, 0, Vec3(rng.range(-8.0F, -2.5F), 0.15F, rng.range(-3.0F, 3.0F)));
+            const float z = rng.range(-3.0F, 3.0F);
+            const float x = rng.range(-8.0F, -2.5F);
+            field.add_npc(id, kSheep, 0, Vec3(x, 0.15F, z));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
         }
     }
