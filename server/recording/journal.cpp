@@ -48,6 +48,7 @@ void Journal::append(std::string_view frame, Tick tick, bool begins_tick) {
         begin_piece(tick);
     }
     piece_.append(frame, begins_tick);
+    newest_ = tick;
 }
 
 void Journal::begin_piece(Tick tick) {
@@ -70,7 +71,13 @@ void Journal::sync(bool power) {
 
 void Journal::forget(Tick through) {
     std::error_code error;
-    while (pieces_.size() > 1 && pieces_[1].first <= through + 1) {
+    const auto is_old = [&] {
+        return pieces_.size() > 1 ? pieces_[1].first <= through + 1 : cut_ && newest_ <= through;
+    };
+    while (!pieces_.empty() && is_old()) {
+        if (pieces_.size() == 1) {
+            piece_ = RecordingFile();
+        }
         fs::remove(pieces_.front().file, error);
         pieces_.pop_front();
     }

@@ -57,6 +57,7 @@ class Journal {
     RecordingFile piece_;
     std::string open_error_;
     std::deque<JournalPiece> pieces_;  // ascending
+    Tick newest_ = 0;
     bool cut_ = true;
 };
 
