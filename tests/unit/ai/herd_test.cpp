@@ -92,7 +92,9 @@ class Herd {
         core::Rng rng(seed, 3);
         std::vector<Vec3> places_at(size);
         for (Vec3& at : places_at) {
-            at = Vec3(rng.range(-20.0F, 20.0F), 0.9F, rng.range(-20.0F, 20.0F));
+            const float z = rng.range(-20.0F, 20.0F);
+            const float x = rng.range(-20.0F, 20.0F);
+            at = Vec3(x, 0.9F, z);
         }
         for (std::uint32_t k = 1; k <= size; ++k) {
             add(reversed ? size + 1 - k : k, places_at[(reversed ? size + 1 - k : k) - 1]);
