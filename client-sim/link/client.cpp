@@ -207,9 +207,7 @@ void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
     trouble_.clear();
     attempts_ = 0;
     rights_ = welcome.rights;
-    if (!welcome.recovered) {
-        resume_token_ = welcome.resume_token;
-    }
+    resume_token_ = welcome.resume_token;
     grace_s_ = static_cast<double>(welcome.grace_s);
     last_udp_s_ = now_s;
     last_packet_s_ = now_s;

@@ -100,8 +100,8 @@ class View {
     /// A reason to ask the server for a reset, at most once in kResetS; empty: none.
     std::string take_reset_wish(double now_s);
 
-    /// Takes over from a view before this one, of the same session: the shared clocks and variables,
-    /// which the server does not tell again, and what was counted.
+    /// Takes over from a view before this one, of the same session: the shared clocks and
+    /// variables, which the server does not tell again, and what was counted.
     void go_on_with(const View& before) {
         environment_ = before.environment_;
         stats_ = before.stats_;

@@ -138,7 +138,7 @@ struct Notice {
     std::string text;
 };
 
-// What must be known again after a crash. The zones do not see these three.
+// Known again after a crash by these three, which the zones do not see.
 
 /// A session began; its Join follows.
 struct SessionBegun {

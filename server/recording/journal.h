@@ -25,8 +25,8 @@ class Journal {
     core::Result<bool> open(const std::string& folder, const RecordingHeader& header);
     /// As RecordingFile::append(). A failed write sticks until the next piece begins.
     void append(std::string_view frame, Tick tick, bool begins_tick);
-    /// What was appended outlives this process from here on, with `power` a cut of the machine's
-    /// power too, or error() says why not.
+    /// All that was appended outlives this process from here on, with `power` a cut of the
+    /// machine's power too, or error() says why not.
     void sync(bool power);
 
     /// A piece of its own begins with the next tick.

@@ -42,7 +42,7 @@ class LoadedScript {
         });
     }
 
-    /// What the script's table `contact_wish` says of a type.
+    /// The entry of a type in the script's table `contact_wish`.
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex type) const { return wishes_[type]; }
 
   private:

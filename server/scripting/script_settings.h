@@ -8,14 +8,14 @@
 
 namespace zoned::scripting {
 
-/// What holds when a script has made more errors than allowed.
+/// The policy for a script that has made more errors than allowed.
 enum class ErrorPolicy : std::uint8_t {
     kGoOn,      ///< it is called as before
     kMute,      ///< the callback that failed is not called any more
     kStopZone,  ///< its rules throw
 };
 
-/// What a script may use up in a zone.
+/// The resources that a script may use up in a zone.
 struct ScriptLimits {
     std::uint32_t instructions_per_call = 100'000;
     std::uint32_t instructions_per_tick = 2'000'000;

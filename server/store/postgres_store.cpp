@@ -74,8 +74,8 @@ constexpr std::array<std::pair<const char*, const char*>, 16> kPrepared{{
 /// So that two servers that start at once do not both migrate ("zond").
 constexpr const char* kLock = "SELECT pg_advisory_xact_lock(1517252196)";
 
-/// What a session of a server that keeps its promises needs. A backend whose client is gone lets go
-/// of its rows after 10 s; nobody waits longer than 2 s for a lock.
+/// Settings of a session, so that a server keeps its promises. A backend whose client is gone lets
+/// go of its rows after 10 s; nobody waits longer than 2 s for a lock.
 constexpr const char* kSession =
     "SET client_encoding = 'UTF8';"
     "SET client_min_messages = 'error';"

@@ -16,7 +16,7 @@ namespace {
 constexpr int kInputAvatars = 1000;
 constexpr int kInputFrames = 200;
 
-/// What the linked rules (Sandbox::on_input) do: the stance follows stick and buttons.
+/// Does as the linked rules (Sandbox::on_input): the stance follows stick and buttons.
 const std::string kScript = R"(
 local SPRINT = 2
 function on_input(avatar, x, z, buttons)

@@ -196,7 +196,7 @@ void install_crash_file(const std::string& folder) {
     (void)::backtrace(frames.data(), static_cast<int>(frames.size()));
     core::add_signal_stack();
 
-    struct sigaction action{};
+    struct sigaction action {};
 
     action.sa_sigaction = on_fatal;
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;

@@ -1,6 +1,7 @@
 #include "server/app/recovery/recovery.h"
 
 #include "server/app/log/log.h"
+#include "server/app/runtime/tick_loop.h"
 #include "server/app/world/replayed_tick.h"
 #include "server/recording/recording_reader.h"
 
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -27,11 +27,6 @@ namespace fs = std::filesystem;
 /// that did not come to its end, and after so many starts the world begins anew.
 constexpr unsigned kLeavesOutFrom = 3;
 constexpr unsigned kMostAttempts = 5;
-
-double seconds_now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 std::string utc_now() {
     const std::time_t now = std::time(nullptr);
@@ -61,6 +56,17 @@ bool has_pieces(const std::string& folder) {
 
 std::string attempts_file(const std::string& folder) {
     return folder + "/attempts";
+}
+
+/// How many starts in a row have tried to go on from here.
+unsigned attempts_in(const std::string& folder) {
+    unsigned attempts = 0;
+    std::ifstream(attempts_file(folder)) >> attempts;
+    return attempts;
+}
+
+void note_attempts(const std::string& folder, unsigned attempts) {
+    std::ofstream(attempts_file(folder), std::ios::trunc) << attempts << '\n';
 }
 
 }  // namespace
@@ -102,34 +108,35 @@ void Recovery::lock() {
 
 RecoveredRun Recovery::begin(World& world) {
     RecoveredRun run;
-    if (!snapshots_in(folder_).empty()) {
-        const double begin_s = seconds_now();
-        const unsigned attempts = count_attempt();
+    const bool goes_on = !snapshots_in(folder_).empty();
+    const unsigned attempts = goes_on ? attempts_in(folder_) + 1 : 0;
+    note_attempts(folder_, attempts);
+    try {
         if (attempts > kMostAttempts) {
             set_aside();
-        } else {
-            load(world, run);
-            replay(world, attempts >= kLeavesOutFrom, run);
-            run.tick = world.now();
-            run.sessions = ledger_.sessions().size();
-            run.seconds = seconds_now() - begin_s;
-            run.text = "the world goes on after tick " + std::to_string(run.tick) +
-                       ": snapshot of tick " + std::to_string(run.snapshot) + " and " +
-                       std::to_string(run.tick - run.snapshot) + " ticks again in " +
-                       std::to_string(static_cast<int>(1e3 * run.seconds)) + " ms, " +
-                       std::to_string(run.sessions) + " sessions";
+        } else if (goes_on) {
+            go_on(world, attempts, run);
         }
+        keep_state(world);
+    } catch (...) {
+        // A start that is refused is no death, however often somebody tries.
+        note_attempts(folder_, attempts > 0 ? attempts - 1 : 0);
+        throw;
     }
-    keep_state(world);
     return run;
 }
 
-/// How many starts in a row have tried to go on from here, this one among them.
-unsigned Recovery::count_attempt() {
-    unsigned attempts = 0;
-    std::ifstream(attempts_file(folder_)) >> attempts;
-    std::ofstream(attempts_file(folder_), std::ios::trunc) << ++attempts << '\n';
-    return attempts;
+void Recovery::go_on(World& world, unsigned attempts, RecoveredRun& run) {
+    const double begin_s = steady_seconds();
+    load(world, run);
+    replay(world, attempts >= kLeavesOutFrom, run);
+    run.tick = world.now();
+    run.sessions = ledger_.sessions().size();
+    run.seconds = steady_seconds() - begin_s;
+    run.text = "the world goes on after tick " + std::to_string(run.tick) + ": snapshot of tick " +
+               std::to_string(run.snapshot) + " and " + std::to_string(run.tick - run.snapshot) +
+               " ticks again in " + std::to_string(static_cast<int>(1e3 * run.seconds)) + " ms, " +
+               std::to_string(run.sessions) + " sessions";
 }
 
 void Recovery::set_aside() {

@@ -18,7 +18,7 @@
 
 namespace zoned::app {
 
-/// What a start found of the run before it.
+/// The run before this one, as a start found it.
 struct RecoveredRun {
     Tick tick = 0;         ///< the world stands after it; 0: it begins anew
     Tick snapshot = 0;     ///< of the snapshot that was loaded
@@ -73,7 +73,7 @@ class Recovery {
 
   private:
     void lock();
-    unsigned count_attempt();
+    void go_on(World& world, unsigned attempts, RecoveredRun& run);
     void set_aside();
     void load(World& world, RecoveredRun& run);
     void replay(World& world, bool leaves_out_last, RecoveredRun& run);

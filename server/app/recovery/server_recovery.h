@@ -34,7 +34,7 @@ class ServerRecovery {
     /// hears of those who cannot.
     void restore_sessions(session::SessionHost& host, const Post& post);
 
-    /// What the store may not have heard of before.
+    /// Requests of which the store may not have heard.
     [[nodiscard]] std::vector<mailbox::StoreRequest> requests_again();
 
     /// Requests of a tick were given to the store.

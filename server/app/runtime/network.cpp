@@ -12,6 +12,8 @@ namespace zoned::app {
 
 namespace {
 
+static_assert(HeldOutput::kWithdrawnEvent == proto::CORE_EVENT_WITHDRAWN);
+
 constexpr auto kTimerPeriod = std::chrono::milliseconds(50);
 constexpr double kUnixTimePeriod = 60.0;
 

@@ -30,6 +30,7 @@ class Network {
     void deliver(TickResult result);
     /// The store has come to this number: durable events that waited for it leave.
     void on_durable(std::uint64_t number);
+
     /// From here on what is told once waits for the journal, which holds inputs up to this tick.
     void await_journal(Tick kept) { held_.await_journal(kept); }
 
@@ -61,8 +62,8 @@ class Network {
 
     [[nodiscard]] session::RttPercentiles rtt() const { return host_.rtt_percentiles(); }
 
-    /// What waits for the store or the journal, and durable events that were not sent because the
-    /// store refused what they tell.
+    /// The output that waits for the store or the journal, and durable events that were not sent
+    /// because the store refused what they tell.
     [[nodiscard]] const HeldOutput& held_output() const { return held_; }
 
     [[nodiscard]] const net::UdpStats& udp() const { return udp_.stats(); }

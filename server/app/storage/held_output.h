@@ -20,6 +20,8 @@ struct StoreTicket {
 /// made them, so that a recovered server numbers them alike. States and audits never wait.
 class HeldOutput {
   public:
+    static constexpr std::uint16_t kWithdrawnEvent = 11;  ///< proto::CORE_EVENT_WITHDRAWN
+
     /// From here on the output waits for the journal too.
     void await_journal(Tick kept) {
         journals_ = true;
@@ -32,7 +34,7 @@ class HeldOutput {
         const auto* event = std::get_if<mailbox::EventOut>(&item);
         const bool durable = event != nullptr && event->durable;
         if (durable && ticket.refused) {
-            // What it tells was not stored, and rules hear so.
+            // Its news were not stored, and rules hear so.
             ++refused_;
             if (journals_) {
                 take(withdrawn(*event), tick, StoreTicket{}, send);
@@ -103,8 +105,6 @@ class HeldOutput {
             held_.pop_front();
         }
     }
-
-    static constexpr std::uint16_t kWithdrawnEvent = 11;  // proto::CORE_EVENT_WITHDRAWN
 
     bool journals_ = false;
     Tick kept_ = 0;

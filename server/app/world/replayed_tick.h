@@ -9,8 +9,8 @@
 
 namespace zoned::app {
 
-/// Gives the world what it was given then; its output goes to `out`. Empty: it was the world's next tick, and its hashes are
-/// the recorded ones where it has any and `compare`; else what differs.
+/// Gives the world what it was given then; its output goes to `out`. Empty: it was the world's next
+/// tick, and its hashes are the recorded ones where it has any and `compare`; else what differs.
 std::string replayed_tick(const config::Settings& settings,
                           recording::TickRecord& record,
                           bool compare,

@@ -7,7 +7,7 @@
 
 namespace zoned::config {
 
-/// What is wrong with it, without a word of it; empty: nothing.
+/// The mistake in it, without a word of it; empty: none.
 [[nodiscard]] std::string wrong_with_store_url(std::string_view url);
 
 /// How one looks, and where the password belongs.

@@ -34,9 +34,9 @@ zone::RulesContext& changing(lua_State* lua);
 
 /// The globals `state` and `entity_state`.
 void open_state(lua_State* lua);
-/// What is known of entities, types, the zone and its time.
+/// Functions that read: entities, types, the zone and its time.
 void open_queries(lua_State* lua);
-/// What is done to entities.
+/// Functions that change entities.
 void open_actions(lua_State* lua);
 /// Joints, motors, forces and seats.
 void open_joints(lua_State* lua);

@@ -131,7 +131,7 @@ class WireReader {
         return some;
     }
 
-    /// What a field of that type holds, as bytes, or as a number for a varint.
+    /// The content of a field of that type: its bytes, or a number for a varint.
     std::optional<std::string_view> payload(std::uint64_t type, std::uint64_t& number) {
         switch (type) {
             case kVarint:

@@ -214,7 +214,7 @@ int ray_cast(lua_State* lua) {
                                           entity_argument(lua, 8, "ignore")));
 }
 
-/// What a client says that its view displayed: { tick =, fraction =, past =, aimed = }.
+/// The display that a client claims to have seen: { tick =, fraction =, past =, aimed = }.
 zone::Seen seen_argument(lua_State* lua, int index) {
     check_fields(lua, index, {"tick", "fraction", "past", "aimed"});
     zone::Seen seen;

@@ -12,9 +12,9 @@ struct BytecodeFinding {
     std::string text;
 };
 
-/// What lua_dump wrote of a function, with its debug information. `outlives`: the function is kept
-/// after the file has run, and so are the locals of others that it writes to: they would be state
-/// that no save keeps. Raising to a power is reported in either case: pow() differs between
+/// `dump`: a function as lua_dump writes it, with its debug information. `outlives`: the function
+/// is kept after the file has run, and so are the locals of others that it writes to: they would be
+/// state that no save keeps. Raising to a power is reported in either case: pow() differs between
 /// machines. Reports of functions within it as well. Bytes of another version are a finding, too.
 std::vector<BytecodeFinding> inspect_bytecode(std::string_view dump, bool outlives);
 

@@ -86,7 +86,7 @@ std::vector<AccountBan> SessionHost::bans() const {
 }
 
 std::size_t SessionHost::notify(ClientId client, const std::string& text) {
-    const std::size_t recipients = !client                             ? impl_->table.all().size()
+    const std::size_t recipients = !client ? impl_->table.all().size()
                                    : impl_->table.by_client(client) != nullptr ? 1
                                                                                : 0;
     if (recipients > 0) {

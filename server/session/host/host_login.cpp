@@ -213,6 +213,8 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     ++stats.resumed;
     session->events.acknowledge(hello.last_event());
     session->progress_due = true;
+    // A session that outlived its process knew the digest alone.
+    std::copy_n(hello.resume_token().begin(), session->token.size(), session->token.begin());
     send_welcome(*session, true);
     session->recovered = false;
     note(SessionNote::Kind::kResumed, *session, "");
@@ -256,9 +258,7 @@ void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
     welcome.set_client_id(session.client.value);
     welcome.set_connection_id(session.connection);
     welcome.set_udp_port(udp_port);
-    if (!session.recovered) {
-        welcome.set_resume_token(session.token.data(), session.token.size());
-    }
+    welcome.set_resume_token(session.token.data(), session.token.size());
     welcome.set_recovered(session.recovered);
     welcome.set_grace_s(static_cast<std::uint32_t>(std::lround(settings.grace_s)));
     welcome.set_resumed(resumed);

@@ -114,6 +114,9 @@ Session* SessionTable::by_stream(StreamId stream) const {
 }
 
 Session* SessionTable::by_token(std::span<const std::uint8_t> token) const {
+    if (token.size() != ResumeToken().size()) {
+        return nullptr;
+    }
     const TokenDigest digest = sha256(token);
     Session* session = find_in(by_token_, prefix_of(digest));
     return session != nullptr && equal_in_constant_time(session->token_digest, digest) ? session

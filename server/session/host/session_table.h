@@ -49,8 +49,8 @@ struct Session {
     ClientId client;
     std::uint32_t connection = 0;
     TokenDigest token_digest{};
-    ResumeToken token{};     ///< zeros where the session outlived the process that drew it
-    bool recovered = false;  ///< likewise, and its client has not come back since
+    ResumeToken token{};     ///< zeros until the client of a recovered session has come back
+    bool recovered = false;  ///< it outlived its process, and its client has not come back since
     Identity identity;
     StreamId stream;  ///< none during the grace time
     double grace_ends_s = 0.0;
@@ -72,7 +72,7 @@ struct Session {
     std::uint64_t last_command = 0;
     std::uint64_t kept_command = 0;  ///< up to here a crash loses none; may be acknowledged
     bool command_ack_due = false;
-    bool progress_due = false;  ///< the journal does not know yet how far it has come
+    bool progress_due = false;              ///< the journal does not know yet how far it has come
     std::optional<mailbox::Joined> joined;  ///< sent again when the client comes back
     InputGate gate;
     core::TokenBucket commands;
@@ -94,6 +94,7 @@ class SessionTable {
                     StreamId stream);
     /// A session of a process that died, under its old number. No stream, no token.
     Session& restore(const HostSettings& settings, ClientId client, const TokenDigest& digest);
+
     /// New sessions get higher numbers than this.
     void number_after(ClientId client) { last_client_ = std::max(last_client_, client.value); }
 

@@ -26,7 +26,7 @@ class ScriptOfAConfig : public ::testing::Test {
 
     void TearDown() override { std::filesystem::remove_all(folder); }
 
-    /// What is wrong with the minimal world and this block; empty: nothing.
+    /// The mistake of the minimal world with this block; empty: none.
     std::string mistakes_with(const std::string& block) {
         std::ofstream(folder / "world.txtpb") << minimal << "\n" << block << "\n";
         std::vector<ConfigError> errors;

@@ -1,4 +1,4 @@
-// What a script must not be able to do to the tick: each trap ends its call, and the zone goes on.
+// Traps that a script sets for the tick: each ends its call, and the zone goes on.
 #include "tests/unit/scripting/script_zone.h"
 
 #include <gmock/gmock.h>

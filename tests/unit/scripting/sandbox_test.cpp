@@ -1,4 +1,4 @@
-// What a script can reach, and what it cannot.
+// Things that a script can reach, and those that it cannot.
 #include "tests/unit/scripting/script_zone.h"
 
 #include <gmock/gmock.h>

@@ -81,7 +81,7 @@ class ScriptZone final : public FakeContext {
         return all.value();
     }
 
-    /// What was printed, lines between bars.
+    /// The printed lines, between bars.
     [[nodiscard]] std::string printed() const { return joined(printed_); }
 
     [[nodiscard]] std::string errors() const { return joined(errors_); }
@@ -113,7 +113,7 @@ class ScriptZone final : public FakeContext {
     std::vector<std::string> errors_;
 };
 
-/// What print() shows of expressions, one call of on_tick.
+/// Expressions as print() shows them, in one call of on_tick.
 inline std::string printed_by(const std::string& statements) {
     ScriptZone zone("function on_tick() " + statements + " end");
     zone.tick();

@@ -49,9 +49,7 @@ class AnyStore : public ::testing::TestWithParam<Kind> {
   protected:
     void SetUp() override {
         database = GetParam().make();
-        if (database == nullptr) {
-            GTEST_SKIP() << "postgresql is not installed (config/packages.txt)";
-        }
+        ASSERT_NE(database, nullptr) << "install postgresql (config/packages.txt)";
         reopen();
     }
 

@@ -41,7 +41,8 @@ PostgresServer* PostgresServer::get() {
         if (made->programs_.empty()) {
             return std::unique_ptr<PostgresServer>();
         }
-        std::string folder = "/tmp/zoned-postgres-XXXXXX";
+        // The name of a socket may have 107 bytes: not every folder for tests is so short.
+        std::string folder = "/tmp/zoned-postgres-XXXXXX";  // as mkdtemp(3) wants it
         if (::mkdtemp(folder.data()) == nullptr) {
             throw std::runtime_error("no folder for PostgreSQL");
         }

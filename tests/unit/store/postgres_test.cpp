@@ -16,9 +16,7 @@ class Postgres : public ::testing::Test {
   protected:
     void SetUp() override {
         server = PostgresServer::get();
-        if (server == nullptr) {
-            GTEST_SKIP() << "postgresql is not installed (config/packages.txt)";
-        }
+        ASSERT_NE(server, nullptr) << "install postgresql (config/packages.txt)";
         url = server->make_database();
     }
 
