@@ -335,7 +335,7 @@ void make_loop(SceneDraw& draw, Assembly& out) {
 }
 
 void make_vehicle(SceneDraw& draw, Assembly& out) {
-    const Vec3 half(draw.range(0.5F, 1.0F), draw.range(0.15F, 0.3F), draw.range(0.8F, 2.0F));
+    const Vec3 half{draw.range(0.5F, 1.0F), draw.range(0.15F, 0.3F), draw.range(0.8F, 2.0F)};
     const float ratio = draw.decades(1.0F, 200.0F);
     const float r = draw.range(0.25F, 0.5F);
     RandomBody chassis = draw.solid(box(half));
@@ -429,7 +429,7 @@ void make_pair(SceneDraw& draw, Assembly& out) {
 /// Plates that lean against each other in pairs, up to two storeys.
 void make_cards(SceneDraw& draw, Assembly& out) {
     const float t = draw.decades(0.002F, 0.02F);
-    const Vec3 half(t, 0.5F * draw.range(0.6F, 1.2F), 0.5F * draw.range(0.5F, 1.0F));
+    const Vec3 half{t, 0.5F * draw.range(0.6F, 1.2F), 0.5F * draw.range(0.5F, 1.0F)};
     const float lean = draw.range(0.15F, 0.4F);
     const int pairs = draw.count(1, 3);
     const int storeys = draw.count(1, 2);
@@ -469,11 +469,11 @@ void make_bullet(SceneDraw& draw, Assembly& out) {
         RandomBody body = draw.body(draw.range(0.05F, 0.3F));
         body.turn = draw.turn();
         body.velocity =
-            Vec3(draw.decades(10.0F, 300.0F), draw.range(-1.0F, 1.0F), draw.range(-1.0F, 1.0F));
-        body.spin = draw.range(0.0F, 10.0F) * draw.direction();
+            Vec3{draw.decades(10.0F, 300.0F), draw.range(-1.0F, 1.0F), draw.range(-1.0F, 1.0F)};
+        body.spin = draw.vector(0.0F, 10.0F);
         add(out,
             body,
-            Vec3(-draw.range(1.0F, 6.0F), draw.range(0.4F, 1.6F), draw.range(-0.6F, 0.6F)));
+            Vec3{-draw.range(1.0F, 6.0F), draw.range(0.4F, 1.6F), draw.range(-0.6F, 0.6F)});
     }
 }
 
@@ -505,9 +505,9 @@ void make_mover(SceneDraw& draw, Assembly& out) {
         draw.spread_mass(body);
         add(out,
             body,
-            Vec3(draw.range(-0.8F, 0.8F),
+            Vec3{draw.range(-0.8F, 0.8F),
                  top + 0.5F + 0.6F * static_cast<float>(i),
-                 draw.range(-0.8F, 0.8F)));
+                 draw.range(-0.8F, 0.8F)});
     }
     out.at_origin = true;
 }
@@ -532,7 +532,7 @@ void make_machine(SceneDraw& draw, Assembly& out) {
     for (int i = draw.count(0, 3); i > 0; --i) {
         RandomBody body = draw.body(draw.range(0.2F, 0.5F));
         draw.spread_mass(body);
-        add(out, body, Vec3(draw.range(0.3F, 1.0F), 0.6F + high, draw.range(0.6F, 1.0F)));
+        add(out, body, Vec3{draw.range(0.3F, 1.0F), 0.6F + high, draw.range(0.6F, 1.0F)});
     }
     out.clearance = 1000.0F;
 }
@@ -541,12 +541,12 @@ void make_loose(SceneDraw& draw, Assembly& out) {
     for (int i = 0; i < draw.count(1, 5); ++i) {
         RandomBody body = draw.body(draw.decades(0.1F, 1.5F));
         body.turn = draw.turn();
-        body.velocity = draw.range(0.0F, 6.0F) * draw.direction();
-        body.spin = draw.range(0.0F, 8.0F) * draw.direction();
+        body.velocity = draw.vector(0.0F, 6.0F);
+        body.spin = draw.vector(0.0F, 8.0F);
         draw.spread_mass(body);
         add(out,
             body,
-            Vec3(draw.range(-2.0F, 2.0F), draw.range(0.0F, 3.0F), draw.range(-2.0F, 2.0F)));
+            Vec3{draw.range(-2.0F, 2.0F), draw.range(0.0F, 3.0F), draw.range(-2.0F, 2.0F)});
     }
     out.clearance = draw.range(0.0F, 3.0F);
 }
@@ -607,6 +607,11 @@ Vec3 SceneDraw::direction() {
     }
 }
 
+Vec3 SceneDraw::vector(float shortest, float longest) {
+    const float length = range(shortest, longest);
+    return length * direction();
+}
+
 Quat SceneDraw::turn() {
     const Vec3 axis = direction();
     return Quat(Eigen::AngleAxisf(range(0.0F, kPi), axis));
@@ -638,7 +643,7 @@ RandomBody SceneDraw::body(float size) {
         case 2: {
             RandomPart part;
             part.kind = ShapeKind::kHull;
-            const Vec3 stretch(half, half * range(0.4F, 1.0F), half * range(0.4F, 1.0F));
+            const Vec3 stretch{half, half * range(0.4F, 1.0F), half * range(0.4F, 1.0F)};
             for (int i = count(6, 24); i > 0; --i) {
                 part.points.emplace_back(stretch.cwiseProduct(direction()));
             }
@@ -649,17 +654,17 @@ RandomBody SceneDraw::body(float size) {
             for (int i = count(1, 3); i > 0; --i) {
                 RandomPart part =
                     chance(0.5F) ? box(Vec3(0.2F, 0.6F, 0.2F) * half) : sphere(0.3F * half);
-                part.at = Vec3(range(-0.8F, 0.8F), range(-0.4F, 0.4F), 0.0F) * half;
+                part.at = Vec3{range(-0.8F, 0.8F), range(-0.4F, 0.4F), 0.0F} * half;
                 compound.parts.push_back(part);
                 compound.mass += density * volume(part);
             }
             return compound;
         }
         case 4:
-            return solid(box(Vec3(
-                half, std::max(decades(0.005F, 0.1F) * size, 0.002F), half * range(0.5F, 1.0F))));
+            return solid(box(Vec3{
+                half, std::max(decades(0.005F, 0.1F) * size, 0.002F), half * range(0.5F, 1.0F)}));
         default:
-            return solid(box(Vec3(half, half * range(0.3F, 1.0F), half * range(0.3F, 1.0F))));
+            return solid(box(Vec3{half, half * range(0.3F, 1.0F), half * range(0.3F, 1.0F)}));
     }
 }
 

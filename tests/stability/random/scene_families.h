@@ -15,7 +15,9 @@ enum class SceneSetting : std::uint8_t {
     kAdrift,  ///< neither
 };
 
-/// Draws numbers for a scene, and keeps what all its parts have in common.
+/// Draws numbers for a scene, and keeps what all its parts have in common. Draws stand in braces or
+/// in statements of their own: compilers choose the order of a call's arguments, and each order
+/// would be another scene.
 class SceneDraw {
   public:
     SceneDraw(std::uint64_t seed, std::uint64_t index) : rng_(seed, index) {}
@@ -35,6 +37,8 @@ class SceneDraw {
     }
 
     Vec3 direction();
+    /// A length in [shortest, longest], then a direction.
+    Vec3 vector(float shortest, float longest);
     Quat turn();
     /// Any convex shape or compound of about `size` metres across.
     RandomBody body(float size);

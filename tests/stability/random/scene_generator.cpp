@@ -203,7 +203,8 @@ RandomScene generate_scene(std::uint64_t seed,
     scene.dt = draw_dt(draw);
     scene.seconds = draw.chance(0.2F) ? 16.0F : draw.range(1.0F, 5.0F);
     if (draw.chance(0.4F)) {
-        scene.offset = draw.decades(10.0F, 1000.0F) * draw.direction();
+        const float far = draw.decades(10.0F, 1000.0F);
+        scene.offset = far * draw.direction();
         scene.offset.y() *= 0.1F;
     }
     if (draw.setting == SceneSetting::kAdrift) {
