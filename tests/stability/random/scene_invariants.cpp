@@ -235,10 +235,15 @@ void SceneInvariants::unite(std::size_t a, std::size_t b) {
     }
 }
 
-/// Whether the bodies may have touched in the last step: spheres about their paths overlap.
+/// Whether the bodies may have touched in the last step: spheres about their paths overlap. A body
+/// that bounced has gone farther than from its first place to its last.
 bool SceneInvariants::near(std::size_t a, std::size_t b) const {
-    const double travel =
-        0.5 * ((places_[a].at - before_[a].at).norm() + (places_[b].at - before_[b].at).norm());
+    const auto path = [this](std::size_t i) {
+        const double speed = std::max(places_[i].velocity.norm(), before_[i].velocity.norm());
+        return std::max((places_[i].at - before_[i].at).norm(),
+                        speed * static_cast<double>(scene_.dt));
+    };
+    const double travel = 0.5 * (path(a) + path(b));
     const double reach = live_.radii[a] + live_.radii[b] + travel + 0.05;
     const Vec3d middles = 0.5 * (places_[a].at + before_[a].at - places_[b].at - before_[b].at);
     return middles.squaredNorm() <= reach * reach;
@@ -450,9 +455,11 @@ void SceneInvariants::check_momentum(const Observation& now) {
     }
     momentum_size_ = std::max(momentum_size_, size);
     angular_size_ = std::max(angular_size_, angular_size);
-    // Each of up to 64 substeps rounds coordinates: half a unit of the last place, at random.
+    // Each of up to 64 substeps rounds coordinates: half a unit of the last place, at random. Where
+    // a body flies by itself each step rounds the same shift, and may do so the same way.
+    const double steps = static_cast<double>(steps_);
     const double rounding = 1.0e-7 * (scene_.offset.cast<double>().norm() + 1.0) *
-                            std::sqrt(64.0 * static_cast<double>(steps_)) * momentum_size_;
+                            std::max(std::sqrt(64.0 * steps), steps) * momentum_size_;
     report(Invariant::kMomentum,
            (linear - linear_).norm(),
            kMomentumShare * momentum_size_ + 1.0e-9,
@@ -575,7 +582,21 @@ void SceneInvariants::check_sleep(const Observation& now) {
     }
 }
 
-bool SceneInvariants::passed_static(std::size_t wall, const Vec3d& from, const Vec3d& to) const {
+/// How far a part's path within the last step may lie from the straight line between its ends, m:
+/// the ellipse of all paths of that length. A body that bounced went around corners.
+double SceneInvariants::stray_of(std::size_t body, const Vec3d& from, const Vec3d& to) const {
+    const auto speed = [&](const Place& place) {
+        return place.velocity.norm() + place.spin.norm() * live_.radii[body];
+    };
+    const double length =
+        static_cast<double>(scene_.dt) * std::max(speed(places_[body]), speed(before_[body]));
+    return 0.5 * std::sqrt(std::max(length * length - (to - from).squaredNorm(), 0.0));
+}
+
+bool SceneInvariants::passed_static(std::size_t wall,
+                                    const Vec3d& from,
+                                    const Vec3d& to,
+                                    double stray) const {
     const RandomBody& body = scene_.bodies[wall];
     const Eigen::Quaterniond body_turn = body.turn.cast<double>();
     for (const RandomPart& part : body.parts) {
@@ -586,15 +607,20 @@ bool SceneInvariants::passed_static(std::size_t wall, const Vec3d& from, const V
         const Vec3d v = turn.conjugate() * (to - at);
         if (part.kind == ShapeKind::kBox) {
             const Vec3d half = part.half.cast<double>();
-            const Vec3d inner = half - half.cwiseMin(2.0 * kThrough) * 0.5;
-            if (crosses_box(u, v, inner)) {
+            Vec3d inner = half - half.cwiseMin(2.0 * kThrough) * 0.5;
+            Eigen::Index thin = 0;
+            half.minCoeff(&thin);
+            for (Eigen::Index k = 0; k < 3; ++k) {
+                inner[k] -= k == thin ? 0.0 : stray;
+            }
+            if (inner.minCoeff() > 0.0 && crosses_box(u, v, inner)) {
                 return true;
             }
         } else if (part.kind == ShapeKind::kSphere) {
             const Vec3d way = v - u;
             const double size = way.squaredNorm();
             const double t = size > 0.0 ? std::clamp(-u.dot(way) / size, 0.0, 1.0) : 0.0;
-            if ((u + t * way).norm() < 0.5 * static_cast<double>(part.radius)) {
+            if ((u + t * way).norm() < 0.5 * static_cast<double>(part.radius) - stray) {
                 return true;
             }
         }
@@ -623,7 +649,7 @@ void SceneInvariants::check_tunnel() {
             }
             for (std::size_t wall = 0; wall < bodies_.size(); ++wall) {
                 if (scene_.bodies[wall].kind == BodyKind::kStatic && (bodies_[i].mass > 0.0) &&
-                    passed_static(wall, from, to)) {
+                    passed_static(wall, from, to, stray_of(i, from, to))) {
                     report(Invariant::kTunnel, 1.0, 0.0, i);
                 }
             }

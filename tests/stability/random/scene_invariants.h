@@ -143,7 +143,11 @@ class SceneInvariants {
     [[nodiscard]] double gap_of(std::size_t joint) const;
     [[nodiscard]] double misturn_of(std::size_t joint) const;
     void sum_momentum(Vec3d& linear, Vec3d& angular, double& size, double& angular_size) const;
-    [[nodiscard]] bool passed_static(std::size_t wall, const Vec3d& from, const Vec3d& to) const;
+    [[nodiscard]] double stray_of(std::size_t body, const Vec3d& from, const Vec3d& to) const;
+    [[nodiscard]] bool passed_static(std::size_t wall,
+                                     const Vec3d& from,
+                                     const Vec3d& to,
+                                     double stray) const;
 
     const RandomScene& scene_;
     const LiveScene& live_;
