@@ -9,6 +9,12 @@ constexpr int kLoopBits = 7;
 constexpr std::uint32_t kPlaneEdge = 0x40U;
 constexpr std::uint32_t kEdgeContact = 0x80000000U;
 constexpr std::uint32_t kFlipped = 0x40000000U;
+/// An edge contact has this place for names of the points beside the crossing.
+constexpr int kRunBits = 16;
+/// An edge runs along a face that looks along the axis of contact by more than this cosine.
+constexpr float kAlong = 0.9F;
+/// Ends of a run that are nearer to the crossing than this are the crossing, m.
+constexpr float kSameEnd = 1.0e-3F;
 
 /// Clips the incident face by the sides of the reference face and keeps the corners that are near
 /// it.
@@ -55,6 +61,99 @@ void add_face_points(const HullView& reference,
                 corner.position - 0.5F * gap * face.normal, gap, name | (corner.feature & 0x7FFFU)};
         }
     }
+    keep_four({near.data(), count}, out);
+}
+
+/// A segment that runs along a face of a hull: both ends of the part over that face, which is the
+/// one of the two beside `crossed` that looks more along `towards` (unit, from the hull to the
+/// segment).
+class EdgeRun {
+  public:
+    EdgeRun(const HullView& hull, const HullEdge& crossed, const Vec3& towards)
+        : hull_(hull),
+          face_(pick(hull, crossed, towards)),
+          towards_(towards) {}
+
+    /// Adds the ends that are near the face and not at the crossing; returns how many.
+    std::size_t add_ends(const Vec3& from,
+                         const Vec3& along,
+                         const Vec3& crossing,
+                         float margin,
+                         std::uint32_t name,
+                         ManifoldPoint* out) const {
+        const float steep = face_.normal.dot(towards_);
+        float lower = 0.0F;
+        float upper = 1.0F;
+        if (steep < kAlong || !clip_to_sides(from, along, lower, upper)) {
+            return 0;
+        }
+        std::size_t count = 0;
+        for (const float s : {lower, upper}) {
+            const Vec3 end = from + s * along;
+            const float gap = (face_.normal.dot(end) - face_.offset) / steep;
+            const Vec3 middle = end - 0.5F * gap * towards_;
+            if (gap <= margin && (middle - crossing).squaredNorm() > kSameEnd * kSameEnd) {
+                out[count++] = {middle, gap, name | (s == lower ? 1U : 2U) << kRunBits};
+            }
+        }
+        return count;
+    }
+
+  private:
+    static const HullFace& pick(const HullView& hull, const HullEdge& edge, const Vec3& towards) {
+        const HullFace& left = hull.faces[edge.left];
+        const HullFace& right = hull.faces[edge.right];
+        return left.normal.dot(towards) >= right.normal.dot(towards) ? left : right;
+    }
+
+    bool clip_to_sides(const Vec3& from, const Vec3& along, float& lower, float& upper) const {
+        Vec3 at = hull_.corner(face_, face_.corners - 1);
+        for (int i = 0; i < face_.corners; ++i) {
+            const Vec3 next = hull_.corner(face_, i);
+            const Vec3 side = (next - at).cross(face_.normal);
+            const float beyond = side.dot(from - at);
+            const float rate = side.dot(along);
+            if (rate > 0.0F) {
+                upper = std::min(upper, -beyond / rate);
+            } else if (rate < 0.0F) {
+                lower = std::max(lower, -beyond / rate);
+            } else if (beyond > 0.0F) {
+                return false;
+            }
+            at = next;
+        }
+        return lower < upper;
+    }
+
+    const HullView& hull_;
+    const HullFace& face_;
+    Vec3 towards_;
+};
+
+/// Where the two edges cross, and where each of them leaves the face of the other hull that it runs
+/// along: held at the crossing alone, a thin plate on a ridge would turn about it, and through the
+/// ridge.
+void add_edge_points(const HullView& a,
+                     const HullView& b,
+                     const HullAxis& axis,
+                     float margin,
+                     Manifold& out) {
+    const HullEdge& ea = a.edges[axis.i];
+    const HullEdge& eb = b.edges[axis.j];
+    const Vec3 pa = a.points[ea.from];
+    const Vec3 pb = b.points[eb.from];
+    const Vec3 da = a.points[ea.to] - pa;
+    const Vec3 db = b.points[eb.to] - pb;
+    const SegmentPoints p = nearest_on_edges(pa, da, pb, db);
+    const Vec3 crossing = 0.5F * (p.on_a + p.on_b);
+    const std::uint32_t name =
+        kEdgeContact | static_cast<std::uint32_t>(axis.i) << 8 | static_cast<std::uint32_t>(axis.j);
+    std::array<ManifoldPoint, 5> near;
+    near[0] = {crossing, axis.separation, name};
+    std::size_t count = 1;
+    const Vec3 back = -axis.normal;
+    count += EdgeRun(b, eb, back).add_ends(pa, da, crossing, margin, name | kFlipped, &near[count]);
+    count += EdgeRun(a, ea, axis.normal).add_ends(pb, db, crossing, margin, name, &near[count]);
     keep_four({near.data(), count}, out);
 }
 
@@ -107,17 +206,9 @@ void add_points(const HullView& a,
             add_face_points(b, axis.j, a, -axis.normal, kFlipped, margin, out);
             return;
         case AxisKind::kEdges:
-            break;
+            add_edge_points(a, b, axis, margin, out);
+            return;
     }
-    const HullEdge& ea = a.edges[axis.i];
-    const HullEdge& eb = b.edges[axis.j];
-    const Vec3 pa = a.points[ea.from];
-    const Vec3 pb = b.points[eb.from];
-    const SegmentPoints p = nearest_on_edges(pa, a.points[ea.to] - pa, pb, b.points[eb.to] - pb);
-    out.add(0.5F * (p.on_a + p.on_b),
-            axis.separation,
-            kEdgeContact | static_cast<std::uint32_t>(axis.i) << 8 |
-                static_cast<std::uint32_t>(axis.j));
 }
 
 }  // namespace zoned::physics
