@@ -90,6 +90,7 @@ void Scene::Impl::reserve_room(BodyKind kind) {
     breaks.reserve(movers);
     solver.reserve(movers, contacts);
     substep_policy.reserve(movers, contacts);
+    torn.reserve(movers, contacts);
     if (stepper) {
         stepper->reserve(movers, contacts);
     }

@@ -11,6 +11,7 @@
 #include "server/physics/shapes/compound/bounds.h"
 #include "server/physics/solver/contact_solver.h"
 #include "server/physics/solver/substep_policy.h"
+#include "server/physics/solver/torn_islands.h"
 #include "server/spatial/box_index.h"
 
 #include <array>
@@ -36,12 +37,6 @@ struct Scene::Impl {
         kEnded
     };
 
-    struct StepStart {
-        Vec3 position;
-        Quat orientation;
-        Vec3 velocity;
-    };
-
     PhysicsSettings settings;
     compute::Team alone;           ///< of the caller only
     compute::Team* team = &alone;  ///< the threads that work at a step
@@ -61,6 +56,7 @@ struct Scene::Impl {
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
     std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
     SubstepPolicy substep_policy;
+    TornIslands torn;
     ContactSolver solver;
     std::unique_ptr<VariantStepper> stepper;  ///< null with SolverVariant::kSoftStep
     std::unique_ptr<VariantStepper>
@@ -223,6 +219,8 @@ struct Scene::Impl {
     void mark_held();
     void solve_by_substep_policy(float dt);
     void solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt);
+    /// Solves islands with joints, those that it tears again with more substeps.
+    void solve_jointed(const SubstepPolicy::SubstepBatch& batch, float dt);
     /// False, and nothing is changed, where there is no exact answer.
     bool solve_exactly(std::span<const std::uint32_t> contacts, float dt);
     /// The solve by an alternative to ContactSolver; writes `broken`.

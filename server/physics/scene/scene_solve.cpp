@@ -76,12 +76,16 @@ void Scene::Impl::solve_by_substep_policy(float dt) {
                         {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
                         *team);
     substep_limited = substep_policy.substep_limited();
+    torn.begin_step(substep_policy.jointed_visits(), {settings.error_budget_m, settings.gravity});
     for (std::size_t i = 0; i < SubstepPolicy::kBatches; ++i) {
         const SubstepPolicy::SubstepBatch batch = substep_policy.batch(i);
-        if (!batch.contacts.empty() || !batch.joints.empty()) {
+        if (!batch.joints.empty()) {
+            solve_jointed(batch, dt);
+        } else if (!batch.contacts.empty()) {
             solve_batch(batch, dt);
         }
     }
+    substep_limited += torn.given_up();
     for (std::size_t i = 0; i < substep_policy.exact_count(); ++i) {
         const SubstepPolicy::SubstepBatch island = substep_policy.exact(i);
         if (!solve_exactly(island.contacts, dt)) {
@@ -100,8 +104,20 @@ void Scene::Impl::solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt
         batch.young ? SubstepPolicy::kYoungIterations : settings.velocity_iterations;
     parameters.relax_iterations = settings.relax_iterations;
     parameters.restitution_speed = settings.restitution_speed_mps;
-    substeps = static_cast<std::uint32_t>(batch.substeps);
+    substeps = std::max(substeps, static_cast<std::uint32_t>(batch.substeps));
     solver.solve(bodies, graph, batch.contacts, joints, batch.joints, parameters, *team, broken);
+}
+
+void Scene::Impl::solve_jointed(const SubstepPolicy::SubstepBatch& batch, float dt) {
+    const TornIslands::StepView view{bodies, graph, joints, substep_policy, starts};
+    torn.note(view, batch);
+    solve_batch(batch, dt);
+    for (int more = 2 * batch.substeps; torn.take_back(view, more, broken); more *= 2) {
+        solve_batch({more, batch.young, torn.contacts(), torn.joints()}, dt);
+    }
+    if (torn.take_back_hopeless(view)) {
+        solve_batch({batch.substeps, batch.young, torn.contacts(), torn.joints()}, dt);
+    }
 }
 
 bool Scene::Impl::solve_exactly(std::span<const std::uint32_t> contacts, float dt) {

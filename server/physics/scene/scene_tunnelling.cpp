@@ -33,7 +33,10 @@ struct Scene::Impl::Surface {
 void Scene::Impl::note_starts() {
     starts.resize(bodies.rows());
     for (const std::uint32_t row : bodies.awake_list) {
-        starts[row] = {bodies.position[row], bodies.orientation[row], bodies.velocity[row]};
+        starts[row] = {bodies.position[row],
+                       bodies.orientation[row],
+                       bodies.velocity[row],
+                       bodies.angular_velocity[row]};
     }
 }
 

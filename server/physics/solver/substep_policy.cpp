@@ -240,8 +240,10 @@ void SubstepPolicy::settle(Bodies& bodies, float dt) {
             patience_[i] = patience;
         }
     }
+    island_.resize(bodies.rows());
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
+        island_[awake[i]] = root;
         bodies.substep_level[awake[i]] = held_[root];
         bodies.inv_mass_scale[awake[i]] =
             needs_[root].inv_mass_scale_of(bodies.inv_mass[awake[i]], held_[root]);
@@ -314,6 +316,18 @@ void SubstepPolicy::plan(Bodies& bodies,
     for (const std::uint32_t row : bodies.awake_list) {
         bodies.solver_slot[row] = 0;
     }
+}
+
+std::size_t SubstepPolicy::jointed_visits() const {
+    std::size_t visits = 0;
+    for (std::size_t i = 0; i < kBatches; ++i) {
+        const SubstepBatch some = batch(i);
+        if (!some.joints.empty()) {
+            visits += (some.contacts.size() + some.joints.size()) *
+                      static_cast<std::size_t>(some.substeps);
+        }
+    }
+    return visits;
 }
 
 template <class RowOf>

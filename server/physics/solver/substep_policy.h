@@ -49,6 +49,7 @@ namespace zoned::physics {
 class SubstepPolicy {
   public:
     static constexpr std::size_t kLevels = 7;  ///< 1, 2, 4 ... 64 substeps
+    static constexpr int kMostSubsteps = 1 << (kLevels - 1);
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
     /// start that is worth the name, and a stack sinks before its impulses have been found.
     static constexpr int kYoungIterations = 8;
@@ -96,11 +97,17 @@ class SubstepPolicy {
     /// One such island, and how to solve it where there is no exact answer; i < exact_count().
     [[nodiscard]] SubstepBatch exact(std::size_t i) const {
         const ExactIsland& island = exact_[i];
-        return {1 << (kLevels - 1),
+        return {kMostSubsteps,
                 island.young,
                 std::span(exact_contacts_).subspan(island.first, island.end - island.first),
                 {}};
     }
+
+    /// Contacts and joints of islands with joints, each times its substeps.
+    [[nodiscard]] std::size_t jointed_visits() const;
+
+    /// The island of a simulated body in the last plan.
+    [[nodiscard]] std::uint32_t island_of(std::uint32_t row) const { return island_[row]; }
 
     /// Islands of the last plan in which something asked for more than the highest level, besides
     /// those that want an exact solve.
@@ -170,6 +177,7 @@ class SubstepPolicy {
 
     std::uint32_t substep_limited_ = 0;
 
+    std::vector<std::uint32_t> island_;   // by row
     std::vector<IslandNeeds> needs_;      // by place in the list of bodies: of its island's root
     std::vector<std::uint8_t> held_;      // the level that it had
     std::vector<std::uint8_t> patience_;  // steps until it may go down

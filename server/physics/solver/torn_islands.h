@@ -1,0 +1,117 @@
+// TornIslands: finds the islands whose joints a solve tore, and puts them back to solve them again.
+#pragma once
+
+#include "server/physics/bodies/bodies.h"
+#include "server/physics/contacts/contact_graph.h"
+#include "server/physics/joints/joint_table.h"
+#include "server/physics/solver/substep_policy.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+/// A body as it was before the solve of a step.
+struct StepStart {
+    Vec3 position = Vec3::Zero();
+    Quat orientation = Quat::Identity();
+    Vec3 velocity = Vec3::Zero();
+    Vec3 spin = Vec3::Zero();
+};
+
+/// SubstepPolicy foresees the substeps of an island from its last step. A blow within the step may
+/// ask for more: joints open, or bodies of a looped graph gain energy from what undoes the error.
+/// The island is then solved again from where the step began, with twice the substeps, until it
+/// holds together, more changes nothing, or there are no more. Counted, never timed: all repeats of
+/// a step visit no more contacts and joints than kLeastVisits or its first solve.
+class TornIslands {
+  public:
+    void reserve(std::size_t bodies, std::size_t contacts);
+
+    /// What an island may not do in a step.
+    struct Limits {
+        float gap_m = 0.005F;         ///< a joint opens no further
+        Vec3 gravity = Vec3::Zero();  ///< m/s2
+    };
+
+    /// The scene that is solved. `starts` is by row.
+    struct StepView {
+        Bodies& bodies;
+        ContactGraph& graph;
+        JointTable& table;
+        const SubstepPolicy& islands;
+        std::span<const StepStart> starts;
+    };
+
+    /// Begins a step of so many visits: contacts and joints times their substeps.
+    void begin_step(std::size_t visits, const Limits& limits);
+
+    /// Remembers what a solve of the batch changes besides the bodies.
+    void note(const StepView& view, const SubstepPolicy::SubstepBatch& batch);
+
+    /// Puts the islands back that the solve with half of `substeps` tore, and lists them for one
+    /// with `substeps`. Bodies that it stopped leave `broken`. False: there are none.
+    bool take_back(const StepView& view, int substeps, std::vector<std::uint32_t>& broken);
+
+    /// After the last repeat: the islands which are no better for the repeats, put back to be
+    /// solved as at first.
+    bool take_back_hopeless(const StepView& view);
+
+    [[nodiscard]] std::span<const std::uint32_t> contacts() const { return contacts_; }
+
+    [[nodiscard]] std::span<const std::uint32_t> joints() const { return joints_; }
+
+    /// Islands of this step that stayed torn.
+    [[nodiscard]] std::uint32_t given_up() const { return given_up_; }
+
+  private:
+    struct NotedContact {
+        std::uint32_t index = 0;
+        Contact contact;
+    };
+
+    struct NotedJoint {
+        std::uint32_t index = 0;
+        JointState state;
+        float gap = 0.0F;  ///< m
+    };
+
+    struct TornIsland {
+        std::uint32_t island = 0;
+        float gap = 0.0F;        ///< of the joint that is open most, m
+        std::size_t visits = 0;  ///< in one substep
+    };
+
+    /// Change of energy in the step.
+    struct IslandEnergy {
+        float gain = 0.0F;
+        float allowed = 0.0F;
+        bool driven = false;  ///< by motors, springs, movers or forces: it may gain
+    };
+
+    void list_rows(const StepView& view);
+    void judge(const StepView& view, std::span<const std::uint32_t> broken);
+    void weigh(const StepView& view);
+    void drop_hopeless();
+    void keep_affordable(const StepView& view, int substeps);
+    void put_back(const StepView& view, std::span<const TornIsland> which);
+    [[nodiscard]] static const TornIsland* find(std::span<const TornIsland> some,
+                                                std::uint32_t island);
+
+    Limits limits_;
+    std::size_t visits_left_ = 0;
+    std::uint32_t given_up_ = 0;
+    std::vector<NotedContact> noted_contacts_;
+    std::vector<NotedJoint> noted_joints_;
+    std::vector<std::uint32_t> rows_;   // simulated bodies of the batch
+    std::vector<std::uint8_t> listed_;  // by row; zero between calls
+    std::vector<IslandEnergy> energy_;  // by island
+    std::vector<TornIsland> torn_;      // now, by island
+    std::vector<TornIsland> last_;      // before the last repeat
+    std::vector<TornIsland> hopeless_;
+    std::vector<std::uint32_t> contacts_;
+    std::vector<std::uint32_t> joints_;
+};
+
+}  // namespace zoned::physics
