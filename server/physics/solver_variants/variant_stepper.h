@@ -60,6 +60,7 @@ class VariantStepper {
     void sort_by_island(const VariantStep& step);
     void write_rows(const VariantStep& step, double h);
     void substep(const VariantStep& step, double h, int index);
+    void note_speeds();
     void solve_velocities(const VariantStep& step, double h);
     void split_positions(const VariantStep& step, double h);
     void penalty_substep(const VariantStep& step, double h, int index);

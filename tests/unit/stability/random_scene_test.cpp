@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -203,6 +205,40 @@ TEST(RandomScene, ComesFromItsTwoNumbersAlone) {
     EXPECT_NE(generate_scene(5, 1), generate_scene(6, 1));
 }
 
+/// Scenes that random search found and shrunk, each of which an engine or the lab itself once got
+/// wrong: tests/stability/found.
+TEST(RandomScene, ThatWasFoundBreaksNothingNow) {
+    std::size_t count = 0;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(ZONED_SOURCE_DIR "/tests/stability/found")) {
+        std::ifstream file(entry.path());
+        const std::string text(std::istreambuf_iterator<char>(file), {});
+        const auto scene = scene_from_text(text);
+        ASSERT_TRUE(scene.ok()) << entry.path() << (scene.ok() ? "" : scene.error());
+        const SceneVerdict verdict = run_scene(*scene);
+        EXPECT_EQ(verdict.refused, "") << entry.path();
+        for (const Breach& breach : verdict.breaches) {
+            ADD_FAILURE() << entry.path() << ": "
+                          << invariant_names()[static_cast<std::size_t>(breach.what)] << ' '
+                          << breach.figure << " of " << breach.bound;
+        }
+        ++count;
+    }
+    EXPECT_GE(count, 4U);
+}
+
+/// Numbers and hashes of texts are the same with each compiler, and so has the order of draws to
+/// be.
+TEST(RandomScene, IsTheSameWithEachCompiler) {
+    std::uint64_t hash = 0xCBF29CE484222325U;  // FNV-1a
+    for (std::uint64_t k = 0; k < 40; ++k) {
+        for (const char c : scene_to_text(generate_scene(1, k))) {
+            hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+        }
+    }
+    EXPECT_EQ(hash, 4706515633592621376U);
+}
+
 TEST(RandomScene, EachFamilyFindsPlaces) {
     for (const std::string& family : family_names()) {
         int found = 0;
@@ -255,7 +291,9 @@ TEST(SceneShrink, FindsTheSmallestSubset) {
     EXPECT_EQ(minimise(64, fails, budget), (std::vector<std::size_t>{13, 40}));
     EXPECT_GT(budget, 800) << "logarithmic for few causes";
     budget = 100;
-    EXPECT_TRUE(minimise(8, [](const auto&) { return true; }, budget).empty());
+    EXPECT_TRUE(minimise(
+                    8, [](const auto&) { return true; }, budget)
+                    .empty());
 }
 
 TEST(SceneShrink, LeavesWhatAFailureNeeds) {
