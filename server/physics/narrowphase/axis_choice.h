@@ -12,4 +12,11 @@ inline constexpr float kEdgeBias = 2.0e-3F;
 /// that the faces do not have already.
 inline constexpr float kParallel = 5.0e-3F;
 
+/// An edge runs along a face that looks along the axis of contact by more than this cosine.
+inline constexpr float kAlongFace = 0.9F;
+/// Ends of such a run that are nearer to where two edges cross than this are the crossing, m.
+inline constexpr float kSameEnd = 1.0e-3F;
+/// From this bit on names of such ends differ from that of the crossing.
+inline constexpr int kRunBits = 16;
+
 }  // namespace zoned::physics

@@ -2,7 +2,9 @@
 #include "server/physics/narrowphase/collide.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -34,6 +36,8 @@ struct BestAxis {
 
 /// Four edges of the face and four of the planes.
 constexpr int kEdgeBits = 4;
+/// In the names of an edge contact's points: a's edge runs along b's face.
+constexpr std::uint32_t kFlippedRun = 0x40000000U;
 
 void test_faces(const BoxPair& p, BestAxis& best) {
     const Vec3& ha = p.a.shape.half_extents;
@@ -92,7 +96,67 @@ void test_edges(const BoxPair& p, BestAxis& best) {
     }
 }
 
-/// Nearest points of the two edges; one contact point halfway.
+/// A segment, and the face that it may run along: of `box`, beside its edge along `edge`, whichever
+/// looks more along `towards` (unit, from the box to the segment).
+struct BoxRun {
+    const Placed& box;
+    int edge;
+    Vec3 towards;
+    Vec3 from, along;
+};
+
+/// Adds the ends of the segment's part over the face that are near it and not at the crossing of
+/// the two edges, which is near[0]. None is deeper than that, as the shapes overlap by no more
+/// along the axis.
+void add_run_ends(const BoxRun& run,
+                  float margin,
+                  std::uint32_t name,
+                  std::array<ManifoldPoint, 5>& near,
+                  std::size_t& count) {
+    const Vec3 outward = run.box.rotation.transpose() * run.towards;
+    const Vec3 p = run.box.to_local(run.from);
+    const Vec3 d = run.box.rotation.transpose() * run.along;
+    const Vec3& half = run.box.shape.half_extents;
+    int face = (run.edge + 1) % 3;
+    int other = (run.edge + 2) % 3;
+    if (std::abs(outward[other]) > std::abs(outward[face])) {
+        std::swap(face, other);
+    }
+    const float steep = std::abs(outward[face]);
+    if (steep < kAlongFace) {
+        return;
+    }
+    float lower = 0.0F;
+    float upper = 1.0F;
+    for (const int k : {run.edge, other}) {
+        if (d[k] == 0.0F) {
+            if (std::abs(p[k]) > half[k]) {
+                return;
+            }
+            continue;
+        }
+        const float s = (-half[k] - p[k]) / d[k];
+        const float t = (half[k] - p[k]) / d[k];
+        lower = std::max(lower, std::min(s, t));
+        upper = std::min(upper, std::max(s, t));
+    }
+    if (lower >= upper) {
+        return;
+    }
+    const float sign = outward[face] > 0.0F ? 1.0F : -1.0F;
+    for (const float s : {lower, upper}) {
+        const float over = (sign * (p[face] + s * d[face]) - half[face]) / steep;
+        const float gap = std::max(over, near[0].separation);
+        const Vec3 middle = run.from + s * run.along - 0.5F * gap * run.towards;
+        if (gap <= margin && (middle - near[0].point).squaredNorm() > kSameEnd * kSameEnd) {
+            near[count++] = {middle, gap, name | (s == lower ? 1U : 2U) << kRunBits};
+        }
+    }
+}
+
+/// Where the two edges cross, and where each of them leaves the face of the other box that it runs
+/// along: held at the crossing alone, a thin plate on a ridge would turn about it, and through the
+/// ridge.
 void add_edge_contact(const BoxPair& p, const BestAxis& best, float margin, Manifold& out) {
     if (best.separation > margin) {
         return;
@@ -123,7 +187,14 @@ void add_edge_contact(const BoxPair& p, const BestAxis& best, float margin, Mani
     const float t = d.cross(da).dot(across) / sine2;
     const Vec3 on_a = pa + std::clamp(s, -limit_a, limit_a) * da;
     const Vec3 on_b = pb + std::clamp(t, -limit_b, limit_b) * db;
-    out.add(0.5F * (on_a + on_b), best.separation, feature);
+    std::array<ManifoldPoint, 5> near;
+    near[0] = {0.5F * (on_a + on_b), best.separation, feature};
+    std::size_t count = 1;
+    const BoxRun a_on_b{p.b, best.j, -best.normal, pa - limit_a * da, 2.0F * limit_a * da};
+    const BoxRun b_on_a{p.a, best.i, best.normal, pb - limit_b * db, 2.0F * limit_b * db};
+    add_run_ends(a_on_b, margin, feature | kFlippedRun, near, count);
+    add_run_ends(b_on_a, margin, feature, near, count);
+    keep_four({near.data(), count}, out);
 }
 
 /// The face of `box` that looks most along `direction`, as a polygon.

@@ -9,12 +9,6 @@ constexpr int kLoopBits = 7;
 constexpr std::uint32_t kPlaneEdge = 0x40U;
 constexpr std::uint32_t kEdgeContact = 0x80000000U;
 constexpr std::uint32_t kFlipped = 0x40000000U;
-/// An edge contact has this place for names of the points beside the crossing.
-constexpr int kRunBits = 16;
-/// An edge runs along a face that looks along the axis of contact by more than this cosine.
-constexpr float kAlong = 0.9F;
-/// Ends of a run that are nearer to the crossing than this are the crossing, m.
-constexpr float kSameEnd = 1.0e-3F;
 
 /// Clips the incident face by the sides of the reference face and keeps the corners that are near
 /// it.
@@ -74,25 +68,27 @@ class EdgeRun {
           face_(pick(hull, crossed, towards)),
           towards_(towards) {}
 
-    /// Adds the ends that are near the face and not at the crossing; returns how many.
+    /// Adds the ends that are near the face and not at the crossing; returns how many. None is
+    /// deeper than the crossing, as the shapes overlap by no more along the axis.
     std::size_t add_ends(const Vec3& from,
                          const Vec3& along,
-                         const Vec3& crossing,
+                         const ManifoldPoint& crossing,
                          float margin,
                          std::uint32_t name,
                          ManifoldPoint* out) const {
         const float steep = face_.normal.dot(towards_);
         float lower = 0.0F;
         float upper = 1.0F;
-        if (steep < kAlong || !clip_to_sides(from, along, lower, upper)) {
+        if (steep < kAlongFace || !clip_to_sides(from, along, lower, upper)) {
             return 0;
         }
         std::size_t count = 0;
         for (const float s : {lower, upper}) {
             const Vec3 end = from + s * along;
-            const float gap = (face_.normal.dot(end) - face_.offset) / steep;
+            const float over = (face_.normal.dot(end) - face_.offset) / steep;
+            const float gap = std::max(over, crossing.separation);
             const Vec3 middle = end - 0.5F * gap * towards_;
-            if (gap <= margin && (middle - crossing).squaredNorm() > kSameEnd * kSameEnd) {
+            if (gap <= margin && (middle - crossing.point).squaredNorm() > kSameEnd * kSameEnd) {
                 out[count++] = {middle, gap, name | (s == lower ? 1U : 2U) << kRunBits};
             }
         }
@@ -152,8 +148,8 @@ void add_edge_points(const HullView& a,
     near[0] = {crossing, axis.separation, name};
     std::size_t count = 1;
     const Vec3 back = -axis.normal;
-    count += EdgeRun(b, eb, back).add_ends(pa, da, crossing, margin, name | kFlipped, &near[count]);
-    count += EdgeRun(a, ea, axis.normal).add_ends(pb, db, crossing, margin, name, &near[count]);
+    count += EdgeRun(b, eb, back).add_ends(pa, da, near[0], margin, name | kFlipped, &near[count]);
+    count += EdgeRun(a, ea, axis.normal).add_ends(pb, db, near[0], margin, name, &near[count]);
     keep_four({near.data(), count}, out);
 }
 

@@ -115,7 +115,7 @@ void Scene::Impl::solve_jointed(const SubstepPolicy::SubstepBatch& batch, float 
     for (int more = 2 * batch.substeps; torn.take_back(view, more, broken); more *= 2) {
         solve_batch({more, batch.young, torn.contacts(), torn.joints()}, dt);
     }
-    if (torn.take_back_hopeless(view)) {
+    if (torn.take_back_hopeless(view, broken)) {
         solve_batch({batch.substeps, batch.young, torn.contacts(), torn.joints()}, dt);
     }
 }

@@ -233,25 +233,24 @@ bool TornIslands::take_back(const StepView& view,
     judge(view, broken);
     drop_hopeless();
     keep_affordable(view, substeps);
-    put_back(view, torn_);
-    std::erase_if(broken, [&](std::uint32_t row) {
-        return find(torn_, view.islands.island_of(row)) != nullptr;
-    });
+    put_back(view, torn_, broken);
     last_.swap(torn_);
     return !joints_.empty();
 }
 
-bool TornIslands::take_back_hopeless(const StepView& view) {
+bool TornIslands::take_back_hopeless(const StepView& view, std::vector<std::uint32_t>& broken) {
     std::sort(hopeless_.begin(), hopeless_.end(), [](const TornIsland& a, const TornIsland& b) {
         return a.island < b.island;
     });
-    put_back(view, hopeless_);
+    put_back(view, hopeless_, broken);
     return !joints_.empty();
 }
 
 /// Lists the contacts and joints of these islands, and takes them and their bodies to the step's
-/// start.
-void TornIslands::put_back(const StepView& view, std::span<const TornIsland> which) {
+/// start. Bodies that were stopped go on.
+void TornIslands::put_back(const StepView& view,
+                           std::span<const TornIsland> which,
+                           std::vector<std::uint32_t>& broken) {
     contacts_.clear();
     joints_.clear();
     if (which.empty()) {
@@ -281,6 +280,7 @@ void TornIslands::put_back(const StepView& view, std::span<const TornIsland> whi
             view.bodies.angular_velocity[row] = start.spin;
         }
     }
+    std::erase_if(broken, meant);
 }
 
 }  // namespace zoned::physics

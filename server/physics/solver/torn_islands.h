@@ -56,7 +56,7 @@ class TornIslands {
 
     /// After the last repeat: the islands which are no better for the repeats, put back to be
     /// solved as at first.
-    bool take_back_hopeless(const StepView& view);
+    bool take_back_hopeless(const StepView& view, std::vector<std::uint32_t>& broken);
 
     [[nodiscard]] std::span<const std::uint32_t> contacts() const { return contacts_; }
 
@@ -95,7 +95,9 @@ class TornIslands {
     void weigh(const StepView& view);
     void drop_hopeless();
     void keep_affordable(const StepView& view, int substeps);
-    void put_back(const StepView& view, std::span<const TornIsland> which);
+    void put_back(const StepView& view,
+                  std::span<const TornIsland> which,
+                  std::vector<std::uint32_t>& broken);
     [[nodiscard]] static const TornIsland* find(std::span<const TornIsland> some,
                                                 std::uint32_t island);
 

@@ -1,5 +1,6 @@
 // Boxes on the crests of surfaces: they come to rest, and touch the triangles under them.
 #include "server/physics/narrowphase/contact_set.h"
+#include "server/physics/shapes/convex/hull.h"
 #include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
 
@@ -139,6 +140,49 @@ TEST(Crest, HoldsPlatesThatTumbleOntoIt) {
             const Vec3 at = scene.state(id).position;
             ASSERT_GT(at.y(), roof(at.x(), at.z()) - kSlope * kReach - 0.009F)
                 << "plate " << i << " step " << t;
+        }
+    }
+}
+
+/// The same on the upper edge of a beam that lies on one. Up to one plate of thirty had its centre
+/// within the beam.
+TEST(Crest, OfABeamHoldsPlatesThatTumbleOntoIt) {
+    constexpr float kHalf = 0.5F;
+    const Vec3 half(2.0F, kHalf, kHalf);
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 8; ++i) {
+        corners.push_back(half.cwiseProduct(Vec3((i & 1) != 0 ? 1.0F : -1.0F,
+                                                 (i & 2) != 0 ? 1.0F : -1.0F,
+                                                 (i & 4) != 0 ? 1.0F : -1.0F)));
+    }
+    for (const Shape& beam : {Shape::box(half), Shape::hull(build_hull(corners)->hull)}) {
+        BodyDef ground;
+        ground.kind = BodyKind::kStatic;
+        ground.shape = beam;
+        ground.orientation = Quat(Eigen::AngleAxisf(0.785398F, Vec3::UnitX()));
+        ground.position = Vec3(0.0F, -std::sqrt(2.0F) * kHalf, 0.0F);
+        std::mt19937 rng(7);
+        std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
+        const auto vector = [&] {
+            return Vec3{unit(rng), unit(rng), unit(rng)};
+        };
+        for (int i = 0; i < 200; ++i) {
+            Scene scene{PhysicsSettings()};
+            ASSERT_TRUE(scene.add(ground).ok());
+            BodyDef plate;
+            plate.shape = Shape::box(Vec3(0.1F, 0.009F, 0.1F));
+            plate.position = Vec3(0.0F, 0.5F, 0.0F) + 0.1F * vector();
+            plate.orientation = Quat(Eigen::AngleAxisf(3.0F * unit(rng), vector().normalized()));
+            plate.velocity = Vec3(0.0F, -3.0F, 0.0F) + 0.5F * vector();
+            plate.angular_velocity = 12.0F * vector();
+            const BodyId id = *scene.add(plate);
+            for (int t = 0; t < 120; ++t) {
+                scene.step(1.0F / 240.0F);
+                const Vec3 at =
+                    ground.orientation.conjugate() * (scene.state(id).position - ground.position);
+                ASSERT_LE((half - at.cwiseAbs()).minCoeff(), 0.0F)
+                    << "plate " << i << " step " << t;
+            }
         }
     }
 }
