@@ -4,13 +4,18 @@
 
 namespace zoned::view {
 
-void CommandLog::on_sent(std::uint64_t sequence, Tick newest, std::size_t count) {
+void CommandLog::on_sent(std::uint64_t sequence,
+                         Tick newest,
+                         std::size_t count,
+                         double made_late_s) {
     if (sequence != 0) {
-        packets_[sequence % kKept] = {sequence, newest, count};
+        packets_[sequence % kKept] = {sequence, newest, count, made_late_s};
     }
 }
 
-bool CommandLog::on_update(const link::UplinkUpdate& update, std::size_t& late) {
+bool CommandLog::on_update(const link::UplinkUpdate& update,
+                           std::size_t& late,
+                           double& made_late_s) {
     if (update.sequence <= heard_) {
         return false;
     }
@@ -20,6 +25,7 @@ bool CommandLog::on_update(const link::UplinkUpdate& update, std::size_t& late) 
         return false;
     }
     // Packets are sent one a tick; where that was not so, a few arrivals more stay unknown.
+    made_late_s = packet.made_late_s;
     late = std::min(update.missed_before, packet.count - 1);
     for (std::size_t i = 0; i <= late; ++i) {
         const Tick tick = packet.newest - static_cast<Tick>(i);

@@ -18,12 +18,14 @@ class CommandLog {
   public:
     static constexpr std::size_t kKept = 256;
 
-    /// A packet with the `count` commands up to tick `newest` left. Sequence 0: it was not sent.
-    void on_sent(std::uint64_t sequence, Tick newest, std::size_t count);
+    /// A packet with the `count` commands up to tick `newest` left, so long after the newest was
+    /// due: a client makes commands when it is polled. Sequence 0: it was not sent.
+    void on_sent(std::uint64_t sequence, Tick newest, std::size_t count, double made_late_s);
 
     /// True when `news` is new and reports a packet of commands. `late` is then the number of
-    /// commands that came first with this packet although earlier packets had carried them.
-    bool on_update(const link::UplinkUpdate& update, std::size_t& late);
+    /// commands that came first with this packet although earlier packets had carried them, and
+    /// `made_late_s` what on_sent() was told of it.
+    bool on_update(const link::UplinkUpdate& update, std::size_t& late, double& made_late_s);
 
     /// When the server had the command for a tick, by its clock; none when that is not known.
     [[nodiscard]] std::optional<double> arrival_s(Tick tick) const;
@@ -35,6 +37,7 @@ class CommandLog {
         std::uint64_t sequence = 0;
         Tick newest = -1;
         std::size_t count = 0;
+        double made_late_s = 0.0;
     };
 
     struct CommandArrival {

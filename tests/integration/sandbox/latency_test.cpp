@@ -135,8 +135,8 @@ TEST_F(InputClock, OnASteadyPathNothingIsMissedAndAMillisecondIsMuch) {
     measure();
     EXPECT_EQ(share, 0.0);
     EXPECT_LT(clock_error_ms.percentile(0.99), kStepMs);
-    // The delay up, the margin and one time step.
-    EXPECT_LT(lead_ticks.percentile(0.99), (kPathMs + 3.0 + 2.0 * kStepMs) / kTickMs);
+    // The delay up, the margin, one time step on the way, and one by which a command is made late.
+    EXPECT_LT(lead_ticks.percentile(0.99), (kPathMs + 3.0 + 3.0 * kStepMs) / kTickMs);
 }
 
 TEST_F(InputClock, UnderAJitterOfATickLessThanOneInAThousandIsMissed) {
