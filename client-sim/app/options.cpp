@@ -28,6 +28,7 @@ struct Raw {
     std::string convergence = "projective";
     std::string view = "extrapolate";
     std::string predictor = "published";
+    std::string transport = "udp";
     std::string outage;
     std::string pin;
     std::vector<std::string> tickets;
@@ -102,6 +103,11 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
         ->check(CLI::Range(0.05, 3600.0));
     app.add_flag("--no-audit", raw.no_audit, "Do not compare with the server's truth");
     app.add_flag("--no-freeze", raw.no_freeze, "Do not freeze the world at the end");
+    app.add_option("--transport",
+                   raw.transport,
+                   "udp (states by UDP, the rest by TLS) or websocket (all as a browser does it: "
+                   "--connect names the server's websocket= port; without TLS on loopback)")
+        ->check(CLI::IsMember({"udp", "websocket"}));
     app.add_option("--udp-sockets", o.udp_sockets, "UDP sockets shared by the bots")
         ->check(CLI::Range(1, 1024));
     app.add_flag("--quiet", o.quiet, "No progress line");
@@ -181,6 +187,7 @@ void convert(const Raw& raw, Options& o) {
     o.conditioner.seed = o.swarm.seed;
     read_outage(raw.outage, o.conditioner);
     o.pin = read_pin(raw.pin);
+    o.websocket = raw.transport == "websocket";
     o.swarm.meter = !o.report_file.empty();
     o.swarm.audit = !raw.no_audit;
     o.swarm.freeze = !raw.no_freeze;

@@ -21,6 +21,7 @@ struct Options {
     std::string ca_file;
     std::string report_file;
     int udp_sockets = 16;
+    bool websocket = false;
     bool quiet = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include "client-sim/link/name_lookup.h"
 #include "client-sim/link/socket_transport.h"
+#include "client-sim/link/websocket_stream.h"
 
 #include <unistd.h>
 
@@ -43,6 +44,9 @@ link::NetworkSettings network_settings(const Options& o) {
     n.port = o.port;
     n.ca_file = o.ca_file;
     n.udp_sockets = o.udp_sockets;
+    if (o.websocket) {
+        n.make_stream = link::make_websocket_stream;
+    }
     n.conditioner = o.conditioner;
     if (!o.pin.empty()) {
         n.trust.kind = link::Trust::TrustKind::kPin;
@@ -150,11 +154,12 @@ int run(const Options& options) {
         }
         if (const std::string why = swarm.unreachable(); !why.empty()) {
             std::fprintf(stderr,
-                         "client-sim: %s:%s: %s; is the server running and is the port its tcp= "
+                         "client-sim: %s:%s: %s; is the server running and is the port its %s= "
                          "port?\n",
                          options.host.c_str(),
                          options.port.c_str(),
-                         why.c_str());
+                         why.c_str(),
+                         options.websocket ? "websocket" : "tcp");
             return kEnvironment;
         }
         std::fputs(measure::to_table(report).c_str(), stdout);

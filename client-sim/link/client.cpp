@@ -50,6 +50,12 @@ void Client::listen() {
         in.up = up;
         incoming_.push_back(std::move(in));
     };
+    events.opened_inside = [this] {
+        Incoming in;
+        in.kind = Incoming::IncomingKind::kOpened;
+        in.inside = true;
+        incoming_.push_back(std::move(in));
+    };
     events.frame = [this](Bytes frame) {
         Incoming in;
         in.kind = Incoming::IncomingKind::kFrame;
@@ -131,7 +137,12 @@ void Client::on_opened(const Incoming& incoming) {
     if (state_ != SessionState::kConnecting) {
         return;
     }
-    channel_.rekey(incoming.down, incoming.up);
+    stats_.websocket = incoming.inside;
+    if (incoming.inside) {
+        channel_.unseal();
+    } else {
+        channel_.rekey(incoming.down, incoming.up);
+    }
     wire::HelloMessage hello;
     hello.protocol_version = kProtocolVersion;
     hello.config_digest = login_.config_digest;
@@ -211,7 +222,8 @@ void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
     grace_s_ = static_cast<double>(welcome.grace_s);
     last_udp_s_ = now_s;
     last_packet_s_ = now_s;
-    path_ = UplinkPath::kUdp;
+    path_ = stats_.websocket ? UplinkPath::kInside : UplinkPath::kUdp;
+    stats_.tunnelled = stats_.tunnelled || stats_.websocket;
     channel_.set_connection(welcome.connection_id);
     if (welcome.world && welcome.world->tick_rate_hz > 0.0) {
         channel_.set_tick_s(1.0 / welcome.world->tick_rate_hz);
@@ -274,7 +286,7 @@ void Client::on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, do
         return;
     }
     last_packet_s_ = now_s;
-    if (!tunnel) {
+    if (!tunnel && path_ != UplinkPath::kInside) {
         last_udp_s_ = now_s;
         path_ = UplinkPath::kUdp;
     } else if (path_ == UplinkPath::kAsking && answered_s_ < 0.0) {
@@ -350,6 +362,8 @@ bool Client::next_goes_inside_stream() {
             return false;
         case UplinkPath::kAsking:
             return path_counter_++ % kAskEvery == 0;
+        case UplinkPath::kInside:
+            return true;
         case UplinkPath::kStream:
             return ++path_counter_ % kProbeEvery != 0;
     }

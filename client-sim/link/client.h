@@ -63,6 +63,7 @@ struct SessionStats {
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
     bool tunnelled = false;  ///< datagrams had to travel inside the stream, at least for a time
+    bool websocket = false;  ///< the stream is a WebSocket
 };
 
 /// Not thread-safe. The transport queues its messages here; advance() does all work.
@@ -135,12 +136,14 @@ class Client {
         std::string reason;
         wire::SealKey down;
         wire::SealKey up;
+        bool inside = false;  ///< kOpened: a WebSocket, without keys
     };
 
     enum class UplinkPath : std::uint8_t {
         kUdp,
         kAsking,  ///< over UDP, now and then inside the stream
         kStream,  ///< inside the stream, now and then over UDP
+        kInside,  ///< a WebSocket: inside it, whatever comes
     };
 
     struct PendingCommand {

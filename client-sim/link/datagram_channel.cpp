@@ -31,6 +31,11 @@ void DatagramChannel::rekey(const wire::SealKey& down, const wire::SealKey& up) 
     up_.emplace(up);
 }
 
+void DatagramChannel::unseal() {
+    down_.emplace(wire::Seal::none());
+    up_.emplace(wire::Seal::none());
+}
+
 void DatagramChannel::restart() {
     next_up_ = 1;
     sent_.fill({});

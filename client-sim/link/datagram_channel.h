@@ -54,6 +54,8 @@ class DatagramChannel {
 
     /// New keys (a stream was opened). Sequences go on: under a new key none is used twice.
     void rekey(const wire::SealKey& down, const wire::SealKey& up);
+    /// A stream was opened that protects datagrams by itself: they travel as they are.
+    void unseal();
     /// A new session: sequences in both directions start again at 1. Call with rekey.
     void restart();
     /// The server crashed and has forgotten its last datagrams: acknowledgements, sequences upward

@@ -19,6 +19,9 @@ using Bytes = std::vector<std::uint8_t>;
 struct TransportEvents {
     /// Stream is up (TLS done); keys derive from its exporter.
     std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
+    /// In its place for a WebSocket, which protects what it carries: datagrams travel inside it as
+    /// they are, and there is no UDP.
+    std::function<void()> opened_inside = {};
     std::function<void(Bytes frame)> frame;        ///< one serialised ServerMessage
     std::function<void(Bytes datagram)> datagram;  ///< UDP payload with this client's connection id
     std::function<void(std::string reason)> closed;  ///< stream is gone; empty reason: orderly

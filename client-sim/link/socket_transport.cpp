@@ -1,6 +1,7 @@
 #include "client-sim/link/socket_transport.h"
 
 #include "client-sim/link/name_lookup.h"
+#include "client-sim/link/tls_stream.h"
 #include "shared/wire/packet.h"
 
 #include <algorithm>
@@ -133,6 +134,11 @@ void SocketTransport::open() {
             events_.opened(down, up);
         }
     };
+    events.opened_inside = [this] {
+        if (events_.opened_inside) {
+            events_.opened_inside();
+        }
+    };
     events.frame = [this](Bytes frame) {
         if (conditioned_) {
             down_frames_.push(network_.now_s_, std::move(frame));
@@ -153,8 +159,14 @@ void SocketTransport::open() {
             events_.closed(std::move(reason));
         }
     };
-    stream_ = std::make_shared<TlsStream>(
-        network_.io_, network_.tls_, network_.settings_.trust, std::move(events));
+    const NetworkSettings& settings = network_.settings_;
+    if (settings.make_stream) {
+        stream_ =
+            settings.make_stream(network_.io_, network_.tls_, settings.trust, std::move(events));
+    } else {
+        stream_ = std::make_shared<TlsStream>(
+            network_.io_, network_.tls_, settings.trust, std::move(events));
+    }
     stream_->connect(network_.endpoint_);
 }
 

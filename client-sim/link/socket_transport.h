@@ -3,8 +3,8 @@
 #pragma once
 
 #include "client-sim/link/conditioner.h"
+#include "client-sim/link/frame_stream.h"
 #include "client-sim/link/link.h"
-#include "client-sim/link/tls_stream.h"
 #include "client-sim/link/udp_pool.h"
 
 #include <cstdint>
@@ -25,6 +25,7 @@ struct NetworkSettings {
     ConditionerSettings conditioner;
     /// Address of the host where it is known already; else the network looks it up.
     std::optional<asio::ip::tcp::endpoint> endpoint = {};
+    MakeStream make_stream = {};  ///< none: by TLS (TlsStream)
 };
 
 class SocketTransport;
@@ -93,7 +94,7 @@ class SocketTransport final : public Transport {
     SocketNetwork& network_;
     std::size_t index_;
     TransportEvents events_;
-    std::shared_ptr<TlsStream> stream_;
+    std::shared_ptr<FrameStream> stream_;
     std::uint32_t connection_ = 0;
     sockaddr_storage to_{};
     socklen_t to_size_ = 0;

@@ -11,6 +11,36 @@
 
 namespace zoned::link {
 
+void prepare_trust(TlsSocket& stream, const Trust& trust) {
+    if (trust.kind == Trust::TrustKind::kVerify) {
+        stream.set_verify_mode(asio::ssl::verify_peer);
+        stream.set_verify_callback(asio::ssl::host_name_verification(trust.host));
+    } else {
+        stream.set_verify_mode(asio::ssl::verify_none);
+    }
+    asio::error_code ignored;
+    if (asio::ip::make_address(trust.host, ignored); ignored) {
+        // A server name is sent for names only, never for addresses (RFC 6066, section 3).
+        SSL_set_tlsext_host_name(stream.native_handle(), trust.host.c_str());
+    }
+}
+
+std::string check_pin(TlsSocket& stream, const Trust& trust) {
+    if (trust.kind != Trust::TrustKind::kPin) {
+        return {};
+    }
+    const std::unique_ptr<X509, decltype(&X509_free)> certificate(
+        SSL_get1_peer_certificate(stream.native_handle()), &X509_free);
+    std::array<std::uint8_t, EVP_MAX_MD_SIZE> digest{};
+    unsigned int size = 0;
+    if (!certificate || X509_digest(certificate.get(), EVP_sha256(), digest.data(), &size) != 1 ||
+        size != trust.pin.size() ||
+        !std::equal(trust.pin.begin(), trust.pin.end(), digest.begin())) {
+        return "the server's certificate is not the pinned one";
+    }
+    return {};
+}
+
 TlsStream::TlsStream(asio::io_context& io,
                      asio::ssl::context& tls,
                      Trust trust,
@@ -19,17 +49,7 @@ TlsStream::TlsStream(asio::io_context& io,
       trust_(std::move(trust)),
       events_(std::move(events)),
       input_(16384) {
-    if (trust_.kind == Trust::TrustKind::kVerify) {
-        stream_.set_verify_mode(asio::ssl::verify_peer);
-        stream_.set_verify_callback(asio::ssl::host_name_verification(trust_.host));
-    } else {
-        stream_.set_verify_mode(asio::ssl::verify_none);
-    }
-    asio::error_code ignored;
-    if (asio::ip::make_address(trust_.host, ignored); ignored) {
-        // A server name is sent for names only, never for addresses (RFC 6066, section 3).
-        SSL_set_tlsext_host_name(stream_.native_handle(), trust_.host.c_str());
-    }
+    prepare_trust(stream_, trust_);
 }
 
 void TlsStream::connect(const asio::ip::tcp::endpoint& endpoint) {
@@ -60,22 +80,6 @@ void TlsStream::handshake() {
                             });
 }
 
-std::string TlsStream::check_pin() {
-    if (trust_.kind != Trust::TrustKind::kPin) {
-        return {};
-    }
-    const std::unique_ptr<X509, decltype(&X509_free)> certificate(
-        SSL_get1_peer_certificate(stream_.native_handle()), &X509_free);
-    std::array<std::uint8_t, EVP_MAX_MD_SIZE> digest{};
-    unsigned int size = 0;
-    if (!certificate || X509_digest(certificate.get(), EVP_sha256(), digest.data(), &size) != 1 ||
-        size != trust_.pin.size() ||
-        !std::equal(trust_.pin.begin(), trust_.pin.end(), digest.begin())) {
-        return "the server's certificate is not the pinned one";
-    }
-    return {};
-}
-
 bool TlsStream::export_key(const char* label, wire::SealKey& key) {
     std::array<std::uint8_t, 28> material{};
     if (SSL_export_keying_material(stream_.native_handle(),
@@ -97,7 +101,7 @@ void TlsStream::on_open() {
     if (dead_) {
         return;
     }
-    if (const std::string wrong = check_pin(); !wrong.empty()) {
+    if (const std::string wrong = check_pin(stream_, trust_); !wrong.empty()) {
         fail(wrong);
         return;
     }

@@ -2,13 +2,7 @@
 // message).
 #pragma once
 
-// clang-format off
-#include <coroutine>  // before asio, which clang++ needs to find its coroutines
-#include <asio.hpp>
-#include <asio/ssl.hpp>
-// clang-format on
-
-#include "client-sim/link/link.h"
+#include "client-sim/link/frame_stream.h"
 
 #include <cstdint>
 #include <functional>
@@ -18,35 +12,15 @@
 
 namespace zoned::link {
 
-/// How a client makes sure that it talks to the right server.
-struct Trust {
-    enum class TrustKind : std::uint8_t {
-        kPin,       ///< the certificate's SHA-256 must be `pin`
-        kInsecure,  ///< anyone; for development on loopback addresses
-        kVerify,    ///< chain and host name against the certificate authorities
-    } kind = TrustKind::kVerify;
-    std::vector<std::uint8_t> pin;  ///< 32 bytes
-    std::string host;               ///< name to verify and to send as server name
-};
-
-/// Callbacks of a stream. Nothing is called after close().
-struct StreamEvents {
-    std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
-    std::function<void(Bytes frame)> frame;
-    std::function<void(std::string reason)> closed;
-};
-
-class TlsStream : public std::enable_shared_from_this<TlsStream> {
+class TlsStream final : public FrameStream, public std::enable_shared_from_this<TlsStream> {
   public:
-    /// Larger frames from the server are refused; a world description fits many times over.
-    static constexpr std::size_t kMaxFrameBytes = 16u << 20;
+    static constexpr std::size_t kMaxFrameBytes = kMostFrameBytes;
 
     TlsStream(asio::io_context& io, asio::ssl::context& tls, Trust trust, StreamEvents events);
 
-    void connect(const asio::ip::tcp::endpoint& endpoint);
-    void send_frame(const Bytes& frame);
-    /// Sends all queued frames, says goodbye, closes. No event follows.
-    void close();
+    void connect(const asio::ip::tcp::endpoint& endpoint) override;
+    void send_frame(const Bytes& frame) override;
+    void close() override;
 
     /// The server's address once connected.
     [[nodiscard]] const asio::ip::address& peer() const { return peer_; }
@@ -54,7 +28,6 @@ class TlsStream : public std::enable_shared_from_this<TlsStream> {
   private:
     void handshake();
     void on_open();
-    [[nodiscard]] std::string check_pin();
     [[nodiscard]] bool export_key(const char* label, wire::SealKey& key);
     void read();
     bool take_frames();
@@ -62,7 +35,7 @@ class TlsStream : public std::enable_shared_from_this<TlsStream> {
     void finish();
     void fail(const std::string& reason);
 
-    asio::ssl::stream<asio::ip::tcp::socket> stream_;
+    TlsSocket stream_;
     Trust trust_;
     StreamEvents events_;
     asio::ip::address peer_;

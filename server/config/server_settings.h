@@ -50,6 +50,9 @@ struct ListenSettings {
     std::uint16_t admin_port = 0;        ///< 0: any free one
     std::string admin_certificate_file;  ///< empty: the sessions' certificate
     std::string admin_key_file;
+    std::optional<std::uint16_t> websocket_port;  ///< none: no WebSockets; 0: any free one
+    std::string websocket_address = "127.0.0.1";
+    std::vector<std::string> websocket_origins;
     AdvertiseSettings advertise;
 
     bool operator==(const ListenSettings&) const = default;

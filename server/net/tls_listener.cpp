@@ -12,6 +12,8 @@
 #include <chrono>
 #include <cstring>
 #include <map>
+#include <optional>
+#include <stdexcept>
 #include <unordered_map>
 #include <utility>
 
@@ -43,12 +45,19 @@ struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
     Impl(asio::io_context& io, const TlsSettings& settings_in, TlsCallbacks callbacks_in)
         : settings(settings_in),
           callbacks(std::move(callbacks_in)),
-          files(prepare_certificate(settings.certificate)),
-          context(make_server_context(files)),
-          fingerprint(certificate_fingerprint(context)),
+          last_number(settings.number_after),
           acceptor(io),
           pause(io),
-          events(std::make_shared<ConnectionEvents>()) {}
+          events(std::make_shared<ConnectionEvents>()) {
+        if (settings.websocket) {
+            gate = std::make_shared<const WebSocketGate>(*settings.websocket);
+        }
+        if (!settings.plain) {
+            files = prepare_certificate(settings.certificate);
+            context.emplace(make_server_context(files));
+            fingerprint = certificate_fingerprint(*context);
+        }
+    }
 
     void bind();
     void connect_events();
@@ -56,21 +65,22 @@ struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
     void accept_after(Clock::duration delay);
     void on_accept(const asio::error_code& ec, tcp::socket socket);
     void admit(tcp::socket socket, const Address& peer);
-    void on_gone(TlsConnection& connection, const std::string& reason);
+    void on_gone(StreamConnection& connection, const std::string& reason);
     [[nodiscard]] Clock::duration handshake_wait();
-    [[nodiscard]] TlsConnection* find(StreamNumber number) const;
+    [[nodiscard]] StreamConnection* find(StreamNumber number) const;
 
     TlsSettings settings;
     TlsCallbacks callbacks;
+    StreamNumber last_number;
+    std::shared_ptr<const WebSocketGate> gate;  ///< nullptr: no WebSockets
     CertificateFiles files;
-    asio::ssl::context context;
+    std::optional<asio::ssl::context> context;  ///< none: plain
     std::string fingerprint;
     tcp::acceptor acceptor;
     asio::steady_timer pause;
     std::shared_ptr<ConnectionEvents> events;
-    std::unordered_map<StreamNumber, std::shared_ptr<TlsConnection>> connections;
+    std::unordered_map<StreamNumber, std::shared_ptr<StreamConnection>> connections;
     std::map<std::array<std::uint8_t, 16>, std::size_t> per_network;
-    StreamNumber last_number = 0;
     std::uint16_t port = 0;
     /// When the handshakes accepted so far would all be due at the allowed rate; a burst of one
     /// second's worth may run ahead of it.
@@ -81,6 +91,9 @@ void TlsListener::Impl::bind() {
     const auto parsed = parse_address(settings.bind_address, settings.port);
     if (!parsed) {
         throw std::system_error(std::make_error_code(std::errc::invalid_argument), parsed.error());
+    }
+    if (settings.plain && (!settings.websocket || !parsed->is_loopback())) {
+        throw std::runtime_error("without TLS only WebSockets are taken, on a loopback address");
     }
     const auto check = [&](const asio::error_code& ec) {
         if (ec) {
@@ -109,13 +122,17 @@ void TlsListener::Impl::bind() {
 
 void TlsListener::Impl::connect_events() {
     // The listener outlives none of these: its destructor empties them.
-    events->opened = [this](TlsConnection& c, const DatagramKeys& keys) {
-        callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), keys);
+    events->opened = [this](StreamConnection& c, const DatagramKeys* keys) {
+        if (keys != nullptr) {
+            callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), *keys);
+        } else {
+            callbacks.on_websocket(c.number(), c.peer(), c.local());
+        }
     };
-    events->frame = [this](TlsConnection& c, std::span<const std::uint8_t> frame) {
+    events->frame = [this](StreamConnection& c, std::span<const std::uint8_t> frame) {
         callbacks.on_frame(c.number(), frame);
     };
-    events->closed = [this](TlsConnection& c, const std::string& reason) {
+    events->closed = [this](StreamConnection& c, const std::string& reason) {
         on_gone(c, reason);
     };
 }
@@ -184,18 +201,23 @@ void TlsListener::Impl::admit(tcp::socket socket, const Address& peer) {
     next_handshake += std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1.0 / settings.max_handshakes_per_s));
     const StreamNumber number = ++last_number;
-    auto connection = std::make_shared<TlsConnection>(
-        std::move(socket), context, number, peer, settings.limits, events);
+    auto connection = std::make_shared<StreamConnection>(std::move(socket),
+                                                         context ? &*context : nullptr,
+                                                         gate,
+                                                         number,
+                                                         peer,
+                                                         settings.limits,
+                                                         events);
     connections.emplace(number, connection);
     connection->start();
 }
 
-void TlsListener::Impl::on_gone(TlsConnection& connection, const std::string& reason) {
+void TlsListener::Impl::on_gone(StreamConnection& connection, const std::string& reason) {
     const auto it = connections.find(connection.number());
     if (it == connections.end()) {
         return;
     }
-    const std::shared_ptr<TlsConnection> keep = it->second;
+    const std::shared_ptr<StreamConnection> keep = it->second;
     connections.erase(it);
     const auto network = per_network.find(network_of(connection.peer()));
     if (network != per_network.end() && --network->second == 0) {
@@ -206,7 +228,7 @@ void TlsListener::Impl::on_gone(TlsConnection& connection, const std::string& re
     }
 }
 
-TlsConnection* TlsListener::Impl::find(StreamNumber number) const {
+StreamConnection* TlsListener::Impl::find(StreamNumber number) const {
     const auto it = connections.find(number);
     return it == connections.end() ? nullptr : it->second.get();
 }
@@ -243,20 +265,24 @@ void TlsListener::abort_all() {
 }
 
 void TlsListener::send(StreamNumber stream, std::span<const std::uint8_t> frame, SharedBytes tail) {
-    if (TlsConnection* connection = impl_->find(stream)) {
+    if (StreamConnection* connection = impl_->find(stream)) {
         connection->send(frame, std::move(tail));
     }
 }
 
 void TlsListener::close(StreamNumber stream) {
-    if (TlsConnection* connection = impl_->find(stream)) {
+    if (StreamConnection* connection = impl_->find(stream)) {
         connection->close();
     }
 }
 
 std::size_t TlsListener::backlog(StreamNumber stream) const {
-    const TlsConnection* connection = impl_->find(stream);
+    const StreamConnection* connection = impl_->find(stream);
     return connection == nullptr ? 0 : connection->backlog();
+}
+
+void TlsListener::set_origins(std::vector<std::string> origins) {
+    impl_->gate = std::make_shared<const WebSocketGate>(WebSocketGate{std::move(origins)});
 }
 
 std::uint16_t TlsListener::port() const {

@@ -1,14 +1,16 @@
-// TlsListener: accepts TLS streams within limits and names them by number; frames in and out.
+// TlsListener: accepts streams of TLS, or WebSockets, within limits and names them by number;
+// frames in and out.
 #pragma once
 
 #include "server/net/certificate.h"
-#include "server/net/tls_connection.h"
+#include "server/net/stream_connection.h"
 
 #include <asio/io_context.hpp>
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -22,12 +24,18 @@ struct TlsSettings {
     std::size_t max_connections = 25000;
     std::size_t max_connections_per_address = 64;  ///< IPv6: per /64 network. Not for loopback.
     double max_handshakes_per_s = 500.0;  ///< faster connections wait in the kernel's queue
+    /// WebSockets in place of frames with length prefixes.
+    std::optional<WebSocketGate> websocket = {};
+    bool plain = false;             ///< no TLS: for WebSockets on a loopback address alone
+    StreamNumber number_after = 0;  ///< streams get higher numbers than this
 };
 
 /// Events of streams, from the thread of the io_context, never from within a call of the listener.
 struct TlsCallbacks {
     std::function<void(StreamNumber, const Address& peer, bool loopback, const DatagramKeys&)>
         on_open;
+    /// In its place for a WebSocket. `local`: the client is on this machine, as far as proxies say.
+    std::function<void(StreamNumber, const Address& peer, bool local)> on_websocket = {};
     std::function<void(StreamNumber, std::span<const std::uint8_t> frame)> on_frame;
     /// Once per opened stream, by whichever side it ended. Empty reason: ended in order.
     std::function<void(StreamNumber, const std::string& reason)> on_closed;
@@ -57,7 +65,9 @@ class TlsListener {
     [[nodiscard]] std::size_t backlog(StreamNumber stream) const;
 
     [[nodiscard]] std::uint16_t port() const;
-    /// SHA-256 of the certificate, hexadecimal. Clients pin it.
+    /// Sites whose pages may open WebSockets, from now on.
+    void set_origins(std::vector<std::string> origins);
+    /// SHA-256 of the certificate, hexadecimal; clients pin it. Empty without TLS.
     [[nodiscard]] const std::string& fingerprint() const;
     [[nodiscard]] const CertificateFiles& certificate_files() const;
     /// Streams that are not gone yet, those in handshake or closing included.

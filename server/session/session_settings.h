@@ -46,6 +46,8 @@ struct HostSettings : HostLimits {
     std::size_t max_command_bytes = 4096;  ///< payload of one reliable command
     std::size_t max_tunnel_backlog_bytes =
         65536;  ///< no state packet goes into a stream in which more than this waits
+    /// The same for a WebSocket, which is the only way of its client: what waits is old.
+    std::size_t max_websocket_backlog_bytes = 8192;
     std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
     std::uint32_t protocol_version = 5;
     std::string config_digest;

@@ -25,6 +25,9 @@ inline constexpr char kExporterLabelUp[] = "EXPERIMENTAL zoned datagrams up";
 class Seal {
   public:
     explicit Seal(const SealKey& key);
+    /// Passes datagrams on as they are, with 16 zero bytes for a tag. Only for a stream that
+    /// protects what it carries: such datagrams must never be taken from UDP.
+    static Seal none();
     Seal(Seal&&) noexcept;
     Seal& operator=(Seal&&) noexcept;
     ~Seal();
@@ -45,7 +48,9 @@ class Seal {
 
   private:
     struct Contexts;
-    std::unique_ptr<Contexts> contexts_;
+    Seal();
+
+    std::unique_ptr<Contexts> contexts_;  // null: none()
 };
 
 /// Sliding window against replay (RFC 4303, section 3.4.3), 1,024 sequences wide.

@@ -430,12 +430,15 @@ class Server {
         supervision_.ready(line);
     }
 
-    /// Empty where players reach the server as it listens.
+    /// The port of WebSockets, and where players reach the server if not as it listens.
     [[nodiscard]] std::string advertised_text() const {
+        const std::uint16_t web = network_.websocket_port();
+        const std::string websocket = web == 0 ? "" : fmt::format(" websocket={}", web);
         if (advertised_ == config::AdvertiseSettings{}) {
-            return {};
+            return websocket;
         }
-        return fmt::format(" address={} public_tcp={} public_udp={}",
+        return websocket +
+               fmt::format(" address={} public_tcp={} public_udp={}",
                            advertised_.address.empty() ? "-" : advertised_.address,
                            advertised_.tcp_port == 0 ? network_.tcp_port() : advertised_.tcp_port,
                            advertised_.udp_port == 0 ? network_.udp_port() : advertised_.udp_port);

@@ -83,6 +83,11 @@ void add_network(const Network& network, recording::ServerReport& report) {
     report.bytes_in = s.bytes_in;
     report.bytes_out = s.bytes_out;
     report.rejected = s.rejected;
+    const net::TlsStats web = network.web();
+    for (const auto& [reason, count] : web.websocket_refused) {
+        report.rejected["websocket_" + reason] = count;
+    }
+    report.extra["websockets_opened"] = static_cast<double>(web.opened);
     const net::UdpStats& udp = network.udp();
     report.extra["udp_receive_calls"] = static_cast<double>(udp.receive_calls);
     report.extra["udp_send_calls"] = static_cast<double>(udp.send_calls);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/app/runtime/tick_loop.h"
-#include "server/net/tls_connection.h"
+#include "server/net/stream_connection.h"
 #include "server/net/udp_endpoint.h"
 #include "server/session/host/session_host.h"
 

@@ -67,9 +67,25 @@ net::TlsSettings tls_settings(const config::Settings& settings) {
     return tls;
 }
 
-bool admin_is_local(const config::Settings& settings) {
-    const auto parsed = net::parse_address(settings.server.network.admin_address, 0);
+bool is_loopback_address(const std::string& address) {
+    const auto parsed = net::parse_address(address, 0);
     return parsed.ok() && parsed->is_loopback();
+}
+
+net::TlsSettings websocket_settings(const config::Settings& settings) {
+    const config::ListenSettings& network = settings.server.network;
+    net::TlsSettings out = tls_settings(settings);
+    out.bind_address = network.websocket_address;
+    out.port = network.websocket_port.value_or(0);
+    out.websocket.emplace();
+    out.websocket->origins = network.websocket_origins;
+    out.plain = is_loopback_address(network.websocket_address);
+    out.number_after = kWebSocketStreams;
+    return out;
+}
+
+bool admin_is_local(const config::Settings& settings) {
+    return is_loopback_address(settings.server.network.admin_address);
 }
 
 unsigned thread_count(const config::Settings& settings) {

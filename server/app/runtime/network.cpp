@@ -43,6 +43,17 @@ Network::Network(asio::io_context& io,
       timer_(io),
       pacing_(io) {
     host_.set_udp_port(udp_.port());
+    if (settings.server.network.websocket_port) {
+        origins_ = settings.server.network.websocket_origins;
+        web_ = std::make_unique<net::TlsListener>(io, websocket_settings(settings), callbacks());
+    }
+}
+
+void Network::allow_origins(std::vector<std::string> origins) {
+    if (web_) {
+        origins.insert(origins.end(), origins_.begin(), origins_.end());
+        web_->set_origins(std::move(origins));
+    }
 }
 
 net::TlsCallbacks Network::callbacks() {
@@ -55,6 +66,11 @@ net::TlsCallbacks Network::callbacks() {
             session::StreamId(stream), loopback, keys.down, keys.up, steady_seconds());
         host_.set_peer(session::StreamId(stream), from);
     };
+    callbacks.on_websocket =
+        [this](net::StreamNumber stream, const mailbox::Address& from, bool local) {
+            host_.on_websocket_open(session::StreamId(stream), local, steady_seconds());
+            host_.set_peer(session::StreamId(stream), from);
+        };
     callbacks.on_frame = [this](net::StreamNumber stream, std::span<const std::uint8_t> frame) {
         host_.on_frame(session::StreamId(stream), frame, steady_seconds());
     };
@@ -69,17 +85,17 @@ session::SessionOutput Network::output(
     session::SessionOutput output;
     output.store_login = std::move(store_login);
     output.send_frame = [this](session::StreamId stream, session::Bytes frame) {
-        tls_.send(stream.value, frame);
+        listener_of(stream).send(stream.value, frame);
     };
     output.send_long_frame =
         [this](session::StreamId stream, session::Bytes head, session::SharedBytes tail) {
-            tls_.send(stream.value, head, std::move(tail));
+            listener_of(stream).send(stream.value, head, std::move(tail));
         };
     output.note = [](const session::SessionNote& note) {
         log_session(note);
     };
     output.close_stream = [this](session::StreamId stream) {
-        tls_.close(stream.value);
+        listener_of(stream).close(stream.value);
     };
     output.send_datagram = [this](const mailbox::Address& to, session::Bytes datagram) {
         udp_.queue_send(to, datagram);
@@ -89,7 +105,7 @@ session::SessionOutput Network::output(
         to_zones_(std::move(item));
     };
     output.stream_backlog = [this](session::StreamId stream) {
-        return tls_.backlog(stream.value);
+        return listener_of(stream).backlog(stream.value);
     };
     return output;
 }
@@ -99,6 +115,9 @@ void Network::start() {
     unix_time_set_s_ = steady_seconds();
     udp_.start();
     tls_.start();
+    if (web_) {
+        web_->start();
+    }
     arm_timer();
 }
 
@@ -172,6 +191,9 @@ void Network::arm_pacing() {
 
 void Network::shutdown(const std::string& text) {
     tls_.stop_accepting();
+    if (web_) {
+        web_->stop_accepting();
+    }
     host_.shutdown(text);
     udp_.flush();
 }
@@ -181,6 +203,9 @@ void Network::close() {
     timer_.cancel();
     pacing_.cancel();
     tls_.abort_all();
+    if (web_) {
+        web_->abort_all();
+    }
     udp_.close();
 }
 

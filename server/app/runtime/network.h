@@ -1,6 +1,7 @@
 // Network: sockets and sessions on one thread; it exchanges only messages with the tick loop.
 #pragma once
 
+#include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/config/settings.h"
 #include "server/net/tls_listener.h"
@@ -13,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace zoned::app {
 
@@ -54,9 +56,18 @@ class Network {
 
     [[nodiscard]] std::uint16_t udp_port() const { return udp_.port(); }
 
+    /// 0: no WebSockets are taken.
+    [[nodiscard]] std::uint16_t websocket_port() const { return web_ ? web_->port() : 0; }
+
+    /// Pages of these sites may open WebSockets besides those of network.websocket_origin. On the
+    /// network thread, or before start().
+    void allow_origins(std::vector<std::string> origins);
+
     [[nodiscard]] const std::string& fingerprint() const { return tls_.fingerprint(); }
 
-    [[nodiscard]] std::size_t connections() const { return tls_.connections(); }
+    [[nodiscard]] std::size_t connections() const { return tls_.connections() + websockets(); }
+
+    [[nodiscard]] std::size_t websockets() const { return web_ ? web_->connections() : 0; }
 
     [[nodiscard]] const session::HostStats& sessions() const { return host_.stats(); }
 
@@ -70,6 +81,9 @@ class Network {
 
     [[nodiscard]] const net::TlsStats& tls() const { return tls_.stats(); }
 
+    /// Of the WebSockets; empty where none are taken.
+    [[nodiscard]] net::TlsStats web() const { return web_ ? web_->stats() : net::TlsStats{}; }
+
   private:
     void arm_timer();
     void send(const mailbox::OutboxItem& item);
@@ -78,10 +92,17 @@ class Network {
     session::SessionOutput output(std::function<void(const session::LoginToStore&)> store_login);
     net::TlsCallbacks callbacks();
 
+    /// The listener whose stream it is.
+    [[nodiscard]] net::TlsListener& listener_of(session::StreamId stream) {
+        return web_ && stream.value > kWebSocketStreams ? *web_ : tls_;
+    }
+
     std::function<void(mailbox::InboxItem)> to_zones_;
     std::function<void(const mailbox::OrderDone&)> order_done_;
     net::UdpEndpoint udp_;
     net::TlsListener tls_;
+    std::unique_ptr<net::TlsListener> web_;  ///< nullptr: no WebSockets
+    std::vector<std::string> origins_;       ///< of network.websocket_origin
     session::SessionHost host_;
     asio::steady_timer timer_;
     asio::steady_timer pacing_;

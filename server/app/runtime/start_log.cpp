@@ -59,6 +59,13 @@ std::vector<std::string> unusual_of(const config::Settings& settings) {
         out.push_back("network.admin_address: " + network.admin_address +
                       " lets other machines reach the admin server, by TLS, with its token");
     }
+    if (network.websocket_port && session.tls_certificate_file.empty() &&
+        !is_loopback_address(network.websocket_address)) {
+        out.push_back(
+            "network.websocket_address: " + network.websocket_address +
+            " is reached by TLS, and browsers do not trust the certificate that was made: "
+            "set session.tls_certificate_file");
+    }
     add_faults(settings, out);
     if (settings.server.store.kind == config::StoreKind::kNone) {
         out.push_back(

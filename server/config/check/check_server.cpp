@@ -297,6 +297,40 @@ void check_testing(const proto::config::Config& config,
     }
 }
 
+/// An origin is what a browser's Origin header says: a scheme, a host and perhaps a port, no path.
+bool is_origin(const std::string& text) {
+    const std::size_t scheme = text.starts_with("https://")  ? 8
+                               : text.starts_with("http://") ? 7
+                                                             : 0;
+    return scheme > 0 && text.size() > scheme &&
+           std::all_of(text.begin() + static_cast<std::ptrdiff_t>(scheme), text.end(), [](char c) {
+               return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-' ||
+                      c == ':' || c == '[' || c == ']';
+           });
+}
+
+void check_websocket(const proto::config::Network& network, Diagnostics& diagnostics) {
+    check_address(network.websocket_address(), "network.websocket_address", diagnostics);
+    if (!network.has_websocket_port() &&
+        (network.has_websocket_address() || network.websocket_origin_size() > 0)) {
+        diagnostics.add(network.has_websocket_address() ? "network.websocket_address"
+                                                        : "network.websocket_origin[0]",
+                        "needs network.websocket_port: without it there are no WebSockets");
+    }
+    if (network.websocket_port() != 0 && (network.websocket_port() == network.tcp_port() ||
+                                          network.websocket_port() == network.admin_port())) {
+        diagnostics.add("network.websocket_port", "is the same as tcp_port or admin_port");
+    }
+    for (int i = 0; i < network.websocket_origin_size(); ++i) {
+        if (!is_origin(network.websocket_origin(i))) {
+            diagnostics.add(join_path("network", "websocket_origin", i),
+                            "'" + network.websocket_origin(i) +
+                                "' is no origin: it wants http:// or https:// and a host in small "
+                                "letters, perhaps a port, and no path (https://play.example)");
+        }
+    }
+}
+
 }  // namespace
 
 void check_replication(const proto::config::Config& config,
@@ -338,6 +372,7 @@ void check_server(const proto::config::Config& config,
     if (network.tcp_port() != 0 && network.tcp_port() == network.admin_port()) {
         diagnostics.add("network.admin_port", "is the same as tcp_port");
     }
+    check_websocket(network, diagnostics);
     check_session(config.session(), diagnostics);
     check_log(config.log(), diagnostics);
     check_store(config.store(), diagnostics);

@@ -21,6 +21,11 @@ ListenSettings expand_network(const proto::config::Network& from) {
     out.admin_port = static_cast<std::uint16_t>(from.admin_port());
     out.admin_certificate_file = from.admin_certificate_file();
     out.admin_key_file = from.admin_key_file();
+    if (from.has_websocket_port()) {
+        out.websocket_port = static_cast<std::uint16_t>(from.websocket_port());
+    }
+    out.websocket_address = from.websocket_address();
+    out.websocket_origins.assign(from.websocket_origin().begin(), from.websocket_origin().end());
     out.advertise = {from.advertise().address(),
                      static_cast<std::uint16_t>(from.advertise().tcp_port()),
                      static_cast<std::uint16_t>(from.advertise().udp_port())};

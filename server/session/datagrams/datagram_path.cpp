@@ -26,6 +26,11 @@ void DatagramPath::rekey(const wire::SealKey& down, const wire::SealKey& up) {
     up_ = wire::Seal(up);
 }
 
+void DatagramPath::unseal() {
+    down_ = wire::Seal::none();
+    up_ = wire::Seal::none();
+}
+
 core::Result<DatagramPath::Opened, Reject> DatagramPath::open(
     const wire::DatagramHeader& header,
     std::span<const std::uint8_t> datagram,

@@ -24,6 +24,10 @@ class DatagramPath {
     /// Takes the keys of a new TLS session. Datagrams sealed with the old keys no longer open.
     void rekey(const wire::SealKey& down, const wire::SealKey& up);
 
+    /// From now on datagrams travel inside a stream that protects them, without a seal. None that
+    /// comes by UDP may be opened.
+    void unseal();
+
     struct Opened {
         bool newest = false;  ///< no datagram with a higher sequence was opened before
         wire::UpTransport transport;

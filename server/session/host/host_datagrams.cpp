@@ -26,6 +26,10 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
         reject(Reject::kConnectionForeign);
         return;
     }
+    if (from != nullptr && session->inside_stream) {
+        reject(Reject::kNotAuthentic);  // nothing would prove its sender
+        return;
+    }
     const auto opened = session->path.open(*header, datagram, now_s, plain);
     if (!opened) {
         reject(opened.error());

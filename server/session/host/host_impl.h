@@ -24,6 +24,7 @@ struct ClientStream {
     bool loopback = false;
     wire::SealKey down;
     wire::SealKey up;
+    bool websocket = false;  ///< no keys: datagrams are not sealed, and have no other way
     bool logged_in = false;
     mailbox::Address peer;
     std::optional<Identity> storing = {};  ///< of a login that waits until it is stored
@@ -45,6 +46,7 @@ struct SessionHost::Impl {
                 const std::optional<std::array<double, 3>>& place,
                 double now_s);
     void resume(StreamId stream, const proto::Hello& hello, double now_s);
+    static void carry_datagrams(Session& session, const ClientStream& stream);
     void send_welcome(const Session& session, bool resumed);
     void refuse(StreamId stream, const Refusal& refusal);
 
@@ -85,6 +87,7 @@ struct SessionHost::Impl {
     bool queue_event(Session& session, const mailbox::EventOut& event, const EventBody& body);
 
     // ---- session_host.cpp: streams and sessions come and go
+    void add_stream(StreamId stream, ClientStream opened, double now_s);
     void send(StreamId stream, Bytes frame);
     void send_long(StreamId stream, Bytes head, const SharedBytes& tail);
     void note(SessionNote::Kind kind, const Session& session, const std::string& text) const;

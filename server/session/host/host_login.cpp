@@ -153,6 +153,7 @@ void SessionHost::Impl::let_in(StreamId stream,
     session.identity = std::move(identity);
     session.last_heard_s = now_s;
     session.peer = state.peer;
+    carry_datagrams(session, state);
     if (session.identity.nonce) {
         nonces.insert(*session.identity.nonce, session.identity.expires_s);
     }
@@ -206,7 +207,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     ClientStream& state = streams.at(stream);
     state.logged_in = true;
     table.attach(*session, stream);
-    session->path.rekey(state.down, state.up);
+    carry_datagrams(*session, state);
     session->last_heard_s = now_s;
     session->peer = state.peer;
     session->command_ack_due = false;  // Welcome says it
@@ -223,6 +224,17 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     }
     for (const EventQueue::QueuedEvent& entry : session->events.waiting()) {
         send(stream, event_frame(entry.number, entry.body));
+    }
+}
+
+/// The newest stream of a session says how its datagrams travel.
+void SessionHost::Impl::carry_datagrams(Session& session, const ClientStream& stream) {
+    session.inside_stream = stream.websocket;
+    if (stream.websocket) {
+        session.path.unseal();
+        session.route = Route::kStream;
+    } else {
+        session.path.rekey(stream.down, stream.up);
     }
 }
 

@@ -90,7 +90,9 @@ void SessionHost::Impl::send_state(Session& session,
         return;
     }
     if (tunnel && output.stream_backlog &&
-        output.stream_backlog(session.stream) > settings.max_tunnel_backlog_bytes) {
+        output.stream_backlog(session.stream) > (session.inside_stream
+                                                     ? settings.max_websocket_backlog_bytes
+                                                     : settings.max_tunnel_backlog_bytes)) {
         // States grow stale in a queue; acks will show that this one is missing.
         reject(Reject::kOutTunnelBacklog);
         return;

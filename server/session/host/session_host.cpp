@@ -123,6 +123,11 @@ void SessionHost::Impl::look_at_backlog(Session& session, double now_s) const {
     session.backlog_seen_s = now_s;
 }
 
+void SessionHost::Impl::add_stream(StreamId stream, ClientStream opened, double now_s) {
+    streams[stream] = std::move(opened);
+    login_deadlines.emplace_back(now_s + settings.login_timeout_s, stream);
+}
+
 void SessionHost::Impl::close_stream(StreamId stream,
                                      proto::ClosingReason reason,
                                      const std::string& text) {
@@ -270,8 +275,11 @@ void SessionHost::on_stream_open(StreamId stream,
                                  const wire::SealKey& down,
                                  const wire::SealKey& up,
                                  double now_s) {
-    impl_->streams[stream] = ClientStream{loopback, down, up, false, {}};
-    impl_->login_deadlines.emplace_back(now_s + impl_->settings.login_timeout_s, stream);
+    impl_->add_stream(stream, ClientStream{loopback, down, up, false, false, {}}, now_s);
+}
+
+void SessionHost::on_websocket_open(StreamId stream, bool local, double now_s) {
+    impl_->add_stream(stream, ClientStream{local, {}, {}, true, false, {}}, now_s);
 }
 
 void SessionHost::on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s) {

@@ -122,6 +122,9 @@ class SessionHost {
                         const wire::SealKey& down,
                         const wire::SealKey& up,
                         double now_s);
+    /// A WebSocket was opened. It protects what it carries, so datagrams travel in it as they are,
+    /// and never by UDP. `local`: the client is on this machine.
+    void on_websocket_open(StreamId stream, bool local, double now_s);
     /// The address of a stream that is open, for figures.
     void set_peer(StreamId stream, const mailbox::Address& address);
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);

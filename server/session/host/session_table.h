@@ -64,6 +64,7 @@ struct Session {
     Route route = Route::kStream;
     mailbox::Address address;
     bool has_address = false;     ///< a datagram came by UDP once
+    bool inside_stream = false;   ///< a WebSocket: datagrams are not sealed, none may come by UDP
     mailbox::Address peer;        ///< of its newest stream
     std::uint64_t bytes_in = 0;   ///< datagrams that authenticated
     std::uint64_t bytes_out = 0;  ///< datagrams

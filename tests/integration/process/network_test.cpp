@@ -56,6 +56,42 @@ TEST_F(Trust, GoesToTheCertificateThatAnAuthorityVouchesFor) {
     EXPECT_EQ(alias.wait(kPatience), 3) << alias.output();
 }
 
+TEST_F(Process, BotsPlayOverWebSocketAndAreConsistent) {
+    const std::string report = scratch_folder() + "/server.json";
+    const std::string folder = scratch_folder();
+    auto server = start_server({"--set", "network.websocket_port=0", "--report", report});
+    const int port = number_after(server->output(), "websocket=");
+    ASSERT_GT(port, 0) << server->output();
+    tcp_port = port;
+    std::vector<std::string> arguments = play(10, 4);
+    arguments.insert(arguments.end(),
+                     {"--transport", "websocket", "--report", folder + "/client.json"});
+    Child bots("client-sim", arguments);
+    EXPECT_EQ(bots.wait(kPatience), 0) << bots.output() << bots.errors();
+    EXPECT_NE(bots.output().find("verdict: consistent"), std::string::npos);
+    const std::string said = read(folder + "/client.json");
+    EXPECT_NE(said.find("\"tunnelled_bots\": 10"), std::string::npos) << said;
+    server->signal(SIGTERM);
+    EXPECT_EQ(server->wait(kPatience), 0);
+    EXPECT_NE(read(report).find("\"websockets_opened\": 10"), std::string::npos) << read(report);
+}
+
+TEST_F(Process, AWebSocketsPortSaysWhatItIs) {
+    const auto server = start_server({"--set", "network.websocket_port=0"});
+    const int tcp = tcp_port;
+    // The game's port is no WebSocket, and the WebSocket's port is no game.
+    std::vector<std::string> wrong = play(1, 1);
+    wrong.insert(wrong.end(), {"--transport", "websocket"});
+    Child first("client-sim", wrong);
+    EXPECT_EQ(first.wait(kPatience), 3) << first.output();
+    tcp_port = number_after(server->output(), "websocket=");
+    ASSERT_NE(tcp_port, tcp);
+    Child second("client-sim", play(1, 1));
+    EXPECT_EQ(second.wait(kPatience), 3) << second.output();
+    EXPECT_NE(second.errors().find("is the port its tcp= port"), std::string::npos)
+        << second.errors();
+}
+
 TEST_F(Process, PlaysOverIpv6) {
     if (read("/proc/net/if_inet6").find("00000000000000000000000000000001") == std::string::npos) {
         GTEST_SKIP() << "this machine has no ::1";

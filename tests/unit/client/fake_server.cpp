@@ -152,9 +152,16 @@ void FakeServer::advance(double now_s) {
     if (opening_) {
         opening_ = false;
         stream_ = true;
-        down_.emplace(key_of(key_turn_, 0));
-        up_.emplace(key_of(key_turn_, 1));
-        events_.opened(key_of(key_turn_, 0), key_of(key_turn_, 1));
+        if (websocket) {
+            down_.emplace(wire::Seal::none());
+            up_.emplace(wire::Seal::none());
+            tunnel_ = true;
+            events_.opened_inside();
+        } else {
+            down_.emplace(key_of(key_turn_, 0));
+            up_.emplace(key_of(key_turn_, 1));
+            events_.opened(key_of(key_turn_, 0), key_of(key_turn_, 1));
+        }
     }
     link::Bytes bytes;
     while (up_frames_.pop_due(now_s, bytes)) {

@@ -1,7 +1,8 @@
-#include "server/net/tls_connection.h"
+#include "server/net/stream_connection.h"
 
 #include <asio/post.hpp>
-#include <asio/write.hpp>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <openssl/crypto.h>
 #include <openssl/ssl.h>
 
@@ -24,6 +25,13 @@ constexpr std::size_t kKeptBuffer = 16384;
 /// So much of a tail is handed to TLS at a time.
 constexpr std::size_t kTailSlice = 65536;
 
+/// Bytes of a WebSocket that the kernel takes before the path does.
+constexpr int kKernelQueue = 4096;
+
+/// Pings of a WebSocket's client; many more are a flood.
+constexpr double kControlFramesPerSecond = 5.0;
+constexpr std::uint16_t kNormalEnd = 1000;
+
 std::size_t read_prefix(const std::uint8_t* p) {
     return static_cast<std::size_t>(p[0]) | (static_cast<std::size_t>(p[1]) << 8) |
            (static_cast<std::size_t>(p[2]) << 16) | (static_cast<std::size_t>(p[3]) << 24);
@@ -43,13 +51,16 @@ bool export_key(SSL* ssl, const char* label, wire::SealKey& out) {
 
 }  // namespace
 
-TlsConnection::TlsConnection(asio::ip::tcp::socket socket,
-                             asio::ssl::context& context,
-                             StreamNumber number,
-                             const Address& peer,
-                             const ConnectionLimits& limits,
-                             std::shared_ptr<ConnectionEvents> events)
+StreamConnection::StreamConnection(asio::ip::tcp::socket socket,
+                                   asio::ssl::context* context,
+                                   std::shared_ptr<const WebSocketGate> gate,
+                                   StreamNumber number,
+                                   const Address& peer,
+                                   const ConnectionLimits& limits,
+                                   std::shared_ptr<ConnectionEvents> events)
     : stream_(std::move(socket), context),
+      gate_(std::move(gate)),
+      control_frames_(kControlFramesPerSecond, 4.0 * kControlFramesPerSecond),
       deadline_(stream_.get_executor()),
       number_(number),
       peer_(peer),
@@ -58,27 +69,49 @@ TlsConnection::TlsConnection(asio::ip::tcp::socket socket,
       in_(kFirstBuffer) {
 }
 
-void TlsConnection::start() {
+void StreamConnection::start() {
     asio::error_code ignored;
-    stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
+    stream_.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
+    if (gate_) {
+        // States travel in it: what the path cannot take yet waits here, where it is counted, and
+        // not in the kernel.
+        const int most = kKernelQueue;
+        setsockopt(
+            stream_.socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most, sizeof(most));
+    }
     arm_deadline(limits_.handshake_timeout_s);
-    stream_.async_handshake(
+    if (stream_.tls() == nullptr) {
+        read_upgrade();
+        return;
+    }
+    stream_.tls()->async_handshake(
         asio::ssl::stream_base::server,
         [self = shared_from_this()](const asio::error_code& ec) { self->on_handshake(ec); });
 }
 
-void TlsConnection::on_handshake(const asio::error_code& ec) {
+void StreamConnection::on_handshake(const asio::error_code& ec) {
     if (state_ == ConnectionState::kDone) {
         return;
     }
+    if (gate_ && !ec) {
+        read_upgrade();
+        return;
+    }
     DatagramKeys keys;
-    SSL* ssl = stream_.native_handle();
+    SSL* ssl = stream_.tls()->native_handle();
     if (ec || !export_key(ssl, wire::kExporterLabelDown, keys.down) ||
         !export_key(ssl, wire::kExporterLabelUp, keys.up)) {
         ++events_->stats.handshake_failed;
         finish("the TLS handshake failed");
         return;
     }
+    open(&keys);
+    if (state_ == ConnectionState::kOpen) {
+        read();
+    }
+}
+
+void StreamConnection::open(const DatagramKeys* keys) {
     deadline_.cancel();
     state_ = ConnectionState::kOpen;
     opened_ = true;
@@ -86,14 +119,11 @@ void TlsConnection::on_handshake(const asio::error_code& ec) {
     if (events_->opened) {
         events_->opened(*this, keys);
     }
-    if (state_ == ConnectionState::kOpen) {
-        read();
-    }
 }
 
 // ---------------------------------------------------------------- reading
 
-void TlsConnection::read() {
+void StreamConnection::read() {
     if (filled_ == in_.size()) {
         // Grows with the bytes that arrived, not with the claim of a prefix.
         in_.resize(std::min(2 * in_.size(), kPrefixBytes + limits_.max_frame_bytes));
@@ -106,7 +136,7 @@ void TlsConnection::read() {
         });
 }
 
-void TlsConnection::on_read(const asio::error_code& ec, std::size_t bytes) {
+void StreamConnection::on_read(const asio::error_code& ec, std::size_t bytes) {
     reading_ = false;
     if (state_ == ConnectionState::kDone) {
         return;
@@ -127,12 +157,12 @@ void TlsConnection::on_read(const asio::error_code& ec, std::size_t bytes) {
     }
     events_->stats.bytes_in += bytes;
     filled_ += bytes;
-    if (take_frames()) {
+    if (gate_ ? take_messages() : take_frames()) {
         read();
     }
 }
 
-bool TlsConnection::take_frames() {
+bool StreamConnection::take_frames() {
     std::size_t at = 0;
     while (filled_ - at >= kPrefixBytes) {
         const std::size_t length = read_prefix(in_.data() + at);
@@ -165,7 +195,7 @@ bool TlsConnection::take_frames() {
 
 // ---------------------------------------------------------------- writing
 
-void TlsConnection::send(std::span<const std::uint8_t> frame, SharedBytes tail) {
+void StreamConnection::send(std::span<const std::uint8_t> frame, SharedBytes tail) {
     if (state_ != ConnectionState::kOpen) {
         return;
     }
@@ -176,18 +206,33 @@ void TlsConnection::send(std::span<const std::uint8_t> frame, SharedBytes tail) 
         return;
     }
     const std::size_t tail_bytes = tail ? tail->size() : 0;
-    const auto length = static_cast<std::uint32_t>(frame.size() + tail_bytes);
     if (pending_.empty() || pending_.back().tail) {
         pending_.emplace_back();
     }
     std::vector<std::uint8_t>& own = pending_.back().own;
-    for (int shift = 0; shift < 32; shift += 8) {
-        own.push_back(static_cast<std::uint8_t>(length >> shift));
-    }
+    const std::size_t before = own.size();
+    append_prefix(own, frame.size() + tail_bytes);
     own.insert(own.end(), frame.begin(), frame.end());
-    queued_ += kPrefixBytes + frame.size();
+    queued_ += own.size() - before;
     shared_ += tail_bytes;
     pending_.back().tail = std::move(tail);
+    start_writing();
+}
+
+void StreamConnection::append_prefix(std::vector<std::uint8_t>& out, std::uint64_t length) const {
+    if (gate_) {
+        std::array<std::uint8_t, wire::kMaxWebSocketHead> head{};
+        const std::size_t size =
+            wire::write_websocket_head(wire::WebSocketOpcode::kBinary, length, head);
+        out.insert(out.end(), head.begin(), head.begin() + static_cast<std::ptrdiff_t>(size));
+        return;
+    }
+    for (int shift = 0; shift < 32; shift += 8) {
+        out.push_back(static_cast<std::uint8_t>(length >> shift));
+    }
+}
+
+void StreamConnection::start_writing() {
     if (!write_in_progress_) {
         // After the caller's turn, so that all its frames share a TLS record and a system call.
         write_in_progress_ = true;
@@ -195,7 +240,7 @@ void TlsConnection::send(std::span<const std::uint8_t> frame, SharedBytes tail) 
     }
 }
 
-void TlsConnection::write() {
+void StreamConnection::write() {
     if (state_ == ConnectionState::kDone) {
         return;
     }
@@ -208,25 +253,23 @@ void TlsConnection::write() {
     if (tail_ || pending_.size() > 1) {
         pending_.pop_front();
     }
-    asio::async_write(stream_,
-                      asio::buffer(writing_),
-                      [self = shared_from_this()](const asio::error_code& ec, std::size_t bytes) {
-                          self->on_written(ec, bytes);
-                      });
+    stream_.async_write(asio::buffer(writing_),
+                        [self = shared_from_this()](const asio::error_code& ec, std::size_t bytes) {
+                            self->on_written(ec, bytes);
+                        });
 }
 
-void TlsConnection::write_slice() {
+void StreamConnection::write_slice() {
     const std::size_t bytes = std::min(kTailSlice, tail_->size() - tail_sent_);
-    asio::async_write(stream_,
-                      asio::buffer(tail_->data() + tail_sent_, bytes),
-                      [self = shared_from_this()](const asio::error_code& ec, std::size_t sent) {
-                          self->tail_sent_ += sent;
-                          self->shared_ -= sent;
-                          self->on_written(ec, sent);
-                      });
+    stream_.async_write(asio::buffer(tail_->data() + tail_sent_, bytes),
+                        [self = shared_from_this()](const asio::error_code& ec, std::size_t sent) {
+                            self->tail_sent_ += sent;
+                            self->shared_ -= sent;
+                            self->on_written(ec, sent);
+                        });
 }
 
-void TlsConnection::on_written(const asio::error_code& ec, std::size_t bytes) {
+void StreamConnection::on_written(const asio::error_code& ec, std::size_t bytes) {
     if (state_ == ConnectionState::kDone) {
         return;
     }
@@ -257,13 +300,17 @@ void TlsConnection::on_written(const asio::error_code& ec, std::size_t bytes) {
 
 // ---------------------------------------------------------------- ending
 
-void TlsConnection::close() {
+void StreamConnection::close() {
     if (state_ == ConnectionState::kHandshake) {
         finish("closed during the handshake");
         return;
     }
     if (state_ != ConnectionState::kOpen) {
         return;
+    }
+    if (gate_ && !std::exchange(close_sent_, true)) {
+        const std::array<std::uint8_t, 2> code = {kNormalEnd >> 8U, kNormalEnd & 0xFFU};
+        append_control(wire::WebSocketOpcode::kClose, code);
     }
     state_ = ConnectionState::kClosing;
     arm_deadline(limits_.close_timeout_s);
@@ -272,22 +319,26 @@ void TlsConnection::close() {
     }
 }
 
-void TlsConnection::abort(const std::string& reason) {
+void StreamConnection::abort(const std::string& reason) {
     finish(reason);
 }
 
 /// Sends close_notify. No other operation may be pending on the TLS stream, so a read is cancelled
 /// first and its handler comes back here.
-void TlsConnection::shut_down() {
+void StreamConnection::shut_down() {
     if (reading_) {
         asio::error_code ignored;
-        stream_.next_layer().cancel(ignored);
+        stream_.socket().cancel(ignored);
         return;
     }
     if (std::exchange(shutting_down_, true)) {
         return;
     }
-    stream_.async_shutdown([self = shared_from_this()](const asio::error_code& ec) {
+    if (stream_.tls() == nullptr) {
+        linger();
+        return;
+    }
+    stream_.tls()->async_shutdown([self = shared_from_this()](const asio::error_code& ec) {
         if (self->state_ == ConnectionState::kDone) {
             return;
         }
@@ -301,9 +352,9 @@ void TlsConnection::shut_down() {
 
 /// The peer was still sending. Closing now would reset the connection and could destroy our last
 /// frames in flight. So incoming data is read and dropped until the peer has ended.
-void TlsConnection::linger() {
+void StreamConnection::linger() {
     asio::error_code ec;
-    stream_.next_layer().shutdown(asio::ip::tcp::socket::shutdown_send, ec);
+    stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ec);
     if (ec) {
         finish("");
         return;
@@ -311,8 +362,8 @@ void TlsConnection::linger() {
     discard();
 }
 
-void TlsConnection::discard() {
-    stream_.next_layer().async_read_some(
+void StreamConnection::discard() {
+    stream_.socket().async_read_some(
         asio::buffer(in_), [self = shared_from_this()](const asio::error_code& ec, std::size_t) {
             if (self->state_ == ConnectionState::kDone) {
                 return;
@@ -325,7 +376,7 @@ void TlsConnection::discard() {
         });
 }
 
-void TlsConnection::arm_deadline(double seconds) {
+void StreamConnection::arm_deadline(double seconds) {
     deadline_.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
         std::chrono::duration<double>(seconds)));
     deadline_.async_wait([self = shared_from_this()](const asio::error_code& ec) {
@@ -335,7 +386,7 @@ void TlsConnection::arm_deadline(double seconds) {
         }
         if (self->state_ == ConnectionState::kHandshake) {
             ++self->events_->stats.handshake_timeout;
-            self->finish("the TLS handshake took too long");
+            self->finish("the handshake took too long");
         } else {
             ++self->events_->stats.close_timeout;
             self->finish("the peer did not end the connection in time");
@@ -343,13 +394,13 @@ void TlsConnection::arm_deadline(double seconds) {
     });
 }
 
-void TlsConnection::finish(const std::string& reason) {
+void StreamConnection::finish(const std::string& reason) {
     if (std::exchange(state_, ConnectionState::kDone) == ConnectionState::kDone) {
         return;
     }
     deadline_.cancel();
     asio::error_code ignored;
-    stream_.next_layer().close(ignored);
+    stream_.socket().close(ignored);
     asio::post(stream_.get_executor(), [self = shared_from_this(), reason] {
         if (self->events_->closed) {
             self->events_->closed(*self, reason);

@@ -1,19 +1,24 @@
-// TlsConnection: one accepted TLS 1.3 stream of length-prefixed frames (u32, little-endian).
+// StreamConnection: one accepted stream of frames: TLS 1.3 with length prefixes (u32,
+// little-endian), or a WebSocket whose binary messages are the frames.
 #pragma once
 
 #include "server/net/socket_address.h"
+#include "server/net/web_stream.h"
+#include "shared/core/token_bucket.h"
 #include "shared/wire/seal.h"
+#include "shared/wire/websocket/websocket_frames.h"
 
-#include <asio/ip/tcp.hpp>
-#include <asio/ssl/stream.hpp>
 #include <asio/steady_timer.hpp>
 
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace zoned::net {
@@ -46,6 +51,15 @@ struct TlsStats {
     std::uint64_t close_timeout = 0;
     std::uint64_t bytes_in = 0;  ///< inside TLS
     std::uint64_t bytes_out = 0;
+    /// WebSockets that were not opened, or were ended for a fault of the client, by reason.
+    std::map<std::string, std::uint64_t, std::less<>> websocket_refused;
+};
+
+/// What a WebSocket is let in by.
+struct WebSocketGate {
+    /// Pages of these sites may connect ("https://play.example"). A client that is no browser sends
+    /// no origin, and is let in as over TCP.
+    std::vector<std::string> origins;
 };
 
 struct DatagramKeys {
@@ -53,27 +67,30 @@ struct DatagramKeys {
     wire::SealKey up;
 };
 
-class TlsConnection;
+class StreamConnection;
 
 /// The callbacks of a connection to its listener; shared, so that pending handlers outlive neither.
 struct ConnectionEvents {
-    std::function<void(TlsConnection&, const DatagramKeys&)> opened;
-    std::function<void(TlsConnection&, std::span<const std::uint8_t>)> frame;
-    std::function<void(TlsConnection&, const std::string&)>
+    /// A WebSocket has no keys: nullptr.
+    std::function<void(StreamConnection&, const DatagramKeys*)> opened;
+    std::function<void(StreamConnection&, std::span<const std::uint8_t>)> frame;
+    std::function<void(StreamConnection&, const std::string&)>
         closed;  ///< once, whether opened or not
     TlsStats stats;
 };
 
 /// Not thread-safe: driven by the thread of its io_context. Events never come from within send() or
 /// close(), so their callers need not expect to be called back.
-class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
+class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   public:
-    TlsConnection(asio::ip::tcp::socket socket,
-                  asio::ssl::context& context,
-                  StreamNumber number,
-                  const Address& peer,
-                  const ConnectionLimits& limits,
-                  std::shared_ptr<ConnectionEvents> events);
+    /// Without a context: plain. With a gate: a WebSocket.
+    StreamConnection(asio::ip::tcp::socket socket,
+                     asio::ssl::context* context,
+                     std::shared_ptr<const WebSocketGate> gate,
+                     StreamNumber number,
+                     const Address& peer,
+                     const ConnectionLimits& limits,
+                     std::shared_ptr<ConnectionEvents> events);
 
     void start();
     /// Queues a frame, which may end with a shared tail; silently nothing once the connection is
@@ -88,6 +105,9 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
 
     [[nodiscard]] const Address& peer() const { return peer_; }
 
+    /// The client is on this machine, and no proxy says that it passes on another's bytes.
+    [[nodiscard]] bool local() const { return peer_.is_loopback() && !forwarded_; }
+
     [[nodiscard]] bool opened() const { return opened_; }
 
     /// Bytes that wait to be sent.
@@ -95,7 +115,7 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
 
   private:
     enum class ConnectionState : std::uint8_t {
-        kHandshake,
+        kHandshake,  ///< of TLS, then of the WebSocket
         kOpen,
         kClosing,
         kDone,
@@ -112,6 +132,22 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     void on_read(const asio::error_code& ec, std::size_t bytes);
     /// Hands over the whole frames in the buffer; false when the connection is no longer open.
     bool take_frames();
+    void open(const DatagramKeys* keys);
+
+    // ---- stream_websocket.cpp
+    void read_upgrade();
+    void on_upgrade_read(const asio::error_code& ec, std::size_t bytes);
+    void answer_upgrade(std::size_t length);
+    void refuse_upgrade(unsigned status, std::string_view reason, std::string_view text);
+    bool take_messages();
+    bool take_item(const wire::WebSocketItem& item);
+    /// Sends Close with this code, and ends in order.
+    void close_websocket(std::uint16_t code, std::string_view reason, std::string_view text);
+    void count_refused(std::string_view reason);
+
+    void append_prefix(std::vector<std::uint8_t>& out, std::uint64_t length) const;
+    void append_control(wire::WebSocketOpcode opcode, std::span<const std::uint8_t> payload);
+    void start_writing();
     void write();
     void write_slice();
     void on_written(const asio::error_code& ec, std::size_t bytes);
@@ -121,7 +157,12 @@ class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
     void arm_deadline(double seconds);
     void finish(const std::string& reason);
 
-    asio::ssl::stream<asio::ip::tcp::socket> stream_;
+    WebStream stream_;
+    std::shared_ptr<const WebSocketGate> gate_;  ///< nullptr: no WebSocket
+    std::optional<wire::WebSocketReader> reader_;
+    core::TokenBucket control_frames_;
+    bool forwarded_ = false;
+    bool close_sent_ = false;
     asio::steady_timer deadline_;
     StreamNumber number_;
     Address peer_;
