@@ -1,6 +1,7 @@
 // Border: the client behind the C interface, and the wall that no exception passes.
 #pragma once
 
+#include "client-sim/library/caller_route.h"
 #include "client-sim/library/game_client.h"
 #include "client-sim/library/zoned_client.h"
 
@@ -12,9 +13,17 @@ struct zoned_client {
         : game(std::move(settings)) {}
 
     zoned::library::GameClient game;
+    zoned::library::CallerRoute* caller = nullptr;  ///< of the newest session that has one
 };
 
 namespace zoned::library {
+
+/// nullptr where the caller carries no session.
+inline CallerRoute* caller_of(zoned_client* client) {
+    return client != nullptr && client->game.uses(client->caller) ? client->caller : nullptr;
+}
+
+#if defined(__cpp_exceptions)
 
 /// The result of `work`, or `otherwise` when it throws: memory ran out.
 template <class Result, class Work>
@@ -40,6 +49,21 @@ int guarded(zoned_client& client, Work&& work) noexcept {
         return ZONED_CLIENT_FAILED;
     }
 }
+
+#else
+
+// In WebAssembly a lack of memory stops the module: its page sees a trap.
+template <class Result, class Work>
+Result guarded(Result /*otherwise*/, Work&& work) noexcept {
+    return work();
+}
+
+template <class Work>
+int guarded(zoned_client& /*client*/, Work&& work) noexcept {
+    return work();
+}
+
+#endif
 
 /// A name with its closing 0, cut where it is too long.
 inline void give_name(char (&out)[ZONED_CLIENT_NAME_BYTES], const std::string& name) {

@@ -10,52 +10,25 @@ GameClient::~GameClient() {
     close_session();
 }
 
-bool GameClient::connect(const std::string& host, std::uint16_t port) {
+bool GameClient::connect(std::unique_ptr<GameRoute> route) {
     if (state() != link::SessionState::kIdle && state() != link::SessionState::kClosed) {
         return false;
     }
     close_session();
     trouble_.clear();
     closed_ = false;
-    host_ = host;
-    port_ = std::to_string(port);
-    lookup_.emplace(host_, port_);
+    route_ = std::move(route);
     return true;
 }
 
 void GameClient::close_session() {
-    lookup_.reset();
     player_.reset();
-    transport_.reset();
-    network_.reset();
+    route_.reset();
     worlds_ = {};
+    truth_.restart();
     events_.clear();
     event_bytes_ = 0;
     pressed_ = 0;
-}
-
-void GameClient::open_network(const link::Address& address) {
-    lookup_.reset();
-    if (!address) {
-        fail(address.error());
-        return;
-    }
-    link::NetworkSettings network;
-    network.host = host_;
-    network.port = port_;
-    network.endpoint = *address;
-    network.ca_file = settings_.ca_file;
-    network.udp_sockets = 1;
-    network.trust.pin = settings_.pin;
-    const bool anyone = link::is_loopback(host_) && settings_.ca_file.empty();
-    network.trust.kind = settings_.trust.value_or(anyone ? link::Trust::TrustKind::kInsecure
-                                                         : link::Trust::TrustKind::kVerify);
-    network_ = std::make_unique<link::SocketNetwork>(std::move(network));
-    transport_ = network_->make_transport();
-    view::PlayerSettings player{settings_.login, {}};
-    player.view.kind = settings_.view;
-    player_ = std::make_unique<view::Player>(*transport_, worlds_, *this, std::move(player));
-    player_->start(now_s_);
 }
 
 void GameClient::poll(double now_s) {
@@ -63,20 +36,34 @@ void GameClient::poll(double now_s) {
         begun_s_ = begun_s_.value_or(now_s);
         now_s_ = std::max(now_s_, now_s - *begun_s_ + 1.0);
     }
-    if (lookup_) {
-        if (const auto address = lookup_->answer()) {
-            open_network(*address);
-        }
-    }
-    if (!network_) {
+    if (!route_) {
         return;
     }
-    network_->poll(now_s_);
+    route_->poll(now_s_);
+    if (!player_ && !closed_) {
+        if (!route_->trouble().empty()) {
+            fail(route_->trouble());
+            return;
+        }
+        if (link::Transport* const transport = route_->transport()) {
+            view::PlayerSettings player{settings_.login, {}};
+            player.view.kind = settings_.view;
+            player.view.keep_history = settings_.measure;
+            player_ = std::make_unique<view::Player>(*transport, worlds_, *this, std::move(player));
+            player_->start(now_s_);
+        }
+    }
+    if (!player_) {
+        return;
+    }
     player_->advance(now_s_);
     if (const std::string& why = player_->bad_world(); !why.empty()) {
         fail("the server's world makes no sense: " + why);
     }
-    network_->flush();
+    if (settings_.measure) {
+        truth_.advance(*player_, now_s_);
+    }
+    route_->flush();
     if (player_->ready()) {
         fraction_ = player_->tick_fraction(now_s_);
         own_fraction_ = player_->inputs().fraction(player_->client(), now_s_);
@@ -90,11 +77,10 @@ void GameClient::fail(const std::string& reason) {
 }
 
 void GameClient::quit() {
-    lookup_.reset();
     closed_ = closed_ || !player_;
     if (player_ && player_->client().state() != link::SessionState::kClosed) {
         player_->quit(now_s_);
-        network_->poll(now_s_);  // hands the goodbye to the kernel
+        route_->poll(now_s_);  // hands the goodbye to the kernel
     }
 }
 
@@ -105,7 +91,7 @@ link::SessionState GameClient::state() const {
     if (player_) {
         return player_->client().state();
     }
-    return lookup_ ? link::SessionState::kConnecting : link::SessionState::kIdle;
+    return route_ ? link::SessionState::kConnecting : link::SessionState::kIdle;
 }
 
 const std::string& GameClient::trouble() const {
@@ -138,6 +124,20 @@ void GameClient::on_event(const wire::EventMessage& event) {
         drop_event();
         ++events_dropped_;
     }
+}
+
+void GameClient::on_packet(const link::OpenedPacket& /*packet*/, const view::PacketResult& taken) {
+    if (taken.correction.compared) {
+        corrections_.add(taken.correction.distance_m);
+    }
+}
+
+void GameClient::on_audit(const wire::AuditRecordMessage& record) {
+    truth_.add(record);
+}
+
+void GameClient::on_new_view() {
+    truth_.restart();
 }
 
 void GameClient::drop_event() {

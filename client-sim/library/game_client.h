@@ -1,8 +1,10 @@
 // GameClient: the client behind the C interface: one session of a game, polled.
 #pragma once
 
-#include "client-sim/link/name_lookup.h"
-#include "client-sim/link/socket_transport.h"
+#include "client-sim/library/game_route.h"
+#include "client-sim/library/recent_values.h"
+#include "client-sim/library/truth_meter.h"
+#include "client-sim/link/trust.h"
 #include "client-sim/view/player.h"
 
 #include <cstdint>
@@ -21,6 +23,7 @@ struct GameClientSettings {
     std::optional<link::Trust::TrustKind> trust;
     std::vector<std::uint8_t> pin;
     std::string ca_file;
+    bool measure = false;  ///< compares with the truth, where the session may ask for it
 };
 
 /// The player's wishes until further notice.
@@ -45,8 +48,16 @@ class GameClient final : public view::PlayerListener {
     GameClient(const GameClient&) = delete;
     GameClient& operator=(const GameClient&) = delete;
 
-    /// False while a session is under way.
-    bool connect(const std::string& host, std::uint16_t port);
+    /// Begins to connect by this route; false while a session is under way.
+    bool connect(std::unique_ptr<GameRoute> route);
+
+    [[nodiscard]] const GameClientSettings& settings() const { return settings_; }
+
+    /// Whether the session goes by this route.
+    [[nodiscard]] bool uses(const GameRoute* route) const {
+        return route != nullptr && route_.get() == route;
+    }
+
     void quit();
     /// All work that is due; a clock that goes back stands still.
     void poll(double now_s);
@@ -83,21 +94,25 @@ class GameClient final : public view::PlayerListener {
     /// The server's clock at the last poll, s; 0 before it is known.
     [[nodiscard]] double server_time() const;
 
+    /// By how many metres the own prediction for a tick was wrong, of the newest states of the
+    /// server.
+    [[nodiscard]] const RecentValues& corrections() const { return corrections_; }
+
+    [[nodiscard]] const TruthMeter& truth() const { return truth_; }
+
     motion::InputCommand command_for(Tick tick) override;
     void on_event(const wire::EventMessage& event) override;
+    void on_packet(const link::OpenedPacket& packet, const view::PacketResult& taken) override;
+    void on_audit(const wire::AuditRecordMessage& record) override;
+    void on_new_view() override;
 
   private:
-    void open_network(const link::Address& address);
     void close_session();
 
     GameClientSettings settings_;
-    std::string host_;
-    std::string port_;
     std::string trouble_;  // of this side; empty: the session's own counts
     bool closed_ = false;  // by this side, whatever the session says
-    std::optional<link::NameLookup> lookup_;
-    std::unique_ptr<link::SocketNetwork> network_;
-    std::unique_ptr<link::SocketTransport> transport_;
+    std::unique_ptr<GameRoute> route_;
     view::WorldCache worlds_;
     std::unique_ptr<view::Player> player_;
     GameInput input_;
@@ -109,6 +124,8 @@ class GameClient final : public view::PlayerListener {
     double now_s_ = 1.0;             // since then, and a second: the session takes 0 for never
     double fraction_ = 0.0;
     double own_fraction_ = 0.0;
+    RecentValues corrections_;
+    TruthMeter truth_;
 };
 
 }  // namespace zoned::library

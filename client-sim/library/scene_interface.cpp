@@ -107,6 +107,7 @@ int zoned_client_own(const zoned_client* client, zoned_client_avatar* out) {
     give_vector(filled.position, position);
     give_vector(filled.eye, Vec3d(position + Vec3d(0.0, view::eye_height(own.limits()), 0.0)));
     give_vector(filled.velocity, state->velocity);
+    filled.tick = own.newest_tick();
     return give(out, filled) ? 1 : ZONED_CLIENT_BAD_ARGUMENT;
 }
 
@@ -282,6 +283,16 @@ int zoned_client_stats(const zoned_client* client, zoned_client_stats_info* out)
     filled.inputs = player.inputs().stats().ticks;
     filled.inputs_missing = player.inputs().stats().missing;
     filled.events_dropped = client->game.events_dropped();
+    const RecentValues& corrections = client->game.corrections();
+    filled.corrections = corrections.count();
+    filled.correction_last_m = corrections.last();
+    filled.correction_p99_m = corrections.quantile(0.99);
+    filled.correction_max_m = corrections.quantile(1.0);
+    const TruthMeter& truth = client->game.truth();
+    filled.compared = truth.displayed().count();
+    filled.displayed_error_p50_m = truth.displayed().quantile(0.5);
+    filled.displayed_error_p99_m = truth.displayed().quantile(0.99);
+    filled.own_error_p99_m = truth.own().quantile(0.99);
     return given(out, filled);
 }
 

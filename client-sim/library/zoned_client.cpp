@@ -62,6 +62,7 @@ std::string read_settings(const zoned_client_settings* from, GameClientSettings&
     }
     out.view = settings.view == ZONED_CLIENT_INTERPOLATE ? view::ViewKind::kInterpolate
                                                          : view::ViewKind::kExtrapolate;
+    out.measure = settings.measure == 1;
     out.login.name = text_of(settings.name);
     out.login.team = text_of(settings.team);
     out.login.config_digest = text_of(settings.config_digest);
@@ -135,15 +136,6 @@ void zoned_client_destroy(zoned_client* client) {
         zoned_client_quit(client);
         delete client;
     }
-}
-
-int zoned_client_connect(zoned_client* client, const char* host, uint16_t port) {
-    if (client == nullptr || host == nullptr || host[0] == 0 || port == 0) {
-        return ZONED_CLIENT_BAD_ARGUMENT;
-    }
-    return guarded(*client, [&]() -> int {
-        return client->game.connect(host, port) ? 0 : ZONED_CLIENT_NOT_READY;
-    });
 }
 
 void zoned_client_quit(zoned_client* client) {

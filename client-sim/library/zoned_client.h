@@ -48,7 +48,7 @@ extern "C" {
 /* The interface that this header describes: another major number is another interface, a greater
    minor number knows more functions and longer structs. */
 #define ZONED_CLIENT_ABI_MAJOR 1
-#define ZONED_CLIENT_ABI_MINOR 0
+#define ZONED_CLIENT_ABI_MINOR 1
 #define ZONED_CLIENT_ABI ((uint32_t)(ZONED_CLIENT_ABI_MAJOR << 16 | ZONED_CLIENT_ABI_MINOR))
 
 /* Room for a name with its closing 0; longer names are cut. */
@@ -95,7 +95,7 @@ typedef struct zoned_client_settings {
     size_t ticket_size;        /* bytes */
     const char* config_digest; /* hex; empty: any config of the server */
     uint32_t trust;            /* zoned_client_trust */
-    uint32_t reserved;         /* 0 */
+    uint32_t measure;          /* since 1.1: 1: asks for the truth, where it may, and compares */
     const char* pin;           /* 64 hex digits, for ZONED_CLIENT_TRUST_PIN */
     const char* ca_file;       /* empty: the system's authorities */
 } zoned_client_settings;
@@ -136,6 +136,7 @@ typedef struct zoned_client_avatar {
     double eye[3]; /* where it looks from */
     float velocity[3];
     uint32_t reserved;
+    int64_t tick; /* since 1.1: of its newest command */
 } zoned_client_avatar;
 
 typedef struct zoned_client_event {
@@ -235,6 +236,17 @@ typedef struct zoned_client_stats_info {
     uint64_t inputs;    /* ticks on whose command the server has reported */
     uint64_t inputs_missing; /* of these: the command was too late */
     uint64_t events_dropped; /* because nobody fetched them */
+    /* Since 1.1: by how much the server corrected what was predicted of the own avatar, over the
+       newest 512 comparisons. */
+    uint64_t corrections; /* comparisons in all */
+    double correction_last_m;
+    double correction_p99_m;
+    double correction_max_m;
+    /* With `measure`, over as many: displayed and true places of others, and of the own avatar. */
+    uint64_t compared; /* entities in all */
+    double displayed_error_p50_m;
+    double displayed_error_p99_m;
+    double own_error_p99_m;
 } zoned_client_stats_info;
 
 /* The interface of the library, as ZONED_CLIENT_ABI is that of the header. */
@@ -252,6 +264,30 @@ ZONED_CLIENT_API void zoned_client_destroy(zoned_client* client);
 /* Begins to connect and returns at once, 0 on success; poll() goes on. `host` is a name or an
    address of IPv4 or IPv6. Only for clients that are idle or closed. */
 ZONED_CLIENT_API int zoned_client_connect(zoned_client* client, const char* host, uint16_t port);
+/* Since 1.1, in place of connect(): the session goes over a WebSocket that the caller owns (a
+   browser's), with the subprotocol "zoned". 0 on success. After each poll() the caller does what
+   zoned_client_stream_wish() says, and sends each frame of zoned_client_next_frame() as one binary
+   message. It tells the client what happens to the WebSocket by the three functions below. */
+ZONED_CLIENT_API int zoned_client_begin(zoned_client* client);
+
+enum zoned_client_wish {
+    ZONED_CLIENT_WISH_NOTHING = 0,
+    ZONED_CLIENT_WISH_OPEN = 1, /* a new WebSocket; one that is left is closed without a word */
+    ZONED_CLIENT_WISH_CLOSE = 2 /* after the frames that wait */
+};
+
+/* One of zoned_client_wish; each wish is told once. */
+ZONED_CLIENT_API int zoned_client_stream_wish(zoned_client* client);
+/* The WebSocket that was wished for is open; a message came; it is closed, or could not be opened.
+ */
+ZONED_CLIENT_API int zoned_client_stream_opened(zoned_client* client);
+ZONED_CLIENT_API int zoned_client_stream_frame(zoned_client* client,
+                                               const void* frame,
+                                               size_t size);
+ZONED_CLIENT_API int zoned_client_stream_closed(zoned_client* client, const char* reason);
+/* Size of the oldest frame to send, which is taken where `capacity` suffices; 0: none waits. */
+ZONED_CLIENT_API size_t zoned_client_next_frame(zoned_client* client, void* out, size_t capacity);
+
 /* Says goodbye; closed from then on. */
 ZONED_CLIENT_API void zoned_client_quit(zoned_client* client);
 

@@ -21,10 +21,11 @@ PATIENCE_S = 60.0
 
 
 class Server:
-    """`port` is the TCP port, `state` the folder with certificate and key."""
+    """`port` is the TCP port, `websocket` that of WebSockets, `state` the folder with certificate and key."""
 
-    def __init__(self, port, state):
+    def __init__(self, port, state, websocket=None):
         self.port = port
+        self.websocket = websocket
         self.state = state
 
 
@@ -38,7 +39,7 @@ def scratch():
 
 
 @contextlib.contextmanager
-def serve(change=lambda text: text):
+def serve(change=lambda text: text, websocket=False):
     """The minimal world with its text changed, until the end of the block."""
     with scratch() as folder:
         config = folder / "world.txtpb"
@@ -48,13 +49,16 @@ def serve(change=lambda text: text):
         for setting in ("network.tcp_port=0", "network.udp_port=0",
                         f'session.state_folder="{state}"'):
             command += ["--set", setting]
+        if websocket:
+            command += ["--set", "network.websocket_port=0"]
         with open(folder / "log", "w") as log:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
         try:
             ready = process.stdout.readline()
             if "tcp=" not in ready:
                 raise RuntimeError((folder / "log").read_text())
-            yield Server(int(ready.split("tcp=")[1].split()[0]), state)
+            ports = dict(part.split("=", 1) for part in ready.split() if "=" in part)
+            yield Server(int(ports["tcp"]), state, int(ports.get("websocket", 0)))
         finally:
             process.terminate()
             process.stdout.close()

@@ -19,7 +19,7 @@ import os
 import pathlib
 import time
 
-ABI = 1 << 16  # of zoned_client.h: major version 1, minor version 0
+ABI = 1 << 16 | 1  # of zoned_client.h: major version 1, minor version 1
 NAME_BYTES = 64
 
 
