@@ -10,19 +10,23 @@ build="${ZONED_BUILD:-$root/build}"
 say() { printf '%s\n' "zoned: $*" >&2; }
 fail() { say "$*"; exit 3; }
 
+configure=""
+
 missing_packages() {
     local package
     while read -r package; do
         if [[ "$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null)" != "install ok installed" ]]; then
             printf '%s\n' "$package"
         fi
-    done < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$root/config/packages.txt")
+    done < <(sed "${needed[@]}" -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$root/config/packages.txt")
 }
 
 install_missing() {
     local -a missing as_root=()
     command -v dpkg-query >/dev/null || fail "this is no Debian system; install what config/packages.txt lists and run cmake by hand"
     mapfile -t missing < <(missing_packages)
+    # What is there now may be looked for again: the client for browsers is built where its compiler is.
+    configure="${missing[*]:-}"
     if ((${#missing[@]} == 0)); then
         return
     fi
@@ -47,7 +51,7 @@ parallel_jobs() {
 }
 
 build_targets() {
-    if [[ ! -f "$build/build.ninja" ]]; then
+    if [[ ! -f "$build/build.ninja" || -n "$configure" ]]; then
         say "configuring $build"
         cmake -S "$root" -B "$build" -G Ninja -DZONED_UNITY=ON >"$build.configure.log" 2>&1 || {
             cat "$build.configure.log" >&2
@@ -67,5 +71,8 @@ ZONED_BUILD=DIR builds somewhere else.
 HELP
     exit 0
 fi
+# Who builds a few targets needs no optional package.
+needed=()
+[[ " $* " == *" all "* ]] || needed=(-e '/^# Optional/Q')
 install_missing
 build_targets "$@"

@@ -139,7 +139,7 @@ std::string Browser::evaluate(const std::string& expression) {
     const Struct answer =
         command("Runtime.evaluate",
                 R"({"awaitPromise": true, "returnByValue": true, "expression": )" +
-                    core::json_quote("String(" + expression + ")") + "}");
+                    core::json_quote("Promise.resolve(" + expression + ").then(String)") + "}");
     const Struct result = object_of(answer, "result");
     return has_field(result, "value") ? json_text::field(result, "value").string_value() : "";
 }
@@ -160,6 +160,12 @@ void Browser::click(double x, double y) {
                            R"(, "y": )" + std::to_string(y) + "}";
     command("Input.dispatchMouseEvent", R"({"type": "mousePressed")" + at);
     command("Input.dispatchMouseEvent", R"({"type": "mouseReleased")" + at);
+}
+
+void Browser::key(const std::string& code, const std::string& name, bool down) {
+    command("Input.dispatchKeyEvent",
+            R"({"type": ")" + std::string(down ? "keyDown" : "keyUp") + R"(", "code": )" +
+                core::json_quote(code) + R"(, "key": )" + core::json_quote(name) + "}");
 }
 
 void Browser::set_dark(bool dark) {

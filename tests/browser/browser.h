@@ -28,6 +28,8 @@ class Browser {
     /// Waits until an expression is true; false after so many seconds.
     bool wait_until(const std::string& expression, double seconds = 20.0);
     void click(double x, double y);
+    /// Presses or lets go a key, by its code ("KeyW") and its name ("w").
+    void key(const std::string& code, const std::string& name, bool down);
     void set_dark(bool dark);
     void set_size(int width, int height);
     void screenshot(const std::string& file);

@@ -1,4 +1,4 @@
-# Writes OUT: the page, its style and the bundled script as string literals. -DPAGE=folder -DSCRIPT=bundle.js -DCHARTS=chart.js -DOUT=file.cpp
+# Writes OUT: the page, its style and the bundled script as string literals. -DPAGE=folder -DSCRIPT=bundle.js -DPLAY=bundle.js -DCHARTS=chart.js -DOUT=file.cpp
 set(TEXT "// Written by server/admin/viewer/embed.cmake.\n#include \"server/admin/viewer_assets.h\"\n\n")
 string(APPEND TEXT "namespace zoned::admin {\n\nnamespace {\n\nconstexpr ViewerAsset kAssets[] = {\n")
 function(add_asset PATH TYPE FILE)
@@ -9,6 +9,10 @@ endfunction()
 add_asset(/ "text/html; charset=utf-8" ${PAGE}/index.html)
 add_asset(/viewer.css "text/css; charset=utf-8" ${PAGE}/viewer.css)
 add_asset(/viewer.js "text/javascript; charset=utf-8" ${SCRIPT})
+add_asset(/play "text/html; charset=utf-8" ${PAGE}/play/play.html)
+add_asset(/play_missing "text/html; charset=utf-8" ${PAGE}/play/missing.html)
+add_asset(/play.css "text/css; charset=utf-8" ${PAGE}/play/play.css)
+add_asset(/play.js "text/javascript; charset=utf-8" ${PLAY})
 add_asset(/chart.js "text/javascript; charset=utf-8" ${CHARTS})
 string(APPEND TEXT "};\n\n}  // namespace\n\nstd::span<const ViewerAsset> viewer_assets() {\n    return kAssets;\n}\n\n}  // namespace zoned::admin\n")
 file(WRITE ${OUT} "${TEXT}")

@@ -68,6 +68,17 @@ std::string reachable_address(const config::Settings& settings, std::uint16_t po
            std::to_string(port);
 }
 
+/// What browsers call the sites of the admin server's own pages.
+std::vector<std::string> own_origins(const config::Settings& settings, std::uint16_t port) {
+    const std::string tail = ":" + std::to_string(port);
+    const std::string& address = settings.server.network.admin_address;
+    if (admin_is_local(settings)) {
+        return {"http://127.0.0.1" + tail, "http://localhost" + tail, "http://[::1]" + tail};
+    }
+    const bool six = address.find(':') != std::string::npos;
+    return {"https://" + (six ? "[" + address + "]" : address) + tail};
+}
+
 AdminResponse plain(const std::string& text, const char* type = "text/plain; charset=utf-8") {
     AdminResponse response;
     response.content_type = type;
@@ -116,6 +127,9 @@ AdminApi::AdminApi(const config::Settings& settings,
         write_admin_certificate(folder, admin_certificate(settings).certificate);
     }
     write_admin_address(folder, reachable_address(settings, server_.port()));
+    asio::post(io, [&network, origins = own_origins(settings, server_.port())] {
+        network.allow_origins(origins);
+    });
 }
 
 void AdminApi::set_waiting(const std::vector<config::SettingChange>& changes) {
@@ -132,9 +146,10 @@ void AdminApi::set_draining() {
 
 std::vector<admin::AdminRoute> AdminApi::routes() {
     std::vector<admin::AdminRoute> out = orders();
-    for (admin::AdminRoute& route : page_routes()) {
+    for (admin::AdminRoute& route : page_routes(network_.websocket_port())) {
         out.push_back(std::move(route));
     }
+    out.push_back(play_route(settings_, network_.websocket_port()));
     add_open_routes(out);
     const auto get = [&](const char* path, admin::AdminRouteDoc doc, auto handle) {
         out.push_back({"GET", path, false, handle, std::move(doc)});
@@ -208,6 +223,8 @@ void AdminApi::with_sample(std::function<void(const NetworkSample&)> work) {
         sample->rtt = network_.rtt();
         sample->udp = network_.udp();
         sample->tls = network_.tls();
+        sample->web = network_.web();
+        sample->websockets = network_.websockets();
         sample->connections = network_.connections();
         sample->held_events = network_.held_output().waiting();
         sample->refused_events = network_.held_output().refused();

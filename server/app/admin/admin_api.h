@@ -50,6 +50,8 @@ struct NetworkSample {
     session::RttPercentiles rtt;
     net::UdpStats udp;
     net::TlsStats tls;
+    net::TlsStats web;                 ///< of WebSockets
+    std::size_t websockets = 0;        ///< of `connections`
     std::size_t held_events = 0;       ///< durable ones that wait for the store
     std::uint64_t refused_events = 0;  ///< durable ones that the store did not take
     std::size_t connections = 0;

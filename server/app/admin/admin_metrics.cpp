@@ -182,6 +182,14 @@ void write_network(MetricsText& out, const NetworkSample& n) {
                "counter",
                "TLS handshakes that failed.",
                number(n.tls.handshake_failed));
+    out.single("zoned_websockets", "gauge", "Open WebSockets of clients.", number(n.websockets));
+    out.family(
+        "zoned_websocket_refused_total",
+        "counter",
+        "WebSockets that were not opened, or were ended for a fault of the client, by reason.");
+    for (const auto& [reason, count] : n.web.websocket_refused) {
+        out.sample(number(count), {{"reason", reason}});
+    }
     out.single("zoned_udp_dropped_total",
                "counter",
                "Datagrams that the system did not take.",

@@ -5,6 +5,7 @@
 #include "server/app/admin/spectator_details.h"
 #include "server/app/admin/spectator_scene.h"
 #include "server/app/log/log.h"
+#include "server/app/runtime/host_settings.h"
 #include "proto/viewer.pb.h"
 #include "shared/core/json.h"
 
@@ -203,6 +204,37 @@ void pace(const SpectatorRoutes& with, const AdminCall& call, const AdminReply& 
     reply(json_text(json.text()));
 }
 
+/// Nothing but the page's own files may run or be asked.
+constexpr std::string_view kOwnFiles = "default-src 'self'; img-src data:; frame-ancestors 'none'";
+
+/// The page to play on compiles a module, and opens the game's WebSocket.
+std::string play_policy(std::uint16_t websocket_port) {
+    const std::string port = std::to_string(websocket_port);
+    return std::string(kOwnFiles) + "; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self'" +
+           (websocket_port == 0 ? "" : " ws://*:" + port + " wss://*:" + port);
+}
+
+admin::AdminRoute file_route(std::string_view path,
+                             std::string_view type,
+                             std::string_view file,
+                             std::string policy) {
+    admin::AdminRoute route{"GET",
+                            std::string(path),
+                            true,
+                            [type = std::string(type), file, policy = std::move(policy)](
+                                const AdminCall&, const AdminReply& reply) {
+                                AdminResponse response = content(std::string(file), "");
+                                response.content_type = type;
+                                response.headers.emplace_back("Content-Security-Policy", policy);
+                                response.headers.emplace_back("Referrer-Policy", "no-referrer");
+                                reply(std::move(response));
+                            },
+                            {}};
+    route.doc.summary = "A file of the viewer's page";
+    route.doc.answer_type = std::string(type);
+    return route;
+}
+
 }  // namespace
 
 std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with) {
@@ -262,29 +294,35 @@ std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with) {
     return out;
 }
 
-std::vector<admin::AdminRoute> page_routes() {
+std::vector<admin::AdminRoute> page_routes(std::uint16_t websocket_port) {
     std::vector<admin::AdminRoute> out;
+    const std::string_view module = admin::web_client_module();
     for (const admin::ViewerAsset& asset : admin::viewer_assets()) {
-        admin::AdminRoute route{
-            "GET",
-            std::string(asset.path),
-            true,
-            [&asset](const AdminCall&, const AdminReply& reply) {
-                AdminResponse response = content(std::string(asset.content), "");
-                response.content_type = asset.type;
-                // Nothing but the page's own files may run or be asked.
-                response.headers.emplace_back("Content-Security-Policy",
-                                              "default-src 'self'; img-src data:; frame-ancestors "
-                                              "'none'");
-                response.headers.emplace_back("Referrer-Policy", "no-referrer");
-                reply(std::move(response));
-            },
-            {}};
-        route.doc.summary = "A file of the viewer's page";
-        route.doc.answer_type = std::string(asset.type);
-        out.push_back(std::move(route));
+        if (module.empty() ? asset.path == "/play" : asset.path == "/play_missing") {
+            continue;
+        }
+        const bool missing = asset.path == "/play_missing";
+        out.push_back(file_route(
+            missing ? "/play" : asset.path,
+            asset.type,
+            asset.content,
+            asset.path == "/play" ? play_policy(websocket_port) : std::string(kOwnFiles)));
+    }
+    if (!module.empty()) {
+        out.push_back(
+            file_route("/zoned_client.wasm", "application/wasm", module, std::string(kOwnFiles)));
     }
     return out;
+}
+
+admin::AdminRoute play_route(const config::Settings& settings, std::uint16_t websocket_port) {
+    const bool tls = !is_loopback_address(settings.server.network.websocket_address);
+    return {"GET",
+            "/play.json",
+            true,
+            [text = play_json(settings, websocket_port, tls)](
+                const AdminCall&, const AdminReply& reply) { reply(json_text(text)); },
+            {"The world as the page to play on must know it"}};
 }
 
 }  // namespace zoned::app

@@ -20,7 +20,12 @@ struct SpectatorRoutes {
 /// /api/v1/.
 [[nodiscard]] std::vector<admin::AdminRoute> spectator_routes(const SpectatorRoutes& with);
 
-/// The viewer's own files.
-[[nodiscard]] std::vector<admin::AdminRoute> page_routes();
+/// The viewer's own files, and those of the page to play on, which may open a WebSocket to this
+/// port (0: to none).
+[[nodiscard]] std::vector<admin::AdminRoute> page_routes(std::uint16_t websocket_port = 0);
+
+/// GET play.json, for the page to play on.
+[[nodiscard]] admin::AdminRoute play_route(const config::Settings& settings,
+                                           std::uint16_t websocket_port);
 
 }  // namespace zoned::app

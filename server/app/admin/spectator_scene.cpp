@@ -210,6 +210,24 @@ void write_surfaces(core::JsonWriter& json, const config::Settings& settings) {
 
 }  // namespace
 
+std::string play_json(const config::Settings& settings,
+                      std::uint16_t websocket_port,
+                      bool websocket_tls) {
+    core::JsonWriter json;
+    json.begin_object()
+        .field("world", settings.world_name)
+        .field("development", settings.server.session.dev_mode_loopback)
+        .field("ground_height_m", static_cast<double>(settings.ground_height_m))
+        .field("websocket_port", websocket_port)
+        .field("websocket_tls", websocket_tls);
+    json.key("types").begin_array();
+    for (const world::EntityType& type : settings.types) {
+        write_type(json, type);
+    }
+    json.end_array().end_object();
+    return json.text();
+}
+
 std::string scene_json(const config::Settings& settings, Tick recorded) {
     core::JsonWriter json;
     json.begin_object()

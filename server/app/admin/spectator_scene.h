@@ -16,6 +16,12 @@ inline constexpr std::size_t kPieceBytes = 262144;
 /// is shown; 0: none is.
 [[nodiscard]] std::string scene_json(const config::Settings& settings, Tick recorded = 0);
 
+/// What the page /play must know of the world beside what the server tells every client: what it is
+/// called, how types look, and where the WebSocket is (0: nowhere).
+[[nodiscard]] std::string play_json(const config::Settings& settings,
+                                    std::uint16_t websocket_port,
+                                    bool websocket_tls);
+
 /// Piece `number`, from 1 on; empty where there is none. Little-endian, with the head u32 kind,
 /// u32 owner, u32 first, u32 count:
 /// 1 boxes: `count` times f32 centre x, y, z, half sizes x, y, z, orientation x, y, z, w.

@@ -1,0 +1,185 @@
+// A person plays in a real browser on a live server, among bots.
+#include "tests/browser/viewer_fixture.h"
+
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <thread>
+
+namespace zoned::testing_browser {
+namespace {
+
+using testing_process::Child;
+using testing_process::kPatience;
+using testing_process::number_after;
+using testing_process::scratch_folder;
+
+class Play : public ViewerFixture {
+  protected:
+    void SetUp() override {
+        ASSERT_TRUE(has_browser()) << "chromium is not installed (config/packages.txt)";
+        start();
+        browser = std::make_unique<Browser>();
+    }
+
+    void start() {
+        server = start_server({"--set",
+                               "network.admin_port=" + std::to_string(admin_port),
+                               "--set",
+                               "network.websocket_port=0"});
+        admin_port = number_after(server->output(), "admin=");
+        websocket_port = number_after(server->output(), "websocket=");
+        ASSERT_GT(websocket_port, 0) << server->output();
+    }
+
+    void open_page() {
+        browser->open(address() + "play");
+        ASSERT_TRUE(browser->wait_until("Boolean(window.zoned?.page.code)", kPatience))
+            << browser->evaluate("document.body.innerText");
+    }
+
+    void enter(const std::string& name = "ann") {
+        open_page();
+        browser->evaluate("(() => { document.getElementById('name').value = '" + name +
+                          "'; document.getElementById('enter').requestSubmit(); })()");
+        ASSERT_TRUE(
+            browser->wait_until("zoned.counts().state === 2 && zoned.own() !== null && "
+                                "zoned.counts().frames > 5",
+                                kPatience))
+            << browser->evaluate("JSON.stringify(zoned.counts())") << server->errors();
+    }
+
+    /// x, y and z of a JSON array, or of nothing.
+    static std::vector<double> numbers(std::string text) {
+        for (char& c : text) {
+            c = c == '[' || c == ']' || c == ',' ? ' ' : c;
+        }
+        std::istringstream in(text);
+        std::vector<double> out;
+        for (double v = 0.0; in >> v;) {
+            out.push_back(v);
+        }
+        return out;
+    }
+
+    std::vector<double> own() {
+        return numbers(browser->evaluate("JSON.stringify(zoned.own().position)"));
+    }
+
+    /// Where the server says that the avatar is.
+    std::vector<double> truth() {
+        return numbers(browser->evaluate(
+            "fetch('api/v1/entities/' + zoned.own().id, {headers: {Authorization: 'Bearer " +
+            token() + "'}}).then((a) => a.json()).then((e) => JSON.stringify(e.position_m))"));
+    }
+
+    static double distance(const std::vector<double>& a, const std::vector<double>& b) {
+        return a.size() == 3 && b.size() == 3 ? std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2])
+                                              : 1e9;
+    }
+
+    void hold(const std::string& code, const std::string& name, double seconds) {
+        browser->key(code, name, true);
+        std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+        browser->key(code, name, false);
+    }
+
+    double stat(const std::string& name) {
+        return std::stod(browser->evaluate("zoned.stats()." + name));
+    }
+
+    int websocket_port = 0;
+};
+
+TEST_F(Play, KeysMoveTheAvatarAsTheServerSaysAmongBots) {
+    // Shots would send the avatar elsewhere, which is no error of its prediction.
+    std::vector<std::string> peaceful = players(25, 120);
+    peaceful.insert(peaceful.end(), {"--behaviour", "wander"});
+    const Child bots("client-sim", peaceful);
+    enter();
+    EXPECT_TRUE(browser->wait_until("zoned.counts().entities >= 20", kPatience)) << bots.errors();
+    const std::vector<double> before = own();
+    const int frames = std::stoi(browser->evaluate("zoned.counts().frames"));
+    // Towards the middle of the world, wherever the avatar was born: walls stop nobody there.
+    browser->evaluate(
+        "(() => { const [x, , z] = zoned.own().position; zoned.controls.yaw = Math.atan2(-x, -z); "
+        "})()");
+    hold("KeyW", "w", 1.5);
+    hold("KeyD", "d", 1.0);
+    EXPECT_GT(distance(own(), before), 2.0);
+    // It stands: both sides say where.
+    double apart = 1e9;
+    for (int i = 0; i < 50 && apart > 0.01; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        apart = distance(own(), truth());
+    }
+    EXPECT_LT(apart, 0.01);
+    const double ground = own().at(1);
+    browser->key("Space", " ", true);
+    EXPECT_TRUE(browser->wait_until("zoned.own().position[1] > " + std::to_string(ground + 0.3)));
+    browser->key("Space", " ", false);
+    EXPECT_TRUE(browser->wait_until("zoned.stats().corrections > 20", kPatience));
+    EXPECT_TRUE(browser->wait_until("zoned.stats().audits > 200", kPatience));
+    std::printf("play: corrections %s\n",
+                browser->evaluate("JSON.stringify(zoned.stats())").c_str());
+    EXPECT_LT(stat("correctionM_p99"), 0.01);
+    EXPECT_LT(stat("displayedM_p50"), 0.3);
+    EXPECT_GT(stat("displayedM_p50"), 0.0);
+    EXPECT_EQ(stat("malformed"), 0.0);
+    EXPECT_GT(std::stoi(browser->evaluate("zoned.counts().frames")), frames + 20);
+    browser->screenshot(scratch_folder() + "/play.png");
+    EXPECT_GT(testing_process::read(scratch_folder() + "/play.png").size(), 10000U);
+    expect_no_errors();
+}
+
+TEST_F(Play, ChatsAndComesBackAfterACut) {
+    enter();
+    hold("Enter", "Enter", 0.05);
+    ASSERT_TRUE(browser->wait_until("!document.getElementById('say').hidden"));
+    browser->evaluate(
+        "(() => { document.getElementById('text').value = 'good day'; "
+        "document.getElementById('say').requestSubmit(); })()");
+    EXPECT_TRUE(browser->wait_until(
+        "document.getElementById('lines').textContent.includes('ann: good day')"))
+        << browser->evaluate("document.getElementById('lines').textContent");
+    const std::string id = browser->evaluate("zoned.own().id");
+    browser->evaluate("zoned.cut()");
+    EXPECT_TRUE(browser->wait_until("zoned.stats().resumed === 1 && zoned.counts().state === 2",
+                                    kPatience));
+    EXPECT_EQ(browser->evaluate("zoned.own().id"), id);
+    // Shots, pushes and what is out of reach end in no error of the page.
+    browser->evaluate("['shoot', 'push', 'pick_up', 'throw', 'view'].forEach(zoned.act)");
+    browser->evaluate("document.getElementById('leave').click()");
+    EXPECT_TRUE(browser->wait_until("!document.getElementById('enter').hidden"));
+    expect_no_errors();
+}
+
+TEST_F(Play, PagesOfOtherSitesCannotConnect) {
+    // A page without an address has the origin "null".
+    browser->evaluate(
+        "(() => { const s = new WebSocket('ws://127.0.0.1:" + std::to_string(websocket_port) +
+        "/', ['zoned']); s.onopen = () => { window.outcome = 'open'; }; "
+        "s.onclose = () => { window.outcome = window.outcome || 'closed'; }; })()");
+    EXPECT_TRUE(browser->wait_until("window.outcome === 'closed'"));
+    open_page();
+    EXPECT_EQ(
+        browser->evaluate("fetch('metrics').then((a) => a.text()).then((t) => "
+                          "t.includes('zoned_websocket_refused_total{reason=\"origin\"} 1'))"),
+        "true");
+    // The page's own origin may, by each of its names.
+    enter();
+}
+
+TEST_F(Play, SaysWhyALoginIsRefused) {
+    open_page();
+    browser->evaluate(
+        "(() => { document.getElementById('name').value = 'x'; zoned.page.told.websocket_port = "
+        "location.port; "
+        "document.getElementById('enter').requestSubmit(); })()");
+    EXPECT_TRUE(browser->wait_until(
+        "document.getElementById('trouble').textContent.includes('lost or refused')", kPatience))
+        << browser->evaluate("document.getElementById('trouble').textContent");
+}
+
+}  // namespace
+}  // namespace zoned::testing_browser

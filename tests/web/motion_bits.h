@@ -1,0 +1,34 @@
+// MotionBits: what clients compute of motion, as rows of numbers, for a comparison of builds.
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+namespace zoned::testing_web {
+
+/// Subjects whose numbers must be the same bits in each build, then those that may differ a little:
+/// they multiply quaternions, whose results depend on the order in which Eigen sums.
+inline constexpr std::array<std::string_view, 15> kSubjects = {
+    "walk on boxes",
+    "walk on a surface",
+    "walk through doors",
+    "static positions",
+    "linear positions",
+    "quadratic positions",
+    "ballistic positions",
+    "landing times",
+    "snap positions",
+    "linear blends",
+    "projective blends",
+    "hermite blends",
+    "quantised states",
+    "turning positions",
+    "orientations",
+};
+inline constexpr std::size_t kSameBits = 14;
+
+/// The numbers of a subject.
+std::vector<float> numbers_of(std::size_t subject);
+
+}  // namespace zoned::testing_web
