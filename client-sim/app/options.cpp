@@ -93,6 +93,10 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
     app.add_option("--ticket",
                    raw.tickets,
                    "Ticket file, or a directory of them; one ticket per bot (repeatable)");
+    app.add_option("--world",
+                   o.swarm.world,
+                   "Name of the world of a cluster: a server that has another one sends the bots "
+                   "to the right one, at most 4 times in a row");
     app.add_option("--config-digest", o.swarm.config_digest, "Refuse a server of another config");
     app.add_option("--pin", raw.pin, "SHA-256 of the server's certificate, 64 hex digits");
     app.add_flag(

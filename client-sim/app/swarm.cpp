@@ -1,6 +1,7 @@
 #include "client-sim/app/swarm.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace zoned::app {
@@ -56,6 +57,7 @@ Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
             one.login.ticket = settings_.tickets[i];
         }
         one.login.config_digest = settings_.config_digest;
+        one.login.world = settings_.world;
         one.script = dealt[i];
         one.seed = settings_.seed;
         one.index = i;
@@ -138,19 +140,20 @@ bool Swarm::all_closed() const {
     });
 }
 
-bot::Bot* Swarm::freezer() const {
+bool Swarm::ask_to_freeze(bool on) const {
+    std::set<std::string> worlds;
     for (const auto& bot : bots_) {
-        if (bot->client().state() == link::SessionState::kOnline &&
-            (bot->client().rights() & kRightFreeze) != 0) {
-            return bot.get();
+        if (bot->client().state() == link::SessionState::kOnline && bot->view() != nullptr &&
+            (bot->client().rights() & kRightFreeze) != 0 &&
+            worlds.insert(bot->client().world_name()).second) {
+            bot->client().request_freeze(on);
         }
     }
-    return nullptr;
+    return !worlds.empty();
 }
 
 void Swarm::enter_freeze(double now_s) {
-    bot::Bot* one = settings_.freeze && settings_.audit ? freezer() : nullptr;
-    if (one == nullptr) {
+    if (!settings_.freeze || !settings_.audit || !ask_to_freeze(true)) {
         enter_goodbye(now_s);
         return;
     }
@@ -161,7 +164,6 @@ void Swarm::enter_freeze(double now_s) {
     for (const auto& bot : bots_) {
         bot->set_quiet(true);
     }
-    one->client().request_freeze(true);
     next_audit_s_ = now_s + settings_.frozen_audit_s;
 }
 
@@ -177,9 +179,7 @@ void Swarm::freeze(double now_s) {
     const measure::Collector::ConvergedBots state = collector_.convergence(bots_);
     const bool converged = state.online > 0 && state.converged == state.online;
     if (converged || now_s - phase_s_ >= settings_.freeze_wait_s) {
-        if (bot::Bot* one = freezer(); one != nullptr) {
-            one->client().request_freeze(false);
-        }
+        static_cast<void>(ask_to_freeze(false));
         enter_goodbye(now_s);
     }
 }
@@ -210,9 +210,8 @@ void Swarm::stop(double now_s) {
     if (phase_ != RunPhase::kFreeze) {
         run_seconds_ = phase_ == RunPhase::kRun ? now_s - phase_s_ : 0.0;
         collector_.end_run(bots_, now_s);
-    } else if (bot::Bot* one = freezer(); one != nullptr) {
+    } else if (ask_to_freeze(false)) {
         // A world left frozen would be a bad farewell.
-        one->client().request_freeze(false);
         freeze_asked_ = false;
     }
     enter_goodbye(now_s);

@@ -24,6 +24,7 @@ struct SwarmSettings {
     view::DisplayedState displayed_state = view::DisplayedState::kPredicted;
     std::vector<std::string> tickets;  ///< serialised; one per bot, or empty
     std::string config_digest;
+    std::string world;  ///< of a cluster; empty: the server's
     std::vector<std::string> teams = {"red", "blue"};
     bool audit = true;  ///< compare with the truth; without it the verdict covers the other checks
     double audit_every_s = 1.0;
@@ -91,7 +92,8 @@ class Swarm {
     void freeze(double now_s);
     void enter_goodbye(double now_s);
     [[nodiscard]] bool all_closed() const;
-    [[nodiscard]] bot::Bot* freezer() const;
+    /// One bot of each world that has the right to freeze it; false where there is none.
+    [[nodiscard]] bool ask_to_freeze(bool on) const;
 
     SwarmSettings settings_;
     view::WorldCache worlds_;

@@ -66,6 +66,7 @@ std::string read_settings(const zoned_client_settings* from, GameClientSettings&
     out.login.name = text_of(settings.name);
     out.login.team = text_of(settings.team);
     out.login.config_digest = text_of(settings.config_digest);
+    out.login.world = text_of(settings.world);
     if (settings.ticket != nullptr) {
         out.login.ticket.assign(static_cast<const char*>(settings.ticket), settings.ticket_size);
     }

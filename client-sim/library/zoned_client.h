@@ -98,6 +98,7 @@ typedef struct zoned_client_settings {
     uint32_t measure;          /* since 1.1: 1: asks for the truth, where it may, and compares */
     const char* pin;           /* 64 hex digits, for ZONED_CLIENT_TRUST_PIN */
     const char* ca_file;       /* empty: the system's authorities */
+    const char* world;         /* of a cluster; empty: the server's. Redirects are followed */
 } zoned_client_settings;
 
 /* What the avatar is to do from now on, until the next one. */

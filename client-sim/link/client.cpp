@@ -151,6 +151,7 @@ void Client::on_opened(const Incoming& incoming) {
     hello.team = login_.team;
     hello.resume_token = resume_token_;
     hello.last_event = resume_token_.empty() ? 0 : events_.newest();
+    hello.world = login_.world;
     send({std::move(hello)});
 }
 
@@ -183,7 +184,11 @@ void Client::on_malformed() {
     }
 }
 
-void Client::receive(const wire::JoinedMessage& joined, double /*now_s*/) {
+void Client::receive(const wire::JoinedMessage& joined, double now_s) {
+    if (travelling_since_s_ >= 0.0) {
+        stats_.travel_gaps_s.push_back(now_s - travelling_since_s_);
+        travelling_since_s_ = -1.0;
+    }
     handler_.on_joined(joined);
 }
 
@@ -191,8 +196,47 @@ void Client::receive(const wire::AuditRecordMessage& record, double /*now_s*/) {
     handler_.on_audit(record);
 }
 
-void Client::receive(const wire::ClosingMessage& closing, double /*now_s*/) {
+void Client::receive(const wire::ClosingMessage& closing, double now_s) {
     closing_text_ = shown(closing.text, wire::text_of(closing.reason));
+    if (closing.redirect && closing.reason == wire::ClosingReason::kElsewhere) {
+        // At once: the server closes the stream behind this message, and the character waits.
+        travelling_since_s_ = last_packet_s_;
+        if (follow(*closing.redirect, now_s)) {
+            ++stats_.travels;
+        }
+    }
+}
+
+bool Client::follow(const wire::RedirectMessage& redirect, double now_s) {
+    if (++hops_ > kMostHops) {
+        trouble_ = "sent from server to server " + std::to_string(kMostHops) +
+                   " times: the cluster's servers do not agree on who has the world";
+    } else if (redirect.host.size() > 253 || !core::is_clean_utf8(redirect.host) ||
+               redirect.tcp_port == 0 || redirect.tcp_port > 65535) {
+        trouble_ = "sent to another server, whose address makes no sense";
+    } else {
+        transport_.close();
+        if (transport_.redirect(redirect.host,
+                                static_cast<std::uint16_t>(redirect.tcp_port),
+                                redirect.certificate_sha256)) {
+            if (!redirect.ticket.empty()) {
+                login_.ticket = redirect.ticket;
+            }
+            login_.world = redirect.world;
+            login_.config_digest.clear();  // another world has another config
+            resume_token_.clear();
+            closing_text_.clear();
+            attempts_ = 0;
+            redirected_s_ = now_s;
+            state_ = SessionState::kWaiting;
+            attempt_s_ = now_s;
+            return true;
+        }
+        trouble_ = "sent to another server, which this connection cannot go to";
+    }
+    transport_.close();
+    state_ = SessionState::kClosed;
+    return false;
 }
 
 void Client::receive(const wire::DatagramMessage& datagram, double now_s) {
@@ -217,7 +261,11 @@ void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
     state_ = SessionState::kOnline;
     trouble_.clear();
     attempts_ = 0;
+    const bool moved = redirected_s_ >= 0.0;
+    hops_ = 0;
+    redirected_s_ = -1.0;
     rights_ = welcome.rights;
+    world_name_ = welcome.world_name;
     resume_token_ = welcome.resume_token;
     grace_s_ = static_cast<double>(welcome.grace_s);
     last_udp_s_ = now_s;
@@ -242,6 +290,9 @@ void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
         }
     } else if (ever_online_) {
         forget_session();
+        if (moved) {
+            channel_.move();
+        }
     }
     ever_online_ = true;
     handler_.on_welcome(welcome);
@@ -249,7 +300,19 @@ void Client::receive(const wire::WelcomeMessage& welcome, double now_s) {
 
 void Client::receive(const wire::RefusedMessage& refused, double now_s) {
     trouble_ = "refused: " + shown(refused.text, wire::text_of(refused.reason));
+    if (refused.redirect && refused.reason == wire::RefusedReason::kElsewhere) {
+        if (follow(*refused.redirect, now_s)) {
+            ++stats_.redirects;
+        }
+        return;
+    }
     transport_.close();
+    if (refused.reason == wire::RefusedReason::kShuttingDown && redirected_s_ >= 0.0 &&
+        now_s - redirected_s_ < kRedirectPatienceS) {
+        state_ = SessionState::kWaiting;
+        attempt_s_ = now_s + backoff_s(attempts_);
+        return;
+    }
     if (refused.reason == wire::RefusedReason::kResume && !resume_token_.empty()) {
         ++stats_.sessions_lost;
         resume_token_.clear();
@@ -313,7 +376,8 @@ void Client::on_closed(const std::string& reason, double now_s) {
     }
     trouble_ = reason.empty() ? "the server closed the stream" : reason;
     const bool may_resume = !resume_token_.empty() && now_s - lost_s_ < grace_s_;
-    if (!may_resume && attempts_ >= kFirstAttempts) {
+    const bool on_its_way = redirected_s_ >= 0.0 && now_s - redirected_s_ < kRedirectPatienceS;
+    if (!may_resume && !on_its_way && attempts_ >= kFirstAttempts) {
         state_ = SessionState::kClosed;
         return;
     }

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ struct Login {
     std::string team;
     std::string ticket;
     std::string config_digest;  ///< hex; empty: any config of the server
+    std::string world = {};     ///< of a cluster; empty: the server's
 };
 
 /// Receives the messages of the session, in order, from within Client::advance only.
@@ -62,6 +64,10 @@ struct SessionStats {
     std::uint64_t sessions_lost = 0;  ///< resumes refused by the server, followed by a new login
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
+    std::uint64_t travels = 0;  ///< to another world of a cluster
+    std::vector<double>
+        travel_gaps_s;            ///< from the last word of one world to the avatar in the next
+    std::uint64_t redirects = 0;  ///< to the server that has the world, or the character
     bool tunnelled = false;  ///< datagrams had to travel inside the stream, at least for a time
     bool websocket = false;  ///< the stream is a WebSocket
 };
@@ -102,6 +108,9 @@ class Client {
 
     [[nodiscard]] std::uint32_t rights() const { return rights_; }
 
+    /// Of the newest session, in the server's cluster; empty: the server is in none.
+    [[nodiscard]] const std::string& world_name() const { return world_name_; }
+
     [[nodiscard]] const clock::ClockSync& clock() const { return channel_.clock(); }
 
     [[nodiscard]] const UplinkUpdate& uplink() const { return channel_.uplink(); }
@@ -111,6 +120,11 @@ class Client {
     [[nodiscard]] const EventInbox& events() const { return events_; }
 
     [[nodiscard]] const SessionStats& stats() const { return stats_; }
+
+    /// Sent to another server by the cluster, and not there yet.
+    [[nodiscard]] bool on_its_way() const {
+        return redirected_s_ >= 0.0 && state_ != SessionState::kClosed;
+    }
 
     /// Local time of the newest datagram that authenticated.
     [[nodiscard]] double last_packet_s() const { return last_packet_s_; }
@@ -122,6 +136,10 @@ class Client {
     static constexpr double kTunnelSureS = 0.5;
     static constexpr double kStreamTimeoutS = 10.0;
     static constexpr int kFirstAttempts = 3;
+    /// From server to server without a session in between: more would be a circle.
+    static constexpr int kMostHops = 4;
+    /// A client that the cluster sends to a server tries for this long to reach it.
+    static constexpr double kRedirectPatienceS = 30.0;
     static constexpr std::size_t kMaxUnackedCommands = 1024;
 
   private:
@@ -165,6 +183,8 @@ class Client {
     void receive(const wire::DatagramMessage& datagram, double now_s);
     void receive(const wire::CommandAckMessage& ack, double now_s);
     void receive(std::monostate nothing, double now_s);
+    /// False: it leads nowhere, and trouble_ says why.
+    bool follow(const wire::RedirectMessage& redirect, double now_s);
     void drop_acknowledged(std::uint64_t through);
     void on_malformed();
     void on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, double now_s);
@@ -187,11 +207,16 @@ class Client {
     std::string closing_text_;
     bool ever_online_ = false;
     std::uint32_t rights_ = 0;
+    std::string world_name_;
     std::string resume_token_;
     double grace_s_ = 0.0;
     double attempt_s_ = 0.0;  // when the current attempt began or the next one is due
     double lost_s_ = 0.0;     // when the stream was lost
     int attempts_ = 0;
+    int hops_ = 0;  // since the last session
+    double redirected_s_ = -1.0;
+    double travelling_since_s_ = -1.0;
+    std::optional<wire::RedirectMessage> travel_;  // of the closing message, until the stream ends
     DatagramChannel channel_;
     EventInbox events_;
     std::uint64_t acked_events_ = 0;

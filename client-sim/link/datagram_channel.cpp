@@ -55,6 +55,12 @@ void DatagramChannel::recover() {
     clock_ = {};
 }
 
+void DatagramChannel::move() {
+    restart();
+    newest_send_s_ = std::numeric_limits<double>::infinity();
+    clock_ = {};
+}
+
 Bytes DatagramChannel::seal(std::span<const std::uint8_t> body, double now_s) {
     const std::uint64_t sequence = next_up_++;
     sent_[sequence % kSent] = {sequence, now_s};

@@ -61,6 +61,8 @@ class DatagramChannel {
     /// The server crashed and has forgotten its last datagrams: acknowledgements, sequences upward
     /// and the clock begin anew. Those downward go on near where they were. Call after rekey.
     void recover();
+    /// A session with another server: nothing of the one before counts. Call after rekey.
+    void move();
 
     void set_connection(std::uint32_t id) { connection_ = id; }
 

@@ -41,6 +41,18 @@ class Transport {
     virtual void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) = 0;
     virtual void send_datagram(Bytes datagram) = 0;
     virtual void close() = 0;
+
+    /// The next open() goes to this server (no host: the present one); `certificate_sha256` (32
+    /// bytes, or empty) is what a client that trusts by a pin expects there. False: this transport
+    /// knows one server only.
+    virtual bool redirect(const std::string& host,
+                          std::uint16_t port,
+                          const std::string& certificate_sha256) {
+        (void)host;
+        (void)port;
+        (void)certificate_sha256;
+        return false;
+    }
 };
 
 }  // namespace zoned::link

@@ -77,6 +77,13 @@ void SocketNetwork::poll(double now_s) {
             transport->release(now_s);
         }
     }
+    // A copy: a client that hears that a name is unknown may end its transport.
+    const std::vector<SocketTransport*> waiting = transports_;
+    for (SocketTransport* transport : waiting) {
+        if (transport->opening_) {
+            transport->connect();
+        }
+    }
 }
 
 void SocketNetwork::flush() {
@@ -103,6 +110,8 @@ std::vector<BottleneckMeter> SocketNetwork::bottlenecks(Direction direction) con
 SocketTransport::SocketTransport(SocketNetwork& network, std::uint64_t index)
     : network_(network),
       index_(index),
+      endpoint_(network.endpoint_),
+      trust_(network.settings_.trust),
       conditioned_(network.settings_.conditioner.active()),
       up_datagrams_(network.settings_.conditioner, Conditioner::Mode::kDatagrams, 4 * index),
       down_datagrams_(network.settings_.conditioner,
@@ -161,13 +170,53 @@ void SocketTransport::open() {
     };
     const NetworkSettings& settings = network_.settings_;
     if (settings.make_stream) {
-        stream_ =
-            settings.make_stream(network_.io_, network_.tls_, settings.trust, std::move(events));
+        stream_ = settings.make_stream(network_.io_, network_.tls_, trust_, std::move(events));
     } else {
-        stream_ = std::make_shared<TlsStream>(
-            network_.io_, network_.tls_, settings.trust, std::move(events));
+        stream_ =
+            std::make_shared<TlsStream>(network_.io_, network_.tls_, trust_, std::move(events));
     }
-    stream_->connect(network_.endpoint_);
+    opening_ = true;
+    connect();
+}
+
+/// At once, or when the name of a redirect is known.
+void SocketTransport::connect() {
+    if (lookup_) {
+        const std::optional<Address> found = lookup_->answer();
+        if (!found) {
+            return;
+        }
+        lookup_.reset();
+        if (!*found) {
+            opening_ = false;
+            stream_.reset();
+            if (events_.closed) {
+                events_.closed(found->error());
+            }
+            return;
+        }
+        endpoint_ = **found;
+    }
+    opening_ = false;
+    stream_->connect(endpoint_);
+}
+
+bool SocketTransport::redirect(const std::string& host,
+                               std::uint16_t port,
+                               const std::string& certificate_sha256) {
+    close();
+    if (host.empty()) {
+        lookup_.reset();
+        endpoint_.port(port);
+    } else {
+        lookup_ = std::make_unique<NameLookup>(host, std::to_string(port));
+        trust_.host = host;
+    }
+    // A client that trusts by a pin got the other server's from a server that it trusts.
+    if (trust_.kind == Trust::TrustKind::kPin && certificate_sha256.size() == 32) {
+        trust_.pin.assign(certificate_sha256.begin(), certificate_sha256.end());
+    }
+    return true;
 }
 
 void SocketTransport::send_frame(Bytes frame) {
@@ -186,7 +235,7 @@ void SocketTransport::set_udp(std::uint16_t udp_port, std::uint32_t connection_i
         up_datagrams_.restart_bottleneck_meter(network_.now_s_);
         down_datagrams_.restart_bottleneck_meter(network_.now_s_);
     }
-    const asio::ip::udp::endpoint to(network_.endpoint_.address(), udp_port);
+    const asio::ip::udp::endpoint to(endpoint_.address(), udp_port);
     to_size_ = static_cast<socklen_t>(to.size());
     std::memcpy(&to_, to.data(), to.size());
 }
@@ -236,6 +285,7 @@ void SocketTransport::close() {
         stream_->send_frame(frame);
     }
     down_frames_.clear();
+    opening_ = false;
     stream_->close();
     stream_.reset();
 }

@@ -5,6 +5,7 @@
 #include "client-sim/link/conditioner.h"
 #include "client-sim/link/frame_stream.h"
 #include "client-sim/link/link.h"
+#include "client-sim/link/name_lookup.h"
 #include "client-sim/link/udp_pool.h"
 
 #include <cstdint>
@@ -83,9 +84,14 @@ class SocketTransport final : public Transport {
     void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) override;
     void send_datagram(Bytes datagram) override;
     void close() override;
+    bool redirect(const std::string& host,
+                  std::uint16_t port,
+                  const std::string& certificate_sha256) override;
 
   private:
     friend class SocketNetwork;
+
+    void connect();
 
     /// Delivers the messages that the conditioner releases at `now_s`, both directions.
     void release(double now_s);
@@ -95,6 +101,10 @@ class SocketTransport final : public Transport {
     std::size_t index_;
     TransportEvents events_;
     std::shared_ptr<FrameStream> stream_;
+    asio::ip::tcp::endpoint endpoint_;    // that open() goes to
+    Trust trust_;                         // of it
+    std::unique_ptr<NameLookup> lookup_;  // of a redirect; none: the endpoint is known
+    bool opening_ = false;                // open() waits for the lookup
     std::uint32_t connection_ = 0;
     sockaddr_storage to_{};
     socklen_t to_size_ = 0;

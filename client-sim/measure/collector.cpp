@@ -28,6 +28,11 @@ bool online(const bot::Bot& bot) {
     return bot.client().state() == link::SessionState::kOnline;
 }
 
+/// Tells worlds apart. Those of a cluster may have the same description.
+const std::string& world_of(const bot::Bot& bot) {
+    return bot.client().world_name();
+}
+
 }  // namespace
 
 Collector::Collector(std::size_t bots, int header_bytes, double spread_s)
@@ -53,7 +58,7 @@ void Collector::on_event(bot::Bot& bot, const wire::EventMessage& event) {
         return;  // others received it long ago: nothing to compare
     }
     const double now = bot.now_s();
-    auto [at, fresh] = event_spreads_.try_emplace(event.event_id);
+    auto [at, fresh] = event_spreads_.try_emplace({world_of(bot), event.event_id});
     EventSpread& heard = at->second;
     if (fresh) {
         heard.first_s = now;
@@ -79,7 +84,7 @@ void Collector::on_changed_course(bot::Bot& bot, Tick tick) {
     if (!bot.avatar()) {
         return;
     }
-    CourseChange& course = courses_[bot.avatar().value];
+    CourseChange& course = courses_[{world_of(bot), bot.avatar().value}];
     unseen_ += course.open ? 1 : 0;
     course = {tick,
               bot.now_s(),
@@ -89,7 +94,7 @@ void Collector::on_changed_course(bot::Bot& bot, Tick tick) {
 }
 
 void Collector::on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) {
-    const auto found = courses_.find(entity.value);
+    const auto found = courses_.find({world_of(bot), entity.value});
     if (found == courses_.end() || !found->second.open || publication_tick < found->second.tick) {
         return;
     }
@@ -147,6 +152,7 @@ void Collector::close_events(const Bots& bots, double now_s, double open_s) {
             std::uint64_t audience = 0;
             for (const auto& bot : bots) {
                 const bool there = bot->joined() && bot->view() != nullptr && online(*bot) &&
+                                   world_of(*bot) == it->first.first &&
                                    static_cast<double>(heard.tick - bot->joined_tick()) *
                                            bot->view()->world().tick_s >
                                        1.0;
@@ -159,15 +165,19 @@ void Collector::close_events(const Bots& bots, double now_s, double open_s) {
 }
 
 void Collector::sample_clocks(const Bots& bots, double) {
-    // All bots live on one clock and talk to one server: their offsets ought to be equal. The one
-    // with the shortest round trip knows best.
-    double best_rtt = std::numeric_limits<double>::infinity();
-    double best_offset = 0.0;
+    // All bots live on one clock, and those of a world talk to one server: their offsets ought to
+    // be equal. The one with the shortest round trip knows best.
+    struct BestClock {
+        double rtt_s = std::numeric_limits<double>::infinity();
+        double offset_s = 0.0;
+    };
+
+    std::map<std::string, BestClock> best;
     for (const auto& bot : bots) {
         const clock::ClockSync& clock = bot->client().clock();
-        if (online(*bot) && bot->settled_tick() >= 0 && clock.min_rtt_s() < best_rtt) {
-            best_rtt = clock.min_rtt_s();
-            best_offset = clock.offset_s();
+        if (online(*bot) && bot->settled_tick() >= 0 &&
+            clock.min_rtt_s() < best[world_of(*bot)].rtt_s) {
+            best[world_of(*bot)] = {clock.min_rtt_s(), clock.offset_s()};
         }
     }
     for (const auto& bot : bots) {
@@ -178,8 +188,10 @@ void Collector::sample_clocks(const Bots& bots, double) {
         rtt_ms_.add(1e3 * clock.rtt_s());
         lead_ticks_.add(bot->lead_ticks());
         view_delay_ticks_.add(static_cast<double>(bot->view()->delay()));
-        clock_error_ms_.add(1e3 * std::abs(clock.offset_s() - best_offset));
-        clock_bound_ms_ = std::max(clock_bound_ms_, 1e3 * (clock.error_bound_s() + 0.5 * best_rtt));
+        const BestClock& of_world = best[world_of(*bot)];
+        clock_error_ms_.add(1e3 * std::abs(clock.offset_s() - of_world.offset_s));
+        clock_bound_ms_ =
+            std::max(clock_bound_ms_, 1e3 * (clock.error_bound_s() + 0.5 * of_world.rtt_s));
     }
 }
 
@@ -263,8 +275,14 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
     const PerBot& mine = per_bot_[bot.settings().index];
     const link::Client& client = bot.client();
     r.bots_joined += mine.joined ? 1 : 0;
-    r.bots_lost += mine.joined && !online(bot) ? 1 : 0;
-    if (!client.trouble().empty() && (!mine.joined || !online(bot))) {
+    const bool travels = client.on_its_way();
+    r.bots_lost += mine.joined && !online(bot) && !travels ? 1 : 0;
+    r.travels += client.stats().travels;
+    r.redirects += client.stats().redirects;
+    for (const double gap_s : client.stats().travel_gaps_s) {
+        r.travel_gap_ms.add(1e3 * gap_s);
+    }
+    if (!client.trouble().empty() && !travels && (!mine.joined || !online(bot))) {
         ++r.troubles[client.trouble()];
     } else if (bot.bad_worlds() > 0) {
         ++r.troubles["the server's world description makes no sense"];

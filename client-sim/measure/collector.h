@@ -11,7 +11,8 @@
 #include <map>
 #include <memory>
 #include <span>
-#include <unordered_map>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace zoned::measure {
@@ -100,8 +101,9 @@ class Collector final : public bot::Observer {
     int header_bytes_;
     std::vector<PerBot> per_bot_;
     Tally tally_;
-    std::map<std::uint64_t, EventSpread> event_spreads_;
-    std::unordered_map<std::uint32_t, CourseChange> courses_;
+    // Numbers of events and entities are those of a world: clients may be in several.
+    std::map<std::pair<std::string, std::uint64_t>, EventSpread> event_spreads_;
+    std::map<std::pair<std::string, std::uint32_t>, CourseChange> courses_;
     double next_s_ = 0.0;
     double next_clock_s_ = 0.0;
     bool ended_ = false;

@@ -111,6 +111,10 @@ void write_transport(core::JsonWriter& json, const RunReport& r) {
     json.field("resumed", r.resumed);
     json.field("recovered", r.recovered);
     json.field("sessions_lost", r.sessions_lost);
+    json.field("travels", r.travels);
+    json.field("redirects", r.redirects);
+    json.field("travel_gap_ms_p50", r.travel_gap_ms.percentile(0.5));
+    json.field("travel_gap_ms_p99", r.travel_gap_ms.percentile(0.99));
     json.field("view_resets", r.view_resets);
     json.field("handoffs_seen", r.zone_changes);
     json.field("input_missing", r.input_missing);
@@ -282,6 +286,13 @@ std::string to_table(const RunReport& r) {
          wide(r.view_resets),
          wide(r.zone_changes),
          r.tunnelled_bots > 0 ? "; states TUNNELLED over TCP" : "");
+    if (r.travels > 0) {
+        line(out,
+             "  %llu travels to another world, gap %.0f ms at p50, %.0f ms at p99",
+             wide(r.travels),
+             r.travel_gap_ms.percentile(0.5),
+             r.travel_gap_ms.percentile(0.99));
+    }
     if (r.bottleneck) {
         line(out,
              "  bottleneck down: %.0f %% used, queue %.1f ms at p95, %llu dropped",

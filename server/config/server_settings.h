@@ -117,13 +117,14 @@ enum class LogArea : std::uint8_t {
     kWorld,    ///< limits exceeded, bodies and zones in trouble
     kNetwork,  ///< queues and sockets
     kAgents,
+    kCluster,  ///< leases, travel between worlds, the link to the NATS server
     kCount,
 };
 
 inline constexpr std::size_t kLogAreas = static_cast<std::size_t>(LogArea::kCount);
 /// In the order of LogArea.
 inline constexpr std::array<std::string_view, kLogAreas>
-    kLogAreaNames{"server", "session", "admin", "tick", "world", "network", "agents"};
+    kLogAreaNames{"server", "session", "admin", "tick", "world", "network", "agents", "cluster"};
 
 /// Number of an area by its name; kLogAreas: there is none.
 [[nodiscard]] inline std::size_t find_log_area(std::string_view name) {
@@ -146,6 +147,7 @@ inline constexpr std::array<std::string_view, kLogAreas>
 struct LogSettings {
     bool json = false;
     std::array<LogLevel, kLogAreas> levels{
+        LogLevel::kInfo,
         LogLevel::kInfo,
         LogLevel::kInfo,
         LogLevel::kInfo,
@@ -191,6 +193,60 @@ struct RecoverySettings {
     bool operator==(const RecoverySettings&) const = default;
 };
 
+/// A server of a cluster of several, each with a world.
+struct ClusterSettings {
+    std::string name;  ///< of the world; empty: the server is in no cluster
+    std::string realm = "zoned";
+    double lease_s = 12.0;
+    std::uint32_t replicas = 1;
+
+    bool operator==(const ClusterSettings&) const = default;
+};
+
+/// Where players from another world appear, world coordinates, m.
+struct ArrivalSettings {
+    std::string name;
+    std::array<double, 3> position_m{};
+
+    bool operator==(const ArrivalSettings&) const = default;
+};
+
+/// A box, world coordinates, m, from which players go to another world.
+struct PortalSettings {
+    std::string name;
+    std::array<double, 3> lower_m{};
+    std::array<double, 3> upper_m{};
+    std::string to_world;
+    std::string arrival;  ///< empty: a spawn point
+    double wait_s = 0.0;
+
+    bool operator==(const PortalSettings&) const = default;
+};
+
+/// As proto::config::TravelStep.
+enum class TravelStep : std::uint8_t {
+    kNone,
+    kWished,
+    kProbed,
+    kFrozen,
+    kPacked,
+    kCommitted,
+    kTold,
+    kRedirected,
+    kHeard,
+    kUnpacked,
+    kAccepted,
+    kJoined,
+};
+
+struct TravelFaultSettings {
+    TravelStep die_at = TravelStep::kNone;
+    std::uint32_t die_after = 1;
+    std::string journal;  ///< empty: none
+    bool keep_avatar = false;
+    bool lose_records = false;
+};
+
 /// The device that computes large particle systems.
 struct ComputeSettings {
     std::string device = "auto";
@@ -230,6 +286,7 @@ struct TestingSettings {
     double double_event_probability = 0.0;
     std::optional<WrongLimitSettings> wrong_limit;
     double wrong_clock = 0.0;  ///< share by which rates of shared clocks are wrong
+    TravelFaultSettings travel;
 };
 
 /// All settings of the server process.
@@ -245,6 +302,9 @@ struct ServerSettings {
     double ring_s = 60.0;                       ///< inputs kept for after a crash; 0: none
     StoreSettings store;
     RecoverySettings recovery;
+    ClusterSettings cluster;
+    std::vector<ArrivalSettings> arrivals;
+    std::vector<PortalSettings> portals;
     TestingSettings testing;
     /// network.max_clients as the process was started with: its sockets are made for so many.
     std::uint32_t started_max_clients = 0;

@@ -42,6 +42,7 @@ enum class Reject : std::uint8_t {
     kLoginShutdown,
     kLoginBanned,
     kLoginNotStored,
+    kLoginElsewhere,
     kCommandGap,
     kCommandDuplicate,
     kCommandFlood,

@@ -51,6 +51,9 @@ struct HostSettings : HostLimits {
     std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
     std::uint32_t protocol_version = 5;
     std::string config_digest;
+    std::string world_name;  ///< in a cluster; empty: the server is in none
+    /// Ed25519 public keys of the cluster, whose tickets name this world.
+    std::vector<std::array<std::uint8_t, 32>> cluster_keys;
     proto::WorldDescription world;
     double tick_rate_hz = 30.0;
     Tick input_window_ticks =

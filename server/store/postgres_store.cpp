@@ -32,12 +32,13 @@ constexpr std::array<const char*, 2> kPostgresSteps{
     "CREATE INDEX event_account ON event (account, number) WHERE account <> '';",
 };
 
-constexpr std::array<std::pair<const char*, const char*>, 16> kPrepared{{
+constexpr std::array<std::pair<const char*, const char*>, 18> kPrepared{{
     {"put_record",
      "INSERT INTO record VALUES ($1, $2, $3, $4, $5) ON CONFLICT (scope, account, character, key)"
      " DO UPDATE SET value = excluded.value"},
     {"remove_record",
      "DELETE FROM record WHERE scope = $1 AND account = $2 AND character = $3 AND key = $4"},
+    {"forget_records", "DELETE FROM record WHERE scope IN (1, 2) AND account = $1"},
     {"note_account",
      "INSERT INTO account VALUES ($1, $2, $2) ON CONFLICT (name)"
      " DO UPDATE SET last_login_s = excluded.last_login_s"},
@@ -58,6 +59,10 @@ constexpr std::array<std::pair<const char*, const char*>, 16> kPrepared{{
     {"get_record",
      "SELECT value FROM record"
      " WHERE scope = $1 AND account = $2 AND character = $3 AND key = $4"},
+    {"records",
+     "SELECT scope, account, character, key, value FROM record"
+     " WHERE scope IN (1, 2) AND account = $1"
+     " ORDER BY scope, character COLLATE \"C\", key COLLATE \"C\""},
     {"get_stand",
      "SELECT x, y, z, world FROM character"
      " WHERE account = $1 AND name = $2 AND world IS NOT NULL"},
@@ -274,6 +279,20 @@ class PostgresStore final : public Store {
         });
     }
 
+    StoreResult<std::vector<PutRecord>> records(const std::string& account) override {
+        return read<std::vector<PutRecord>>([&](pqxx::transaction_base& work) {
+            std::vector<PutRecord> out;
+            for (const pqxx::row& row : work.exec_prepared("records", text(account))) {
+                out.push_back({{static_cast<StoreScope>(row[0].as<int>()),
+                                row[1].as<std::string>(),
+                                row[2].as<std::string>(),
+                                row[3].as<std::string>()},
+                               bytes_of(row[4])});
+            }
+            return out;
+        });
+    }
+
     StoreResult<std::optional<StandingPlace>> stand(const std::string& account,
                                                     const std::string& character) override {
         using Out = std::optional<StandingPlace>;
@@ -485,6 +504,10 @@ class PostgresStore final : public Store {
                            text(c.key.account),
                            text(c.key.character),
                            text(c.key.key));
+    }
+
+    static void apply(pqxx::work& work, const ForgetRecords& c) {
+        work.exec_prepared("forget_records", text(c.account));
     }
 
     static void apply(pqxx::work& work, const NoteLogin& c) {

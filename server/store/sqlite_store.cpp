@@ -18,6 +18,7 @@ namespace {
 enum Statement : std::size_t {
     kPutRecord,
     kRemoveRecord,
+    kForgetRecords,
     kNoteAccount,
     kNoteCharacter,
     kPutStand,
@@ -27,6 +28,7 @@ enum Statement : std::size_t {
     kForgetTickets,
     kAddEvent,
     kGetRecord,
+    kRecords,
     kGetStand,
     kBans,
     kTickets,
@@ -39,6 +41,7 @@ constexpr std::array<const char*, kStatements> kSql{
     "INSERT INTO record (scope, account, character, key, value) VALUES (?1, ?2, ?3, ?4, ?5)"
     " ON CONFLICT DO UPDATE SET value = excluded.value",
     "DELETE FROM record WHERE scope = ?1 AND account = ?2 AND character = ?3 AND key = ?4",
+    "DELETE FROM record WHERE scope IN (1, 2) AND account = ?1",
     "INSERT INTO account (name, first_login_s, last_login_s) VALUES (?1, ?2, ?2)"
     " ON CONFLICT DO UPDATE SET last_login_s = excluded.last_login_s",
     "INSERT INTO character (account, name, last_login_s) VALUES (?1, ?2, ?3)"
@@ -52,6 +55,8 @@ constexpr std::array<const char*, kStatements> kSql{
     "INSERT INTO event (unix_ms, tick, zone, kind, account, topic, payload)"
     " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
     "SELECT value FROM record WHERE scope = ?1 AND account = ?2 AND character = ?3 AND key = ?4",
+    "SELECT scope, account, character, key, value FROM record"
+    " WHERE scope IN (1, 2) AND account = ?1 ORDER BY scope, character, key",
     "SELECT x, y, z, world FROM character WHERE account = ?1 AND name = ?2 AND world IS NOT NULL",
     "SELECT account, until_s, reason FROM ban ORDER BY account",
     "SELECT nonce, expires_s FROM ticket WHERE expires_s > ?1",
@@ -124,14 +129,23 @@ class SqliteStore final : public Store {
         return one<StoredBytes>(s, [&] { return s.bytes(0); });
     }
 
+    StoreResult<std::vector<PutRecord>> records(const std::string& account) override {
+        SqliteStatement& s = fresh(kRecords);
+        s.bind(std::string_view(account));
+        return all<PutRecord>(s, [&] {
+            return PutRecord{
+                {static_cast<StoreScope>(s.number(0)), s.text(1), s.text(2), s.text(3)},
+                s.bytes(4)};
+        });
+    }
+
     StoreResult<std::optional<StandingPlace>> stand(const std::string& account,
                                                     const std::string& character) override {
         SqliteStatement& s = fresh(kGetStand);
         s.bind(std::string_view(account));
         s.bind(std::string_view(character));
-        return one<StandingPlace>(s, [&] {
-            return StandingPlace{{s.real(0), s.real(1), s.real(2)}, s.text(3)};
-        });
+        return one<StandingPlace>(
+            s, [&] { return StandingPlace{{s.real(0), s.real(1), s.real(2)}, s.text(3)}; });
     }
 
     StoreResult<std::vector<PutBan>> bans() override {
@@ -324,6 +338,12 @@ class SqliteStore final : public Store {
     int apply(const RemoveRecord& c) {
         SqliteStatement& s = fresh(kRemoveRecord);
         bind_key(s, c.key);
+        return finish(s);
+    }
+
+    int apply(const ForgetRecords& c) {
+        SqliteStatement& s = fresh(kForgetRecords);
+        s.bind(std::string_view(c.account));
         return finish(s);
     }
 

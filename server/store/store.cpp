@@ -13,6 +13,8 @@ struct SizeOf {
 
     std::size_t operator()(const RemoveRecord& c) const { return of(c.key); }
 
+    std::size_t operator()(const ForgetRecords& c) const { return c.account.size(); }
+
     std::size_t operator()(const NoteLogin& c) const {
         return c.account.size() + c.character.size();
     }

@@ -62,6 +62,13 @@ struct RemoveRecord {
     bool operator==(const RemoveRecord&) const = default;
 };
 
+/// All records of an account and of its characters: what its new ones take the place of.
+struct ForgetRecords {
+    std::string account;
+
+    bool operator==(const ForgetRecords&) const = default;
+};
+
 /// An account logs in with a character; both are made where they are new.
 struct NoteLogin {
     std::string account;
@@ -122,6 +129,7 @@ struct AddEvent {
 
 using StoreChange = std::variant<PutRecord,
                                  RemoveRecord,
+                                 ForgetRecords,
                                  NoteLogin,
                                  PutStand,
                                  PutBan,
@@ -162,6 +170,8 @@ class Store {
     virtual StoreResult<bool> commit(std::span<const StoreChange> changes) = 0;
 
     virtual StoreResult<std::optional<StoredBytes>> get(const StoreKey& key) = 0;
+    /// All records of an account and of its characters, by scope, character and key.
+    virtual StoreResult<std::vector<PutRecord>> records(const std::string& account) = 0;
     virtual StoreResult<std::optional<StandingPlace>> stand(const std::string& account,
                                                             const std::string& character) = 0;
     virtual StoreResult<std::vector<PutBan>> bans() = 0;

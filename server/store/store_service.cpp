@@ -164,6 +164,16 @@ void StoreService::log_in(NoteLogin login,
     }
 }
 
+void StoreService::read_records(std::string account,
+                                std::function<void(std::optional<std::vector<PutRecord>>)> done) {
+    Job job;
+    job.records_of = std::move(account);
+    job.records_read = std::move(done);
+    if (push(job) == 0) {
+        job.records_read(std::nullopt);
+    }
+}
+
 StoreFigures StoreService::figures() const {
     const std::lock_guard lock(mutex_);
     return figures_;
@@ -288,6 +298,14 @@ void StoreService::answer(const Job& job) {
     }
     if (job.done) {
         job.done(true);
+    }
+    if (job.records_read) {
+        auto records = store_->records(job.records_of);
+        if (records.ok()) {
+            job.records_read(std::move(*records));
+        } else {
+            job.records_read(std::nullopt);
+        }
     }
     if (job.logged_in) {
         LoginResult result;

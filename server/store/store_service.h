@@ -87,6 +87,11 @@ class StoreService {
                 std::optional<UseTicket> ticket,
                 std::function<void(LoginResult)> done);
 
+    /// The records of an account and of its characters, behind all that was submitted before;
+    /// none where the store cannot say. `done` is called on the writer's thread.
+    void read_records(std::string account,
+                      std::function<void(std::optional<std::vector<PutRecord>>)> done);
+
     [[nodiscard]] StoreFigures figures() const;
 
   private:
@@ -97,6 +102,8 @@ class StoreService {
         std::function<void(bool)> done;
         std::function<void(LoginResult)> logged_in;
         NoteLogin login;
+        std::string records_of;  ///< account
+        std::function<void(std::optional<std::vector<PutRecord>>)> records_read;
         std::size_t bytes = 0;
     };
 

@@ -56,6 +56,7 @@ inline constexpr std::array kLayers{
     Layer{"server/net", 12, Side::kServer},
     Layer{"server/session", 13, Side::kServer},
     Layer{"server/admin", 13, Side::kServer},
+    Layer{"server/cluster", 13, Side::kServer},
     Layer{"server/app", 14, Side::kServer},
     Layer{"server", 15, Side::kServer},  // server/main.cpp
     Layer{"client-sim/link", 11, Side::kClient},

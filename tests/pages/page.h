@@ -19,7 +19,8 @@
 //
 // And on lines of their own:
 //
-//   <!-- page: stop -->             ends what runs in the background; it must end with exit code 0
+//   <!-- page: stop -->             ends what runs in the background; it must end with exit code 0,
+//                                   or with that of its own `exit`
 //   <!-- page: sh COMMAND -->       runs a command that the reader need not
 //   <!-- page: ports 7777 7778 -->  free ports take the place of these numbers wherever the page
 //   has them

@@ -159,7 +159,7 @@ class Player {
                      "never printed '" + step.background + "':\n" + step.text + tail(printed_));
                 return;
             }
-            background_.push_back({step.line, std::move(child)});
+            background_.push_back({step.line, step.exit_code, std::move(child)});
             return;
         }
         const ShellResult result = child->wait(step.seconds);
@@ -197,10 +197,10 @@ class Player {
     }
 
     void stop(int line) {
-        for (auto& [begun, child] : background_) {
+        for (auto& [begun, exit_code, child] : background_) {
             const ShellResult result = child->stop(kStopS);
             printed_ = result.printed;
-            if (result.exit_code != 0) {
+            if (result.exit_code != exit_code) {
                 played_.failures.push_back(
                     {line,
                      "what line " + std::to_string(begun) + " started ended with exit code " +
@@ -213,7 +213,14 @@ class Player {
     const Stage& stage_;
     fs::path folder_;
     std::string printed_;
-    std::vector<std::pair<int, std::unique_ptr<ShellChild>>> background_;
+
+    struct Background {
+        int line = 0;
+        int exit_code = 0;  ///< that it must end with
+        std::unique_ptr<ShellChild> child;
+    };
+
+    std::vector<Background> background_;
     int logs_ = 0;
 };
 

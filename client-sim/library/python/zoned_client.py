@@ -71,6 +71,7 @@ class Settings(Sized):
         ("reserved", ctypes.c_uint32),
         ("pin", ctypes.c_char_p),
         ("ca_file", ctypes.c_char_p),
+        ("world", ctypes.c_char_p),
     ]
 
 
@@ -283,10 +284,11 @@ class Client:
     """One session with a server. Not for several threads at a time."""
 
     def __init__(self, name, team="", ticket=b"", trust=Trust.DEFAULT, pin="", ca_file="",
-                 config_digest="", view=View.EXTRAPOLATE, abi=ABI):
+                 config_digest="", view=View.EXTRAPOLATE, abi=ABI, world=""):
         settings = Settings(view=view, name=_bytes(name), team=_bytes(team), ticket=ticket,
                             ticket_size=len(ticket), config_digest=_bytes(config_digest),
-                            trust=trust, pin=_bytes(pin), ca_file=_bytes(ca_file))
+                            trust=trust, pin=_bytes(pin), ca_file=_bytes(ca_file),
+                            world=_bytes(world))
         error = ctypes.create_string_buffer(512)
         self._client = _library.zoned_client_create(abi, settings, error, len(error))
         if not self._client:

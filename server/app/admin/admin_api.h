@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/admin/admin_server.h"
+#include "server/app/cluster/cluster_figures.h"
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/storage/server_store.h"
@@ -16,6 +17,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,8 @@ struct AdminActions {
     std::function<void(bool on, const std::string& name, AdminDone)> record;
     /// Writes the run up to now into a file of this name; empty: by the time.
     std::function<void(const std::string& name, AdminDone)> snapshot;
+    /// Empty where the server is in no cluster.
+    std::function<ClusterFigures()> cluster = {};
 };
 
 /// Figures of the network thread at one moment.
@@ -55,6 +59,7 @@ struct NetworkSample {
     std::size_t held_events = 0;       ///< durable ones that wait for the store
     std::uint64_t refused_events = 0;  ///< durable ones that the store did not take
     std::size_t connections = 0;
+    std::optional<ClusterFigures> cluster = {};  ///< none: the server is in no cluster
 };
 
 /// Requests are answered on the admin server's own thread, from what the tick loop publishes.

@@ -294,6 +294,48 @@ void write_store(MetricsText& out, const AdminFigures& f) {
     summary(out, "zoned_store_commit_seconds", "Time of a transaction.", store.commit_ms);
 }
 
+void write_cluster(MetricsText& out, const AdminFigures& f) {
+    if (!f.network.cluster) {
+        return;
+    }
+    const ClusterFigures& cluster = *f.network.cluster;
+    const auto total = [&out](const char* name, const char* help, std::uint64_t count) {
+        out.single(name, "counter", help, number(count));
+    };
+    out.single("zoned_cluster_lease_held",
+               "gauge",
+               "1 while the lease of the world has not ended.",
+               cluster.held ? 1.0 : 0.0);
+    out.single("zoned_cluster_lease_left_seconds",
+               "gauge",
+               "Time until the lease ends; below 0: since when it has.",
+               cluster.lease_left_s);
+    out.single("zoned_cluster_connected",
+               "gauge",
+               "1 while the way to the cluster's board is up.",
+               cluster.connected ? 1.0 : 0.0);
+    out.single("zoned_cluster_epoch",
+               "gauge",
+               "Fencing number of this server's claim to its world.",
+               number(cluster.epoch));
+    total("zoned_cluster_lease_lapses_total",
+          "Times that the lease ended before it was renewed.",
+          cluster.lapses);
+    out.family("zoned_cluster_travels_total", "counter", "Accounts that changed worlds.");
+    out.sample(number(cluster.travels_in), {{"direction", "in"}});
+    out.sample(number(cluster.travels_out), {{"direction", "out"}});
+    out.single("zoned_cluster_travelling",
+               "gauge",
+               "Characters that have left, and whose account is not given away yet.",
+               number(cluster.travelling));
+    total("zoned_cluster_redirects_total",
+          "Logins that were sent to another server.",
+          cluster.redirects);
+    total("zoned_cluster_refused_total",
+          "Logins and travels refused for the state of the cluster.",
+          cluster.refused);
+}
+
 }  // namespace
 
 std::string metrics_of(const AdminFigures& f) {
@@ -304,6 +346,7 @@ std::string metrics_of(const AdminFigures& f) {
     write_recording(out, f.loop.recording);
     write_network(out, f.network);
     write_store(out, f);
+    write_cluster(out, f);
     write_traffic(out, f.loop.traffic);
     write_admin(out, f);
     write_process(out, f);

@@ -28,7 +28,15 @@ void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
         ->check(CLI::NonNegativeNumber);
     c->add_option("--report", a.report, "Write a JSON report here on exit");
     c->add_flag("--restart", a.restart, "Start the server again when it dies (see recovery.on)");
+    c->add_option("--cluster",
+                  a.cluster,
+                  "NATS servers of the cluster, nats://HOST:PORT or tls://HOST:PORT, with commas "
+                  "between (repeatable; environment: ZONED_CLUSTER)")
+        ->envname("ZONED_CLUSTER");
     c->footer(
+        "With --cluster and cluster.name in the config the server first waits until no other one\n"
+        "has its world: a second server of a world stands by, and takes it when the first is "
+        "gone.\n"
         "Prints one line on standard output once it listens:\n"
         "  ready tcp=PORT udp=PORT admin=PORT zones=N\n"
         "Example:\n"
@@ -247,6 +255,7 @@ int run_command_line(int argc, char** argv) {
     TrainArguments train_arguments;
     CtlArguments ctl_arguments;
     StoreArguments store_arguments;
+    ClusterArguments cluster_arguments;
     std::string key_base;
     std::function<int()> run;
     add_serve(app, serve_arguments, run);
@@ -258,6 +267,7 @@ int run_command_line(int argc, char** argv) {
     add_train(app, train_arguments, run);
     add_ctl(app, ctl_arguments, run);
     add_store(app, store_arguments, run);
+    add_cluster(app, cluster_arguments, run);
     add_descriptions(app, run);
     try {
         app.parse(argc, argv);

@@ -1,6 +1,7 @@
 #include "server/app/admin/admin_api.h"
 #include "server/app/calibration/measure_codec.h"
 #include "server/app/calibration/particle_device.h"
+#include "server/app/cluster/cluster_wiring.h"
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 #include "server/app/commands/serve_report.h"
@@ -45,7 +46,8 @@ using Outcome = core::Result<AdminOutcome>;
 /// One run of the server: world, loop, network, signals; all wiring and nothing else.
 class Server {
   public:
-    Server(const ServeArguments& arguments, const config::Settings& settings)
+    /// `seat` is null for a server that is in no cluster.
+    Server(const ServeArguments& arguments, const config::Settings& settings, ClusterSeat* seat)
         : arguments_(arguments),
           settings_(settings),
           current_(std::shared_ptr<const config::Settings>(), &settings),
@@ -58,7 +60,8 @@ class Server {
           world_(settings, thread_count(settings), &thread_cpu_ns),
           recovery_(settings, world_),
           store_(settings),
-          network_(io_, settings, poster(), login_store()),
+          cluster_(io_, store_, seat),
+          network_(io_, settings, poster(), cluster_.store_login(), cluster_.find_world()),
           supervision_(io_, settings.server, [this] { return loop_->turns(); }) {
         reserve_report();
         open_recording();
@@ -79,6 +82,8 @@ class Server {
         loop.to_store = [this](Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
             return ask_store(tick, std::move(requests));
         };
+        join_cluster();
+        loop.cluster = cluster_.on() ? &settings : nullptr;
         if (recovery_.on()) {
             loop.after_tick = [this](std::span<const mailbox::InboxItem> in,
                                      std::vector<mailbox::OutboxItem>& out) {
@@ -90,17 +95,23 @@ class Server {
             loop,
             [this](TickResult result) {
                 asio::post(io_, [this, moved = std::make_shared<TickResult>(std::move(result))] {
-                    network_.deliver(std::move(*moved));
+                    cluster_.deliver(std::move(*moved));
                 });
             },
             recorder_.get());
         if (settings.replication.codec == replication::Codec::kAuto) {
-            loop_->post(price_of_coding());
+            loop_->post(logged(measure_codec()));
         }
         if (settings.server.network.admin) {
             admin_ = std::make_unique<AdminApi>(
                 settings, *loop_, io_, network_, store_, admin_actions());
         }
+    }
+
+    ~Server() {
+        // Before what their threads ask goes away.
+        cluster_.stop();
+        cluster_.release();
     }
 
     int run() {
@@ -136,6 +147,7 @@ class Server {
         if (admin_) {
             admin_->start();
         }
+        cluster_.listen(advertised_, *loop_);
         announce();
         watch();
         if (settings_.replication.meter) {
@@ -161,6 +173,17 @@ class Server {
         }
     }
 
+    void join_cluster() {
+        cluster_.join(
+            settings_,
+            network_,
+            [this](const std::string& why) {
+                failed_ = true;
+                stop(why);
+            },
+            [this](double grace_s) { drain(grace_s); });
+    }
+
     StoreTicket ask_store(Tick tick, std::vector<mailbox::StoreRequest>&& requests) {
         if (requests.empty()) {
             return {};
@@ -168,33 +191,6 @@ class Server {
         const StoreTicket ticket = store_.submit(tick, std::move(requests));
         recovery_.asked(tick, ticket, poster());
         return ticket;
-    }
-
-    static mailbox::CodecPrice price_of_coding() {
-        const mailbox::CodecPrice price = measure_codec();
-        log_of(LogArea::kServer)
-            .info("coding for one client: {} ns a record and {} ns a packet",
-                  price.record_ns,
-                  price.packet_ns);
-        return price;
-    }
-
-    /// Empty where nothing is kept: clients are let in at once.
-    std::function<void(const session::LoginToStore&)> login_store() {
-        if (!store_.on()) {
-            return {};
-        }
-        return [this](const session::LoginToStore& login) {
-            store_.log_in(login, [this, stream = login.stream](const store::LoginResult& result) {
-                asio::post(io_, [this, stream, result] {
-                    network_.host().on_login_stored(
-                        stream,
-                        result.stored,
-                        result.place ? std::optional(result.place->position_m) : std::nullopt,
-                        steady_seconds());
-                });
-            });
-        };
     }
 
     void await_reload() {
@@ -226,6 +222,11 @@ class Server {
                 }
             });
         };
+        if (cluster_.on()) {
+            actions.cluster = [this] {
+                return cluster_.figures();
+            };
+        }
         actions.snapshot = [this](const std::string& name, const AdminDone& done) {
             with_recorder(done, [&](recording::RecordingAnswer answer) {
                 recorder_->snapshot(recording_path(settings_, name), std::move(answer));
@@ -336,6 +337,7 @@ class Server {
 
     /// No logins any more; the server stops when the last session has gone, or after this long.
     void drain(double grace_s) {
+        cluster_.set_draining();
         const std::string text = "the server is draining: try another one, or later";
         network_.host().set_draining(text);
         network_.host().notify(
@@ -424,24 +426,10 @@ class Server {
                                              network_.udp_port(),
                                              admin_ ? admin_->port() : 0,
                                              settings_.zones.size(),
-                                             advertised_text());
+                                             addresses_text(advertised_, network_));
         std::printf("%s\n", line.c_str());
         std::fflush(stdout);
         supervision_.ready(line);
-    }
-
-    /// The port of WebSockets, and where players reach the server if not as it listens.
-    [[nodiscard]] std::string advertised_text() const {
-        const std::uint16_t web = network_.websocket_port();
-        const std::string websocket = web == 0 ? "" : fmt::format(" websocket={}", web);
-        if (advertised_ == config::AdvertiseSettings{}) {
-            return websocket;
-        }
-        return websocket +
-               fmt::format(" address={} public_tcp={} public_udp={}",
-                           advertised_.address.empty() ? "-" : advertised_.address,
-                           advertised_.tcp_port == 0 ? network_.tcp_port() : advertised_.tcp_port,
-                           advertised_.udp_port == 0 ? network_.udp_port() : advertised_.udp_port);
     }
 
     /// Tells what is dropped and refused when it happens.
@@ -449,6 +437,7 @@ class Server {
         watch_timer_.expires_after(kWatchEvery);
         watch_timer_.async_wait([this](const asio::error_code& error) {
             if (!error && !stopping_) {
+                cluster_.note_sessions(network_.sessions().sessions);
                 watch_.look({loop_->stats(), network_.sessions(), network_.tls(), network_.udp()},
                             steady_seconds());
                 watch();
@@ -499,7 +488,9 @@ class Server {
                 admin_->stop();
             }
             loop_->stop();
+            cluster_.stop();
             failed_ = store_.stop() > 0 || failed_;
+            cluster_.release();
             network_.close();
             signals_.cancel();
             reload_signal_.cancel();
@@ -562,6 +553,7 @@ class Server {
     World world_;
     ServerRecovery recovery_;
     ServerStore store_;
+    ClusterWiring cluster_;
     Network network_;
     Supervision supervision_;
     config::AdvertiseSettings advertised_;
@@ -578,6 +570,10 @@ int serve(const ServeArguments& arguments) {
     if (!load_or_complain(arguments.config, arguments.sets, settings)) {
         return kUsage;
     }
+    if (const std::string wrong = wrong_with_cluster(arguments.cluster, settings); !wrong.empty()) {
+        std::fprintf(stderr, "zoned: %s\n", wrong.c_str());
+        return kUsage;
+    }
     const Log log(settings.server.log);
     const std::string& folder = settings.server.session.state_folder;
     if (const std::string before = newest_crash_file(folder); !before.empty()) {
@@ -591,7 +587,11 @@ int serve(const ServeArguments& arguments) {
     for (const std::string& warning : config::stability_warnings_of(settings)) {
         log_of(LogArea::kServer).warn("{}", warning);
     }
-    Server server(arguments, settings);
+    std::unique_ptr<ClusterSeat> seat;
+    if (!settings.server.cluster.name.empty()) {
+        seat = std::make_unique<ClusterSeat>(settings, arguments.cluster);
+    }
+    Server server(arguments, settings, seat.get());
     return server.run();
 }
 

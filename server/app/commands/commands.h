@@ -26,7 +26,8 @@ struct ServeArguments {
     std::vector<std::string> sets;
     double seconds = 0.0;  ///< 0: until a signal
     std::string report;
-    bool restart = false;  ///< a server that dies is started again
+    bool restart = false;              ///< a server that dies is started again
+    std::vector<std::string> cluster;  ///< URLs of NATS servers; none: the realm is this process
 };
 
 struct ExplainArguments {
@@ -116,6 +117,15 @@ struct StoreArguments {
     unsigned count = 20;
 };
 
+/// What operators ask of a cluster.
+struct ClusterArguments {
+    std::vector<std::string> urls;
+    std::string realm = "zoned";
+    std::string world;
+    double grace_s = 30.0;
+    bool json = false;
+};
+
 int serve(const ServeArguments& arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
@@ -128,6 +138,8 @@ int train(const TrainArguments& arguments);
 int ctl(const CtlArguments& arguments);
 int backup(const StoreArguments& arguments);
 int restore(const StoreArguments& arguments);
+int cluster_status(const ClusterArguments& arguments);
+int cluster_drain(const ClusterArguments& arguments);
 int store_check(const StoreArguments& arguments);
 int store_events(const StoreArguments& arguments);
 
@@ -136,6 +148,9 @@ void add_ctl(CLI::App& app, CtlArguments& arguments, std::function<int()>& run);
 
 /// Adds `zoned backup`, `zoned restore` and `zoned store` with its commands.
 void add_store(CLI::App& app, StoreArguments& arguments, std::function<int()>& run);
+
+/// Adds `zoned cluster` with its commands.
+void add_cluster(CLI::App& app, ClusterArguments& arguments, std::function<int()>& run);
 
 /// Parses and dispatches; never throws.
 int run_command_line(int argc, char** argv);

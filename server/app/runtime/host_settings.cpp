@@ -27,6 +27,7 @@ session::HostSettings host_settings(const config::Settings& settings) {
         host.ticket_keys.push_back(read_key_file(file));
     }
     host.config_digest = settings.digest;
+    host.world_name = settings.server.cluster.name;
     host.world = config::describe_world(settings);
     host.tick_rate_hz = settings.tick_rate_hz;
     host.input_window_ticks = from.input_window_ticks;

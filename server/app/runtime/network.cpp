@@ -27,7 +27,8 @@ double unix_seconds() {
 Network::Network(asio::io_context& io,
                  const config::Settings& settings,
                  std::function<void(mailbox::InboxItem)> to_zones,
-                 std::function<void(const session::LoginToStore&)> store_login)
+                 std::function<void(const session::LoginToStore&)> store_login,
+                 std::function<std::optional<proto::Redirect>(const std::string&)> find_world)
     : to_zones_(std::move(to_zones)),
       udp_(io,
            udp_settings(settings),
@@ -39,7 +40,7 @@ Network::Network(asio::io_context& io,
                udp_.flush();
            }),
       tls_(io, tls_settings(settings), callbacks()),
-      host_(host_settings(settings), output(std::move(store_login))),
+      host_(host_settings(settings), output(std::move(store_login), std::move(find_world))),
       timer_(io),
       pacing_(io) {
     host_.set_udp_port(udp_.port());
@@ -81,8 +82,10 @@ net::TlsCallbacks Network::callbacks() {
 }
 
 session::SessionOutput Network::output(
-    std::function<void(const session::LoginToStore&)> store_login) {
+    std::function<void(const session::LoginToStore&)> store_login,
+    std::function<std::optional<proto::Redirect>(const std::string&)> find_world) {
     session::SessionOutput output;
+    output.find_world = std::move(find_world);
     output.store_login = std::move(store_login);
     output.send_frame = [this](session::StreamId stream, session::Bytes frame) {
         listener_of(stream).send(stream.value, frame);

@@ -13,6 +13,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,8 @@ class Network {
     Network(asio::io_context& io,
             const config::Settings& settings,
             std::function<void(mailbox::InboxItem)> to_zones,
-            std::function<void(const session::LoginToStore&)> store_login = {});
+            std::function<void(const session::LoginToStore&)> store_login = {},
+            std::function<std::optional<proto::Redirect>(const std::string&)> find_world = {});
 
     void start();
     /// Called on the network thread with the output of a tick.
@@ -89,7 +91,9 @@ class Network {
     void send(const mailbox::OutboxItem& item);
     /// Sends the packets that are spread over a tick, when they are due.
     void arm_pacing();
-    session::SessionOutput output(std::function<void(const session::LoginToStore&)> store_login);
+    session::SessionOutput output(
+        std::function<void(const session::LoginToStore&)> store_login,
+        std::function<std::optional<proto::Redirect>(const std::string&)> find_world);
     net::TlsCallbacks callbacks();
 
     /// The listener whose stream it is.

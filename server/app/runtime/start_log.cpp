@@ -3,6 +3,7 @@
 #include "server/app/log/log.h"
 #include "server/app/log/session_log.h"
 #include "server/app/runtime/host_settings.h"
+#include "server/app/runtime/network.h"
 #include "server/config/expand/world_warnings.h"
 #include "server/mailbox/messages.h"
 
@@ -81,6 +82,27 @@ void log_start(const config::Settings& settings) {
     for (const std::string& text : unusual_of(settings)) {
         log_of(LogArea::kServer).warn("{}", text);
     }
+}
+
+mailbox::CodecPrice logged(const mailbox::CodecPrice& price) {
+    log_of(LogArea::kServer)
+        .info("coding for one client: {} ns a record and {} ns a packet",
+              price.record_ns,
+              price.packet_ns);
+    return price;
+}
+
+std::string addresses_text(const config::AdvertiseSettings& advertised, const Network& network) {
+    const std::uint16_t web = network.websocket_port();
+    const std::string websocket = web == 0 ? "" : fmt::format(" websocket={}", web);
+    if (advertised == config::AdvertiseSettings{}) {
+        return websocket;
+    }
+    return websocket +
+           fmt::format(" address={} public_tcp={} public_udp={}",
+                       advertised.address.empty() ? "-" : advertised.address,
+                       advertised.tcp_port == 0 ? network.tcp_port() : advertised.tcp_port,
+                       advertised.udp_port == 0 ? network.udp_port() : advertised.udp_port);
 }
 
 }  // namespace zoned::app

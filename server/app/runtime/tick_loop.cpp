@@ -56,6 +56,10 @@ TickLoop::TickLoop(World& world,
       recorder_(recorder),
       schedule_(settings.rate_hz, settings.max_catch_up, steady_seconds()),
       inbox_(settings.mailbox_capacity) {
+    if (settings.cluster != nullptr) {
+        portals_ =
+            std::make_unique<PortalWatch>(settings.cluster->server.portals, settings.rate_hz);
+    }
 }
 
 TickLoop::~TickLoop() {
@@ -142,6 +146,9 @@ void TickLoop::run_tick(double due_s) {
     if (settings_.to_store && !world_.store_requests().empty()) {
         result.store = settings_.to_store(world_.now(), std::move(world_.store_requests()));
     }
+    if (portals_) {
+        watch_travel(result);
+    }
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
     result.clock_origin_s = begin - schedule_.server_time(clock_.time(begin));
@@ -160,6 +167,14 @@ void TickLoop::run_tick(double due_s) {
     visits_.answer(world_);
     count_turn(steady_seconds() - begin, thread_cpu_ns() + world_.pool().cpu_ns() - cpu_begin);
     turns_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void TickLoop::watch_travel(TickResult& result) {
+    portals_->look(world_, result.wishes);
+    for (const auto& zone : world_.zones()) {
+        const std::vector<ClientId>& departed = zone->output().departed;
+        result.departed.insert(result.departed.end(), departed.begin(), departed.end());
+    }
 }
 
 void TickLoop::publish() {

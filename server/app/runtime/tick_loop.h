@@ -7,6 +7,7 @@
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/runtime/visited_world.h"
 #include "server/app/storage/held_output.h"
+#include "server/app/world/portal_watch.h"
 #include "server/app/world/tick_log.h"
 #include "server/app/world/world.h"
 #include "server/mailbox/bounded_queue.h"
@@ -39,7 +40,9 @@ struct TickResult {
     double server_time_s = 0.0;   ///< nominal time of the tick
     double clock_origin_s = 0.0;  ///< steady clock minus this = server time
     std::vector<mailbox::OutboxItem> items;
-    StoreTicket store;  ///< durable events among the items wait for it
+    StoreTicket store;                    ///< durable events among the items wait for it
+    std::vector<TravelWish> wishes = {};  ///< of a world with portals
+    std::vector<ClientId> departed = {};  ///< clients whose avatars left; in a cluster alone
 };
 
 /// Sums over the run, per pass and over all zones.
@@ -124,6 +127,7 @@ struct LoopSettings {
     /// With a recorder only: between two ticks, before the output of the first is delivered.
     std::function<void(std::span<const mailbox::InboxItem>, std::vector<mailbox::OutboxItem>&)>
         after_tick = {};
+    const config::Settings* cluster = nullptr;  ///< of a server in a cluster; must outlive the loop
 };
 
 class TickLoop final : public VisitedWorld {
@@ -166,6 +170,7 @@ class TickLoop final : public VisitedWorld {
     void loop();
     void run_tick(double due_s);
     void step_world(std::vector<mailbox::OutboxItem>& out);
+    void watch_travel(TickResult& result);
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
     void count_turn(double wall_s, std::uint64_t cpu_ns);
     void count_zone(std::size_t index);
@@ -190,6 +195,7 @@ class TickLoop final : public VisitedWorld {
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
     std::vector<recording::FlappingFigures> flapping_told_;
+    std::unique_ptr<PortalWatch> portals_;  ///< null: the server is in no cluster
     LoggedBands logged_bands_;
     TickLog log_;
     core::Histogram turns_ms_;  // of the ten seconds that run

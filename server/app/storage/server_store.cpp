@@ -123,6 +123,32 @@ void ServerStore::log_in(const session::LoginToStore& login,
                      std::move(done));
 }
 
+void ServerStore::read_records(
+    const std::string& account,
+    std::function<void(std::optional<std::vector<store::PutRecord>>)> done) {
+    if (service_) {
+        service_->read_records(account, std::move(done));
+    } else {
+        done(std::vector<store::PutRecord>());
+    }
+}
+
+void ServerStore::replace_records(const std::string& account,
+                                  std::vector<store::PutRecord> records,
+                                  std::function<void(bool)> done) {
+    if (!service_) {
+        done(true);
+        return;
+    }
+    std::vector<store::StoreChange> changes;
+    changes.reserve(records.size() + 1);
+    changes.emplace_back(store::ForgetRecords{account});
+    for (store::PutRecord& record : records) {
+        changes.emplace_back(std::move(record));
+    }
+    service_->submit(std::move(changes), std::move(done));
+}
+
 void ServerStore::change(store::StoreChange change, std::function<void(const std::string&)> done) {
     if (!service_) {
         done("store.kind is STORE_NONE");

@@ -43,6 +43,14 @@ class ServerStore {
     StoreTicket submit(Tick tick, std::vector<mailbox::StoreRequest>&& requests);
     void log_in(const session::LoginToStore& login,
                 std::function<void(const store::LoginResult&)> done);
+    /// The records of an account, once all that was asked before is durable; none where they
+    /// cannot be read. Without a store there are none. `done` is called from any thread.
+    void read_records(const std::string& account,
+                      std::function<void(std::optional<std::vector<store::PutRecord>>)> done);
+    /// In place of all records of the account. `done` gets false where the store takes no more.
+    void replace_records(const std::string& account,
+                         std::vector<store::PutRecord> records,
+                         std::function<void(bool)> done);
     /// `done` gets the reason why it does not last, or an empty text; from any thread.
     void change(store::StoreChange change, std::function<void(const std::string&)> done);
     /// None without a store.

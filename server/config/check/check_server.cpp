@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <fstream>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace zoned::config {
@@ -268,6 +269,107 @@ void check_recovery(const proto::config::Recovery& recovery, Diagnostics& diagno
     }
 }
 
+/// Names of a cluster are parts of NATS subjects and keys.
+void check_cluster_name(const std::string& name, const std::string& path, Diagnostics& out) {
+    const bool good = std::all_of(name.begin(), name.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               c == '-' || c == '_';
+    });
+    if (!good) {
+        out.add(path, "'" + name + "' must consist of letters, digits, - and _");
+    }
+}
+
+void check_portal(const proto::config::Portal& portal,
+                  const std::string& name,
+                  const std::string& path,
+                  Diagnostics& out) {
+    for (const auto& [given, field] : {std::pair(portal.has_min_x_m(), "min_x_m"),
+                                       std::pair(portal.has_min_z_m(), "min_z_m"),
+                                       std::pair(portal.has_max_x_m(), "max_x_m"),
+                                       std::pair(portal.has_max_z_m(), "max_z_m")}) {
+        if (!given) {
+            out.add(path, std::string(field) + " is missing");
+        }
+    }
+    for (const auto& [lower, upper, axis] : {std::tuple(portal.min_x_m(), portal.max_x_m(), "x"),
+                                             std::tuple(portal.min_y_m(), portal.max_y_m(), "y"),
+                                             std::tuple(portal.min_z_m(), portal.max_z_m(), "z")}) {
+        if (lower >= upper) {
+            out.add(path, std::string("min_") + axis + "_m must be less than max_" + axis + "_m");
+        }
+    }
+    if (portal.to_world().empty()) {
+        out.add(path, "to_world is missing: the cluster.name of the world that it leads to");
+    } else if (portal.to_world() == name) {
+        out.add(path + ".to_world", "is this world itself");
+    } else {
+        check_cluster_name(portal.to_world(), path + ".to_world", out);
+    }
+}
+
+void check_cluster(const proto::config::Config& config,
+                   const std::vector<ZoneRegion>& zones,
+                   Diagnostics& out) {
+    const auto& cluster = config.cluster();
+    if (cluster.name().empty()) {
+        if (config.has_cluster()) {
+            out.add("cluster", "name is missing: it names this world in its realm");
+        }
+        if (config.portal_size() > 0) {
+            out.add("portal[0]", "has no meaning without cluster.name");
+        }
+        return;
+    }
+    check_cluster_name(cluster.name(), "cluster.name", out);
+    check_cluster_name(cluster.realm(), "cluster.realm", out);
+    if (config.recovery().on()) {
+        out.add("recovery.on",
+                "cannot be kept together with cluster.name yet: a world that goes on from before a "
+                "crash would have characters that travelled meanwhile");
+    }
+    if (config.portal_size() > 0 && config.session().ticket_public_key_file_size() == 0) {
+        out.add("portal[0]",
+                "leads nowhere: only clients with a ticket can travel, and "
+                "session.ticket_public_key_file is not set");
+    }
+    std::set<std::string> names;
+    for (int k = 0; k < config.arrival_size(); ++k) {
+        const std::string path = join_path("", "arrival", k);
+        const auto& arrival = config.arrival(k);
+        if (check_name(arrival.name(), "arrival", path, out) &&
+            !names.insert(arrival.name()).second) {
+            out.add(path + ".name", "'" + arrival.name() + "' is given twice");
+        }
+        const bool inside = std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
+            return arrival.x_m() >= zone.min_x && arrival.x_m() < zone.max_x &&
+                   arrival.z_m() >= zone.min_z && arrival.z_m() < zone.max_z;
+        });
+        if (!inside) {
+            out.add(path, "lies in no zone");
+        }
+    }
+    names.clear();
+    for (int k = 0; k < config.portal_size(); ++k) {
+        const std::string path = join_path("", "portal", k);
+        const auto& portal = config.portal(k);
+        if (check_name(portal.name(), "portal", path, out) && !names.insert(portal.name()).second) {
+            out.add(path + ".name", "'" + portal.name() + "' is given twice");
+        }
+        check_portal(portal, cluster.name(), path, out);
+        for (const proto::config::Arrival& arrival : config.arrival()) {
+            const bool inside =
+                arrival.x_m() >= portal.min_x_m() && arrival.x_m() <= portal.max_x_m() &&
+                arrival.z_m() >= portal.min_z_m() && arrival.z_m() <= portal.max_z_m();
+            if (inside && portal.wait_s() <= 0.0) {
+                out.add(path,
+                        "who comes to the arrival '" + arrival.name() +
+                            "' would leave at once: move either, or set wait_s");
+            }
+        }
+    }
+}
+
 void check_testing(const proto::config::Config& config,
                    const std::vector<ZoneRegion>& zones,
                    Diagnostics& diagnostics) {
@@ -377,6 +479,7 @@ void check_server(const proto::config::Config& config,
     check_log(config.log(), diagnostics);
     check_store(config.store(), diagnostics);
     check_recovery(config.recovery(), diagnostics);
+    check_cluster(config, zones, diagnostics);
     check_entrance(config, diagnostics);
     check_testing(config, zones, diagnostics);
     std::set<std::string> names;

@@ -162,6 +162,12 @@ TestingSettings expand_testing(const proto::config::Testing& testing) {
                                              narrow(wrong.max_velocity_jump_mps())};
     }
     out.wrong_clock = testing.wrong_clock();
+    const auto& travel = testing.travel();
+    out.travel = {static_cast<TravelStep>(travel.die_at()),
+                  travel.die_after(),
+                  travel.journal(),
+                  travel.keep_avatar(),
+                  travel.lose_records()};
     return out;
 }
 
@@ -182,6 +188,21 @@ ServerSettings expand_server(const proto::config::Config& config) {
     out.ring_s = config.recording().ring_s();
     out.store = expand_store(config.store(), out.session.state_folder);
     out.recovery = expand_recovery(config.recovery());
+    out.cluster = {config.cluster().name(),
+                   config.cluster().realm(),
+                   config.cluster().lease_s(),
+                   config.cluster().replicas()};
+    for (const proto::config::Arrival& arrival : config.arrival()) {
+        out.arrivals.push_back({arrival.name(), {arrival.x_m(), arrival.y_m(), arrival.z_m()}});
+    }
+    for (const proto::config::Portal& portal : config.portal()) {
+        out.portals.push_back({portal.name(),
+                               {portal.min_x_m(), portal.min_y_m(), portal.min_z_m()},
+                               {portal.max_x_m(), portal.max_y_m(), portal.max_z_m()},
+                               portal.to_world(),
+                               portal.arrival(),
+                               portal.wait_s()});
+    }
     out.testing = expand_testing(config.testing());
     out.started_max_clients = out.network.max_clients;
     return out;

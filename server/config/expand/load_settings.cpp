@@ -75,6 +75,9 @@ void resolve_files(const std::filesystem::path& folder, Config& config) {
     if (config.store().has_file()) {
         resolve(*config.mutable_store()->mutable_file(), folder);
     }
+    if (config.testing().travel().has_journal()) {
+        resolve(*config.mutable_testing()->mutable_travel()->mutable_journal(), folder);
+    }
     if (config.compute().has_cache_folder()) {
         resolve(*config.mutable_compute()->mutable_cache_folder(), folder);
     }

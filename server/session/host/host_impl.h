@@ -48,7 +48,8 @@ struct SessionHost::Impl {
     void resume(StreamId stream, const proto::Hello& hello, double now_s);
     static void carry_datagrams(Session& session, const ClientStream& stream);
     void send_welcome(const Session& session, bool resumed);
-    void refuse(StreamId stream, const Refusal& refusal);
+    void refuse(StreamId stream, const Refusal& refusal, const proto::Redirect* redirect = nullptr);
+    void refuse_world(StreamId stream, const std::string& wanted);
 
     // ---- host_frames.cpp
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
@@ -96,7 +97,10 @@ struct SessionHost::Impl {
     /// comes in over a slow line.
     void look_at_backlog(Session& session, double now_s) const;
     /// Closes a stream with a reason; a session on it is left without a stream.
-    void close_stream(StreamId stream, proto::ClosingReason reason, const std::string& text);
+    void close_stream(StreamId stream,
+                      proto::ClosingReason reason,
+                      const std::string& text,
+                      const proto::Redirect* redirect = nullptr);
     /// Closes the stream of a session for a fault of the client, and begins the grace time.
     void suspend(Session& session,
                  proto::ClosingReason reason,
@@ -106,7 +110,8 @@ struct SessionHost::Impl {
     void end(Session& session,
              proto::ClosingReason reason,
              const std::string& text,
-             mailbox::LeaveReason leave);
+             mailbox::LeaveReason leave,
+             const proto::Redirect* redirect = nullptr);
     void tick(double now_s, Tick tick_now);
     /// Moves all deadlines by a time in which this host did not run.
     void excuse_stall(double stall_s);

@@ -1,6 +1,7 @@
 #include "server/session/host/host_impl.h"
 #include "server/session/host/server_messages.h"
 #include "shared/core/assert.h"
+#include "shared/core/utf8.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +32,10 @@ void SessionHost::Impl::on_hello(StreamId stream, const proto::Hello& hello, dou
                {proto::REFUSED_SHUTTING_DOWN,
                 Reject::kLoginShutdown,
                 "the server is shutting down: try again later"});
+    } else if (const auto older = check_protocol(settings, hello)) {
+        refuse(stream, *older);
+    } else if (!hello.world().empty() && hello.world() != settings.world_name) {
+        refuse_world(stream, hello.world());
     } else if (const auto refusal = check_versions(settings, hello)) {
         refuse(stream, *refusal);
     } else if (!hello.resume_token().empty()) {
@@ -200,6 +205,13 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
                     std::to_string(session->events.newest()) + "): log in anew"});
         return;
     }
+    if (session->travelling) {
+        refuse(stream,
+               {proto::REFUSED_RESUME,
+                Reject::kLoginResume,
+                "the character is on its way to another world: log in anew"});
+        return;
+    }
     if (session->stream) {
         close_stream(
             session->stream, proto::CLOSING_REPLACED, "the session goes on on another connection");
@@ -277,6 +289,7 @@ void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
     welcome.set_last_command(settings.journaled ? session.kept_command : session.last_command);
     welcome.set_config_digest(settings.config_digest);
     welcome.set_rights(session.identity.rights);
+    welcome.set_world_name(settings.world_name);
     if (resumed) {
         send(session.stream, welcome_head(welcome, 0));
     } else {
@@ -284,7 +297,42 @@ void SessionHost::Impl::send_welcome(const Session& session, bool resumed) {
     }
 }
 
-void SessionHost::Impl::refuse(StreamId stream, const Refusal& refusal) {
+void SessionHost::Impl::refuse_world(StreamId stream, const std::string& wanted) {
+    const std::optional<proto::Redirect> found =
+        output.find_world ? output.find_world(wanted) : std::nullopt;
+    const std::string name = core::is_clean_utf8(wanted) && wanted.size() <= 64 ? wanted : "?";
+    std::string text = "this server has no world of the name " + name;
+    if (found) {
+        text = "another server has the world " + name + ": " + found->host() + " port " +
+               std::to_string(found->tcp_port());
+    } else if (!settings.world_name.empty()) {
+        text = "no server of the cluster has the world " + name + " at the moment";
+    }
+    refuse(stream,
+           {proto::REFUSED_ELSEWHERE, Reject::kLoginElsewhere, text},
+           found ? &*found : nullptr);
+}
+
+void SessionHost::refuse_login(StreamId stream,
+                               const std::string& text,
+                               const proto::Redirect* redirect) {
+    const auto it = impl_->streams.find(stream);
+    if (it == impl_->streams.end() || !it->second.storing) {
+        return;  // the client did not wait
+    }
+    // Nobody was let in by it: the client may come again with the same ticket.
+    impl_->nonces.erase(*it->second.storing->nonce);
+    it->second.storing.reset();
+    if (redirect != nullptr) {
+        impl_->refuse(stream, {proto::REFUSED_ELSEWHERE, Reject::kLoginElsewhere, text}, redirect);
+    } else {
+        impl_->refuse(stream, {proto::REFUSED_SHUTTING_DOWN, Reject::kLoginNotStored, text});
+    }
+}
+
+void SessionHost::Impl::refuse(StreamId stream,
+                               const Refusal& refusal,
+                               const proto::Redirect* redirect) {
     reject(refusal.counter);
     proto::ServerMessage message;
     proto::Refused& refused = *message.mutable_refused();
@@ -292,6 +340,9 @@ void SessionHost::Impl::refuse(StreamId stream, const Refusal& refusal) {
     refused.set_text(refusal.text);
     refused.set_protocol_version(settings.protocol_version);
     refused.set_config_digest(settings.config_digest);
+    if (redirect != nullptr) {
+        *refused.mutable_redirect() = *redirect;
+    }
     if (const auto it = streams.find(stream); output.note && it != streams.end()) {
         SessionNote refusal_note;
         refusal_note.kind = SessionNote::Kind::kRefused;

@@ -46,11 +46,16 @@ std::vector<std::uint8_t> welcome_head(const proto::Welcome& welcome, std::size_
     return out;
 }
 
-std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason, const std::string& text) {
+std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason,
+                                        const std::string& text,
+                                        const proto::Redirect* redirect) {
     proto::ServerMessage message;
     message.mutable_closing()->set_reason(reason);
     // Reasons may come from the rules of a game; a proto3 string must be UTF-8.
     message.mutable_closing()->set_text(core::is_clean_utf8(text) ? text : printable(text, 256));
+    if (redirect != nullptr) {
+        *message.mutable_closing()->mutable_redirect() = *redirect;
+    }
     return serialise(message);
 }
 

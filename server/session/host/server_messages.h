@@ -21,7 +21,8 @@ namespace zoned::session {
                                                      std::size_t tail_bytes);
 
 [[nodiscard]] std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason,
-                                                      const std::string& text);
+                                                      const std::string& text,
+                                                      const proto::Redirect* redirect = nullptr);
 [[nodiscard]] std::vector<std::uint8_t> joined_frame(const mailbox::Joined& joined);
 [[nodiscard]] std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record);
 [[nodiscard]] std::vector<std::uint8_t> command_ack_frame(std::uint64_t through);

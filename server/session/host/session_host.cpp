@@ -130,12 +130,13 @@ void SessionHost::Impl::add_stream(StreamId stream, ClientStream opened, double 
 
 void SessionHost::Impl::close_stream(StreamId stream,
                                      proto::ClosingReason reason,
-                                     const std::string& text) {
+                                     const std::string& text,
+                                     const proto::Redirect* redirect) {
     if (Session* session = table.by_stream(stream)) {
         table.attach(*session, StreamId{});
     }
     if (streams.erase(stream) != 0) {
-        send(stream, closing_frame(reason, text));
+        send(stream, closing_frame(reason, text, redirect));
         output.close_stream(stream);
     }
 }
@@ -152,12 +153,15 @@ void SessionHost::Impl::suspend(Session& session,
 void SessionHost::Impl::end(Session& session,
                             proto::ClosingReason reason,
                             const std::string& text,
-                            mailbox::LeaveReason leave) {
+                            mailbox::LeaveReason leave,
+                            const proto::Redirect* redirect) {
     if (session.stream) {
-        close_stream(session.stream, reason, text);
+        close_stream(session.stream, reason, text, redirect);
     }
     note(SessionNote::Kind::kLeft, session, text.empty() ? leave_text(leave) : text);
-    output.to_zones(mailbox::Leave{session.client, leave});
+    if (!session.travelling) {
+        output.to_zones(mailbox::Leave{session.client, leave});
+    }
     table.remove(session);
     stats.sessions = static_cast<std::uint32_t>(table.all().size());
 }

@@ -59,6 +59,16 @@ struct SessionOutput {
     /// Keeps a login durably; SessionHost::on_login_stored says that it is. Empty: nothing is kept,
     /// clients are let in at once.
     std::function<void(const LoginToStore&)> store_login = {};
+    /// The server of a cluster that has a world; none where nobody has it. May be empty.
+    std::function<std::optional<proto::Redirect>(const std::string& world)> find_world = {};
+};
+
+/// A session whose character may go to another world.
+struct Traveller {
+    std::string account;  ///< empty: it came without a ticket
+    std::string name;
+    std::string team;
+    std::uint32_t rights = 0;
 };
 
 /// The sessions that an operator means: those for which any of these holds that is set.
@@ -139,6 +149,9 @@ class SessionHost {
                          bool stored,
                          const std::optional<std::array<double, 3>>& place,
                          double now_s);
+    /// The login of SessionOutput::store_login is not taken: the client is told why, and where it
+    /// goes on.
+    void refuse_login(StreamId stream, const std::string& text, const proto::Redirect* redirect);
     /// A session of the process before this one, ascending by client; its grace time begins.
     void restore(KeptSession kept, double now_s);
     /// Later sessions get higher numbers than this.
@@ -191,6 +204,20 @@ class SessionHost {
     void set_draining(const std::string& text);
     /// Holds from now on; sessions beyond a smaller number of places stay.
     void set_limits(const HostLimits& limits);
+    /// Tickets by this key of the cluster are taken too, where they name this world.
+    void trust_cluster(const PublicKey& key);
+
+    // ---- host_travel.cpp: characters that go to another world of the cluster
+    [[nodiscard]] std::optional<Traveller> traveller(ClientId client) const;
+    /// The client of a login that waits for on_login_stored() or refuse_login().
+    [[nodiscard]] std::optional<Traveller> waiting_login(StreamId stream) const;
+    /// The avatar leaves the zones for good; the session waits for redirect(). False: there is no
+    /// such session, or its avatar has left. `keep_avatar` is a fault on purpose.
+    bool begin_travel(ClientId client, bool keep_avatar = false);
+    /// Ends the session; its client is told where it goes on.
+    void redirect(ClientId client, const std::string& text, const proto::Redirect& redirect);
+    /// Ends all sessions of an account with a ticket but this one.
+    std::size_t end_account(const std::string& account, ClientId but, const std::string& text);
 
     void set_udp_port(std::uint16_t port);
     [[nodiscard]] const HostStats& stats() const;

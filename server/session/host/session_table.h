@@ -73,6 +73,7 @@ struct Session {
     std::uint64_t last_command = 0;
     std::uint64_t kept_command = 0;  ///< up to here a crash loses none; may be acknowledged
     bool command_ack_due = false;
+    bool travelling = false;                ///< its avatar has left; another world will have it
     bool progress_due = false;              ///< the journal does not know yet how far it has come
     std::optional<mailbox::Joined> joined;  ///< sent again when the client comes back
     InputGate gate;

@@ -23,8 +23,21 @@ core::Result<Identity, Refusal> from_ticket(const HostSettings& settings,
         verify_ticket({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
                       settings.ticket_keys,
                       unix_s);
+    if (!claims && !settings.cluster_keys.empty()) {
+        // The cluster's own key opens nothing but the world that its tickets name.
+        core::Result<TicketClaims> of_cluster =
+            verify_ticket({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
+                          settings.cluster_keys,
+                          unix_s);
+        if (of_cluster && of_cluster->world == settings.world_name) {
+            claims = std::move(of_cluster);
+        }
+    }
     if (!claims) {
         return refuse_ticket(claims.error());
+    }
+    if (!claims->world.empty() && claims->world != settings.world_name) {
+        return refuse_ticket("the ticket is for the world " + claims->world + " of a cluster");
     }
     if (nonces.contains(claims->nonce)) {
         return refuse_ticket("the ticket was used before: each opens one session, get a new one");
@@ -46,7 +59,7 @@ core::Result<Identity, Refusal> from_ticket(const HostSettings& settings,
 
 }  // namespace
 
-std::optional<Refusal> check_versions(const HostSettings& settings, const proto::Hello& hello) {
+std::optional<Refusal> check_protocol(const HostSettings& settings, const proto::Hello& hello) {
     if (hello.protocol_version() != settings.protocol_version) {
         const bool client_older = hello.protocol_version() < settings.protocol_version;
         return Refusal{
@@ -55,6 +68,13 @@ std::optional<Refusal> check_versions(const HostSettings& settings, const proto:
             "the client speaks protocol version " + std::to_string(hello.protocol_version()) +
                 ", the server speaks version " + std::to_string(settings.protocol_version) +
                 ": update the " + (client_older ? "client" : "server")};
+    }
+    return std::nullopt;
+}
+
+std::optional<Refusal> check_versions(const HostSettings& settings, const proto::Hello& hello) {
+    if (auto refusal = check_protocol(settings, hello)) {
+        return refusal;
     }
     if (!hello.config_digest().empty() && hello.config_digest() != settings.config_digest) {
         return Refusal{proto::REFUSED_CONFIG_DIGEST,

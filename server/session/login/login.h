@@ -32,6 +32,10 @@ struct Identity {
     std::int64_t expires_s = 0;
 };
 
+/// The protocol version alone: whatever else Hello holds has no meaning in another one.
+[[nodiscard]] std::optional<Refusal> check_protocol(const HostSettings& settings,
+                                                    const proto::Hello& hello);
+
 /// Protocol version and config digest; nothing when both fit. The text names both sides.
 [[nodiscard]] std::optional<Refusal> check_versions(const HostSettings& settings,
                                                     const proto::Hello& hello);

@@ -25,6 +25,9 @@ class NonceSet {
     /// Remembers a nonce until its ticket expires.
     void insert(const TicketNonce& nonce, std::int64_t expires_s) { expiry_[nonce] = expires_s; }
 
+    /// Forgets a nonce that opened no session after all.
+    void erase(const TicketNonce& nonce) { expiry_.erase(nonce); }
+
     /// Forgets expired nonces; cheap when called often (it looks once a minute).
     void prune(std::int64_t unix_s);
 

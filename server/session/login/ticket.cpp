@@ -67,6 +67,9 @@ std::string range_mistake(const TicketClaims& claims) {
     if (!is_valid_team(claims.team)) {
         return "the team must be at most 32 bytes of UTF-8 without control characters";
     }
+    if (!claims.world.empty() && (claims.world.size() > 64 || !core::is_clean_utf8(claims.world))) {
+        return "the world must be at most 64 bytes of UTF-8 without control characters";
+    }
     if (claims.expires_s <= claims.not_before_s) {
         return "the ticket must expire after it begins";
     }
@@ -89,6 +92,7 @@ core::Result<TicketClaims> parse_claims(const std::string& bytes) {
     out.rights = in.rights();
     out.not_before_s = in.not_before_s();
     out.expires_s = in.expires_s();
+    out.world = in.world();
     if (std::string mistake = range_mistake(out); !mistake.empty()) {
         return Claims::failure(std::move(mistake));
     }
@@ -134,6 +138,7 @@ core::Result<std::vector<std::uint8_t>> create_ticket(const TicketClaims& claims
     message.set_not_before_s(claims.not_before_s);
     message.set_expires_s(claims.expires_s);
     message.set_nonce(claims.nonce.data(), claims.nonce.size());
+    message.set_world(claims.world);
 
     proto::Ticket ticket;
     ticket.set_claims(message.SerializeAsString());

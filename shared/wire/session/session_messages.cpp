@@ -22,6 +22,8 @@ std::string_view text_of(RefusedReason reason) {
             return "the server is shutting down";
         case RefusedReason::kBanned:
             return "banned";
+        case RefusedReason::kElsewhere:
+            return "another server of the cluster has it";
     }
     return "for no reason that this client knows";
 }
@@ -40,6 +42,8 @@ std::string_view text_of(ClosingReason reason) {
             return "the session goes on over another connection";
         case ClosingReason::kProtocol:
             return "this client broke the protocol";
+        case ClosingReason::kElsewhere:
+            return "the character is in another world";
     }
     return "for no reason that this client knows";
 }

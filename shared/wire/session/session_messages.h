@@ -24,6 +24,7 @@ struct HelloMessage {
     std::string resume_token;
     std::uint64_t last_event = 0;
     std::uint64_t last_command = 0;
+    std::string world;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.protocol_version);
@@ -34,6 +35,7 @@ struct HelloMessage {
         visit(6, m.resume_token);
         visit(7, m.last_event);
         visit(8, m.last_command);
+        visit(20, m.world);
     }
 };
 
@@ -115,22 +117,41 @@ enum class RefusedReason : std::int32_t {
     kMalformed = 6,
     kShuttingDown = 7,
     kBanned = 8,
+    kElsewhere = 20,
 };
 
 /// For players, where the server says no more.
 [[nodiscard]] std::string_view text_of(RefusedReason reason);
+
+struct RedirectMessage {
+    std::string world;
+    std::string host;
+    std::uint32_t tcp_port = 0;
+    std::string ticket;
+    std::string certificate_sha256;
+
+    static void fields(auto& m, auto& visit) {
+        visit(1, m.world);
+        visit(2, m.host);
+        visit(3, m.tcp_port);
+        visit(4, m.ticket);
+        visit(5, m.certificate_sha256);
+    }
+};
 
 struct RefusedMessage {
     RefusedReason reason = RefusedReason::kUnspecified;
     std::string text;
     std::uint32_t protocol_version = 0;
     std::string config_digest;
+    std::optional<RedirectMessage> redirect;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.reason);
         visit(2, m.text);
         visit(3, m.protocol_version);
         visit(4, m.config_digest);
+        visit(20, m.redirect);
     }
 };
 
@@ -146,6 +167,7 @@ struct WelcomeMessage {
     std::optional<WorldDescriptionMessage> world;
     std::uint32_t rights = 0;
     bool recovered = false;
+    std::string world_name;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.client_id);
@@ -159,6 +181,7 @@ struct WelcomeMessage {
         visit(9, m.world);
         visit(10, m.rights);
         visit(11, m.recovered);
+        visit(20, m.world_name);
     }
 };
 
@@ -283,6 +306,7 @@ enum class ClosingReason : std::int32_t {
     kTimeout = 3,
     kReplaced = 4,
     kProtocol = 5,
+    kElsewhere = 20,
 };
 
 /// For players, where the server says no more.
@@ -291,10 +315,12 @@ enum class ClosingReason : std::int32_t {
 struct ClosingMessage {
     ClosingReason reason = ClosingReason::kUnspecified;
     std::string text;
+    std::optional<RedirectMessage> redirect;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.reason);
         visit(2, m.text);
+        visit(20, m.redirect);
     }
 };
 

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace zoned::link {
@@ -235,6 +237,85 @@ TEST_F(ClientTest, BeginsAnewWhenTheSessionIsGone) {
     EXPECT_GT(recorder.packets.size(), before + 20);
     EXPECT_EQ(recorder.events.size(), 2U);
     EXPECT_EQ(client->events().lost(), 0U);
+}
+
+proto::Redirect redirect_to(const std::string& world, const std::string& ticket) {
+    proto::Redirect redirect;
+    redirect.set_world(world);
+    redirect.set_host("other");
+    redirect.set_tcp_port(4242);
+    redirect.set_ticket(ticket);
+    redirect.set_certificate_sha256("pin");
+    return redirect;
+}
+
+TEST_F(ClientTest, GoesToTheWorldThatItsCharacterIsIn) {
+    make();
+    run_for(0.5);
+    server->send_event(1 << 16);
+    run_for(0.2);
+    proto::ServerMessage message;
+    message.mutable_closing()->set_reason(proto::CLOSING_ELSEWHERE);
+    *message.mutable_closing()->mutable_redirect() = redirect_to("meadow", "t1");
+    server->send(message);
+    run_for(0.5);
+    EXPECT_EQ(server->redirects, std::vector<std::string>{"other:4242/pin"});
+    EXPECT_EQ(client->state(), SessionState::kOnline) << client->trouble();
+    EXPECT_FALSE(client->on_its_way());
+    EXPECT_EQ(client->stats().travels, 1U);
+    ASSERT_EQ(client->stats().travel_gaps_s.size(), 1U);
+    EXPECT_GT(client->stats().travel_gaps_s[0], 0.0);
+    EXPECT_LT(client->stats().travel_gaps_s[0], 0.5);
+    EXPECT_EQ(recorder.joins, 2);
+    EXPECT_EQ(recorder.resumed, 0) << "it is another session";
+    const auto hello = std::find_if(server->received.rbegin(),
+                                    server->received.rend(),
+                                    [](const auto& m) { return m.has_hello(); });
+    ASSERT_NE(hello, server->received.rend());
+    EXPECT_EQ(hello->hello().ticket(), "t1");
+    EXPECT_EQ(hello->hello().world(), "meadow");
+    EXPECT_TRUE(hello->hello().resume_token().empty());
+    // Events count anew, and none is lost.
+    server->send_raw_event(1, 7 << 16);
+    run_for(0.2);
+    EXPECT_EQ(client->events().lost(), 0U);
+    EXPECT_EQ(client->events().duplicated(), 0U);
+    EXPECT_TRUE(client->clock().ready());
+}
+
+TEST_F(ClientTest, AClientThatIsSentInACircleGivesUp) {
+    make();
+    run_for(0.5);
+    server->refuse_elsewhere = true;
+    proto::ServerMessage message;
+    message.mutable_closing()->set_reason(proto::CLOSING_ELSEWHERE);
+    *message.mutable_closing()->mutable_redirect() = redirect_to("meadow", "");
+    server->send(message);
+    run_for(5.0);
+    EXPECT_EQ(client->state(), SessionState::kClosed);
+    EXPECT_EQ(server->redirects.size(), 4U);
+    EXPECT_NE(client->trouble().find("from server to server 4 times"), std::string::npos)
+        << client->trouble();
+}
+
+TEST_F(ClientTest, ARedirectThatLeadsNowhereEndsTheSession) {
+    for (const int broken : {0, 1, 2}) {
+        make();
+        server->takes_redirects = broken != 0;
+        run_for(0.5);
+        proto::ServerMessage message;
+        message.mutable_closing()->set_reason(proto::CLOSING_ELSEWHERE);
+        proto::Redirect redirect = redirect_to("meadow", "");
+        redirect.set_tcp_port(broken == 1 ? 65536 : 4242);
+        redirect.set_host(broken == 2 ? std::string("a\0\n", 3) : "other");
+        *message.mutable_closing()->mutable_redirect() = redirect;
+        server->send(message);
+        run_for(0.5);
+        EXPECT_EQ(client->state(), SessionState::kClosed) << broken;
+        EXPECT_FALSE(client->trouble().empty());
+        client.reset();
+        now = 0.0;
+    }
 }
 
 TEST_F(ClientTest, TunnelsThroughTheStreamWhereNoDatagramComes) {

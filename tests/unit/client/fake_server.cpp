@@ -328,6 +328,12 @@ void FakeServer::on_datagram(const link::Bytes& datagram, bool tunnel) {
 
 void FakeServer::hello(const proto::Hello& hello) {
     proto::ServerMessage message;
+    if (refuse_elsewhere) {
+        message.mutable_refused()->set_reason(proto::REFUSED_ELSEWHERE);
+        message.mutable_refused()->mutable_redirect()->set_tcp_port(4242);
+        send(message);
+        return;
+    }
     if (refuse || (!hello.resume_token().empty() && !accept_resume)) {
         message.mutable_refused()->set_reason(refuse ? proto::REFUSED_TICKET
                                                      : proto::REFUSED_RESUME);

@@ -51,6 +51,15 @@ class FakeServer final : public link::Transport {
     void send_datagram(link::Bytes datagram) override;
     void close() override;
 
+    /// Another server, which knows no session yet: this one plays it.
+    bool redirect(const std::string& host,
+                  std::uint16_t port,
+                  const std::string& certificate_sha256) override {
+        redirects.push_back(host + ":" + std::to_string(port) + "/" + certificate_sha256);
+        session_ = false;
+        return takes_redirects;
+    }
+
     /// Runs ticks and delivers due messages.
     void advance(double now_s);
     /// Cuts the stream; the client learns of it at once.
@@ -100,6 +109,9 @@ class FakeServer final : public link::Transport {
     int tunnelled_packets = 0;
     std::optional<motion::CharacterState> avatar;
     bool ack_commands = true;
+    std::vector<std::string> redirects;
+    bool takes_redirects = true;
+    bool refuse_elsewhere = false;  ///< each login is sent to another server
 
   private:
     void step(double now_s);

@@ -18,6 +18,11 @@ TEST(ServerSettings, HaveTheDefaultsOfTheSchema) {
     EXPECT_EQ(from_schema.recording_file, plain.recording_file);
     EXPECT_EQ(from_schema.ring_s, plain.ring_s);
     EXPECT_EQ(from_schema.store, plain.store);
+    EXPECT_EQ(from_schema.cluster, plain.cluster);
+    EXPECT_EQ(from_schema.arrivals, plain.arrivals);
+    EXPECT_EQ(from_schema.portals, plain.portals);
+    EXPECT_EQ(from_schema.testing.travel.die_at, plain.testing.travel.die_at);
+    EXPECT_EQ(from_schema.testing.travel.die_after, plain.testing.travel.die_after);
     EXPECT_EQ(from_schema.testing.faults, plain.testing.faults);
     EXPECT_FALSE(from_schema.testing.stall || from_schema.testing.wrong_limit);
 }

@@ -95,6 +95,21 @@ TEST_P(AnyStore, KeepsScopesAndOwnersApart) {
     EXPECT_EQ(taken(store->get(account_key("Bob", "k"))), std::nullopt) << "names have cases";
 }
 
+TEST_P(AnyStore, ListsAndForgetsTheRecordsOfOneAccountAlone) {
+    const std::vector<PutRecord> of_ann{{account_key("ann", "gold"), {1}},
+                                        {character_key("ann", "a", "bag"), {2, 0}},
+                                        {character_key("ann", "b", "bag"), {}}};
+    commit({of_ann[2], of_ann[0], of_ann[1]});
+    commit({PutRecord{account_key("anna", "gold"), {4}}, PutRecord{world_key("ann"), {5}}});
+    reopen();
+    EXPECT_EQ(taken(store->records("ann")), of_ann);
+    EXPECT_EQ(taken(store->records("")), std::vector<PutRecord>());
+    commit({ForgetRecords{"ann"}, of_ann[0]});
+    EXPECT_EQ(taken(store->records("ann")), std::vector<PutRecord>{of_ann[0]});
+    EXPECT_EQ(taken(store->records("anna")).size(), 1U);
+    EXPECT_EQ(taken(store->get(world_key("ann"))), StoredBytes{5});
+}
+
 TEST_P(AnyStore, TheLastOfTwoChangesInACommitCounts) {
     commit({PutRecord{world_key("k"), {1}},
             PutRecord{world_key("k"), {2}},

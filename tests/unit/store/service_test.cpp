@@ -45,6 +45,10 @@ class MoodyStore final : public Store {
         return behind_->get(key);
     }
 
+    StoreResult<std::vector<PutRecord>> records(const std::string& account) override {
+        return behind_->records(account);
+    }
+
     StoreResult<std::optional<StandingPlace>> stand(const std::string& account,
                                                     const std::string& character) override {
         return behind_->stand(account, character);
