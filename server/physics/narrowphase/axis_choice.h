@@ -16,6 +16,9 @@ inline constexpr float kParallel = 5.0e-3F;
 inline constexpr float kAlongFace = 0.9F;
 /// Ends of such a run that are nearer to where two edges cross than this are the crossing, m.
 inline constexpr float kSameEnd = 1.0e-3F;
+/// An end that is deeper than the crossing by more than this is not over the face, seen along the
+/// axis, m.
+inline constexpr float kNotOver = 1.0e-4F;
 /// From this bit on names of such ends differ from that of the crossing.
 inline constexpr int kRunBits = 16;
 

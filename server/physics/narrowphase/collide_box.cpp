@@ -106,8 +106,7 @@ struct BoxRun {
 };
 
 /// Adds the ends of the segment's part over the face that are near it and not at the crossing of
-/// the two edges, which is near[0]. None is deeper than that, as the shapes overlap by no more
-/// along the axis.
+/// the two edges, which is near[0]. The shapes overlap by no more along the axis than there.
 void add_run_ends(const BoxRun& run,
                   float margin,
                   std::uint32_t name,
@@ -145,10 +144,10 @@ void add_run_ends(const BoxRun& run,
     }
     const float sign = outward[face] > 0.0F ? 1.0F : -1.0F;
     for (const float s : {lower, upper}) {
-        const float over = (sign * (p[face] + s * d[face]) - half[face]) / steep;
-        const float gap = std::max(over, near[0].separation);
+        const float gap = (sign * (p[face] + s * d[face]) - half[face]) / steep;
         const Vec3 middle = run.from + s * run.along - 0.5F * gap * run.towards;
-        if (gap <= margin && (middle - near[0].point).squaredNorm() > kSameEnd * kSameEnd) {
+        const bool over = gap >= near[0].separation - kNotOver;
+        if (over && gap <= margin && (middle - near[0].point).squaredNorm() > kSameEnd * kSameEnd) {
             near[count++] = {middle, gap, name | (s == lower ? 1U : 2U) << kRunBits};
         }
     }

@@ -68,8 +68,8 @@ class EdgeRun {
           face_(pick(hull, crossed, towards)),
           towards_(towards) {}
 
-    /// Adds the ends that are near the face and not at the crossing; returns how many. None is
-    /// deeper than the crossing, as the shapes overlap by no more along the axis.
+    /// Adds the ends that are near the face and not at the crossing; returns how many. The
+    /// shapes overlap by no more along the axis than where the edges cross.
     std::size_t add_ends(const Vec3& from,
                          const Vec3& along,
                          const ManifoldPoint& crossing,
@@ -85,10 +85,11 @@ class EdgeRun {
         std::size_t count = 0;
         for (const float s : {lower, upper}) {
             const Vec3 end = from + s * along;
-            const float over = (face_.normal.dot(end) - face_.offset) / steep;
-            const float gap = std::max(over, crossing.separation);
+            const float gap = (face_.normal.dot(end) - face_.offset) / steep;
             const Vec3 middle = end - 0.5F * gap * towards_;
-            if (gap <= margin && (middle - crossing.point).squaredNorm() > kSameEnd * kSameEnd) {
+            const bool over = gap >= crossing.separation - kNotOver;
+            if (over && gap <= margin &&
+                (middle - crossing.point).squaredNorm() > kSameEnd * kSameEnd) {
                 out[count++] = {middle, gap, name | (s == lower ? 1U : 2U) << kRunBits};
             }
         }

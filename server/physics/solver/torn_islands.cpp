@@ -15,7 +15,7 @@ constexpr float kOpened = 0.2F;
 /// An island that nothing drives gains no more energy than this share of its energy of motion ...
 constexpr float kGain = 0.1F;
 /// ... and that of this speed, m/s: contacts push apart what overlaps.
-constexpr float kPushSpeed = 0.5F;
+constexpr float kOverlapSpeed = 0.5F;
 
 /// How far the anchors are from where the joint holds them, m.
 float gap_of(const Bodies& bodies, const JointEntry& entry) {
@@ -72,7 +72,7 @@ void TornIslands::reserve(std::size_t bodies, std::size_t contacts) {
     contacts_.reserve(contacts);
 }
 
-void TornIslands::begin_step(std::size_t visits, const Limits& limits) {
+void TornIslands::begin_step(std::size_t visits, const TearLimits& limits) {
     limits_ = limits;
     visits_left_ = std::max(visits, kLeastVisits);
     given_up_ = 0;
@@ -145,7 +145,7 @@ void TornIslands::weigh(const StepView& view) {
         IslandEnergy& energy = energy_[view.islands.island_of(row)];
         energy.gain += after - before - mass * fall;
         energy.allowed +=
-            kGain * before + mass * (0.5F * kPushSpeed * kPushSpeed + g * limits_.gap_m);
+            kGain * before + mass * (0.5F * kOverlapSpeed * kOverlapSpeed + g * limits_.gap_m);
         energy.driven |= !bodies.force[row].isZero(0.0F) || !bodies.torque[row].isZero(0.0F);
     }
     for (const NotedContact& noted : noted_contacts_) {

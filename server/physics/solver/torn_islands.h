@@ -30,7 +30,7 @@ class TornIslands {
     void reserve(std::size_t bodies, std::size_t contacts);
 
     /// What an island may not do in a step.
-    struct Limits {
+    struct TearLimits {
         float gap_m = 0.005F;         ///< a joint opens no further
         Vec3 gravity = Vec3::Zero();  ///< m/s2
     };
@@ -45,7 +45,7 @@ class TornIslands {
     };
 
     /// Begins a step of so many visits: contacts and joints times their substeps.
-    void begin_step(std::size_t visits, const Limits& limits);
+    void begin_step(std::size_t visits, const TearLimits& limits);
 
     /// Remembers what a solve of the batch changes besides the bodies.
     void note(const StepView& view, const SubstepPolicy::SubstepBatch& batch);
@@ -101,7 +101,7 @@ class TornIslands {
     [[nodiscard]] static const TornIsland* find(std::span<const TornIsland> some,
                                                 std::uint32_t island);
 
-    Limits limits_;
+    TearLimits limits_;
     std::size_t visits_left_ = 0;
     std::uint32_t given_up_ = 0;
     std::vector<NotedContact> noted_contacts_;

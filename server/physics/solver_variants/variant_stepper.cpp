@@ -263,7 +263,7 @@ void VariantStepper::solve(const VariantStep& step, std::vector<std::uint32_t>& 
 namespace {
 
 /// Impulses may give this share of all the energy that they take and give.
-constexpr double kMostMade = 0.01;
+constexpr double kMostGiven = 0.01;
 
 /// Whether impulses left the bodies with more energy than they had, not counting what takes
 /// overlaps apart. Bounces that shall all happen at once do that where they follow from each other:
@@ -283,7 +283,7 @@ bool makes_energy(const RowSystem& system, std::span<const double> before) {
         made += system.undoes[i] == 0 ? work : 0.0;
         size += std::abs(work);
     }
-    return made > kMostMade * size;
+    return made > kMostGiven * size;
 }
 
 }  // namespace
