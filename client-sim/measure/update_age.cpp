@@ -1,5 +1,7 @@
 #include "client-sim/measure/update_age.h"
 
+#include "shared/wire/resend_timeout.h"
+
 #include <algorithm>
 
 namespace zoned::measure {
@@ -31,10 +33,12 @@ link::UpdateAge age_of(const link::UpdateAge& around,
     }
     link::UpdateAge age = around;
     if (losses > 0) {
-        const double resend_s = rtt_s + tick_s;
+        // A packet is given up when it is older than that many ticks, so one tick later.
+        const Tick given_up = 1 + wire::resend_timeout_ticks(rtt_s, tick_s);
         const double gone_by_s = static_cast<double>(tick - missed_since + 1) * tick_s;
-        const double once_s = std::max(around.age_s, around.delay_s + tick_s + resend_s);
-        const double granted_s = around.delay_s + tick_s + losses * resend_s;
+        const double once_s = std::max(around.age_s, around.delay_s + rtt_s + 2.0 * tick_s);
+        const double granted_s =
+            around.delay_s + static_cast<double>(1 + losses * given_up) * tick_s;
         age.loss = true;
         age.age_s = std::max(once_s, std::min(gone_by_s, granted_s));
     } else if (complete) {

@@ -25,8 +25,9 @@ struct SentUpdates {
 
 /// D of one entity by the promised bound: a delay and a tick, and one resend (round trip and tick)
 /// where the newest update of this entity was lost. `around` is the age of all updates at that
-/// time. Each further loss adds one resend. But D is then at most the time since the first packet
-/// that the client missed left: until then the client's state was within its bound.
+/// time. A resend may be later, as the server acts at ticks (wire::resend_timeout_ticks), and each
+/// further loss adds one. But D is then at most the time since the first packet that the client
+/// missed left: until then the client's state was within its bound.
 ///
 /// Both sides know a loss, so the server cannot invent one. It names the packet, but a packet that
 /// came is not lost, and a packet that was never sent leaves no gap in the numbers. The server does
