@@ -1,8 +1,8 @@
 #include "client-sim/app/run.h"
 
+#include "client-sim/link/frame_stream.h"
 #include "client-sim/link/name_lookup.h"
 #include "client-sim/link/socket_transport.h"
-#include "client-sim/link/websocket_stream.h"
 
 #include <unistd.h>
 

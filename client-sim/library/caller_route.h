@@ -10,7 +10,7 @@
 
 namespace zoned::library {
 
-/// What the session wants of the caller's WebSocket.
+/// A wish of the session to the caller's WebSocket.
 enum class StreamWish : std::uint8_t {
     kNothing,
     kOpen,   ///< a new one; what is left of an old one is closed

@@ -101,7 +101,7 @@ class SocketTransport final : public Transport {
     std::size_t index_;
     TransportEvents events_;
     std::shared_ptr<FrameStream> stream_;
-    asio::ip::tcp::endpoint endpoint_;    // that open() goes to
+    asio::ip::tcp::endpoint endpoint_;    // open() goes there
     Trust trust_;                         // of it
     std::unique_ptr<NameLookup> lookup_;  // of a redirect; none: the endpoint is known
     bool opening_ = false;                // open() waits for the lookup

@@ -175,8 +175,8 @@ ZONED_WEB_EXPORT int web_zone(const zoned_client* client, std::uint32_t index, d
     return 1;
 }
 
-/// Solid boxes as the viewer lays them out: place, half sizes, turn (x, y, z, w). `doors`: those
-/// that are shut now, and nothing else; 0: all but doors. Returns how many; fills at most
+/// Solid boxes as the viewer lays them out: place, half sizes, turn (x, y, z, w). `doors`: doors
+/// alone, where they are shut now; 0: all but doors. Returns how many; fills at most
 /// `capacity`.
 ZONED_WEB_EXPORT std::size_t web_boxes(const zoned_client* client,
                                        std::uint32_t zone,
@@ -205,8 +205,8 @@ ZONED_WEB_EXPORT std::size_t web_boxes(const zoned_client* client,
     return filled;
 }
 
-/// What is displayed now, as one whole message of the viewer's stream; the own avatar comes last.
-/// Returns its size in bytes, at most `capacity`.
+/// The scene as it is displayed now, as one whole message of the viewer's stream; the own avatar
+/// comes last. Returns its size in bytes, at most `capacity`.
 ZONED_WEB_EXPORT std::size_t web_rows(const zoned_client* client,
                                       std::uint32_t own_type,
                                       std::uint32_t* out,

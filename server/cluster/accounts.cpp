@@ -43,11 +43,13 @@ AccountClaim Accounts::claim(const std::string& account, std::uint64_t epoch, bo
             out.owner = AccountClaim::Owner::kArriving;
             return out;
         }
-        if (!login || (out.entry.epoch() == epoch && out.entry.arrival().empty())) {
+        if (!login) {
             out.owner = AccountClaim::Owner::kHere;
             return out;
         }
     }
+    // A board of several servers may answer with what was. It takes no write on top of that: so
+    // each login writes, be there nothing new to say.
     AccountEntry mine = out.entry;
     mine.set_account(account);
     mine.set_world(world_);

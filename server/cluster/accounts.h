@@ -11,7 +11,7 @@
 
 namespace zoned::cluster {
 
-/// What a server finds when a player logs in.
+/// The answer of the board when a player logs in.
 struct AccountClaim {
     enum class Owner : std::uint8_t {
         kHere,      ///< the account is this world's, under `revision`

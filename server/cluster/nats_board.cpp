@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kReconnectWaitMs = 250;
 constexpr int kPingEveryMs = 5000;
-/// Of one message; a NATS server takes 1 MB where its operator says nothing else.
+/// A connection that leaves so many pings unanswered is gone.
 constexpr int kPingsOut = 2;
 
 struct Free {
@@ -37,7 +37,7 @@ struct Free {
 template <class T>
 using Owned = std::unique_ptr<T, Free>;
 
-/// What the library says of the last error of this thread, else of the status.
+/// The library's words for the last error of this thread, else for the status.
 std::string text_of(natsStatus status) {
     natsStatus last = NATS_OK;
     const char* text = nats_GetLastError(&last);
@@ -278,8 +278,7 @@ class NatsBoard final : public Board {
         set(natsOptions_SetPingInterval(options, kPingEveryMs));
         set(natsOptions_SetMaxPingsOut(options, kPingsOut));
         set(natsOptions_SetErrorHandler(options, &ignore_errors, nullptr));
-        // What was asked of a connection that is gone fails at once, and does not wait for the
-        // next.
+        // A request to a connection that is gone fails at once, and does not wait for the next.
         set(natsOptions_SetFailRequestsOnDisconnect(options, true));
         if (secure) {
             set(natsOptions_SetSecure(options, true));

@@ -36,7 +36,7 @@ class WorldLease {
 
     /// One attempt to get the world, to be repeated a few times a second.
     LeaseState claim();
-    /// What others shall see; renew() writes it.
+    /// Changes the entry that others see; renew() writes it.
     void describe(const std::function<void(proto::cluster::WorldEntry&)>& change);
     /// One attempt to renew, to be repeated several times a lease.
     LeaseState renew();

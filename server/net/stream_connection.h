@@ -55,7 +55,7 @@ struct TlsStats {
     std::map<std::string, std::uint64_t, std::less<>> websocket_refused;
 };
 
-/// What a WebSocket is let in by.
+/// The rule by which a WebSocket is let in.
 struct WebSocketGate {
     /// Pages of these sites may connect ("https://play.example"). A client that is no browser sends
     /// no origin, and is let in as over TCP.

@@ -92,7 +92,7 @@ void StreamConnection::answer_upgrade(std::size_t length) {
     pending_.back().own.assign(answer.begin(), answer.end());
     queued_ += answer.size();
     reader_.emplace(wire::WebSocketEnd::kServer, limits_.max_frame_bytes);
-    // What came behind the request is the client's first message already.
+    // Bytes behind the request are the client's first message already.
     std::copy(in_.begin() + static_cast<std::ptrdiff_t>(length),
               in_.begin() + static_cast<std::ptrdiff_t>(filled_),
               in_.begin());

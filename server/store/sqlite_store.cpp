@@ -144,8 +144,9 @@ class SqliteStore final : public Store {
         SqliteStatement& s = fresh(kGetStand);
         s.bind(std::string_view(account));
         s.bind(std::string_view(character));
-        return one<StandingPlace>(
-            s, [&] { return StandingPlace{{s.real(0), s.real(1), s.real(2)}, s.text(3)}; });
+        return one<StandingPlace>(s, [&] {
+            return StandingPlace{{s.real(0), s.real(1), s.real(2)}, s.text(3)};
+        });
     }
 
     StoreResult<std::vector<PutBan>> bans() override {

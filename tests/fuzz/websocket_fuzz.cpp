@@ -41,7 +41,7 @@ Heard hear(wire::WebSocketEnd end, std::span<const std::uint8_t> bytes, std::siz
     return heard;
 }
 
-/// What is written for a message is read again.
+/// The bytes written for a message are read again.
 void write_and_read(std::span<const std::uint8_t> payload) {
     Bytes out;
     wire::write_masked_frame(wire::WebSocketOpcode::kBinary, payload, 0x55AA33CC, out);

@@ -216,7 +216,7 @@ class Player {
 
     struct Background {
         int line = 0;
-        int exit_code = 0;  ///< that it must end with
+        int exit_code = 0;  ///< expected at its end
         std::unique_ptr<ShellChild> child;
     };
 

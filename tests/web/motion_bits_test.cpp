@@ -1,4 +1,4 @@
-// What a browser's build computes is what the server computes: to the last bit where neither the C
+// A browser's build computes what the server computes: to the last bit where neither the C
 // library nor Eigen's order of sums takes part, and closely elsewhere.
 #include "tests/web/motion_bits.h"
 

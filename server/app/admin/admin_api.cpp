@@ -68,7 +68,7 @@ std::string reachable_address(const config::Settings& settings, std::uint16_t po
            std::to_string(port);
 }
 
-/// What browsers call the sites of the admin server's own pages.
+/// The admin server's own pages as origins, as browsers write them.
 std::vector<std::string> own_origins(const config::Settings& settings, std::uint16_t port) {
     const std::string tail = ":" + std::to_string(port);
     const std::string& address = settings.server.network.admin_address;

@@ -16,7 +16,7 @@ inline constexpr std::size_t kPieceBytes = 262144;
 /// is shown; 0: none is.
 [[nodiscard]] std::string scene_json(const config::Settings& settings, Tick recorded = 0);
 
-/// What the page /play must know of the world beside what the server tells every client: what it is
+/// Facts of the world for the page /play, beside what the server tells every client: what it is
 /// called, how types look, and where the WebSocket is (0: nowhere).
 [[nodiscard]] std::string play_json(const config::Settings& settings,
                                     std::uint16_t websocket_port,

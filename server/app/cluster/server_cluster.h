@@ -62,7 +62,7 @@ class ServerCluster {
     /// A login that came with a good ticket. `let_in` gets the place where the avatar appears; it
     /// is not called where the account is not this world's.
     void admit(const session::LoginToStore& login, std::function<void(const Place&)> let_in);
-    /// What a tick has seen.
+    /// Wishes and departures of a tick.
     void on_tick(std::span<const TravelWish> wishes, std::span<const ClientId> departed);
     void set_draining();
     /// No travel any more. What is on its way stays so on the board, or here.

@@ -220,7 +220,7 @@ void ServerCluster::give_again(ClientId client,
         log_of(LogArea::kCluster).info("account {} went to the world {}", account, to);
     } else {
         // A write whose answer was lost, and which the other world has taken up since; or a server
-        // that took this world while this one was cut off.
+        // took this world while this one was cut off.
         proto::cluster::AccountEntry present;
         static_cast<void>(present.ParseFromString(write->present.value));
         world = present.world();

@@ -117,7 +117,7 @@ struct StoreArguments {
     unsigned count = 20;
 };
 
-/// What operators ask of a cluster.
+/// Questions and orders of operators to a cluster.
 struct ClusterArguments {
     std::vector<std::string> urls;
     std::string realm = "zoned";

@@ -29,7 +29,7 @@ class TornIslands {
   public:
     void reserve(std::size_t bodies, std::size_t contacts);
 
-    /// What an island may not do in a step.
+    /// Beyond these an island is torn.
     struct TearLimits {
         float gap_m = 0.005F;         ///< a joint opens no further
         Vec3 gravity = Vec3::Zero();  ///< m/s2

@@ -48,7 +48,7 @@ inline constexpr std::size_t kMaxWebSocketHead = 14;
 /// Longest payload of Close, Ping and Pong.
 inline constexpr std::size_t kMaxWebSocketControl = 125;
 
-/// What the reader has found: a whole message, or a control frame.
+/// The reader's find: a whole message, or a control frame.
 struct WebSocketItem {
     WebSocketOpcode opcode = WebSocketOpcode::kBinary;  ///< kBinary, kClose, kPing or kPong
     std::span<const std::uint8_t> payload;              ///< until the next call

@@ -15,7 +15,7 @@ inline constexpr std::string_view kWebSocketProtocol = "zoned";
 /// Longest request or answer, the empty line at its end included.
 inline constexpr std::size_t kMaxUpgradeBytes = 8192;
 
-/// What a request says; all of it is the client's word.
+/// A request's contents; all of it is the client's word.
 struct UpgradeRequest {
     std::string host;
     std::string origin;      ///< empty: no browser asks

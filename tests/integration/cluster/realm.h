@@ -65,7 +65,7 @@ class Wanderer final : public link::SessionHandler {
 
     bool on_packet(const link::OpenedPacket&) override { return true; }
 
-    std::string world;  ///< that it is in, or was last
+    std::string world;  ///< the one it is in, or was in last
     int joins = 0;
     std::uint64_t travels = 0;  ///< of sessions before this one
     std::vector<double> gaps_s;
@@ -109,7 +109,7 @@ class Realm : public ::testing::Test {
 
     /// The record that each account has of its own.
     void give_tokens(const World& world, const std::vector<std::string>& accounts);
-    /// What is wrong with owners by the journal, and with records by the board and the stores of
+    /// Faults of owners by the journal, and with records by the board and the stores of
     /// servers that have stopped; empty: nothing.
     std::vector<std::string> findings();
 

@@ -168,7 +168,7 @@ TEST_F(Travel, KillsAtEachStepLoseAndDoubleNobody) {
                "testing.travel.die_after=" + std::to_string(1 + (random >> 16U) % 3)},
               false);
     };
-    // Those that run so far die at no step.
+    // Servers that run so far die at no step.
     castle.server->signal(SIGKILL);
     meadow.server->signal(SIGKILL);
     castle.server->wait(kPatience);

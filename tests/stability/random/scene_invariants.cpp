@@ -235,8 +235,8 @@ void SceneInvariants::unite(std::size_t a, std::size_t b) {
     }
 }
 
-/// Whether the bodies may have touched in the last step: spheres about their paths overlap. A body
-/// that bounced has gone farther than from its first place to its last.
+/// Whether the bodies may have touched in the last step: spheres about their paths overlap. After
+/// a bounce a body has gone farther than from its first place to its last.
 bool SceneInvariants::near(std::size_t a, std::size_t b) const {
     const auto path = [this](std::size_t i) {
         const double speed = std::max(places_[i].velocity.norm(), before_[i].velocity.norm());

@@ -103,7 +103,7 @@ TEST(AgeOf, IsWhatHasGoneBySinceTheFirstOfSeveralLostInARow) {
 /// The server acts at ticks: a resend leaves up to two ticks later than a round trip and a tick.
 TEST(AgeOf, CoversTheTickAtWhichAPacketIsGivenUp) {
     const link::ArrivalLog log = log_without({150});
-    // What tick 155 sends again comes at tick 157, and is shown from then on.
+    // The packet that tick 155 sends again comes at tick 157, and is shown from then on.
     EXPECT_NEAR(age_at(156, log, carried_by({150})).age_s, 7 * kTick_s, 1e-9);
 }
 

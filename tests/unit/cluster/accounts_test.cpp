@@ -44,9 +44,19 @@ TEST_F(AccountsOfARealm, TheFirstWorldThatAnAccountLogsInToHasIt) {
     const AccountClaim other = meadow.claim("ann", 2, true);
     EXPECT_EQ(other.owner, Owner::kElsewhere);
     EXPECT_EQ(other.entry.world(), "castle");
-    const int writes = board_a.writes;
-    EXPECT_EQ(castle.claim("ann", 1, true).revision, first.revision);
-    EXPECT_EQ(board_a.writes, writes) << "what is known needs no write";
+    EXPECT_GT(castle.claim("ann", 1, true).revision, first.revision) << "each login writes";
+    EXPECT_EQ(castle.claim("ann", 1, false).owner, Owner::kHere);
+}
+
+/// A board of several servers answers at times with what was before.
+TEST_F(AccountsOfARealm, AnAnswerOfYesterdayLetsNobodyIn) {
+    const AccountClaim here = castle.claim("ann", 1, true);
+    board_a.stale = *board_a.get(Accounts::key_of("ann"));
+    SettledWrite given = gift(here);
+    ASSERT_EQ(given.attempt(board_b), Outcome::kDone);
+    EXPECT_EQ(castle.claim("ann", 1, true).owner, Owner::kAgain);
+    board_a.stale.reset();
+    EXPECT_EQ(castle.claim("ann", 1, true).owner, Owner::kElsewhere);
 }
 
 TEST_F(AccountsOfARealm, AnAccountGoesToAnotherWorldWithItsRecords) {

@@ -1,4 +1,4 @@
-// What a board promises, for each kind of board.
+// The promises of a board, for each kind of board.
 #include "server/cluster/local_board.h"
 #include "server/cluster/nats_board.h"
 #include "server/net/certificate.h"

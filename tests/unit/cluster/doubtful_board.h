@@ -59,7 +59,7 @@ class DoubtfulBoard final : public Board {
 
     Mood mood = Mood::kGood;
     int writes = 0;
-    std::optional<BoardEntry> stale;  ///< what get() gives, as a server that is behind
+    std::optional<BoardEntry> stale;  ///< get() gives it, as a server that is behind
 
   private:
     std::unique_ptr<Board> behind_;

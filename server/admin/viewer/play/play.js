@@ -166,7 +166,7 @@ function act(name) {
 
 function takeEvents() {
   for (let event = page.client.event(); event; event = page.client.event()) {
-    if (event.kind === 22) {
+    if (event.kind === sandbox.INVENTORY) {
       page.items = sandbox.read(event.payload).numbers(1);
     }
     const text = sandbox.describe(event, page.own?.id);

@@ -5,6 +5,8 @@ export const SHOOT = 2;
 export const PICK_UP = 3;
 export const THROW = 4;
 export const PUSH = 5;
+// An event of it, to the owner of what is carried.
+export const INVENTORY = 22;
 
 /** Writes the fields of a Protocol Buffers message; those that are 0 or empty are left out. */
 class Writer {
