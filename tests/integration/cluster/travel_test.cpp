@@ -249,19 +249,26 @@ TEST_F(Travel, AServerWhoseLeaseEndedTakesNobodyInUntilItIsRenewed) {
         kPatience));
     // Without a lease a login is refused; those inside play on.
     add("late");
+    EXPECT_TRUE(play_until(
+        [&] {
+            return players.back()->trouble().find("lost touch with its cluster") !=
+                   std::string::npos;
+        },
+        kPatience))
+        << players.back()->trouble();
     play_until([] { return false; }, 1.0);
     EXPECT_EQ(players.back()->joins, 0);
-    EXPECT_NE(players.back()->trouble().find("lost touch with its cluster"), std::string::npos)
-        << players.back()->trouble();
     nats->start();
     EXPECT_TRUE(play_until([&] { return players.back()->joins > 0; }, kPatience))
         << castle.server->errors();
-    EXPECT_NE(castle.server->errors().find("is renewed again"), std::string::npos);
+    // The log has a thread of its own, and may come after the login.
+    EXPECT_TRUE(castle.server->wait_for_errors("is renewed again", kPatience))
+        << castle.server->errors();
     end();
 }
 
 TEST_F(Travel, AStandbyTakesTheWorldWhenItsServerStopsOrDies) {
-    cluster_lines = "lease_s: 2";
+    cluster_lines = "lease_s: 6";
     begin(1);
     World standby{"castle", {}, {}, 0, nullptr};
     write_config(standby, "meadow", "");
@@ -273,7 +280,7 @@ TEST_F(Travel, AStandbyTakesTheWorldWhenItsServerStopsOrDies) {
     double begun = now_s();
     stop(castle);
     wait_until_ready(standby);
-    EXPECT_LT(now_s() - begun, 1.9) << "what was given back needs no wait";
+    EXPECT_LT(now_s() - begun, 5.5) << "what was given back needs no wait";
     // Dead, the other way round, with another state folder: after the lease.
     start(castle, {}, false);
     EXPECT_FALSE(castle.server->wait_for_output("ready ", 1.0));
@@ -281,14 +288,14 @@ TEST_F(Travel, AStandbyTakesTheWorldWhenItsServerStopsOrDies) {
     standby.server->signal(SIGKILL);
     ASSERT_EQ(standby.server->wait(kPatience), 128 + SIGKILL);
     wait_until_ready(castle);
-    EXPECT_GT(now_s() - begun, 1.5);
-    EXPECT_LT(now_s() - begun, 10.0);
+    EXPECT_GT(now_s() - begun, 4.5);
+    EXPECT_LT(now_s() - begun, 60.0);
     // The next process of the same state folder need not wait.
     castle.server->signal(SIGKILL);
     castle.server->wait(kPatience);
     begun = now_s();
     start(castle);
-    EXPECT_LT(now_s() - begun, 1.9);
+    EXPECT_LT(now_s() - begun, 5.5);
     stop(castle);
     stop(meadow);
 }
@@ -329,10 +336,7 @@ TEST_F(Travel, OperatorsSeeAndDrainTheServersOfARealm) {
                  "session.ticket_public_key_file=\"" + folder + "/login.pub\"",
                  "--cluster",
                  "nats://u:hush@127.0.0.1:1"});
-    const double until = now_s() + kPatience;
-    while (waits.errors().find("trying again") == std::string::npos && now_s() < until) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    EXPECT_TRUE(waits.wait_for_errors("trying again", kPatience));
     EXPECT_NE(waits.errors().find("cannot connect to the cluster at nats://127.0.0.1:1"),
               std::string::npos)
         << waits.errors();

@@ -111,7 +111,7 @@ TEST_F(Admin, ChangesTheLogLevelByCtl) {
     EXPECT_EQ(ctl({"log-level", "info", "--area", "session"}), 0) << complained;
     EXPECT_EQ(ctl({"kick", "--client", "1"}), 0) << complained;
     EXPECT_TRUE(wait_for_sessions(0));
-    EXPECT_NE(server->errors().find(" left: "), std::string::npos) << server->errors();
+    EXPECT_TRUE(server->wait_for_errors(" left: ", kPatience)) << server->errors();
     EXPECT_EQ(ctl({"log-level", "loud"}), 2);
     EXPECT_EQ(ctl({"log-level", "info", "--area", "nowhere"}), 2);
     EXPECT_EQ(status_of(order("/api/v1/log-level", "{\"level\": \"info\", \"area\": \"nowhere\"}")),
@@ -183,13 +183,7 @@ TEST_F(Reloaded, TakesNothingOfABadConfig) {
     // Signals do the same as ctl.
     write(with("session {", "session { grace_s: 7 "));
     server->signal(SIGHUP);
-    for (int i = 0;
-         i < 200 && server->errors().find("session.grace_s 30 -> 7") == std::string::npos;
-         ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-    EXPECT_NE(server->errors().find("session.grace_s 30 -> 7"), std::string::npos)
-        << server->errors();
+    EXPECT_TRUE(server->wait_for_errors("session.grace_s 30 -> 7", kPatience)) << server->errors();
 }
 
 TEST_F(Admin, SpeaksTlsWhereOthersCanAsk) {

@@ -67,13 +67,23 @@ Child::~Child() {
 }
 
 bool Child::wait_for_output(const std::string& text, double seconds) {
+    return wait_for_text(&Child::output, text, seconds);
+}
+
+bool Child::wait_for_errors(const std::string& text, double seconds) {
+    return wait_for_text(&Child::errors, text, seconds);
+}
+
+bool Child::wait_for_text(std::string (Child::*stream)() const,
+                          const std::string& text,
+                          double seconds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     while (std::chrono::steady_clock::now() < end) {
-        if (output().find(text) != std::string::npos) {
+        if ((this->*stream)().find(text) != std::string::npos) {
             return true;
         }
         if (wait(0.0) >= 0) {
-            return output().find(text) != std::string::npos;
+            return (this->*stream)().find(text) != std::string::npos;
         }
         std::this_thread::sleep_for(kPoll);
     }

@@ -11,8 +11,8 @@ namespace zoned::testing_process {
 /// Starts at construction; killed at destruction if it still runs.
 class Child {
   public:
-    /// `program` is a name within the build folder, or a path from the root. Standard output and error go to files of the
-    /// test's own folder.
+    /// `program` is a name within the build folder, or a path from the root. Standard output and
+    /// error go to files of the test's own folder.
     Child(const std::string& program, const std::vector<std::string>& arguments);
     ~Child();
     Child(const Child&) = delete;
@@ -21,6 +21,9 @@ class Child {
     /// Waits until `text` stands in the standard output; false after `seconds` or when the program
     /// ended without it.
     bool wait_for_output(const std::string& text, double seconds);
+    /// The same in the standard error, which has the log: its thread may write a line after what
+    /// the line tells.
+    bool wait_for_errors(const std::string& text, double seconds);
     void signal(int number) const;
     /// Exit code; 128 + signal when a signal ended it; -1 when it still runs after `seconds`.
     int wait(double seconds);
@@ -31,6 +34,10 @@ class Child {
     [[nodiscard]] std::string errors() const;
 
   private:
+    bool wait_for_text(std::string (Child::*stream)() const,
+                       const std::string& text,
+                       double seconds);
+
     std::string out_file_;
     std::string err_file_;
     pid_t pid_ = -1;

@@ -36,13 +36,6 @@ class Faulty : public Admin {
         admin_port = static_cast<std::uint16_t>(number_after(server->output(), "admin="));
     }
 
-    bool wait_for_log(const std::string& text) const {
-        for (int i = 0; i < 600 && server->errors().find(text) == std::string::npos; ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
-        }
-        return server->errors().find(text) != std::string::npos;
-    }
-
     static std::vector<std::string> crash_files() {
         std::vector<std::string> out;
         for (const auto& entry : std::filesystem::directory_iterator(scratch_folder())) {
@@ -79,7 +72,8 @@ TEST_F(Faulty, OneZoneStopsWhereItsRulesThrow) {
     std::vector<std::string> arguments = play(6, 20);
     arguments.insert(arguments.end(), {"--no-audit", "--no-freeze"});
     players = std::make_unique<Child>("client-sim", arguments);
-    ASSERT_TRUE(wait_for_log("zone 1 stopped at tick 150 in the pass rules: testing.break_zone"))
+    ASSERT_TRUE(server->wait_for_errors(
+        "zone 1 stopped at tick 150 in the pass rules: testing.break_zone", kPatience))
         << server->errors();
     EXPECT_NE(server->errors().find("testing.break_zone: this server makes faults on purpose"),
               std::string::npos);

@@ -96,10 +96,7 @@ TEST_F(Process, ReadsBrainsAnewAndReplaysTheRun) {
     ASSERT_TRUE(server.wait_for_output("ready ", kPatience)) << server.errors();
     const auto reload_until = [&server](const std::string& words) {
         server.signal(SIGHUP);
-        for (int i = 0; i < 600 && server.errors().find(words) == std::string::npos; ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        }
-        EXPECT_NE(server.errors().find(words), std::string::npos) << server.errors();
+        EXPECT_TRUE(server.wait_for_errors(words, kPatience)) << server.errors();
     };
     // Watchmen stroll instead of walking their round.
     write(with("state { name: \"walk\" action: PATROL", "state { name: \"walk\" action: WANDER"));

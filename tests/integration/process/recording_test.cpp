@@ -18,17 +18,6 @@ using testing::HasSubstr;
 
 class Recorded : public Process {
   protected:
-    /// Waits until `text` stands in the server's log.
-    static bool logs(const Child& server, const std::string& text) {
-        for (int i = 0; i < 600; ++i) {
-            if (server.errors().find(text) != std::string::npos) {
-                return true;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        }
-        return false;
-    }
-
     /// Exit code of `zoned replay` with these arguments; its output is kept.
     int replay(const std::vector<std::string>& arguments) {
         std::vector<std::string> all{"replay"};
@@ -70,7 +59,8 @@ TEST_F(Recorded, LastInputsOfAKilledServerAreReplayedAndKeptByTheNext) {
     EXPECT_GT(number_after(out, "replayed "), 30);
 
     const auto next = start_server();
-    ASSERT_TRUE(logs(*next, "an earlier run did not end in good order")) << next->errors();
+    ASSERT_TRUE(next->wait_for_errors("an earlier run did not end in good order", kPatience))
+        << next->errors();
     std::string kept;  // the newest: names hold the time
     for (const auto& entry : fs::directory_iterator(scratch_folder())) {
         if (entry.path().filename().string().starts_with("ring-")) {
@@ -143,7 +133,8 @@ TEST_F(Recorded, PlayGoesOnWhenTheDiskIsFullAndTheReportIsWritten) {
                                           "--report",
                                           report});
         Child client("client-sim", play(20, 12));
-        EXPECT_TRUE(logs(*server, "No space left on device")) << server->errors();
+        EXPECT_TRUE(server->wait_for_errors("No space left on device", kPatience))
+            << server->errors();
         EXPECT_EQ(client.wait(0.0), -1) << "it is told while play goes on";
         EXPECT_EQ(client.wait(kPatience), 0) << client.output();
         server->signal(SIGTERM);

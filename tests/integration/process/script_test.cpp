@@ -78,10 +78,7 @@ TEST_F(Scripted, ReadsTheScriptAnewBetweenTwoTicksAndReplaysTheRun) {
     const auto server = start_server({"--set", "recording.file=\"" + recording + "\""}, config);
     Child client("client-sim", play(4, 8));
     const auto wait_for = [&server](const std::string& words) {
-        for (int i = 0; i < 600 && server->errors().find(words) == std::string::npos; ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        }
-        EXPECT_NE(server->errors().find(words), std::string::npos) << server->errors();
+        EXPECT_TRUE(server->wait_for_errors(words, kPatience)) << server->errors();
     };
     wait_for("arena.lua: before true");
     world_with("function on_tick(\n");
