@@ -1,6 +1,5 @@
 # libzoned_client.so: what a game in any language loads to join a server. It holds the client's half of the code, compiled once
 # more: for any 64-bit PC, small, position-independent, and without a symbol but those of zoned_client.h.
-include(GNUInstallDirs)
 set(LIBRARY client-sim/library)
 set(LIBRARY_SOURCES)
 foreach(FOLDER shared/core shared/math shared/clock shared/motion shared/wire client-sim/link client-sim/view ${LIBRARY})

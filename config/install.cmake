@@ -1,8 +1,5 @@
 # cmake --install: programs, the worlds that come with them, guides and notices. What a world names (geometry, policies) is
 # installed beside it, so that the installed `zoned serve --config <a world>` runs.
-include(GNUInstallDirs)
-set(ZONED_DATA_DIR ${CMAKE_INSTALL_DATADIR}/zoned)
-
 install(TARGETS zoned client-sim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 file(GLOB WORLDS CONFIGURE_DEPENDS config/*.txtpb)
 install(FILES ${WORLDS} DESTINATION ${ZONED_DATA_DIR}/worlds)
@@ -16,12 +13,14 @@ install(DIRECTORY config/guides DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 # The client library for games: header, pkg-config and CMake targets, modules for Python and C#, examples.
 set(ZONED_LIBRARY ${PROJECT_SOURCE_DIR}/client-sim/library)
-install(TARGETS zoned_client EXPORT zoned_client LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(FILES ${ZONED_LIBRARY}/zoned_client.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT zoned_client NAMESPACE zoned_client:: FILE zoned_client-config.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/zoned_client)
+install(TARGETS zoned_client EXPORT zoned_client
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} NAMELINK_COMPONENT development)
+install(FILES ${ZONED_LIBRARY}/zoned_client.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(EXPORT zoned_client NAMESPACE zoned_client:: FILE zoned_client-config.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/zoned_client COMPONENT development)
 file(RELATIVE_PATH ZONED_CLIENT_PREFIX ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 configure_file(${ZONED_LIBRARY}/zoned_client.pc.in ${PROJECT_BINARY_DIR}/zoned_client.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/zoned_client.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${PROJECT_BINARY_DIR}/zoned_client.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 install(DIRECTORY ${ZONED_LIBRARY}/python ${ZONED_LIBRARY}/csharp ${ZONED_LIBRARY}/c DESTINATION ${ZONED_DATA_DIR}/client
   FILES_MATCHING PATTERN "*.py" PATTERN "*.cs" PATTERN "*.c")
 

@@ -1,4 +1,4 @@
-# The Debian package, built where no Debian 12 is at hand. From the repository root:
+# The Debian packages, built where no Debian 12 is at hand. From the repository root:
 #   docker build -f docker/package.Dockerfile --output build/package .
 ARG BASE=debian:bookworm-slim
 FROM ${BASE} AS build
@@ -10,7 +10,7 @@ RUN apt-get update -q \
 COPY . .
 RUN cmake -S . -B /build -G Ninja -DZONED_TESTS=OFF -DZONED_UNITY=ON \
     && cmake --build /build --target package \
-    && mkdir /out && cp /build/zoned_*.deb /out/
+    && mkdir /out && cp /build/zoned_*.deb /build/zoned-dev_*.deb /out/
 
 FROM scratch
 COPY --from=build /out/ /

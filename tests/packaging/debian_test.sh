@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# debian_test.sh SOURCE BUILD: the Debian package from its making to its purge, in a bare Debian 12. Needs root and a network.
+# debian_test.sh SOURCE BUILD: the Debian packages from their making to their purge, in a bare Debian 12. Needs root and a network.
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 source_dir="$(cd "$1" && pwd)"
 build="$(cd "$2" && pwd)"
@@ -8,13 +8,15 @@ root="$scratch/root"
 need lintian lintian
 need systemd-analyze systemd
 
-say "the package"
+say "the packages"
 (umask 022 && cd "$build" && cpack -G DEB -B "$scratch/cpack" >"$scratch/cpack.log" 2>&1) || { tail -n 20 "$scratch/cpack.log"; fail cpack; }
 package="$(echo "$scratch"/cpack/zoned_*.deb)"
 [[ -f "$package" ]] || fail "no package was made"
+development="$(echo "$scratch"/cpack/zoned-dev_*.deb)"
+[[ -f "$development" ]] || fail "no package for games was made"
 # Neither a release of Debian nor a public address of the maintainers is there to be named.
-lintian --fail-on error --suppress-tags bad-distribution-in-changes-file,bogus-mail-host,bogus-mail-host-in-debian-changelog "$package" || fail "lintian finds errors"
-if [[ -d "$build" && -w "$build" ]]; then cp "$package" "$build/"; fi
+lintian --fail-on error --suppress-tags bad-distribution-in-changes-file,bogus-mail-host,bogus-mail-host-in-debian-changelog "$package" "$development" || fail "lintian finds errors"
+if [[ -d "$build" && -w "$build" ]]; then cp "$package" "$development" "$build/"; fi
 
 say "the unit"
 systemd-analyze security --offline=yes --threshold=20 "$source_dir/docker/debian/zoned.service" >"$scratch/security" 2>&1 ||
@@ -77,6 +79,17 @@ start second
 inside client-sim --connect 127.0.0.1:7777 --bots 1 --seconds 2 --no-audit --no-freeze --ticket /etc/zoned/ann.ticket >"$scratch/bot" 2>&1 || { cat "$scratch/bot"; fail "a bot with a ticket"; }
 stop second
 
+say "a game of one's own, built by its user with what the packages brought"
+cp "$development" "$root/root/zoned-dev.deb"
+inside apt-get install -q -y --no-install-recommends /root/zoned-dev.deb >"$scratch/apt.log" 2>&1 || { tail -n 20 "$scratch/apt.log"; fail "apt-get install of zoned-dev"; }
+inside useradd --create-home ann
+for language in "" --lua; do
+    # shellcheck disable=SC2086  # no argument at all in C++
+    inside su ann -c "cd && zoned new my_game$language $language --name my_game --test" >"$scratch/game.log" 2>&1 ||
+        { tail -n 30 "$scratch/game.log"; fail "a new game ($language)"; }
+done
+inside apt-get purge -q -y zoned-dev >/dev/null 2>&1 || fail "the purge of zoned-dev"
+
 say "an upgrade keeps what the operator changed"
 next="$scratch/next"
 dpkg-deb -R "$package" "$next"
@@ -102,4 +115,4 @@ inside apt-get purge -q -y zoned >/dev/null 2>&1 || fail "the purge"
 left="$(find "$root/etc/zoned" "$root/var/lib/zoned" "$root/usr/share/zoned" "$root/etc/default/zoned" 2>/dev/null || true)"
 [[ -z "$left" ]] || fail "the purge leaves $left"
 if inside getent passwd zoned >/dev/null; then fail "the purge leaves the user"; fi
-say "the package is made, installed, started, upgraded, removed and purged"
+say "the packages are made, installed, started, used for a game, upgraded, removed and purged"

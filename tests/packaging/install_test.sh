@@ -54,4 +54,13 @@ kill -TERM "$server"
 wait "$server" || fail "the server ends with $?"
 started=()
 grep -q '"state_hash"' report.json || fail "no report"
-say "installed: $count worlds are good, bots and games by the client library played in hills"
+# Games of one's own with the tools that come along; nothing is overwritten.
+"$prefix/bin/zoned" new my_game --test >game.log 2>&1 || { cat game.log; fail "a new game in C++"; }
+"$prefix/bin/zoned" new my_lua --lua --test >game.log 2>&1 || { cat game.log; fail "a new game in Lua"; }
+grep -q 'every hash agrees' game.log || { cat game.log; fail "the new game in Lua was not replayed"; }
+if "$prefix/bin/zoned" new my_game >game.log 2>&1; then fail "a game was overwritten"; fi
+# The game's own test is checked: rules with a clock are found.
+sed -i 's/#include <stdexcept>/#include <ctime>\n&/; s/= context.now() + /&clock() % 7 + /' my_game/game.cpp
+if CMAKE_PREFIX_PATH="$prefix" my_game/test.sh >game.log 2>&1; then fail "rules with a clock pass"; fi
+grep -q 'not the same in a second run' game.log || { cat game.log; fail "the test does not name the clock"; }
+say "installed: $count worlds are good, bots and games by the client library played in hills, new games pass their tests"

@@ -85,6 +85,7 @@ class Player {
             for (Step& step : steps) {
                 replace_number(step.text, port, other);
                 replace_number(step.background, port, other);
+                replace_number(step.append, port, other);
             }
         }
         for (const Step& step : steps) {

@@ -49,6 +49,25 @@ void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
     });
 }
 
+void add_new(CLI::App& app, NewArguments& a, std::function<int()>& run) {
+    CLI::App* c = app.add_subcommand(
+        "new", "Begin a game of your own: rules, world, test, image, in a folder of its own");
+    c->add_option("DIR", a.folder, "Folder to make; nothing is overwritten")->required();
+    c->add_option("--name", a.name, "Of the game; default: the last part of DIR");
+    c->add_flag("--lua", a.lua, "Rules in a script; default: in C++, linked into a server");
+    c->add_flag("--test", a.test, "Then build the game and run its test");
+    c->footer(
+        "A game in C++ needs the package zoned-dev, or a build folder of zoned.\n"
+        "Examples:\n"
+        "  zoned new my_game --test\n"
+        "  zoned new my_game --lua");
+    c->callback([&] {
+        run = [&a] {
+            return new_game(a);
+        };
+    });
+}
+
 void add_check(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
     CLI::App* c = app.add_subcommand(
         "check",
@@ -248,6 +267,7 @@ int run_command_line(int argc, char** argv) {
     app.set_version_flag("--version", "zoned " ZONED_VERSION ", built for " ZONED_TARGET_NAME);
     ServeArguments serve_arguments;
     ServeArguments check_arguments;
+    NewArguments new_arguments;
     ExplainArguments explain_arguments;
     TicketArguments ticket_arguments;
     ReplayArguments replay_arguments;
@@ -259,6 +279,7 @@ int run_command_line(int argc, char** argv) {
     std::string key_base;
     std::function<int()> run;
     add_serve(app, serve_arguments, run);
+    add_new(app, new_arguments, run);
     add_check(app, check_arguments, run);
     add_explain(app, explain_arguments, run);
     add_bake(app, bake_arguments, run);

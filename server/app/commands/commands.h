@@ -30,6 +30,13 @@ struct ServeArguments {
     std::vector<std::string> cluster;  ///< URLs of NATS servers; none: the realm is this process
 };
 
+struct NewArguments {
+    std::string folder;  ///< not there yet, or empty
+    std::string name;    ///< of the game; empty: the folder's
+    bool lua = false;    ///< rules in a script, in place of C++
+    bool test = false;   ///< goes on as the game's test.sh
+};
+
 struct ExplainArguments {
     std::string config;
     std::vector<std::string> sets;
@@ -127,6 +134,7 @@ struct ClusterArguments {
 };
 
 int serve(const ServeArguments& arguments);
+int new_game(NewArguments arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
 int explain_diagram(const ExplainArguments& arguments);

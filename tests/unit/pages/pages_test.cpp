@@ -140,6 +140,10 @@ TEST_F(Pages, GiveTheReaderPortsThatAreFree) {
         0u);
     EXPECT_EQ(played("<!-- page: ports 7777 -->\n```sh\n[ 7777 = 77'77' ]\n```\n").failures.size(),
               1u);
+    EXPECT_EQ(played("<!-- page: ports 7777 -->\n<!-- page: append 7777 -->\n"
+                     "```sh\ntest 77'77' !=\n```\n")
+                  .failures.size(),
+              0u);
 }
 
 TEST_F(Pages, SayWhatTheyDoNotRun) {
