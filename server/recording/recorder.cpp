@@ -56,10 +56,14 @@ Recorder::~Recorder() {
 
 Result<bool> Recorder::open() {
     if (!settings_.file.empty()) {
-        Result<bool> opened = file_.open(settings_.file, settings_.header);
+        before_file_ = settings_.begins.tick;
+        whole_tick_ = before_file_;
+        const Result<bool> opened = file_.open(
+            settings_.file, settings_.header, before_file_ > 0 ? &settings_.begins : nullptr);
         if (!opened.ok()) {
             return opened;
         }
+        settings_.begins = {};
     }
     if (settings_.ring_s > 0.0) {
         const auto ticks = static_cast<std::uint64_t>(settings_.ring_s * settings_.rate_hz);
@@ -99,14 +103,14 @@ std::shared_ptr<Inputs> Recorder::lend() {
     return {inputs.release(), give_back};
 }
 
-void Recorder::push(Entry entry, bool wake) {
+bool Recorder::push(Entry entry, bool wake) {
     {
         const std::lock_guard lock(mutex_);
         if (overflowed_ || entries_.size() >= most_entries_) {
             overflowed_ = true;
             // Nobody waits for what will never be written.
             inputs_written.fetch_add(entry.inputs ? 1 : 0, std::memory_order_relaxed);
-            return;
+            return false;
         }
         entries_.push_back(std::move(entry));
         wake = wake || orders_wait_;
@@ -114,24 +118,25 @@ void Recorder::push(Entry entry, bool wake) {
     if (wake) {
         filled_.notify_one();
     }
+    return true;
 }
 
 void Recorder::begin_tick(Tick tick, std::shared_ptr<const Inputs> inputs) {
     inputs_begun.fetch_add(1, std::memory_order_relaxed);
-    push({tick, std::move(inputs), {}, false, false}, true);
+    push({tick, std::move(inputs), {}, false, false, nullptr}, true);
 }
 
 void Recorder::end_tick(Tick tick, std::vector<std::uint64_t> hashes) {
     // They go to disk with the next tick: a replay needs the inputs, not these.
-    push({tick, nullptr, std::move(hashes), false, false}, false);
+    push({tick, nullptr, std::move(hashes), false, false, nullptr}, false);
 }
 
 void Recorder::cut_journal(Tick last) {
-    push({last, nullptr, {}, true, false}, false);
+    push({last, nullptr, {}, true, false, nullptr}, false);
 }
 
 void Recorder::forget_journal(Tick through) {
-    push({through, nullptr, {}, false, true}, false);
+    push({through, nullptr, {}, false, true, nullptr}, false);
 }
 
 void Recorder::run() {
@@ -213,6 +218,10 @@ void Recorder::write(const Entry& entry) {
     }
     if (entry.forgets) {
         journal_.forget(entry.tick);
+        return;
+    }
+    if (entry.begins) {
+        entry.begins->answer(begin_file(*entry.begins));
         return;
     }
     const std::string_view frame = entry.inputs ? encoder_.inputs(entry.tick, *entry.inputs)

@@ -24,6 +24,7 @@ using Inputs = std::vector<mailbox::InboxItem>;
 
 struct RecorderSettings {
     std::string file;         ///< the whole run; empty: none
+    RecordedState begins;     ///< what the file begins with; of tick 0: with tick 1
     std::string ring_folder;  ///< of the last seconds
     double ring_s = 0.0;      ///< 0: no ring
     double rate_hz = 30.0;    ///< ticks a second
@@ -78,11 +79,11 @@ class Recorder {
 
     /// Ends the recording of the file in good order; the ring goes on.
     void stop_file(RecordingAnswer answer);
-    /// Begins a file that does not exist yet. A replay starts with tick 1: where ticks have run,
-    /// the ring must hold all of them.
-    void start_file(std::string file, RecordingAnswer answer);
-    /// Writes the run up to now into a file of its own, that does not exist yet, whole or not at
-    /// all: from the file that is recorded, or from the ring where it holds the whole run.
+    /// On the tick loop's thread between two ticks: begins a file that does not exist yet with the
+    /// state that the world has now.
+    void start_file(std::string file, RecordedState state, RecordingAnswer answer);
+    /// Writes what is recorded up to now into a file of its own, that does not exist yet, whole or
+    /// not at all; where nothing is recorded, the whole run, if the ring holds it.
     void snapshot(std::string file, RecordingAnswer answer);
 
     /// Ends both recordings: the file gets its end mark, the ring goes, unless it is wanted for the
@@ -96,19 +97,25 @@ class Recorder {
     [[nodiscard]] const std::string& kept_ring() const { return ring_.kept(); }
 
   private:
+    struct Beginning {
+        std::string file;
+        RecordedState state;
+        RecordingAnswer answer;
+    };
+
     struct Entry {
         Tick tick = 0;
         std::shared_ptr<const Inputs> inputs;  ///< null: hashes
         std::vector<std::uint64_t> hashes;
-        bool cuts = false;     ///< the journal, before the next tick
-        bool forgets = false;  ///< what the journal holds up to `tick`
+        bool cuts = false;                        ///< the journal, before the next tick
+        bool forgets = false;                     ///< what the journal holds up to `tick`
+        std::shared_ptr<const Beginning> begins;  ///< a file, before the next tick
     };
 
     struct Pool;
 
     enum class Wish : std::uint8_t {
         kStop,
-        kStart,
         kSnapshot
     };
 
@@ -118,7 +125,8 @@ class Recorder {
         RecordingAnswer answer;
     };
 
-    void push(Entry entry, bool wake);
+    /// False: the writer is too far behind, nothing is written any more.
+    bool push(Entry entry, bool wake);
     void run();
     void write_all(const std::vector<Entry>& entries, std::vector<Order>& orders);
     void write(const Entry& entry);
@@ -127,7 +135,7 @@ class Recorder {
     void order(Wish wish, std::string file, RecordingAnswer answer);
     void carry_out(std::vector<Order>& orders);
     core::Result<std::string> end_file();
-    core::Result<std::string> begin_file(const std::string& file);
+    core::Result<std::string> begin_file(const Beginning& beginning);
     /// Answers at once or from `copier_`.
     void copy_run(const Order& order);
     void fall_behind();
@@ -140,6 +148,7 @@ class Recorder {
     Journal journal_;
     FrameEncoder encoder_;
     Tick whole_tick_ = 0;       // the last one with hashes
+    Tick before_file_ = 0;      // the tick before the file's first one
     bool within_tick_ = false;  // its inputs are written, its hashes are not
     std::thread copier_;
     std::atomic<bool> copies_{false};

@@ -12,12 +12,15 @@ namespace fs = std::filesystem;
 using core::Result;
 
 constexpr const char* kNotWhole =
-    "a replay starts with tick 1, and the inputs since then are not kept any more: set "
-    "recording.file, or a recording.ring_s that is longer than the run";
+    "nothing is recorded, and recording.ring_s is shorter than the run, so that its first inputs "
+    "are not kept any more: `zoned ctl record on` begins a recording now";
 
-std::string text_of(const std::string& file, Tick last, std::uint64_t bytes) {
-    return file + " holds ticks 1 to " + std::to_string(last) + ", " + std::to_string(bytes) +
-           " bytes";
+std::string text_of(const std::string& file, Tick before, Tick last, std::uint64_t bytes) {
+    if (last <= before) {
+        return file + " holds no tick";
+    }
+    return file + " holds ticks " + std::to_string(before + 1) + " to " + std::to_string(last) +
+           ", " + std::to_string(bytes) + " bytes";
 }
 
 /// Fails where something has this name, or its folder cannot be made.
@@ -54,14 +57,9 @@ Result<bool> publish(RecordingFile& part, const std::string& file) {
 }
 
 /// Copies whole ticks of a recording that grows meanwhile, up to one of them.
-Result<bool> copy_ticks(const std::string& from, Tick last, RecordingFile& out) {
-    RecordingReader reader;
-    const Result<bool> opened = reader.open(from);
-    if (!opened.ok()) {
-        return opened;
-    }
+Result<bool> copy_ticks(RecordingReader& reader, Tick last, RecordingFile& out) {
     TickRecord record;
-    Tick done = 0;
+    Tick done = reader.state() ? reader.state()->tick : 0;
     while (done < last) {
         const Result<bool> more = reader.next(record);
         if (!more.ok()) {
@@ -81,10 +79,16 @@ Result<std::string> copy_to(const std::string& from,
                             Tick last,
                             const RecordingHeader& header,
                             const std::string& file) {
+    RecordingReader reader;
+    Result<bool> done = reader.open(from);
+    if (!done.ok()) {
+        return Result<std::string>::failure(done.error());
+    }
+    const RecordedState* state = reader.state() ? &*reader.state() : nullptr;
     RecordingFile part;
-    Result<bool> done = part.open(part_of(file), header);
+    done = part.open(part_of(file), header, state);
     if (done.ok()) {
-        done = copy_ticks(from, last, part);
+        done = copy_ticks(reader, last, part);
     }
     if (!done.ok()) {
         std::error_code error;
@@ -95,7 +99,7 @@ Result<std::string> copy_to(const std::string& from,
     if (!done.ok()) {
         return Result<std::string>::failure(done.error());
     }
-    return text_of(file, last, part.bytes());
+    return text_of(file, state != nullptr ? state->tick : 0, last, part.bytes());
 }
 
 }  // namespace
@@ -104,8 +108,13 @@ void Recorder::stop_file(RecordingAnswer answer) {
     order(Wish::kStop, {}, std::move(answer));
 }
 
-void Recorder::start_file(std::string file, RecordingAnswer answer) {
-    order(Wish::kStart, std::move(file), std::move(answer));
+void Recorder::start_file(std::string file, RecordedState state, RecordingAnswer answer) {
+    const Tick tick = state.tick;
+    const auto beginning = std::make_shared<const Beginning>(
+        Beginning{std::move(file), std::move(state), std::move(answer)});
+    if (!push({tick, nullptr, {}, false, false, beginning}, true)) {
+        beginning->answer(Result<std::string>::failure("the disk is too far behind"));
+    }
 }
 
 void Recorder::snapshot(std::string file, RecordingAnswer answer) {
@@ -132,7 +141,7 @@ void Recorder::carry_out(std::vector<Order>& orders) {
         if (order.wish == Wish::kSnapshot) {
             copy_run(order);
         } else {
-            order.answer(order.wish == Wish::kStop ? end_file() : begin_file(order.file));
+            order.answer(end_file());
         }
     }
     orders.clear();
@@ -147,25 +156,20 @@ Result<std::string> Recorder::end_file() {
         file_told_ = true;
         return Result<std::string>::failure(closed.error());
     }
-    return text_of(file_.name(), whole_tick_, file_.bytes());
+    return text_of(file_.name(), before_file_, whole_tick_, file_.bytes());
 }
 
-Result<std::string> Recorder::begin_file(const std::string& file) {
+Result<std::string> Recorder::begin_file(const Beginning& beginning) {
+    const std::string& file = beginning.file;
     if (file_.is_open() && file_.error().empty()) {
         return Result<std::string>::failure(file_.name() + " is recorded already");
-    }
-    if (whole_tick_ > 0 && ring_.first_tick() != 1) {
-        return Result<std::string>::failure(kNotWhole);
     }
     Result<bool> done = make_room(file);
     if (!done.ok()) {
         return Result<std::string>::failure(done.error());
     }
     RecordingFile fresh;
-    done = fresh.open(file, settings_.header);
-    if (done.ok() && whole_tick_ > 0) {
-        done = copy_ticks(settings_.ring_folder, whole_tick_, fresh);
-    }
+    done = fresh.open(file, settings_.header, &beginning.state);
     if (!done.ok()) {
         std::error_code error;
         fs::remove(file, error);
@@ -173,14 +177,15 @@ Result<std::string> Recorder::begin_file(const std::string& file) {
     }
     file_ = std::move(fresh);
     file_told_ = false;
-    return "recording into " + file + ", from tick 1 on";
+    before_file_ = beginning.state.tick;
+    return "recording into " + file + ", from tick " + std::to_string(before_file_ + 1) + " on";
 }
 
 void Recorder::copy_run(const Order& order) {
     const bool from_file = file_.is_open() && file_.error().empty();
-    if (whole_tick_ == 0 || (!from_file && ring_.first_tick() != 1)) {
-        order.answer(
-            Result<std::string>::failure(whole_tick_ == 0 ? "no tick has run yet" : kNotWhole));
+    const bool has_ticks = whole_tick_ > (from_file ? before_file_ : 0);
+    if (!has_ticks || (!from_file && ring_.first_tick() != 1)) {
+        order.answer(Result<std::string>::failure(!has_ticks ? "no tick has run yet" : kNotWhole));
         return;
     }
     if (copies_.exchange(true)) {

@@ -33,6 +33,11 @@ struct FrameEncoder::Impl {
         if (message.ByteSizeLong() > kMaxPayloadBytes || !message.AppendToString(&frame)) {
             return {};
         }
+        return with_head(kind, tick);
+    }
+
+    /// `frame` holds room for the head, and the payload.
+    std::string_view with_head(FrameKind kind, Tick tick) {
         const std::string_view payload = std::string_view(frame).substr(kFrameHeadBytes);
         FrameHead head;
         head.kind = kind;
@@ -83,6 +88,15 @@ std::string_view FrameEncoder::end(std::uint64_t ticks) {
     return impl_->encode(FrameKind::kEnd, 0, impl_->end);
 }
 
+std::string_view FrameEncoder::state(const RecordedState& state) {
+    if (state.bytes.size() > kMaxPayloadBytes) {
+        return {};
+    }
+    impl_->frame.assign(kFrameHeadBytes, '\0');
+    impl_->frame.append(state.bytes.begin(), state.bytes.end());
+    return impl_->with_head(FrameKind::kState, state.tick);
+}
+
 // ---------------------------------------------------------------- file
 
 RecordingFile::RecordingFile(RecordingFile&& other) noexcept {
@@ -120,7 +134,9 @@ void RecordingFile::fail(const std::string& reason) {
     [[maybe_unused]] const int cut = ::ftruncate(fd_, static_cast<off_t>(written_));
 }
 
-Result<bool> RecordingFile::open(const std::string& file, const RecordingHeader& header) {
+Result<bool> RecordingFile::open(const std::string& file,
+                                 const RecordingHeader& header,
+                                 const RecordedState* state) {
     shut();
     name_ = file;
     error_.clear();
@@ -136,6 +152,9 @@ Result<bool> RecordingFile::open(const std::string& file, const RecordingHeader&
     buffer_.assign(magic.begin(), magic.end());
     FrameEncoder encoder;
     append(encoder.header(header), false);
+    if (state != nullptr) {
+        append(encoder.state(*state), false);
+    }
     flush();
     if (!error_.empty()) {
         return Result<bool>::failure(error_);
@@ -149,7 +168,7 @@ void RecordingFile::append(std::string_view frame, bool begins_tick) {
     }
     if (frame.empty()) {
         flush();
-        fail("a tick is larger than 256 MiB");
+        fail("a tick, or the state of the world, is larger than 256 MiB");
         return;
     }
     ticks_ += begins_tick ? 1 : 0;

@@ -23,6 +23,7 @@ class FrameEncoder {
     std::string_view inputs(Tick tick, std::span<const mailbox::InboxItem> items);
     std::string_view hashes(Tick tick, std::span<const std::uint64_t> hashes);
     std::string_view end(std::uint64_t ticks);
+    std::string_view state(const RecordedState& state);
 
   private:
     struct Impl;
@@ -39,7 +40,10 @@ class RecordingFile {
     ~RecordingFile();  ///< flushes; without close() the file has no end mark
 
     /// Replaces an existing file; writes the header at once.
-    core::Result<bool> open(const std::string& file, const RecordingHeader& header);
+    /// `state`, where not null, is where the recording begins.
+    core::Result<bool> open(const std::string& file,
+                            const RecordingHeader& header,
+                            const RecordedState* state = nullptr);
     /// Appends an encoded frame of inputs or hashes, buffered until flush() or a MiB is full.
     void append(std::string_view frame, bool begins_tick);
     /// What was appended is the system's from here on, and survives the death of this process.

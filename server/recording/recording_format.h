@@ -17,7 +17,7 @@ namespace zoned::recording {
 /// hashes.
 inline constexpr std::uint32_t kSimulationGeneration = 16;
 /// Version of the file format, part of the file's first eight bytes.
-inline constexpr std::uint32_t kRecordingFormat = 2;
+inline constexpr std::uint32_t kRecordingFormat = 3;
 
 /// The header of a recording: the run that it comes from.
 struct RecordingHeader {
@@ -31,6 +31,13 @@ struct RecordingHeader {
 
     /// Program, target, compiler and generation of this build.
     static RecordingHeader of_this_build();
+};
+
+/// The whole state of a world after a tick, as app::World::save writes it: where a recording begins
+/// that was switched on while the world ran.
+struct RecordedState {
+    Tick tick = 0;
+    std::vector<std::uint8_t> bytes;
 };
 
 /// A tick: what the world was given before it, and the hash of each zone after it.
@@ -48,6 +55,8 @@ enum class FrameKind : std::uint32_t {
     kInputs = 2,
     kHashes = 3,
     kEnd = 4,
+    kState =
+        5,  ///< after the header, where the first tick is not tick 1; no message, but the bytes
 };
 
 inline constexpr std::size_t kMagicBytes = 8;
@@ -58,7 +67,7 @@ inline constexpr std::uint64_t kMaxPayloadBytes = 1ULL << 28U;
 struct FrameHead {
     FrameKind kind = FrameKind::kHeader;
     std::uint32_t length = 0;  ///< of the payload, bytes
-    Tick tick = 0;             ///< of inputs and hashes; 0 for the others
+    Tick tick = 0;             ///< of inputs, hashes and state; 0 for the others
     std::uint64_t checksum = 0;
 };
 

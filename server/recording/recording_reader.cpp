@@ -42,6 +42,7 @@ struct RecordingReader::Impl {
     std::size_t file = 0;  ///< the one that is read
     Stream stream;
     RecordingHeader header;
+    std::optional<RecordedState> state;
     std::uint64_t total = 0;
     std::uint64_t size = 0;  ///< of the file
     std::uint64_t at = 0;    ///< beginning of the next frame
@@ -72,6 +73,7 @@ struct RecordingReader::Impl {
     Result<bool> take();
     Result<bool> skip();
     Result<bool> read_header();
+    Result<bool> read_state();
     Result<bool> check_end();
     Result<bool> read_tick(TickRecord& record);
     Result<bool> kept(Result<bool> outcome);
@@ -190,7 +192,23 @@ Result<bool> RecordingReader::Impl::read_header() {
     header.config_text = from.config_text();
     header.config_digest = from.config_digest();
     header.seed = from.seed();
-    return true;
+    return file == 0 ? read_state() : Result<bool>(true);
+}
+
+/// A first piece may go on with the state of the world.
+Result<bool> RecordingReader::Impl::read_state() {
+    const Result<bool> more = peek();
+    if (!more.ok() || !*more || peeked->kind != FrameKind::kState) {
+        return more.ok() ? Result<bool>(true) : more;
+    }
+    const Tick tick = peeked->tick;
+    const Result<bool> taken = take();
+    if (taken.ok()) {
+        state = RecordedState{tick, {payload.begin(), payload.end()}};
+        last = tick;
+        payload = {};
+    }
+    return taken;
 }
 
 Result<bool> RecordingReader::Impl::check_end() {
@@ -272,6 +290,10 @@ Result<bool> RecordingReader::open(const std::string& path) {
 
 const RecordingHeader& RecordingReader::header() const {
     return impl_->header;
+}
+
+const std::optional<RecordedState>& RecordingReader::state() const {
+    return impl_->state;
 }
 
 std::uint64_t RecordingReader::bytes() const {

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace zoned::recording {
@@ -18,9 +19,12 @@ class RecordingReader {
     RecordingReader& operator=(RecordingReader&&) noexcept;
     ~RecordingReader();
 
-    /// Fails with a reason when nothing can be read, it is no recording, or it has another format.
+    /// Fails with a reason when nothing can be read, it is no recording, it has another format, or
+    /// the state that it begins with is damaged.
     core::Result<bool> open(const std::string& path);
     [[nodiscard]] const RecordingHeader& header() const;
+    /// The world's state before the first tick; none: it was not kept, or the first is tick 1.
+    [[nodiscard]] const std::optional<RecordedState>& state() const;
     /// Fails with both versions named where hashes of this build need not agree with the recorded
     /// ones: the simulation's generation or the processor target differ.
     [[nodiscard]] core::Result<bool> check_build() const;

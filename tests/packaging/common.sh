@@ -32,6 +32,7 @@ base_system() {
     if [[ -n "${ZONED_BASE_TAR:-}" ]]; then
         tar -C "$1" -xf "$ZONED_BASE_TAR"
         mkdir -p "$1"/{dev,proc,sys}
+        chmod 755 "$1"  # users have to get in, whatever the tar file says
     else
         need debootstrap debootstrap
         say "debootstrap"

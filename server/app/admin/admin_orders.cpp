@@ -146,7 +146,7 @@ std::vector<admin::AdminRoute> AdminApi::orders() {
          nullptr,
          &AdminApi::reload);
     post("/api/v1/record",
-         "End the recording of the run, or begin one where its first inputs are still kept",
+         "End the recording of the run, or begin one with the state of the world",
          proto::admin::RecordRequest::descriptor(),
          &AdminApi::record);
     post("/api/v1/snapshot",

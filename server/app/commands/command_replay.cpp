@@ -80,6 +80,11 @@ int describe(RecordingReader& reader, const ReplayArguments& arguments) {
                 static_cast<unsigned long long>(ticks),
                 number(first),
                 number(last));
+    if (reader.state()) {
+        std::printf("begins          with the state of tick %lld, %zu bytes\n",
+                    number(reader.state()->tick),
+                    reader.state()->bytes.size());
+    }
     std::printf("messages        %llu\n", static_cast<unsigned long long>(messages));
     std::printf("bytes           %llu\n", static_cast<unsigned long long>(reader.bytes()));
     if (ticks > 0 && record.hashes.empty()) {
@@ -90,16 +95,19 @@ int describe(RecordingReader& reader, const ReplayArguments& arguments) {
     }
     const auto comparable = reader.check_build();
     std::printf("ends            in good order\nreplay          %s\n",
-                !comparable.ok() ? comparable.error().c_str()
-                : first == 1     ? ("zoned replay " + arguments.file).c_str()
-                                 : "needs the world's state before its first tick");
+                !comparable.ok()               ? comparable.error().c_str()
+                : first == 1 || reader.state() ? ("zoned replay " + arguments.file).c_str()
+                                               : "needs the world's state before its first tick");
     return kGood;
 }
 
-/// Copies the ticks of a span into a recording of its own.
+/// Copies the ticks of a span into a recording of its own; with the state before them, where the
+/// span begins with the recording.
 int slice(RecordingReader& reader, const ReplayArguments& arguments) {
     recording::RecordingFile out;
-    const auto opened = out.open(arguments.out, reader.header());
+    const bool from_state = reader.state() && arguments.from <= reader.state()->tick + 1;
+    const auto opened =
+        out.open(arguments.out, reader.header(), from_state ? &*reader.state() : nullptr);
     if (!opened.ok()) {
         return complain(kEnvironment, opened.error());
     }
@@ -131,14 +139,14 @@ int slice(RecordingReader& reader, const ReplayArguments& arguments) {
     return ticks > 0 ? kGood : complain(kFailed, arguments.file + " holds no tick of that span");
 }
 
-/// A recording holds inputs, not states.
 int say_what_is_missing(const std::string& file, Tick first) {
     return complain(kFailed,
                     file + " begins with tick " + std::to_string(first) +
                         ": to simulate it one needs the state of the world before that tick, which "
-                        "a recording does not hold. A replay starts with tick 1: record the whole "
-                        "run (recording.file), or keep more than the run's length in the ring "
-                        "(recording.ring_s). `--info` and `--out` work without");
+                        "it does not hold. Record the whole run (recording.file), begin a "
+                        "recording while it runs (`zoned ctl record on` keeps the state), or keep "
+                        "more than the run's length in the ring (recording.ring_s). `--info` and "
+                        "`--out` work without");
 }
 
 /// The first tick and all after it, up to the last that is asked for.
@@ -146,11 +154,16 @@ int simulate(RecordingReader& reader,
              const config::Settings& settings,
              const ReplayArguments& arguments) {
     World world(settings, arguments.threads);
+    const std::string bad_state = begin_with_state(reader, world);
+    if (!bad_state.empty()) {
+        return complain(kFailed, arguments.file + ": " + bad_state);
+    }
+    const Tick before = world.now();
     TickRecord record;
     const auto begin = std::chrono::steady_clock::now();
     auto more = reader.next(record);
     for (; more.ok() && *more && record.tick <= last_asked(arguments); more = reader.next(record)) {
-        if (world.now() == 0 && record.tick != 1) {
+        if (world.now() == before && record.tick != before + 1) {
             return say_what_is_missing(arguments.file, record.tick);
         }
         if (record.hashes.empty()) {
@@ -165,16 +178,16 @@ int simulate(RecordingReader& reader,
             return complain(kFailed, arguments.file + ": " + wrong);
         }
         if (world.now() % kProgressEvery == 0) {
-            std::fprintf(stderr, "replayed %lld ticks\n", number(world.now()));
+            std::fprintf(stderr, "replayed %lld ticks\n", number(world.now() - before));
         }
     }
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const double simulated = static_cast<double>(world.now()) / settings.tick_rate_hz;
+    const double simulated = static_cast<double>(world.now() - before) / settings.tick_rate_hz;
     std::printf(
         "replayed %lld ticks of %zu zones with %u threads: every hash agrees, state_hash %016llx, "
         "%.1f times real time\n",
-        number(world.now()),
+        number(world.now() - before),
         settings.zones.size(),
         arguments.threads,
         static_cast<unsigned long long>(world.state_hash()),

@@ -214,11 +214,11 @@ class Server {
             change(path, value, std::move(done));
         };
         actions.record = [this](bool on, const std::string& name, const AdminDone& done) {
-            with_recorder(done, [&](recording::RecordingAnswer answer) {
+            with_recorder(done, [&](const recording::RecordingAnswer& answer) {
                 if (on) {
-                    recorder_->start_file(recording_path(settings_, name), std::move(answer));
+                    record_from_now(*loop_, *recorder_, recording_path(settings_, name), answer);
                 } else {
-                    recorder_->stop_file(std::move(answer));
+                    recorder_->stop_file(answer);
                 }
             });
         };
@@ -364,7 +364,7 @@ class Server {
     }
 
     void open_recording() {
-        recording::RecorderSettings recorder = recorder_settings(settings_);
+        recording::RecorderSettings recorder = recorder_settings(settings_, world_);
         recovery_.keep_inputs(recorder, [this](Tick tick) {
             asio::post(io_, [this, tick] { network_.on_journaled(tick); });
         });

@@ -32,11 +32,6 @@ void ServerRecovery::keep_inputs(recording::RecorderSettings& recorder,
     recorder.journal_for_power =
         settings_.server.recovery.durability == config::StoreDurability::kPower;
     recorder.kept = std::move(kept);
-    if (goes_on() && !recorder.file.empty()) {
-        log_of(LogArea::kServer)
-            .warn("{} stays as the run before left it: a replay starts with tick 1", recorder.file);
-        recorder.file.clear();
-    }
 }
 
 void ServerRecovery::restore_sessions(session::SessionHost& host, const Post& post) {

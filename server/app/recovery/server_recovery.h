@@ -24,9 +24,6 @@ class ServerRecovery {
 
     [[nodiscard]] bool on() const { return recovery_ != nullptr; }
 
-    /// The world had ticks behind it when this server began.
-    [[nodiscard]] bool goes_on() const { return found_.tick > 0; }
-
     /// Has the recorder keep the inputs; `kept` as RecorderSettings::kept.
     void keep_inputs(recording::RecorderSettings& recorder, std::function<void(Tick)> kept) const;
 

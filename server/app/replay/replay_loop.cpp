@@ -37,12 +37,13 @@ ReplayLoop::~ReplayLoop() {
 core::Result<bool> ReplayLoop::open() {
     recording::RecordingReader reader;
     auto more = reader.open(file_);
+    before_ = more.ok() && reader.state() ? reader.state()->tick : 0;
     for (more = more.ok() ? reader.next(record_) : more; more.ok() && *more;
          more = reader.next(record_)) {
-        if (last_ == 0 && record_.tick != 1) {
+        if (last_ == 0 && record_.tick != before_ + 1) {
             return core::Result<bool>::failure(
                 file_ + " begins with tick " + std::to_string(record_.tick) +
-                ": a recording holds inputs, and only one from tick 1 on can be simulated");
+                ", without the state of the world before it: it cannot be simulated");
         }
         last_ = record_.tick;
     }
@@ -52,7 +53,9 @@ core::Result<bool> ReplayLoop::open() {
     if (!more.ok()) {
         fault_ = more.error();
     }
-    return true;
+    const std::string bad_state = begin_anew();
+    return bad_state.empty() ? core::Result<bool>(true)
+                             : core::Result<bool>::failure(file_ + ": " + bad_state);
 }
 
 void ReplayLoop::start() {
@@ -72,7 +75,6 @@ ReplayState ReplayLoop::state() const {
 }
 
 void ReplayLoop::loop() {
-    begin_anew();
     while (!stop_.load(std::memory_order_relaxed)) {
         const double scale = time_scale_.load();
         const Tick target = target_.load();
@@ -86,13 +88,15 @@ void ReplayLoop::loop() {
     }
 }
 
-void ReplayLoop::begin_anew() {
+std::string ReplayLoop::begin_anew() {
     world_ = nullptr;  // the old one first: there may be no room for two
     world_ = std::make_unique<World>(settings_, threads_, &thread_cpu_ns);
     reader_ = recording::RecordingReader();
     // It was read before; a file that has gone since ends the replay at its first tick.
     [[maybe_unused]] const auto opened = reader_.open(file_);
-    tick_.store(0);
+    const std::string bad_state = begin_with_state(reader_, *world_);
+    tick_.store(world_->now());
+    return bad_state;
 }
 
 const ReplayLoop::KeptState* ReplayLoop::kept_before(Tick target) const {

@@ -28,21 +28,23 @@ struct ReplayState {
     std::uint64_t simulated = 0;  ///< ticks so far, those that came again too
 };
 
-/// A recording holds inputs and no states. Snapshots taken on the way lie in memory: going back
-/// loads the last one before the tick and simulates from there, as fast as the machine can.
+/// A recording holds inputs and at most one state, its first. Snapshots taken on the way lie in
+/// memory: going back loads the last one before the tick and simulates from there, as fast as the
+/// machine can.
 class ReplayLoop final : public VisitedWorld {
   public:
     ReplayLoop(const config::Settings& settings, std::string file, unsigned threads);
     ~ReplayLoop() override;
 
-    /// Reads the file once. Fails where it does not begin with tick 1 or holds nothing.
+    /// Reads the file once. Fails where it begins neither with tick 1 nor with a state that can be
+    /// loaded, or holds nothing.
     core::Result<bool> open();
 
     void start();
     void stop();
 
     /// From any thread; beyond the last tick: the last.
-    void seek(Tick tick) { target_.store(std::min(std::max<Tick>(tick, 1), last_)); }
+    void seek(Tick tick) { target_.store(std::min(std::max<Tick>(tick, before_ + 1), last_)); }
 
     [[nodiscard]] ReplayState state() const;
 
@@ -67,9 +69,9 @@ class ReplayLoop final : public VisitedWorld {
         std::vector<std::uint8_t> bytes;
     };
 
-    /// A world before its first tick, and the file from its start.
-    void begin_anew();
-    /// The world of the last snapshot up to `target`, else before its first tick.
+    /// The world before the recording's first tick, and the file from there. Empty text: done.
+    std::string begin_anew();
+    /// The world of the last snapshot up to `target`, else before the first tick.
     void begin_before(Tick target);
     [[nodiscard]] const KeptState* kept_before(Tick target) const;
     void keep_state();
@@ -84,6 +86,7 @@ class ReplayLoop final : public VisitedWorld {
     const config::Settings& settings_;
     std::string file_;
     unsigned threads_;
+    Tick before_ = 0;  // the tick before the recording's first
     Tick last_ = 0;
     std::unique_ptr<World> world_;
     recording::RecordingReader reader_;

@@ -137,6 +137,10 @@ Played played_ticks(const proto::Training::Imitation& settings, std::uint32_t ev
         return Played::failure(text_of(errors, settings.recording()));
     }
     World world(config, 1);
+    const std::string bad_state = begin_with_state(reader, world);
+    if (!bad_state.empty()) {
+        return Played::failure(settings.recording() + ": " + bad_state);
+    }
     PlayerObserver observer(settings, every_ticks);
     recording::TickRecord record;
     for (;;) {

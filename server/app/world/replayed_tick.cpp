@@ -29,6 +29,19 @@ std::string difference_of(const World& world, const recording::TickRecord& recor
 
 }  // namespace
 
+std::string begin_with_state(const recording::RecordingReader& reader, World& world) {
+    if (!reader.state()) {
+        return {};
+    }
+    std::string wrong = world.load(reader.state()->bytes);
+    if (wrong.empty() && world.now() != reader.state()->tick) {
+        wrong = "it is of tick " + std::to_string(world.now());
+    }
+    return wrong.empty() ? wrong
+                         : "the state of tick " + std::to_string(reader.state()->tick) +
+                               ", with which it begins: " + wrong;
+}
+
 std::string replayed_tick(const config::Settings& settings,
                           recording::TickRecord& record,
                           bool compare,

@@ -72,7 +72,8 @@ class Recovering : public Process {
 };
 
 TEST_F(Recovering, BotsPlayOnWhereAServerIsKilledThrice) {
-    const auto server = start_again_and_again();
+    const std::string recording = scratch_folder() + "/run.zrec";
+    const auto server = start_again_and_again({"--set", "recording.file=\"" + recording + "\""});
     const std::string report = scratch_folder() + "/client.json";
     std::vector<std::string> arguments = play(20, 16);
     arguments.insert(arguments.end(), {"--report", report, "--behaviour", "wander,chat"});
@@ -94,6 +95,18 @@ TEST_F(Recovering, BotsPlayOnWhereAServerIsKilledThrice) {
     EXPECT_EQ(count_of(server->errors(), "died of signal 9"), 3U);
     EXPECT_FALSE(std::filesystem::exists(scratch_folder() + "/journal"))
         << "after a stop in good order the world begins anew";
+    // Each server has recorded its own part, from the state that it was given.
+    int recordings = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch_folder())) {
+        if (entry.path().extension() == ".zrec") {
+            ++recordings;
+            Child replay("zoned", {"replay", entry.path()});
+            EXPECT_NE(replay.wait(kPatience), -1);
+            EXPECT_NE(replay.output().find("every hash agrees"), std::string::npos)
+                << entry.path() << replay.errors();
+        }
+    }
+    EXPECT_EQ(recordings, 4) << server->errors();
 }
 
 TEST_F(Recovering, WhatCannotStartIsNotStartedAgain) {

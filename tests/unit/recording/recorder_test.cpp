@@ -236,8 +236,18 @@ core::Result<std::string> stop(Recorder& r) {
     return answer_to([&](RecordingAnswer answer) { r.stop_file(std::move(answer)); });
 }
 
-core::Result<std::string> start(Recorder& r, const std::string& file) {
-    return answer_to([&](RecordingAnswer answer) { r.start_file(file, std::move(answer)); });
+/// With a state as the world might have it.
+core::Result<std::string> start(Recorder& r, const std::string& file, Tick tick) {
+    return answer_to([&](RecordingAnswer answer) {
+        r.start_file(file, {tick, {1, 2, static_cast<std::uint8_t>(tick)}}, std::move(answer));
+    });
+}
+
+/// The first bytes of the state that a recording begins with, and its tick.
+RecordedState state_of(const std::string& file) {
+    RecordingReader reader;
+    EXPECT_TRUE(reader.open(file).ok());
+    return reader.state().value_or(RecordedState{});
 }
 
 core::Result<std::string> snapshot(Recorder& r, const std::string& file) {
@@ -246,14 +256,13 @@ core::Result<std::string> snapshot(Recorder& r, const std::string& file) {
 
 using Span = std::pair<Tick, Tick>;
 
-TEST_F(Recorders, EndAFileAndBeginAnotherWhileTheRingHoldsTheWholeRun) {
+TEST_F(Recorders, EndAFileAndBeginAnotherWithTheStateOfThatTick) {
     RecorderSettings s = settings();
     s.file = folder + "/a.zrec";
-    s.ring_s = 100.0;
     const auto r = recorder(s);
     ASSERT_TRUE(r->open().ok());
     play(*r, 1, 20);
-    EXPECT_FALSE(start(*r, folder + "/b.zrec").ok()) << "one is recorded already";
+    EXPECT_FALSE(start(*r, folder + "/b.zrec", 20).ok()) << "one is recorded already";
     const auto ended = stop(*r);
     ASSERT_TRUE(ended.ok()) << ended.error();
     EXPECT_NE(ended->find("ticks 1 to 20"), std::string::npos) << *ended;
@@ -263,25 +272,33 @@ TEST_F(Recorders, EndAFileAndBeginAnotherWhileTheRingHoldsTheWholeRun) {
     EXPECT_EQ(span_of(s.file, &reason), Span(1, 20));
     EXPECT_EQ(reason, "");
     const std::string next = folder + "/made/b.zrec";
-    const auto begun = start(*r, next);
+    const auto begun = start(*r, next, 300);
     ASSERT_TRUE(begun.ok()) << begun.error();
+    EXPECT_NE(begun->find("from tick 301 on"), std::string::npos) << *begun;
+    const std::string copy = folder + "/copy.zrec";
+    EXPECT_FALSE(snapshot(*r, copy).ok()) << "it holds no tick yet";
     play(*r, 301, 340);
+    const auto taken = snapshot(*r, copy);
+    ASSERT_TRUE(taken.ok()) << taken.error();
+    EXPECT_NE(taken->find("ticks 301 to 340"), std::string::npos) << *taken;
     ASSERT_TRUE(r->close().ok());
-    EXPECT_EQ(span_of(next, &reason), Span(1, 340));
-    EXPECT_EQ(reason, "");
+    for (const std::string& file : {next, copy}) {
+        EXPECT_EQ(span_of(file, &reason), Span(301, 340));
+        EXPECT_EQ(reason, "");
+        EXPECT_EQ(state_of(file).tick, 300);
+        EXPECT_EQ(state_of(file).bytes, (std::vector<std::uint8_t>{1, 2, 44}));
+    }
+    EXPECT_EQ(state_of(s.file).tick, 0);
     EXPECT_EQ(span_of(s.file), Span(1, 20)) << "the first stays as it was";
 }
 
-TEST_F(Recorders, BeginNoFileThatNoReplayCouldStartWith) {
+TEST_F(Recorders, SnapshotNoRunThatNoReplayCouldStartWith) {
     RecorderSettings s = settings();
     s.ring_s = 2.0;  // 20 ticks
     const auto r = recorder(s);
     ASSERT_TRUE(r->open().ok());
     play(*r, 1, 100);
     const std::string file = folder + "/late.zrec";
-    const auto begun = start(*r, file);
-    ASSERT_FALSE(begun.ok());
-    EXPECT_NE(begun.error().find("starts with tick 1"), std::string::npos) << begun.error();
     const auto taken = snapshot(*r, file);
     ASSERT_FALSE(taken.ok());
     EXPECT_NE(taken.error().find("recording.ring_s"), std::string::npos) << taken.error();

@@ -336,7 +336,7 @@ TEST(Recording, NamesBothVersionsOfWhatItCannotTake) {
     EXPECT_NE(read_all("/nonexistent/file").reason.find("No such file"), std::string::npos);
     write(file, "ZONEDREC....................");
     EXPECT_NE(read_all(file).reason.find("has format 1, this program"), std::string::npos);
-    EXPECT_NE(read_all(file).reason.find("reads format 2"), std::string::npos);
+    EXPECT_NE(read_all(file).reason.find("reads format 3"), std::string::npos);
     write(file, "ZREC0023....................");
     EXPECT_NE(read_all(file).reason.find("has format 23"), std::string::npos);
 
