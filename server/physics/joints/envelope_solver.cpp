@@ -1,69 +1,128 @@
+// build: hot loops
 #include "server/physics/joints/envelope_solver.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace zoned::physics {
 
-void EnvelopeSolver::shape(std::span<const std::uint32_t> start) {
-    start_.assign(start.begin(), start.end());
-    first_.resize(start.size());
-    std::ptrdiff_t size = 0;
-    for (std::size_t i = 0; i < start.size(); ++i) {
-        first_[i] = size - static_cast<std::ptrdiff_t>(start[i]);
-        size += static_cast<std::ptrdiff_t>(i - start[i] + 1);
+namespace {
+
+/// Entries beside each row that loops may touch: zeros behind it, of no meaning before.
+constexpr std::size_t kMargin = 8;
+/// Numbers that the processor takes at a time.
+constexpr std::size_t kWide = 4;
+/// Rows that are taken from another in one pass over it.
+constexpr std::size_t kPivots = 4;
+
+typedef double Doubles __attribute__((vector_size(8 * kWide)));
+
+[[gnu::always_inline]] inline Doubles load_doubles(const double* from) {
+    Doubles out;
+    std::memcpy(&out, from, sizeof(out));
+    return out;
+}
+
+[[gnu::always_inline]] inline void store(double* to, const Doubles& value) {
+    std::memcpy(to, &value, sizeof(value));
+}
+
+/// Takes `share` times a row from another, from `from` to `last`.
+[[gnu::always_inline]] inline void take(double* row,
+                                        const double* other,
+                                        double share,
+                                        std::size_t from,
+                                        std::size_t last) {
+    for (std::size_t j = from; j <= last; j += kWide) {
+        store(row + j, load_doubles(row + j) - share * load_doubles(other + j));
     }
-    entries_.assign(static_cast<std::size_t>(size), 0.0);
-    inverse_.assign(start.size(), 0.0);
+}
+
+}  // namespace
+
+void EnvelopeSolver::shape(std::span<const std::uint32_t> start) {
+    const std::size_t rows = start.size();
+    start_.assign(start.begin(), start.end());
+    for (std::size_t i = rows; i-- > 1;) {
+        start_[i - 1] = std::min(start_[i - 1], start_[i]);
+    }
+    end_.resize(rows);
+    for (std::size_t i = 0, k = 0; i <= rows; ++i) {
+        for (const std::size_t reached = i < rows ? start_[i] : rows; k < reached; ++k) {
+            end_[k] = static_cast<std::uint32_t>(i - 1);
+        }
+    }
+    first_.resize(rows);
+    std::size_t size = 0;
+    for (std::size_t k = 0; k < rows; ++k) {
+        size += kMargin;
+        first_[k] = static_cast<std::ptrdiff_t>(size) - static_cast<std::ptrdiff_t>(k);
+        size += end_[std::min(k + kPivots, rows) - 1] - k + 1 + kMargin;
+    }
+    entries_.assign(size, 0.0);
+    inverse_.assign(rows, 0.0);
+    work_.assign(rows + kMargin, 0.0);
 }
 
 void EnvelopeSolver::clear(std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-        double* row = entries_.data() + first_[i];
-        std::fill(row + start_[i], row + i + 1, 0.0);
+    if (begin < end) {
+        double* const last = row(end - 1) + end_[std::min(end - 1 + kPivots, size()) - 1] + 1;
+        std::fill(row(begin) + begin - kMargin, last + kMargin, 0.0);
     }
 }
 
 void EnvelopeSolver::factor(std::size_t begin, std::size_t end, double least) {
     for (std::size_t i = begin; i < end; ++i) {
-        double* row = entries_.data() + first_[i];
-        // First the rows of L D, then L and the pivot from them.
-        for (std::size_t j = start_[i]; j < i; ++j) {
-            const double* other = entries_.data() + first_[j];
-            double sum = row[j];
-            for (std::size_t k = std::max(start_[i], start_[j]); k < j; ++k) {
-                sum -= row[k] * other[k];
+        double* const mine = row(i);
+        const double whole = mine[i];
+        std::size_t k = start_[i];
+        for (; k + kPivots <= i; k += kPivots) {
+            const double* const r0 = row(k);
+            const double* const r1 = row(k + 1);
+            const double* const r2 = row(k + 2);
+            const double* const r3 = row(k + 3);
+            const double s0 = r0[i] * inverse_[k];
+            const double s1 = r1[i] * inverse_[k + 1];
+            const double s2 = r2[i] * inverse_[k + 2];
+            const double s3 = r3[i] * inverse_[k + 3];
+            if (s0 == 0.0 && s1 == 0.0 && s2 == 0.0 && s3 == 0.0) {
+                continue;
             }
-            row[j] = sum;
+            for (std::size_t j = i; j <= end_[k + 3]; j += kWide) {
+                Doubles at = load_doubles(mine + j);
+                at -= s0 * load_doubles(r0 + j);
+                at -= s1 * load_doubles(r1 + j);
+                at -= s2 * load_doubles(r2 + j);
+                at -= s3 * load_doubles(r3 + j);
+                store(mine + j, at);
+            }
         }
-        const double whole = row[i];
-        double pivot = whole;
-        for (std::size_t j = start_[i]; j < i; ++j) {
-            const double scaled = row[j] * inverse_[j];
-            pivot -= scaled * row[j];
-            row[j] = scaled;
+        for (; k < i; ++k) {
+            take(mine, row(k), row(k)[i] * inverse_[k], i, end_[k]);
         }
         // The rest of the diagonal after rounding says whether the row depends on those before.
-        inverse_[i] = pivot > least * whole ? 1.0 / pivot : 0.0;
+        inverse_[i] = mine[i] > least * whole ? 1.0 / mine[i] : 0.0;
     }
 }
 
-void EnvelopeSolver::solve(std::span<double> b, std::size_t begin, std::size_t end) const {
-    for (std::size_t i = begin; i < end; ++i) {
-        const double* row = entries_.data() + first_[i];
-        double sum = b[i];
-        for (std::size_t k = start_[i]; k < i; ++k) {
-            sum -= row[k] * b[k];
-        }
-        b[i] = sum;
+void EnvelopeSolver::solve(std::span<double> b, std::size_t begin, std::size_t end) {
+    // No other rows' numbers lie behind those that are solved: not finite, they would spread.
+    double* const x = work_.data() - begin;
+    std::copy(b.data() + begin, b.data() + end, x + begin);
+    std::fill(x + end, x + end + kMargin, 0.0);
+    for (std::size_t k = begin; k < end; ++k) {
+        const double share = x[k] * inverse_[k];
+        take(x, row(k), share, k + 1, end_[k]);
+        x[k] = share;
     }
-    for (std::size_t i = begin; i < end; ++i) {
-        b[i] *= inverse_[i];
-    }
-    for (std::size_t i = end; i-- > begin;) {
-        const double* row = entries_.data() + first_[i];
-        for (std::size_t k = start_[i]; k < i; ++k) {
-            b[k] -= row[k] * b[i];
+    for (std::size_t k = end; k-- > begin;) {
+        const double* const mine = row(k);
+        Doubles sum{};
+        for (std::size_t j = k + 1; j <= end_[k]; j += kWide) {
+            sum += load_doubles(mine + j) * load_doubles(x + j);
         }
+        x[k] -= inverse_[k] * ((sum[0] + sum[2]) + (sum[1] + sum[3]));
+        b[k] = x[k];
     }
 }
 

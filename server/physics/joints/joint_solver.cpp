@@ -279,31 +279,36 @@ void JointSolver::factor(const JointGroup& group) {
 
 void JointSolver::assemble(const JointItem& item) {
     for (const std::uint32_t slot : {item.a, item.b}) {
-        for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
-            const JointItem& other = items_[joints_of_[k]];
-            if (other.first <= item.first) {
-                add_block(item, other, slot);
-            }
+        for (std::size_t first = 0; slot != 0 && first < item.count; first += kLanes) {
+            add_column_blocks(item, first, slot);
         }
     }
 }
 
-/// The effect of impulses of q's rows on the speeds of p's rows through one body.
-void JointSolver::add_block(const JointItem& p, const JointItem& q, std::uint32_t slot) {
-    const bool b_of_p = p.b == slot;
-    const bool b_of_q = q.b == slot;
-    for (std::size_t i = p.first; i < p.first + p.count; ++i) {
-        const Row& row = rows_[i];
-        if (!row.held) {
+/// The effect of impulses of up to eight of q's rows, from this one on, on the speeds of the rows
+/// before and of its own, through one body. A row that does not hold has none.
+void JointSolver::add_column_blocks(const JointItem& q, std::size_t first, std::uint32_t slot) {
+    Block8 give;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        const Row* row = first + i < q.count ? &rows_[q.first + first + i] : nullptr;
+        const bool held = row != nullptr && row->held;
+        give.row[i] = held ? (q.b == slot ? row->give_b : row->give_a).at : lanes(0.0F);
+    }
+    transpose(give);
+    for (std::uint32_t k = first_of_[slot]; k < first_of_[slot + 1]; ++k) {
+        const JointItem& p = items_[joints_of_[k]];
+        if (p.first > q.first) {
             continue;
         }
-        const Lanes& along = (b_of_p ? row.along_b : row.along_a).at;
-        const std::size_t end = p.first == q.first ? i + 1 : q.first + q.count;
-        for (std::size_t j = q.first; j < end; ++j) {
-            const Row& other = rows_[j];
-            if (other.held) {
-                matrix_.at(i, j) +=
-                    static_cast<double>(sum_of(along * (b_of_q ? other.give_b : other.give_a).at));
+        for (std::size_t i = p.first; i < p.first + p.count; ++i) {
+            const Row& row = rows_[i];
+            if (row.held) {
+                const Lanes& along = (p.b == slot ? row.along_b : row.along_a).at;
+                matrix_.add_column(
+                    q.first + first,
+                    i,
+                    (along[0] * give.row[0] + along[1] * give.row[1] + along[2] * give.row[2]) +
+                        (along[4] * give.row[4] + along[5] * give.row[5] + along[6] * give.row[6]));
             }
         }
     }

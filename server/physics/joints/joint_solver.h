@@ -199,7 +199,7 @@ class JointSolver {
     void choose_held(const SolverBodies& moving, const JointGroup& group);
     void factor(const JointGroup& group);
     void assemble(const JointItem& item);
-    void add_block(const JointItem& p, const JointItem& q, std::uint32_t slot);
+    void add_column_blocks(const JointItem& q, std::size_t first, std::uint32_t slot);
     void solve(SolverBodies& moving, const JointGroup& group);
     [[nodiscard]] double energy_of(const SolverBodies& moving, const JointGroup& group) const;
     void note_motion(const SolverBodies& moving, const JointGroup& group);
