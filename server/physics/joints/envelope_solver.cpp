@@ -27,6 +27,10 @@ typedef double Doubles __attribute__((vector_size(8 * kWide)));
     std::memcpy(to, &value, sizeof(value));
 }
 
+[[gnu::always_inline]] inline double sum_of(const Doubles& a) {
+    return (a[0] + a[2]) + (a[1] + a[3]);
+}
+
 /// Takes `share` times a row from another, from `from` to `last`.
 [[gnu::always_inline]] inline void take(double* row,
                                         const double* other,
@@ -105,25 +109,87 @@ void EnvelopeSolver::factor(std::size_t begin, std::size_t end, double least) {
     }
 }
 
+/// Takes four unknowns out of those after them. `x` begins at row `begin`, and k counts from there.
+[[gnu::always_inline]] inline void EnvelopeSolver::solve_forward(double* x,
+                                                                 std::size_t begin,
+                                                                 std::size_t k) {
+    const double* const r0 = row(begin + k) + begin;
+    const double* const r1 = row(begin + k + 1) + begin;
+    const double* const r2 = row(begin + k + 2) + begin;
+    const double* const r3 = row(begin + k + 3) + begin;
+    const double* const inverse = &inverse_[begin + k];
+    const double s0 = x[k] * inverse[0];
+    const double s1 = (x[k + 1] - s0 * r0[k + 1]) * inverse[1];
+    const double s2 = ((x[k + 2] - s0 * r0[k + 2]) - s1 * r1[k + 2]) * inverse[2];
+    const double s3 =
+        (((x[k + 3] - s0 * r0[k + 3]) - s1 * r1[k + 3]) - s2 * r2[k + 3]) * inverse[3];
+    const std::size_t last = end_[begin + k + 3] - begin;
+    for (std::size_t j = k + kPivots; j <= last; j += kWide) {
+        Doubles at = load_doubles(x + j);
+        at -= s0 * load_doubles(r0 + j);
+        at -= s1 * load_doubles(r1 + j);
+        at -= s2 * load_doubles(r2 + j);
+        at -= s3 * load_doubles(r3 + j);
+        store(x + j, at);
+    }
+    store(x + k, Doubles{s0, s1, s2, s3});
+}
+
+[[gnu::always_inline]] inline void EnvelopeSolver::solve_backward(double* x,
+                                                                  std::size_t begin,
+                                                                  std::size_t k) {
+    const double* const r0 = row(begin + k) + begin;
+    const double* const r1 = row(begin + k + 1) + begin;
+    const double* const r2 = row(begin + k + 2) + begin;
+    const double* const r3 = row(begin + k + 3) + begin;
+    const double* const inverse = &inverse_[begin + k];
+    Doubles sum0{};
+    Doubles sum1{};
+    Doubles sum2{};
+    Doubles sum3{};
+    const std::size_t last = end_[begin + k + 3] - begin;
+    for (std::size_t j = k + kPivots; j <= last; j += kWide) {
+        const Doubles at = load_doubles(x + j);
+        sum0 += load_doubles(r0 + j) * at;
+        sum1 += load_doubles(r1 + j) * at;
+        sum2 += load_doubles(r2 + j) * at;
+        sum3 += load_doubles(r3 + j) * at;
+    }
+    const double x3 = x[k + 3] - inverse[3] * sum_of(sum3);
+    const double x2 = x[k + 2] - inverse[2] * (sum_of(sum2) + r2[k + 3] * x3);
+    const double x1 = x[k + 1] - inverse[1] * ((sum_of(sum1) + r1[k + 3] * x3) + r1[k + 2] * x2);
+    const double x0 =
+        x[k] - inverse[0] * (((sum_of(sum0) + r0[k + 3] * x3) + r0[k + 2] * x2) + r0[k + 1] * x1);
+    store(x + k, Doubles{x0, x1, x2, x3});
+}
+
 void EnvelopeSolver::solve(std::span<double> b, std::size_t begin, std::size_t end) {
     // No other rows' numbers lie behind those that are solved: not finite, they would spread.
-    double* const x = work_.data() - begin;
-    std::copy(b.data() + begin, b.data() + end, x + begin);
-    std::fill(x + end, x + end + kMargin, 0.0);
-    for (std::size_t k = begin; k < end; ++k) {
-        const double share = x[k] * inverse_[k];
-        take(x, row(k), share, k + 1, end_[k]);
-        x[k] = share;
+    double* const x = work_.data();
+    const std::size_t size = end - begin;
+    std::copy(b.data() + begin, b.data() + end, x);
+    std::fill(x + size, x + size + kMargin, 0.0);
+    const std::size_t whole = size / kPivots * kPivots;
+    for (std::size_t k = 0; k < whole; k += kPivots) {
+        solve_forward(x, begin, k);
     }
-    for (std::size_t k = end; k-- > begin;) {
-        const double* const mine = row(k);
-        Doubles sum{};
-        for (std::size_t j = k + 1; j <= end_[k]; j += kWide) {
-            sum += load_doubles(mine + j) * load_doubles(x + j);
+    for (std::size_t k = whole; k < size; ++k) {
+        x[k] *= inverse_[begin + k];
+        for (std::size_t j = k + 1; j < size; ++j) {
+            x[j] -= x[k] * row(begin + k)[begin + j];
         }
-        x[k] -= inverse_[k] * ((sum[0] + sum[2]) + (sum[1] + sum[3]));
-        b[k] = x[k];
     }
+    for (std::size_t k = size; k-- > whole;) {
+        double sum = 0.0;
+        for (std::size_t j = k + 1; j < size; ++j) {
+            sum += row(begin + k)[begin + j] * x[j];
+        }
+        x[k] -= inverse_[begin + k] * sum;
+    }
+    for (std::size_t k = whole; k > 0; k -= kPivots) {
+        solve_backward(x, begin, k - kPivots);
+    }
+    std::copy(x, x + size, b.data() + begin);
 }
 
 double EnvelopeSolver::cost(std::span<const std::uint32_t> start, std::size_t first) {

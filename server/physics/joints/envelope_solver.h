@@ -64,6 +64,9 @@ class EnvelopeSolver {
   private:
     [[nodiscard]] double* row(std::size_t k) { return entries_.data() + first_[k]; }
 
+    void solve_forward(double* x, std::size_t begin, std::size_t k);
+    void solve_backward(double* x, std::size_t begin, std::size_t k);
+
     std::vector<std::uint32_t> start_;  // no later than that of any row after it
     std::vector<std::uint32_t> end_;    // of row k of U: its last column
     std::vector<std::ptrdiff_t>

@@ -38,8 +38,6 @@ constexpr float kLimitSpeed = 1.0F;
 constexpr float kOpens = 5.0e-4F;
 /// How often the set of limits and motors that hold is corrected.
 constexpr int kRounds = 4;
-/// Passes over the rows of a graph whose matrix would be too wide; even.
-constexpr int kSinglePasses = 6;
 /// A limit that closes slower than this does not take hold, m/s and rad/s.
 constexpr float kStill = 1.0e-6F;
 
@@ -84,11 +82,11 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
         return JointPose{start.position + SolverBodies::linear(moving.drift[slot]),
                          moving.orientation(slot, q).toRotationMatrix()};
     };
+    JointRows rows;
     for (const JointItem& item : items_) {
         const Joint& joint = table[item.joint].joint;
         const JointPose place_a = pose(item.pose_a, item.orientation_a, item.a);
         const JointPose place_b = pose(item.pose_b, item.orientation_b, item.b);
-        JointRows rows;
         write_rows(joint, place_a, place_b, rows);
         // A slider's arm reaches as far as b has moved along it.
         const float reach = joint.def.kind == JointKind::kSlider
@@ -246,6 +244,8 @@ void JointSolver::warm_start(SolverBodies& moving) {
         if (group.direct) {
             choose_held(moving, group);
             factor(group);
+        } else {
+            fill_batches(group);
         }
     }
 }
@@ -434,10 +434,12 @@ void JointSolver::find_unknowns(const SolverBodies& moving, const JointGroup& gr
 /// The share of its unknown that brings a row to a bound; infinite: none within bounds that there
 /// are.
 double JointSolver::share_to_bound(const Row& row, double unknown) {
-    const double bound = static_cast<double>(unknown < 0.0 ? row.low : row.high);
-    const double way = bound - static_cast<double>(row.impulse);
-    return row.held && unknown != 0.0 ? std::max(0.0, way / unknown)
-                                      : std::numeric_limits<double>::infinity();
+    const float bound = unknown < 0.0 ? row.low : row.high;
+    if (!row.held || unknown == 0.0 || std::isinf(bound)) {
+        return std::numeric_limits<double>::infinity();
+    }
+    const double way = static_cast<double>(bound) - static_cast<double>(row.impulse);
+    return std::max(0.0, way / unknown);
 }
 
 /// Goes as far as the first bound; rows there hold no longer. True if there are any, and then the
@@ -498,30 +500,6 @@ void JointSolver::apply_unknowns(SolverBodies& moving, const JointGroup& group) 
                              rows_[r],
                              rows_[r].impulse + static_cast<float>(unknowns_[r]));
             }
-        }
-    }
-}
-
-/// Joints one after the other, from one end of the graph to the other and back: what happens at one
-/// end is felt at the other in the same visit.
-void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
-    for (int pass = 0; pass < kSinglePasses; pass += 2) {
-        for (std::uint32_t i = group.first; i < group.end; ++i) {
-            solve_joint(moving, items_[i]);
-        }
-        for (std::uint32_t i = group.end; i-- > group.first;) {
-            solve_joint(moving, items_[i]);
-        }
-    }
-}
-
-void JointSolver::solve_joint(SolverBodies& moving, const JointItem& item) {
-    for (std::size_t r = item.first; r < item.first + item.count; ++r) {
-        Row& row = rows_[r];
-        const float wanted = speed(moving, item, row) + bias_of(row) + row.soft * row.impulse;
-        const float whole = row.response + row.soft;
-        if (whole > 0.0F) {
-            move_impulse(moving, item, row, row.impulse - wanted / whole);
         }
     }
 }
