@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/physics/bodies/solver_bodies.h"
 
 #include "server/physics/integrator/free_flight.h"
@@ -302,13 +303,6 @@ Quat SolverBodies::orientation(std::uint32_t slot, const Quat& start) const {
     const std::uint32_t spinner = spinner_of_[slot];
     return spinner != kNoIndex ? spinners_[spinner].orientation
                                : turned(start, Vec3(angular(drift[slot])));
-}
-
-Vec3 SolverBodies::inverse_times(std::uint32_t slot, const Vec3& moment) const {
-    const Lanes& t = tensor[slot].at;
-    return {t[0] * moment.x() + t[1] * moment.y() + t[2] * moment.z(),
-            t[1] * moment.x() + t[3] * moment.y() + t[4] * moment.z(),
-            t[2] * moment.x() + t[4] * moment.y() + t[5] * moment.z()};
 }
 
 /// Positions moved with the velocity at the substep's end. Where the velocity changed by forces,

@@ -47,7 +47,12 @@ class SolverBodies {
     [[nodiscard]] Quat orientation(std::uint32_t slot, const Quat& start) const;
 
     /// Inverse inertia times a moment, world; zero for a body that impulses do not move.
-    [[nodiscard]] Vec3 inverse_times(std::uint32_t slot, const Vec3& moment) const;
+    [[nodiscard]] Vec3 inverse_times(std::uint32_t slot, const Vec3& moment) const {
+        const Lanes& t = tensor[slot].at;
+        return {t[0] * moment.x() + t[1] * moment.y() + t[2] * moment.z(),
+                t[1] * moment.x() + t[3] * moment.y() + t[4] * moment.z(),
+                t[2] * moment.x() + t[4] * moment.y() + t[5] * moment.z()};
+    }
 
     /// Momentum (N s) and angular momentum (N m s) of a motion; zero for a body that impulses do
     /// not move.

@@ -2,6 +2,7 @@
 #include "server/physics/joints/joint_solver.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace zoned::physics {
 
@@ -21,6 +22,8 @@ float straight_error(const JointEntry& entry, float error, float scale, std::siz
 
 /// A factorisation that takes more multiplications than this is not worth it.
 constexpr double kMostWork = 2.0e6;
+/// Joints of a layer that would take a further color are solved one by one.
+constexpr int kColors = 64;
 
 }  // namespace
 
@@ -162,6 +165,7 @@ void JointSolver::walk(std::uint32_t from) {
                     visited_[next] = 1;
                     queue_[next] = static_cast<std::uint32_t>(items_.size());
                     items_.push_back(unordered_[next]);
+                    items_.back().layer = item.layer + 1;
                 }
             }
         }
@@ -171,6 +175,8 @@ void JointSolver::walk(std::uint32_t from) {
 
 void JointSolver::shape_matrix() {
     starts_.clear();
+    batches_.clear();
+    batch_rows_.clear();
     exact_ = true;
     for (JointGroup& group : groups_) {
         group.first_row = static_cast<std::uint32_t>(starts_.size());
@@ -198,10 +204,72 @@ void JointSolver::shape_matrix() {
             for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
                 starts_[r] = r;
             }
+            batch_joints(group);
         }
     }
     matrix_.shape(starts_);
     unknowns_.assign(starts_.size(), 0.0);
+}
+
+/// Layers are in the order of the walk, so that one pass carries from one end of the graph to the
+/// other. Within a layer, joints of one color come before those of the next.
+void JointSolver::batch_joints(JointGroup& group) {
+    colors_.resize(std::max(colors_.size(), seen_.size()), 0);
+    group.first_batch = static_cast<std::uint32_t>(batches_.size());
+    for (std::uint32_t begin = group.first; begin < group.end;) {
+        std::uint32_t end = begin;
+        while (end < group.end && items_[end].layer == items_[begin].layer) {
+            ++end;
+        }
+        batch_layer(begin, end);
+        begin = end;
+    }
+    group.end_batch = static_cast<std::uint32_t>(batches_.size());
+    for (std::uint32_t i = group.first_batch; i < group.end_batch; ++i) {
+        batches_[i].first = static_cast<std::uint32_t>(batch_rows_.size());
+        batch_rows_.resize(batch_rows_.size() + batches_[i].count);
+    }
+}
+
+void JointSolver::batch_layer(std::uint32_t begin, std::uint32_t end) {
+    const auto moves = [this](std::uint32_t slot) {
+        return first_of_[slot] != first_of_[slot + 1];
+    };
+    color_of_.resize(end - begin);
+    int colors = 0;
+    for (std::uint32_t i = begin; i < end; ++i) {
+        const JointItem& item = items_[i];
+        const std::uint64_t taken = colors_[item.a] | colors_[item.b];
+        const int color = std::countr_one(taken);
+        for (const std::uint32_t slot : {item.a, item.b}) {
+            if (moves(slot) && color < kColors) {
+                colors_[slot] |= std::uint64_t{1} << color;
+            }
+        }
+        color_of_[i - begin] = static_cast<std::uint8_t>(color);
+        colors = std::max(colors, color + 1);
+    }
+    for (int color = 0; color < colors; ++color) {
+        std::size_t lane = 0;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            if (color_of_[i - begin] == color) {
+                if (lane == 0) {
+                    batches_.emplace_back();
+                    batches_.back().item.fill(kNoIndex);
+                }
+                JointBatch& batch = batches_.back();
+                batch.item[lane] = i;
+                batch.a[lane] = items_[i].a;
+                batch.b[lane] = items_[i].b;
+                batch.count = std::max(batch.count, items_[i].count);
+                lane = lane + 1 < kLanes && color < kColors ? lane + 1 : 0;
+            }
+        }
+    }
+    for (std::uint32_t i = begin; i < end; ++i) {
+        colors_[items_[i].a] = 0;
+        colors_[items_[i].b] = 0;
+    }
 }
 
 }  // namespace zoned::physics

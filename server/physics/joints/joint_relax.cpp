@@ -35,6 +35,11 @@ void JointSolver::follow(const SolverBodies& moving) {
             row.push_b = give(moving, item.b, linear, SolverBodies::angular(row.along_b));
         }
     }
+    for (const JointGroup& group : groups_) {
+        if (!group.direct) {
+            fill_turns(group);
+        }
+    }
 }
 
 /// Impulses of the relax pass are computed for the bodies as the rows saw them, and act where the

@@ -1,3 +1,4 @@
+// build: hot loops
 #include "server/physics/joints/joint_rows.h"
 
 #include "shared/math/perpendicular.h"

@@ -38,8 +38,6 @@ constexpr float kLimitSpeed = 1.0F;
 constexpr float kOpens = 5.0e-4F;
 /// How often the set of limits and motors that hold is corrected.
 constexpr int kRounds = 4;
-/// Passes over the rows of a graph whose matrix would be too wide; even.
-constexpr int kSinglePasses = 6;
 /// A limit that closes slower than this does not take hold, m/s and rad/s.
 constexpr float kStill = 1.0e-6F;
 
@@ -84,11 +82,11 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
         return JointPose{start.position + SolverBodies::linear(moving.drift[slot]),
                          moving.orientation(slot, q).toRotationMatrix()};
     };
+    JointRows rows;
     for (const JointItem& item : items_) {
         const Joint& joint = table[item.joint].joint;
         const JointPose place_a = pose(item.pose_a, item.orientation_a, item.a);
         const JointPose place_b = pose(item.pose_b, item.orientation_b, item.b);
-        JointRows rows;
         write_rows(joint, place_a, place_b, rows);
         // A slider's arm reaches as far as b has moved along it.
         const float reach = joint.def.kind == JointKind::kSlider
@@ -246,6 +244,8 @@ void JointSolver::warm_start(SolverBodies& moving) {
         if (group.direct) {
             choose_held(moving, group);
             factor(group);
+        } else {
+            fill_batches(group);
         }
     }
 }
@@ -279,31 +279,36 @@ void JointSolver::factor(const JointGroup& group) {
 
 void JointSolver::assemble(const JointItem& item) {
     for (const std::uint32_t slot : {item.a, item.b}) {
-        for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
-            const JointItem& other = items_[joints_of_[k]];
-            if (other.first <= item.first) {
-                add_block(item, other, slot);
-            }
+        for (std::size_t first = 0; slot != 0 && first < item.count; first += kLanes) {
+            add_column_blocks(item, first, slot);
         }
     }
 }
 
-/// The effect of impulses of q's rows on the speeds of p's rows through one body.
-void JointSolver::add_block(const JointItem& p, const JointItem& q, std::uint32_t slot) {
-    const bool b_of_p = p.b == slot;
-    const bool b_of_q = q.b == slot;
-    for (std::size_t i = p.first; i < p.first + p.count; ++i) {
-        const Row& row = rows_[i];
-        if (!row.held) {
+/// The effect of impulses of up to eight of q's rows, from this one on, on the speeds of the rows
+/// before and of its own, through one body. A row that does not hold has none.
+void JointSolver::add_column_blocks(const JointItem& q, std::size_t first, std::uint32_t slot) {
+    Block8 give;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        const Row* row = first + i < q.count ? &rows_[q.first + first + i] : nullptr;
+        const bool held = row != nullptr && row->held;
+        give.row[i] = held ? (q.b == slot ? row->give_b : row->give_a).at : lanes(0.0F);
+    }
+    transpose(give);
+    for (std::uint32_t k = first_of_[slot]; k < first_of_[slot + 1]; ++k) {
+        const JointItem& p = items_[joints_of_[k]];
+        if (p.first > q.first) {
             continue;
         }
-        const Lanes& along = (b_of_p ? row.along_b : row.along_a).at;
-        const std::size_t end = p.first == q.first ? i + 1 : q.first + q.count;
-        for (std::size_t j = q.first; j < end; ++j) {
-            const Row& other = rows_[j];
-            if (other.held) {
-                matrix_.at(i, j) +=
-                    static_cast<double>(sum_of(along * (b_of_q ? other.give_b : other.give_a).at));
+        for (std::size_t i = p.first; i < p.first + p.count; ++i) {
+            const Row& row = rows_[i];
+            if (row.held) {
+                const Lanes& along = (p.b == slot ? row.along_b : row.along_a).at;
+                matrix_.add_column(
+                    q.first + first,
+                    i,
+                    (along[0] * give.row[0] + along[1] * give.row[1] + along[2] * give.row[2]) +
+                        (along[4] * give.row[4] + along[5] * give.row[5] + along[6] * give.row[6]));
             }
         }
     }
@@ -429,10 +434,12 @@ void JointSolver::find_unknowns(const SolverBodies& moving, const JointGroup& gr
 /// The share of its unknown that brings a row to a bound; infinite: none within bounds that there
 /// are.
 double JointSolver::share_to_bound(const Row& row, double unknown) {
-    const double bound = static_cast<double>(unknown < 0.0 ? row.low : row.high);
-    const double way = bound - static_cast<double>(row.impulse);
-    return row.held && unknown != 0.0 ? std::max(0.0, way / unknown)
-                                      : std::numeric_limits<double>::infinity();
+    const float bound = unknown < 0.0 ? row.low : row.high;
+    if (!row.held || unknown == 0.0 || std::isinf(bound)) {
+        return std::numeric_limits<double>::infinity();
+    }
+    const double way = static_cast<double>(bound) - static_cast<double>(row.impulse);
+    return std::max(0.0, way / unknown);
 }
 
 /// Goes as far as the first bound; rows there hold no longer. True if there are any, and then the
@@ -493,30 +500,6 @@ void JointSolver::apply_unknowns(SolverBodies& moving, const JointGroup& group) 
                              rows_[r],
                              rows_[r].impulse + static_cast<float>(unknowns_[r]));
             }
-        }
-    }
-}
-
-/// Joints one after the other, from one end of the graph to the other and back: what happens at one
-/// end is felt at the other in the same visit.
-void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
-    for (int pass = 0; pass < kSinglePasses; pass += 2) {
-        for (std::uint32_t i = group.first; i < group.end; ++i) {
-            solve_joint(moving, items_[i]);
-        }
-        for (std::uint32_t i = group.end; i-- > group.first;) {
-            solve_joint(moving, items_[i]);
-        }
-    }
-}
-
-void JointSolver::solve_joint(SolverBodies& moving, const JointItem& item) {
-    for (std::size_t r = item.first; r < item.first + item.count; ++r) {
-        Row& row = rows_[r];
-        const float wanted = speed(moving, item, row) + bias_of(row) + row.soft * row.impulse;
-        const float whole = row.response + row.soft;
-        if (whole > 0.0F) {
-            move_impulse(moving, item, row, row.impulse - wanted / whole);
         }
     }
 }
