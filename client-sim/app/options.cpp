@@ -19,7 +19,8 @@ constexpr const char* kExamples =
     "  client-sim --connect game.example.org:7777 --bots 500 --seconds 60 --ticket tickets/\n"
     "  client-sim --connect [::1]:7777 --bots 50 --seconds 30 --behaviour border:2,chat\n"
     "             --loss 5 --delay-ms 60 --jitter-ms 20 --duplicate 2 --reorder 5\n"
-    "Exit codes: 0 consistent, 1 inconsistent, 2 bad usage, 3 environment (no such host, ...).";
+    "Exit codes: 0 consistent, 1 inconsistent, 2 bad usage, 3 environment (no such host, bots too "
+    "late to judge, ...).";
 
 /// The command line before its checks.
 struct Raw {

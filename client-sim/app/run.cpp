@@ -3,6 +3,7 @@
 #include "client-sim/link/frame_stream.h"
 #include "client-sim/link/name_lookup.h"
 #include "client-sim/link/socket_transport.h"
+#include "client-sim/measure/loop_meter.h"
 
 #include <unistd.h>
 
@@ -73,13 +74,17 @@ void print_progress(const Swarm::Progress& p, bool terminal) {
     std::fflush(stderr);
 }
 
-void drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
+measure::LoopMeter drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
+    measure::LoopMeter meter;
     const bool terminal = ::isatty(STDERR_FILENO) == 1;
     const double begun = wall_s();
     double next_progress = 1.0;
     double next = 0.0;
     while (!swarm.done()) {
         const double now = wall_s() - begun;
+        if (swarm.phase() == Swarm::RunPhase::kRun) {
+            meter.turn(now);
+        }
         network.poll(now);
         if (stop_signal != 0) {
             swarm.stop(now);
@@ -99,6 +104,7 @@ void drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
     if (terminal && !quiet) {
         std::fputc('\n', stderr);
     }
+    return meter;
 }
 
 void add_bottlenecks(const link::SocketNetwork& network, measure::RunReport& report) {
@@ -112,6 +118,21 @@ void add_bottlenecks(const link::SocketNetwork& network, measure::RunReport& rep
         capacity += meter.capacity_bytes;
     }
     report.bottleneck_utilisation = capacity > 0.0 ? carried / capacity : 0.0;
+}
+
+std::string verdict_line(const measure::RunReport& report) {
+    std::string line = std::string("verdict: ") + measure::verdict_of(report);
+    std::vector<std::string> parts = report.reasons;
+    if (!report.inconclusive.empty()) {
+        parts.insert(parts.begin(), report.inconclusive);
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        line += (i > 0 ? "; " : ": ") + parts[i];
+    }
+    if (parts.empty() && !report.warnings.empty()) {
+        line += ", with a warning: " + report.warnings.front();
+    }
+    return line;
 }
 
 bool write_report(const std::string& file, const measure::RunReport& report) {
@@ -141,8 +162,10 @@ int run(const Options& options) {
         settings.header_bytes = network.header_bytes();
         settings.path_spread_s = options.conditioner.spread_s();
         Swarm swarm(settings, [&](std::size_t) { return network.make_transport(); });
-        drive(network, swarm, options.quiet);
+        const measure::LoopMeter loop = drive(network, swarm, options.quiet);
         measure::RunReport report = swarm.report();
+        report.loop = loop;
+        measure::judge(report);
         report.process_cpu_s = process_cpu_s();
         report.send_drops = network.send_drops();
         if (options.conditioner.bottleneck_down_bytes_per_s > 0.0) {
@@ -169,14 +192,10 @@ int run(const Options& options) {
         std::fputs(wire::traffic_text(report.traffic, report.traffic_types, report.seconds, around)
                        .c_str(),
                    stdout);
-        std::string line = report.consistent ? "verdict: consistent" : "verdict: inconsistent: ";
-        if (report.consistent && !report.warnings.empty()) {
-            line += ", with a warning: " + report.warnings.front();
+        std::printf("%s\n", verdict_line(report).c_str());
+        if (!report.inconclusive.empty()) {
+            return kEnvironment;
         }
-        for (std::size_t i = 0; i < report.reasons.size(); ++i) {
-            line += (i > 0 ? "; " : "") + report.reasons[i];
-        }
-        std::printf("%s\n", line.c_str());
         return report.consistent ? kGood : kInconsistent;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "client-sim: %s\n", error.what());

@@ -144,6 +144,9 @@ void Bot::answer_players(const wire::EventMessage& event) {
 }
 
 void Bot::on_audit(const wire::AuditRecordMessage& record) {
+    if (!audited()) {
+        return;  // the server audits by itself; without a history there is nothing to compare with
+    }
     last_audit_s_ = std::max(last_audit_s_, now_s());
     observer_.on_audit(*this, record);
 }

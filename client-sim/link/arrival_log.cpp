@@ -55,7 +55,7 @@ void ArrivalLog::note_late(std::uint64_t sequence, double arrival_server_s) {
     }
 }
 
-UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
+UpdateAge ArrivalLog::at(Tick tick, const clock::RoundTrip& path, double window_s) const {
     UpdateAge age;
     const double at_s = static_cast<double>(tick) * tick_s_;
     const std::size_t arrivals = std::min(arrival_count_, kArrivals);
@@ -73,7 +73,7 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         }
     }
     age.age_s = age.delay_s + tick_s_;
-    const double resend_s = rtt_s + tick_s_;
+    const double resend_s = path.smoothed_s + tick_s_;
     const std::size_t holes = std::min(gap_count_, kGaps);
     double outage_s = 0.0;
     for (std::size_t i = 0; i < holes; ++i) {
@@ -83,7 +83,7 @@ UpdateAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         // until the server has given up the gap's last packet and its resend has come: a packet of
         // the tick after that.
         const double from_s = static_cast<double>(gap.tick_before) * tick_s_;
-        const Tick sent_again = gap.tick_after + wire::resend_timeout_ticks(rtt_s, tick_s_);
+        const Tick sent_again = gap.tick_after + wire::resend_timeout_ticks(path, tick_s_);
         const double until_s =
             whole ? gap.closed_s + tick_s_
                   : std::max(gap.closed_s + resend_s,

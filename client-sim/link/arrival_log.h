@@ -2,6 +2,7 @@
 // updates at a tick.
 #pragma once
 
+#include "shared/clock/round_trip.h"
 #include "shared/core/ids.h"
 #include "shared/wire/widening.h"
 
@@ -44,7 +45,9 @@ class ArrivalLog {
     /// again. Across an outage (a gap in the sequence longer than kOutageTicks) updates are as old
     /// as the outage. Where packets from before T were read after it, however long after, updates
     /// are as old as the oldest of these: a stall of this process, or of the path.
-    [[nodiscard]] UpdateAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
+    [[nodiscard]] UpdateAge at(Tick tick,
+                               const clock::RoundTrip& path,
+                               double window_s = 2.0) const;
 
     /// Arrival of the packet by the time of on_packet(); none where it did not come, or came too
     /// long ago.

@@ -11,6 +11,9 @@ namespace {
 
 /// Events are acknowledged in batches: at the latest after this time.
 constexpr double kEventAckDelayS = 0.1;
+/// Acknowledgements reach back 33 packets: so many packets are acknowledged in between at the
+/// latest.
+constexpr int kMostUnreported = 16;
 /// While the path is asked, one datagram in this many goes inside the stream.
 constexpr std::uint64_t kAskEvery = 8;
 /// While tunnelling, one datagram in this many is tried over UDP, to return to UDP.
@@ -357,6 +360,10 @@ void Client::on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, do
     }
     if (handler_.on_packet(*packet)) {
         channel_.acknowledge(*packet, now_s);
+    }
+    // After a stall many packets are read at once, more than the next input could acknowledge.
+    if (channel_.unreported() >= kMostUnreported) {
+        send_input({}, now_s);
     }
 }
 

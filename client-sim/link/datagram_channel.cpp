@@ -45,6 +45,7 @@ void DatagramChannel::restart() {
     judged_up_ = 0;
     uplink_ = {};
     newest_down_ = 0;
+    unreported_ = 0;
 }
 
 void DatagramChannel::recover() {
@@ -64,6 +65,7 @@ void DatagramChannel::move() {
 Bytes DatagramChannel::seal(std::span<const std::uint8_t> body, double now_s) {
     const std::uint64_t sequence = next_up_++;
     sent_[sequence % kSent] = {sequence, now_s};
+    unreported_ = 0;
     wire::UpTransport transport;
     transport.ack_low = static_cast<std::uint16_t>(acks_.newest());
     transport.ack_bits = acks_.bits();
@@ -139,6 +141,7 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
 
 void DatagramChannel::acknowledge(const OpenedPacket& packet, double now_s) {
     acks_.on_received(packet.sequence);
+    ++unreported_;
     if (acks_.newest() == packet.sequence) {
         newest_received_s_ = now_s;
         // Any clock will do, as long as it goes on: the server looks at differences only.

@@ -81,6 +81,9 @@ class DatagramChannel {
     /// acknowledgement is lost to the server: it never builds on it and sends its updates again.
     void acknowledge(const OpenedPacket& packet, double now_s);
 
+    /// Packets acknowledged since the last datagram that said so.
+    [[nodiscard]] int unreported() const { return unreported_; }
+
     [[nodiscard]] const clock::ClockSync& clock() const { return clock_; }
 
     [[nodiscard]] const UplinkUpdate& uplink() const { return uplink_; }
@@ -119,6 +122,7 @@ class DatagramChannel {
     double newest_send_s_ = 0.0;
     clock::ClockSync clock_;
     DatagramStats stats_;
+    int unreported_ = 0;
     std::vector<std::uint8_t> plain_out_;
     std::vector<std::uint8_t> plain_in_;
 };

@@ -143,19 +143,21 @@ void Auditor::compare(const bot::Bot& bot, const wire::AuditRecordMessage& recor
     ++tally.records;
     const view::View& view = *bot.view();
     const double rtt_s = bot.client().clock().rtt_s();
+    const clock::RoundTrip& path = bot.client().clock().round_trip();
     Context context;
     context.bot = &bot;
     context.world = &view.world();
     context.tick = record.tick;
     const std::optional<Tick> shown_at = view.shown_at(record.tick);
     context.shown_at = shown_at.value_or(record.tick);
-    context.age = bot.arrivals().at(context.shown_at, rtt_s);
+    context.age = bot.arrivals().at(context.shown_at, path);
     least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
     context.stale = is_stale(
         context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_);
     context.avatar_discontinuity = record.avatar_discontinuity_tick;
     context.avatar_radii = record.avatar_radii_tick;
     context.rtt_s = rtt_s;
+    context.path = path;
     const double resend_s = rtt_s + context.world->tick_s;
     context.all_named =
         record.updates_since > 0 &&
@@ -163,7 +165,7 @@ void Auditor::compare(const bot::Bot& bot, const wire::AuditRecordMessage& recor
             context.age.plain_s + resend_s;
     context.grace = grace_ticks(context.age, rtt_s, context.world->tick_s);
     if (context.shown_at != context.tick) {
-        const link::UpdateAge then = bot.arrivals().at(context.tick, rtt_s);
+        const link::UpdateAge then = bot.arrivals().at(context.tick, path);
         const double behind_s =
             static_cast<double>(context.shown_at - context.tick) * context.world->tick_s;
         context.age.age_s = past_age_s(context.age, then, behind_s);
@@ -211,7 +213,7 @@ Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
                      context.bot->arrivals(),
                      context.tick,
                      static_cast<double>(context.shown_at) * tick_s,
-                     context.rtt_s,
+                     context.path,
                      tick_s);
     own.lost_again = own.age.age_s > context.age.age_s;
     own.grace = std::max(own.grace, grace_ticks(own.age, context.rtt_s, tick_s));

@@ -115,6 +115,7 @@ class Auditor {
         Tick tick = 0;
         Tick shown_at = 0;  ///< the view tick at which `tick` was displayed
         double rtt_s = 0.0;
+        clock::RoundTrip path;  ///< the same with its variation
         link::UpdateAge age;
         bool stale = false;
         bool lost_again = false;

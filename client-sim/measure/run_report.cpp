@@ -134,6 +134,8 @@ void write_transport(core::JsonWriter& json, const RunReport& r) {
         json.field("bottleneck_dropped", r.bottleneck_dropped);
     }
     json.field("process_cpu_s", r.process_cpu_s);
+    write_range(json, "loop_ms", r.loop.turn_ms(), true);
+    json.field("loop_late_share", r.loop.late_share());
 }
 
 /// printf into a string: tables are about columns.
@@ -223,7 +225,8 @@ std::string to_json(const RunReport& r) {
         json.field(text, count);
     }
     json.end_object();
-    json.field("verdict", r.consistent ? "consistent" : "inconsistent");
+    json.field("verdict", verdict_of(r));
+    json.field("inconclusive", r.inconclusive);
     json.key("reasons").begin_array();
     for (const std::string& reason : r.reasons) {
         json.value(reason);
@@ -261,6 +264,9 @@ std::string to_table(const RunReport& r) {
         row(out, name.c_str(), r.latency_stages_ms[i], "ms");
     }
     row(out, "input lead", r.lead_ticks, "ticks");
+    if (r.loop.turn_ms().count() > 0) {
+        row(out, "turn of this process", r.loop.turn_ms(), "ms");
+    }
     row(out, "down per bot (with headers)", r.down_bytes_per_s, "bytes/s");
     row(out, "up per bot (with headers)", r.up_bytes_per_s, "bytes/s");
     line(out,

@@ -3,6 +3,7 @@
 
 #include "client-sim/measure/auditor.h"
 #include "client-sim/measure/latency.h"
+#include "client-sim/measure/loop_meter.h"
 #include "shared/core/histogram.h"
 #include "shared/wire/traffic.h"
 
@@ -96,6 +97,7 @@ struct RunReport {
     double bottleneck_utilisation = 0.0;   ///< share of the capacity of all bottlenecks to clients
     std::uint64_t bottleneck_dropped = 0;  ///< found the queue full
     double process_cpu_s = 0.0;
+    LoopMeter loop;                          ///< of the process that played the bots, over the run
     wire::TrafficTable traffic;              ///< of all state packets received
     std::vector<std::string> traffic_types;  ///< names of its types
 
@@ -106,12 +108,16 @@ struct RunReport {
     std::string frozen_difference;     ///< of the first bot that did not match
 
     bool consistent = false;
+    std::string inconclusive;  ///< why the run says nothing about the server; empty: it does
     std::vector<std::string> reasons;   ///< reasons against consistency
     std::vector<std::string> warnings;  ///< circumstances that weaken a good verdict
 };
 
-/// Fills `consistent`, `reasons` and `warnings` from everything else.
+/// Fills `consistent`, `inconclusive`, `reasons` and `warnings` from everything else.
 void judge(RunReport& report);
+
+/// consistent, inconsistent or inconclusive.
+[[nodiscard]] const char* verdict_of(const RunReport& report);
 
 /// JSON object with the fields of the command line's contract, and more.
 [[nodiscard]] std::string to_json(const RunReport& report);

@@ -12,7 +12,7 @@ link::UpdateAge age_of(const link::UpdateAge& around,
                        const link::ArrivalLog& log,
                        Tick tick,
                        double shown_s,
-                       double rtt_s,
+                       const clock::RoundTrip& path,
                        double tick_s) {
     // The last packet received includes all earlier updates; lost packets sent after it are missed.
     Tick missed_since = 0;
@@ -34,9 +34,10 @@ link::UpdateAge age_of(const link::UpdateAge& around,
     link::UpdateAge age = around;
     if (losses > 0) {
         // A packet is given up when it is older than that many ticks, so one tick later.
-        const Tick given_up = 1 + wire::resend_timeout_ticks(rtt_s, tick_s);
+        const Tick given_up = 1 + wire::resend_timeout_ticks(path, tick_s);
         const double gone_by_s = static_cast<double>(tick - missed_since + 1) * tick_s;
-        const double once_s = std::max(around.age_s, around.delay_s + rtt_s + 2.0 * tick_s);
+        const double once_s =
+            std::max(around.age_s, around.delay_s + path.smoothed_s + 2.0 * tick_s);
         const double granted_s =
             around.delay_s + static_cast<double>(1 + losses * given_up) * tick_s;
         age.loss = true;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "client-sim/link/arrival_log.h"
+#include "shared/clock/round_trip.h"
 
 #include <cstdint>
 #include <vector>
@@ -42,7 +43,7 @@ link::UpdateAge age_of(const link::UpdateAge& around,
                        const link::ArrivalLog& log,
                        Tick tick,
                        double shown_s,
-                       double rtt_s,
+                       const clock::RoundTrip& path,
                        double tick_s);
 
 }  // namespace zoned::measure

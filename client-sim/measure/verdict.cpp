@@ -12,6 +12,8 @@ constexpr double kClockSlackMs = 5.0;
 /// Above this share of stale samples the verdict warns; where most are stale, it shows nothing.
 constexpr double kStaleWarning = 0.05;
 constexpr double kStaleShare = 0.5;
+/// Above this share of the run in turns longer than a tick the bots were the bottleneck.
+constexpr double kLateLoop = 0.05;
 
 std::string number(double value) {
     char text[40];
@@ -197,6 +199,21 @@ void judge(RunReport& r) {
     }
     judge_frozen(r);
     r.consistent = r.reasons.empty();
+    r.inconclusive.clear();
+    if (r.loop.late_share() > kLateLoop) {
+        r.inconclusive = "the bots were the bottleneck: for " +
+                         number(100.0 * r.loop.late_share()) +
+                         " % of the run this process served them less than once a tick (turns of " +
+                         number(r.loop.turn_ms().percentile(0.99)) +
+                         " ms at p99): take fewer bots, or a machine of their own";
+    }
+}
+
+const char* verdict_of(const RunReport& report) {
+    if (!report.inconclusive.empty()) {
+        return "inconclusive";
+    }
+    return report.consistent ? "consistent" : "inconsistent";
 }
 
 }  // namespace zoned::measure

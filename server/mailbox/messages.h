@@ -69,6 +69,15 @@ struct Acks {
     std::uint32_t rtt_us = 0;  ///< smoothed round trip as the session measures it
     std::uint32_t rate_bytes_per_s =
         0;  ///< the path's capacity as the session measures it, headers counted; 0: no limit known
+    std::uint32_t rtt_variation_us = 0;  ///< mean deviation of the round trip
+};
+
+/// Whether packets to this client have anywhere to go: a stream, or an address from which it was
+/// heard within the last second. Until one of these is back it is sent nothing at all. Its next
+/// input or acknowledgement says the same as `on`.
+struct Reach {
+    ClientId client;
+    bool on = true;
 };
 
 /// A reliable command to the rules of the game.
@@ -180,7 +189,8 @@ using InboxItem = std::variant<Join,
                                Notice,
                                SessionBegun,
                                SessionProgress,
-                               StoreKept>;
+                               StoreKept,
+                               Reach>;
 
 // ---- zones -> network ----
 

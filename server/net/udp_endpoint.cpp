@@ -16,8 +16,9 @@ namespace zoned::net {
 
 namespace {
 
-/// Batches taken from the socket before other work of the thread gets its turn.
-constexpr int kBatchesPerTurn = 16;
+/// Batches taken from the socket before other work of the thread gets its turn: as many small
+/// datagrams as a kernel's usual buffer of 4 MB holds, so that a turn sees all that waits.
+constexpr int kBatchesPerTurn = 96;
 
 using Socket = asio::ip::udp::socket;
 
@@ -44,6 +45,7 @@ struct UdpEndpoint::Impl : std::enable_shared_from_this<UdpEndpoint::Impl> {
     void open(const UdpSettings& settings);
     void prepare();
     void wait();
+    void receive_turn();
     bool receive_batch();
     void flush();
 
@@ -63,7 +65,10 @@ struct UdpEndpoint::Impl : std::enable_shared_from_this<UdpEndpoint::Impl> {
     std::unique_ptr<Slots> in = std::make_unique<Slots>();
     std::unique_ptr<Slots> out = std::make_unique<Slots>();
     std::size_t queued = 0;
-    std::array<Datagram, kBatch> delivered{};
+    // Of one turn: the bytes of all datagrams one behind the other, and where each is.
+    std::vector<std::uint8_t> arrived;
+    std::vector<std::pair<std::size_t, std::size_t>> places;
+    std::vector<Datagram> delivered;
 };
 
 void UdpEndpoint::Impl::open(const UdpSettings& settings) {
@@ -120,22 +125,33 @@ void UdpEndpoint::Impl::wait() {
         if (ec) {
             return;  // closed
         }
-        for (int i = 0; i < kBatchesPerTurn; ++i) {
-            if (!self->receive_batch()) {
-                break;
-            }
-        }
+        self->receive_turn();
         if (self->socket.is_open()) {
             self->wait();
         }
     });
 }
 
+void UdpEndpoint::Impl::receive_turn() {
+    arrived.clear();
+    places.clear();
+    delivered.clear();
+    for (int i = 0; i < kBatchesPerTurn; ++i) {
+        if (!receive_batch()) {
+            break;
+        }
+    }
+    for (std::size_t i = 0; i < delivered.size(); ++i) {
+        delivered[i].bytes =
+            std::span<const std::uint8_t>(arrived).subspan(places[i].first, places[i].second);
+    }
+    if (!delivered.empty()) {
+        on_datagrams(delivered);
+    }
+}
+
 /// False when the socket holds no more.
 bool UdpEndpoint::Impl::receive_batch() {
-    if (!socket.is_open()) {
-        return false;  // a callback closed it
-    }
     for (mmsghdr& message : in->messages) {
         message.msg_hdr.msg_namelen = sizeof(sockaddr_storage);
     }
@@ -151,7 +167,6 @@ bool UdpEndpoint::Impl::receive_batch() {
         return false;
     }
     ++stats.receive_calls;
-    std::size_t count = 0;
     for (int i = 0; i < n; ++i) {
         const mmsghdr& message = in->messages[static_cast<std::size_t>(i)];
         if ((message.msg_hdr.msg_flags & MSG_TRUNC) != 0) {
@@ -160,12 +175,11 @@ bool UdpEndpoint::Impl::receive_batch() {
         }
         const auto slot = static_cast<std::size_t>(i);
         stats.received_bytes += message.msg_len;
-        delivered[count++] = {from_socket_address(in->addresses[slot]),
-                              {in->bytes[slot].data(), message.msg_len}};
-    }
-    stats.received += count;
-    if (count != 0) {
-        on_datagrams({delivered.data(), count});
+        places.emplace_back(arrived.size(), message.msg_len);
+        arrived.insert(
+            arrived.end(), in->bytes[slot].data(), in->bytes[slot].data() + message.msg_len);
+        delivered.push_back({from_socket_address(in->addresses[slot]), {}});
+        ++stats.received;
     }
     return static_cast<std::size_t>(n) == kBatch;
 }

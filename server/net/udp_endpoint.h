@@ -46,6 +46,7 @@ struct UdpStats {
 /// once is dropped and counted, as a network would do.
 class UdpEndpoint {
   public:
+    /// Gets all datagrams that waited, in order of arrival (a few thousand at most).
     using OnDatagrams = std::function<void(std::span<const Datagram>)>;
 
     /// Binds the socket; throws std::system_error with a text for the operator. Nothing is received

@@ -67,6 +67,7 @@ struct ToRecord {
         r.set_bits(m.bits);
         r.set_rtt_us(m.rtt_us);
         r.set_rate_bytes_per_s(m.rate_bytes_per_s);
+        r.set_rtt_variation_us(m.rtt_variation_us);
     }
 
     void operator()(const mailbox::Command& m) const {
@@ -84,6 +85,11 @@ struct ToRecord {
 
     void operator()(const mailbox::ViewReset& m) const {
         out.mutable_view_reset()->set_client(m.client.value);
+    }
+
+    void operator()(const mailbox::Reach& m) const {
+        out.mutable_reach()->set_client(m.client.value);
+        out.mutable_reach()->set_on(m.on);
     }
 
     void operator()(const mailbox::Freeze& m) const { out.mutable_freeze()->set_on(m.on); }
@@ -265,8 +271,12 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             return read_input(record.input(), out);
         case RecordedItem::kAcks: {
             const RecordedItem::Acks& r = record.acks();
-            out = mailbox::Acks{
-                ClientId(r.client()), r.newest(), r.bits(), r.rtt_us(), r.rate_bytes_per_s()};
+            out = mailbox::Acks{ClientId(r.client()),
+                                r.newest(),
+                                r.bits(),
+                                r.rtt_us(),
+                                r.rate_bytes_per_s(),
+                                r.rtt_variation_us()};
             return true;
         }
         case RecordedItem::kCommand:
@@ -277,6 +287,9 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             return true;
         case RecordedItem::kViewReset:
             out = mailbox::ViewReset{ClientId(record.view_reset().client())};
+            return true;
+        case RecordedItem::kReach:
+            out = mailbox::Reach{ClientId(record.reach().client()), record.reach().on()};
             return true;
         case RecordedItem::kFreeze:
             out = mailbox::Freeze{record.freeze().on()};

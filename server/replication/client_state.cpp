@@ -9,16 +9,11 @@ namespace zoned::replication {
 
 namespace {
 
-constexpr double kDefaultRtt_us = 100e3;   // before the session has measured one
-constexpr std::uint32_t kLossMemory = 64;  // packets; the first ones count for more ...
-constexpr std::uint32_t kLossPrior = 8;    // ... beside a guess that counts as so many
-// A new client's network is taken for a poor one until its acks tell otherwise.
-constexpr double kLossAtFirst = 0.02;
-constexpr double kNegligibleLoss = 1e-3;
-constexpr int kMaxCopies = 8;
+constexpr double kDefaultRtt_us = 100e3;         // before the session has measured one
 constexpr double kInitialWindowBytes = 14600.0;  // RFC 6928, section 2: ten segments
 constexpr double kSmallestBurstBytes = 256.0;
 constexpr double kAway_s = 1.0;              // and two round trips: without any new acknowledgement
+constexpr std::uint64_t kAckReach = 32;      // packets before the newest that it names
 constexpr Tick kSignTicks = 2;               // between signs of life for one that was just heard
 constexpr double kNarrowBurstBytes = 512.0;  // headers are a fifth of a packet at least as large
 
@@ -42,11 +37,12 @@ ClientState::ClientState(const ClientTransfer& transfer, const ReplicationSettin
       first_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
-      loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
-      loss_samples_(transfer.next_sequence == 1 ? kLossPrior : kLossMemory),
+      loss_(transfer.loss_estimate),
       rtt_us_(transfer.rtt_us),
+      rtt_variation_us_(transfer.rtt_variation_us),
       rate_bytes_per_s_(transfer.rate_bytes_per_s),
-      next_epoch_(transfer.codec_epoch) {
+      next_epoch_(transfer.codec_epoch),
+      reached_(transfer.reached) {
     code(settings.codec == Codec::kPerClient || (settings.codec == Codec::kAuto && transfer.coded),
          settings);
     // Whatever turns out to be in view takes its removal back in the first sync().
@@ -59,9 +55,11 @@ ClientTransfer ClientState::transfer() const {
     ClientTransfer t;
     t.client = client;
     t.next_sequence = next_sequence_;
-    t.loss_estimate = loss_estimate_;
+    t.loss_estimate = loss_.share();
     t.budget_bytes = tokens;
     t.rtt_us = rtt_us_;
+    t.rtt_variation_us = rtt_variation_us_;
+    t.reached = reached_;
     t.rate_bytes_per_s = rate_bytes_per_s_;
     t.widened = widened;
     // The next zone's coder shares no history with this one.
@@ -209,7 +207,11 @@ SentPacket& ClientState::begin_packet(Tick now) {
                 lose(entry);
             }
         }
-        sample_loss(*displaced, displaced->status != DeliveryStatus::kAcked);
+        // Where nothing sent after it was acknowledged, its acknowledgement may still be on its
+        // way.
+        if (newest_acked_ > displaced->sequence) {
+            sample_loss(*displaced, displaced->status != DeliveryStatus::kAcked);
+        }
     }
     packet_tick = now;
     heard_while_away_ = false;
@@ -218,17 +220,19 @@ SentPacket& ClientState::begin_packet(Tick now) {
     return packet;
 }
 
-void ClientState::on_acks(const mailbox::Acks& acks) {
+bool ClientState::on_acks(const mailbox::Acks& acks) {
     if (acks.rtt_us != 0) {
         rtt_us_ = acks.rtt_us;
+        rtt_variation_us_ = acks.rtt_variation_us;
     }
     if (acks.rate_bytes_per_s != 0) {
         rate_bytes_per_s_ = acks.rate_bytes_per_s;
     }
     if (acks.newest >= next_sequence_) {
-        return;  // nothing like that was ever sent
+        return false;  // nothing like that was ever sent
     }
-    for (std::uint64_t back = 0; back <= 32 && back < acks.newest; ++back) {
+    note_unreported(acks.newest);
+    for (std::uint64_t back = 0; back <= kAckReach && back < acks.newest; ++back) {
         if (back != 0 && ((acks.bits >> (back - 1)) & 1u) == 0) {
             continue;
         }
@@ -242,16 +246,37 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
         if (packet->coded && coder != nullptr) {
             coder->acknowledge(static_cast<wire::entropy::PacketNumber>(packet->sequence));
         }
+        if (packet->counted_lost) {
+            packet->counted_lost = false;
+            loss_.on_found();
+        }
         sample_loss(*packet, false);
         own.acked_stamp = std::max(own.acked_stamp, packet->own_stamp);
         for (const SentEntry& entry : packet->entries) {
             deliver(entry);
         }
     }
-    newest_acked_ = std::max(newest_acked_, acks.newest);
+    if (acks.newest <= newest_acked_) {
+        return false;
+    }
+    set_reach(true);
+    newest_acked_ = acks.newest;
+    return true;
+}
+
+/// After a stall an acknowledgement may not reach back to all packets since the one before it.
+/// Nothing will ever tell whether the others came, so they say nothing of the path.
+void ClientState::note_unreported(std::uint64_t newest) {
+    for (std::uint64_t sequence = newest_acked_ + 1; sequence + kAckReach < newest; ++sequence) {
+        SentPacket* packet = log_.find(sequence);
+        if (packet != nullptr) {
+            packet->counted = true;
+        }
+    }
 }
 
 void ClientState::note_acked(const SentPacket& packet) {
+    fates_.found += packet.status == DeliveryStatus::kLost ? 1 : 0;
     ack_delay_.on_acked({packet.sequence,
                          packet.tick,
                          packet.sequence < newest_acked_ ? newest_acked_ - packet.sequence : 0,
@@ -261,6 +286,7 @@ void ClientState::note_acked(const SentPacket& packet) {
 
 void ClientState::give_up(SentPacket& packet) {
     packet.status = DeliveryStatus::kLost;
+    ++fates_.given_up;
     for (const SentEntry& entry : packet.entries) {
         lose(entry);
     }
@@ -269,12 +295,14 @@ void ClientState::give_up(SentPacket& packet) {
 /// Loss is inferred from the acknowledgement of later packets, as in RFC 9002, section 6.1: one
 /// sent as many packets later as reordering explains, or any later one once the packet is older
 /// than acknowledgements are. Without a later one only a probe goes out (section 6.2): the newest
-/// state of what is overdue, at intervals that double. A packet counts as lost only after three
-/// times the resend time: a merely late packet must not raise the estimate.
-void ClientState::expire(Tick now, float tick_s) {
+/// state of what is overdue, at intervals that double. Ticks in which the whole zone was silent
+/// do not count for it. A packet counts as lost only after three times the resend time: a merely
+/// late packet must not raise the estimate.
+void ClientState::expire(Tick now, float tick_s, const ZoneSilence& silence) {
     look_for_outage(now, tick_s);
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
-    const Tick patience = wire::resend_timeout_ticks(1e-6 * rtt_us, static_cast<double>(tick_s));
+    const clock::RoundTrip path(1e-6 * rtt_us, 1e-6 * rtt_variation_us_);
+    const Tick patience = wire::resend_timeout_ticks(path, static_cast<double>(tick_s));
     ack_delay_.begin_tick(now, tick_s, patience);
     bool resolved_so_far = true;
     for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
@@ -283,7 +311,7 @@ void ClientState::expire(Tick now, float tick_s) {
             const Tick age = now - packet->tick;
             if (packet->status == DeliveryStatus::kOpen &&
                 (newest_acked_ > sequence ? ack_delay_.passed_over(newest_acked_ - sequence, age)
-                                          : ack_delay_.probe(now, age))) {
+                                          : ack_delay_.probe(now, age - silence.among(age)))) {
                 give_up(*packet);
             }
             if (packet->status == DeliveryStatus::kLost && newest_acked_ > sequence &&
@@ -307,8 +335,7 @@ void ClientState::look_for_outage(Tick now, float tick_s) {
         heard_while_away_ = false;
         heard_newest_ = newest_acked_;
         heard_tick_ = now;
-        heard_loss_ = loss_estimate_;
-        heard_samples_ = loss_samples_;
+        heard_loss_ = loss_;
         return;
     }
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
@@ -332,12 +359,21 @@ void ClientState::begin_away() {
         }
         packet->counted = true;
     }
-    loss_estimate_ = heard_loss_;
-    loss_samples_ = heard_samples_;
+    loss_ = heard_loss_;
 }
 
 void ClientState::on_heard() {
+    set_reach(true);
     heard_while_away_ = away_;
+}
+
+void ClientState::set_reach(bool on) {
+    if (reached_ && !on && !away_) {
+        begin_away();
+    } else if (!reached_ && on && newest_acked_ == 0) {
+        away_ = false;  // as one that is new
+    }
+    reached_ = on;
 }
 
 bool ClientState::sign_due(Tick now) const {
@@ -347,8 +383,8 @@ bool ClientState::sign_due(Tick now) const {
 void ClientState::sample_loss(SentPacket& packet, bool lost) {
     if (!packet.counted) {
         packet.counted = true;
-        loss_samples_ = std::min(loss_samples_ + 1, kLossMemory);
-        loss_estimate_ += ((lost ? 1.0 : 0.0) - loss_estimate_) / loss_samples_;
+        packet.counted_lost = lost;
+        lost ? loss_.on_lost() : loss_.on_arrived();
     }
 }
 
@@ -450,17 +486,6 @@ Tick ClientState::unacknowledged(std::vector<mailbox::AuditUpdate>& out) const {
 
 // ---------------------------------------------------------------- rates
 
-int ClientState::copies_wanted(float target) const {
-    if (loss_estimate_ <= kNegligibleLoss) {
-        return 1;
-    }
-    int copies = 1;
-    for (double all_lost = loss_estimate_; all_lost >= target && copies < kMaxCopies; ++copies) {
-        all_lost *= loss_estimate_;
-    }
-    return copies;
-}
-
 double ClientState::allowed_bytes(const ReplicationSettings& settings) const {
     const bool narrow = rate_bytes_per_s_ != 0 && rate_bytes_per_s_ < settings.budget_bytes_per_s;
     return static_cast<double>(narrow ? rate_bytes_per_s_ : settings.budget_bytes_per_s) *
@@ -480,11 +505,12 @@ void ClientState::hash(core::StateHash& hash) const {
     hash.add(client.value);
     hash.add(next_sequence_);
     hash.add(newest_acked_);
-    hash.add(loss_estimate_);
+    hash.add(loss_.share());
     ack_delay_.hash(hash);
     hash.add(tokens);
     hash.add(rate_bytes_per_s_);
     hash.add(away_);
+    hash.add(reached_);
     hash.add(coder != nullptr);
     for (const Subscription& s : subscriptions) {
         hash.add(s.entity.value);

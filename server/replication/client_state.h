@@ -3,7 +3,9 @@
 
 #include "server/mailbox/messages.h"
 #include "server/replication/delivery/ack_delay.h"
+#include "server/replication/delivery/path_loss.h"
 #include "server/replication/delivery/sent_log.h"
+#include "server/replication/delivery/zone_silence.h"
 #include "server/replication/stream_table.h"
 #include "server/world/visibility.h"
 #include "shared/core/state_hash.h"
@@ -12,6 +14,7 @@
 #include "shared/wire/widening.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace zoned::replication {
 
@@ -103,10 +106,11 @@ class ClientState {
     /// nullptr: it is not subscribed to the entity.
     [[nodiscard]] const Subscription* subscription(EntityId entity) const;
 
-    void on_acks(const mailbox::Acks& acks);
+    /// True when a newer packet than ever before was acknowledged.
+    bool on_acks(const mailbox::Acks& acks);
     /// Gives up packets that the client has passed over, probes where acknowledgements stay out,
     /// and gives up all when the client has gone silent.
-    void expire(Tick now, float tick_s);
+    void expire(Tick now, float tick_s, const ZoneSilence& silence);
 
     /// True in an outage: the client acknowledged packets before, but none for a second and two
     /// round trips. It then gets nothing but signs of life. Its acknowledged state stays as it is,
@@ -116,6 +120,12 @@ class ClientState {
 
     /// Something came from the client: when it is away, the next sign of life is due soon.
     void on_heard();
+
+    /// mailbox::Reach. A client that cannot be reached is away, and is not even sent signs of life.
+    void set_reach(bool on);
+
+    [[nodiscard]] bool reached() const { return reached_; }
+
     /// Everything is pending anew, absolute.
     void reset_view();
 
@@ -125,8 +135,21 @@ class ClientState {
     /// Begins the log entry of a packet and counts the sequence up.
     SentPacket& begin_packet(Tick now);
 
-    /// Copies of an update to send so that the chance to lose them all is below `target`, 1..8.
-    [[nodiscard]] int copies_wanted(float target) const;
+    /// Copies of an update to send so that the chance to lose them all is below `target`, 1..8. One
+    /// where acknowledgements are late: copies are the first thing that an overload gives up.
+    [[nodiscard]] int copies_wanted(float target) const {
+        return ack_delay_.late() ? 1 : loss_.copies_wanted(target);
+    }
+
+    [[nodiscard]] bool acks_are_late() const { return ack_delay_.late(); }
+
+    /// What became of its packets since this was asked last.
+    struct Fates {
+        std::uint32_t given_up = 0;  ///< their updates are sent again
+        std::uint32_t found = 0;     ///< given up and acknowledged after all
+    };
+
+    Fates take_fates() { return std::exchange(fates_, {}); }
 
     /// When away: a sign of life is due, because something came from the client.
     [[nodiscard]] bool sign_due(Tick now) const;
@@ -163,9 +186,10 @@ class ClientState {
     void serialize(Archive& archive) {
         archive(client, subscriptions, removals, own, tokens, packet_tick, widened, widened_tick);
         archive(is_viewer, coded_bytes, demand, followed_, log_, next_sequence_, first_sequence_);
-        archive(oldest_open_, newest_acked_, ack_delay_, loss_estimate_, loss_samples_, rtt_us_);
+        archive(oldest_open_, newest_acked_, ack_delay_, loss_, rtt_us_);
+        archive(rtt_variation_us_, reached_);
         archive(rate_bytes_per_s_, next_stamp_, next_epoch_, away_, heard_while_away_);
-        archive(heard_newest_, heard_tick_, heard_loss_, heard_samples_);
+        archive(heard_newest_, heard_tick_, heard_loss_);
     }
 
     /// The coder, which follows the rest: it is made with the settings.
@@ -214,6 +238,7 @@ class ClientState {
     void deliver(const SentEntry& entry);
     void lose(const SentEntry& entry);
     void note_acked(const SentPacket& packet);
+    void note_unreported(std::uint64_t newest);
     void give_up(SentPacket& packet);
     void look_for_outage(Tick now, float tick_s);
     void begin_away();
@@ -227,18 +252,19 @@ class ClientState {
     std::uint64_t oldest_open_ = 1;     // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
     AckDelay ack_delay_;
-    double loss_estimate_ = 0.0;
-    std::uint32_t loss_samples_ = 0;  ///< packets that the estimate stands for
+    PathLoss loss_;
+    Fates fates_;
     std::uint32_t rtt_us_ = 0;
+    std::uint32_t rtt_variation_us_ = 0;
     std::uint32_t rate_bytes_per_s_ = 0;
     std::uint32_t next_stamp_ = 1;
     std::uint8_t next_epoch_ = 0;  // of the coder to come
     bool away_ = false;
+    bool reached_ = true;
     bool heard_while_away_ = false;
-    std::uint64_t heard_newest_ = 0;   // newest_acked_ when it last rose ...
-    Tick heard_tick_ = -1;             // ... and when that was; -1: at no time here
-    double heard_loss_ = 0.0;          // the estimate then ...
-    std::uint32_t heard_samples_ = 0;  // ... and what it stood for
+    std::uint64_t heard_newest_ = 0;  // newest_acked_ when it last rose ...
+    Tick heard_tick_ = -1;            // ... when that was; -1: at no time here ...
+    PathLoss heard_loss_;             // ... and the loss known then
 };
 
 /// Bytes that a client may be sent at once when it has just joined: a second's worth of its budget,

@@ -287,6 +287,7 @@ bool Packer::add(Tick now,
     delivery.pending_tick = 0;
     ++report.records_sent;
     report.records_resent += candidate.reason == Reason::kUpdate ? 0 : 1;
+    report.records_repeated += candidate.reason == Reason::kRepeat ? 1 : 0;
     return true;
 }
 

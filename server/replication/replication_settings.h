@@ -53,13 +53,18 @@ struct ReplicationSettings {
 };
 
 struct ReplicationReport {
-    std::uint32_t streams = 0;         ///< (entity, LOD) with a subscriber
-    std::uint32_t publications = 0;    ///< encoded this tick
-    std::uint32_t keyframes = 0;       ///< of these
-    std::uint32_t records_sent = 0;    ///< copies into packets
-    std::uint32_t records_resent = 0;  ///< of these: again, after loss or as redundancy
+    std::uint32_t streams = 0;           ///< (entity, LOD) with a subscriber
+    std::uint32_t publications = 0;      ///< encoded this tick
+    std::uint32_t keyframes = 0;         ///< of these
+    std::uint32_t records_sent = 0;      ///< copies into packets
+    std::uint32_t records_resent = 0;    ///< of these: again, after loss or as redundancy
+    std::uint32_t records_repeated = 0;  ///< of these: as redundancy, ahead of any loss
     std::uint32_t packets = 0;
-    std::uint64_t bytes = 0;        ///< bodies
+    std::uint32_t packets_given_up = 0;  ///< without an acknowledgement: sent again
+    std::uint32_t packets_found = 0;     ///< given up, and acknowledged after all
+    std::uint32_t late = 0;              ///< clients whose acknowledgements are late
+    std::uint32_t unreached = 0;         ///< clients for which nothing is made (Reach)
+    std::uint64_t bytes = 0;             ///< bodies
     std::uint32_t over_budget = 0;  ///< clients with updates still pending when their budget ended
     std::uint32_t widened = 0;      ///< clients that were notified of bounds wider than promised
     EntityId limit_entity;          ///< one of those that exceeded a limit
@@ -91,6 +96,8 @@ struct ClientTransfer {
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
+    std::uint32_t rtt_variation_us = 0;
+    bool reached = true;                 ///< mailbox::Reach
     std::uint32_t rate_bytes_per_s = 0;  ///< its path's capacity; 0: no limit known
     wire::Widened widened;               ///< the bounds that it was last notified of
     std::vector<EntityId>

@@ -1,6 +1,7 @@
 #include "server/replication/replicator.h"
 
 #include "server/replication/client_state.h"
+#include "server/replication/delivery/zone_silence.h"
 #include "server/replication/packer.h"
 #include "server/replication/stream_table.h"
 #include "shared/core/archive/field_archive.h"
@@ -19,7 +20,7 @@ struct Replicator::Impl {
     template <class Archive>
     void serialize(Archive& archive) {
         archive.section("publications", [&] { archive(streams); });
-        archive.section("packer", [&] { archive(packer, codec_choice, codec_price); });
+        archive.section("packer", [&] { archive(packer, codec_choice, codec_price, silence); });
         std::uint64_t count = clients.size();
         archive(count);
         if constexpr (Archive::kReads) {
@@ -63,6 +64,7 @@ struct Replicator::Impl {
     Packer packer;
     std::vector<std::unique_ptr<ClientState>> clients;  // ascending by id
     std::vector<Subscription> scratch;
+    ZoneSilence silence;
     CodecPlan codec_plan;
     CodecChoice codec_choice;
     mailbox::CodecPrice codec_price;
@@ -113,8 +115,8 @@ ClientTransfer Replicator::remove_client(ClientId client) {
 void Replicator::on_acks(const mailbox::Acks& acks) {
     // Acks of a client that has just moved away are no mistake: they are nothing to us any more.
     const auto it = impl_->find(acks.client);
-    if (it != impl_->clients.end()) {
-        (*it)->on_acks(acks);
+    if (it != impl_->clients.end() && (*it)->on_acks(acks)) {
+        impl_->silence.on_acknowledged();
     }
 }
 
@@ -131,6 +133,18 @@ void Replicator::on_heard(ClientId client) {
     if (it != impl_->clients.end()) {
         (*it)->on_heard();
     }
+}
+
+void Replicator::set_reach(ClientId client, bool on) {
+    const auto it = impl_->find(client);
+    if (it != impl_->clients.end()) {
+        (*it)->set_reach(on);
+    }
+}
+
+bool Replicator::reaches(ClientId client) const {
+    const auto it = impl_->find(client);
+    return it == impl_->clients.end() || (*it)->reached();
 }
 
 void Replicator::reset_view(ClientId client) {
@@ -161,8 +175,13 @@ ReplicationReport Replicator::step(Tick now,
         z.list_avatars(entities);
     }
     z.choose_codecs(now);
+    z.silence.begin_tick();
     for (const auto& client : z.clients) {
-        client->expire(now, z.settings.tick_s);
+        if (!client->reached()) {
+            ++report.unreached;
+            continue;
+        }
+        client->expire(now, z.settings.tick_s, z.silence);
         const OwnNow own_now =
             report.skipped ? OwnNow{} : z.own_state(now, client->client, entities, own);
         const std::uint32_t records_before = report.records_sent;
@@ -172,6 +191,10 @@ ReplicationReport Replicator::step(Tick now,
         client->demand.add(records,
                            records > 0 ? report.packets - packets_before : 0,
                            client->allowed_bytes(z.settings));
+        const ClientState::Fates fates = client->take_fates();
+        report.packets_given_up += fates.given_up;
+        report.packets_found += fates.found;
+        report.late += client->acks_are_late() ? 1 : 0;
     }
     report.codec = z.codec_choice;
     return report;

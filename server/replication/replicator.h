@@ -51,6 +51,9 @@ class Replicator {
     [[nodiscard]] const mailbox::CodecPrice& codec_price() const;
     /// Something else came from the client: after an outage it is asked sooner for its state.
     void on_heard(ClientId client);
+    /// Whether packets to the client have anywhere to go; until they have, none is made.
+    void set_reach(ClientId client, bool on);
+    [[nodiscard]] bool reaches(ClientId client) const;
     /// Everything becomes pending for this client again, absolute.
     void reset_view(ClientId client);
 

@@ -20,6 +20,7 @@ enum class Reject : std::uint8_t {
     kNotAuthentic,
     kTransportMalformed,
     kDatagramFlood,
+    kDatagramOvertaken,
     kAckAhead,
     kBodyMalformed,
     kInputRange,

@@ -128,6 +128,10 @@ struct Apply {
         }
     }
 
+    void operator()(const mailbox::Reach& reach) const {
+        state.replicator.set_reach(reach.client, reach.on);
+    }
+
     void operator()(const mailbox::NewBrains& fresh) const {
         ZONED_ASSERT(fresh.settings != nullptr, "new brains were read before they are sent");
         for (std::size_t n = 0; n < state.agents.size(); ++n) {

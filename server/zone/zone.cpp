@@ -76,7 +76,7 @@ std::uint32_t audit_clients(ZoneState& state) {
     const ZoneContext context(state);
     follow_radii(state);
     for (ZoneClient& client : state.clients) {
-        if (audit_due(state, client)) {
+        if (audit_due(state, client) && state.replicator.reaches(client.client)) {
             state.out.messages.emplace_back(audit(state, context, client));
             client.audit_due = false;
             ++records;

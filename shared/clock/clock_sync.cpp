@@ -37,14 +37,14 @@ void ClockSync::add_sample(double sent_local,
             uncertainty(believed, received_local) + uncertainty(sample, received_local) + kStep;
         if (std::abs(offset - forward(believed, received_local)) > explained) {
             count_ = 0;
+            round_trip_ = {};
             block_count_ = 0;
             drift_ = 0.0;
             drift_doubt_ = kMaxDrift;
             ++restarts_;
         }
     }
-    // RFC 6298's smoothing of round trips.
-    rtt_ = count_ == 0 ? rtt : rtt_ + (rtt - rtt_) / 8.0;
+    round_trip_.add(rtt, received_local);
     offset_ = server_time(received_local) - received_local;
     last_local_ = received_local;
     keep(sample);

@@ -1,6 +1,8 @@
 // ClockSync: estimates the server's clock from round trips; the caller passes the time.
 #pragma once
 
+#include "shared/clock/round_trip.h"
+
 #include <array>
 #include <cstddef>
 
@@ -39,7 +41,10 @@ class ClockSync {
     [[nodiscard]] double offset_s() const { return offset_; }
 
     /// Smoothed round trip without the server's own time.
-    [[nodiscard]] double rtt_s() const { return rtt_; }
+    [[nodiscard]] double rtt_s() const { return round_trip_.value().smoothed_s; }
+
+    /// The same, with its variation.
+    [[nodiscard]] const RoundTrip& round_trip() const { return round_trip_.value(); }
 
     /// Smallest round trip of the samples kept (the last 32).
     [[nodiscard]] double min_rtt_s() const;
@@ -96,7 +101,7 @@ class ClockSync {
     std::size_t restarts_ = 0;
     double offset_ = 0.0;  // at last_local_
     double target_ = 0.0;  // where the offset is slewed to, likewise; both drift on
-    double rtt_ = 0.0;
+    RoundTripEstimator round_trip_;
     double last_local_ = 0.0;
 };
 

@@ -147,6 +147,7 @@ std::vector<Bytes> seeds() {
         mailbox::Freeze{true},
         mailbox::NewBrains{std::make_shared<const std::string>("brain {}"), nullptr},
         mailbox::ViewReset{ClientId(1)},
+        mailbox::Reach{ClientId(1), false},
         mailbox::AuditRequest{ClientId(1)},
         mailbox::CodecPrice{100, 200},
         mailbox::SpawnOrder{1, 2, {1.0, 2.0, 3.0}, 4},

@@ -134,10 +134,39 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Encoded states of entities.",
                number(loop.publications));
+    out.single("zoned_records_sent_total",
+               "counter",
+               "Copies of encoded states in packets to clients.",
+               number(loop.records_sent));
     out.single("zoned_records_resent_total",
                "counter",
-               "Records sent again after a lost packet.",
+               "Of these: again, after a loss or ahead of the next one.",
                number(loop.records_resent));
+    out.single("zoned_records_repeated_total",
+               "counter",
+               "Of these: ahead of the next loss, on paths known to lose packets.",
+               number(loop.records_repeated));
+    out.single("zoned_packets_given_up_total",
+               "counter",
+               "State packets without an acknowledgement, whose updates were sent again.",
+               number(loop.packets_given_up));
+    out.single("zoned_packets_found_total",
+               "counter",
+               "Of these: acknowledged after all, so sent again for nothing.",
+               number(loop.packets_found));
+    out.single("zoned_clients_late",
+               "gauge",
+               "Clients whose acknowledgements come much later than their path explains, in the "
+               "last tick.",
+               number(loop.late_clients));
+    out.single("zoned_clients_widened",
+               "gauge",
+               "Clients that were notified of bounds wider than promised, in the last tick.",
+               number(loop.widened_clients));
+    out.single("zoned_clients_unreached",
+               "gauge",
+               "Clients without a stream or a live address, for which no packets are made.",
+               number(loop.unreached));
 }
 
 void write_recording(MetricsText& out, const recording::RecorderFigures& recording) {

@@ -68,6 +68,9 @@ void add_loop(const LoopStats& loop, recording::ServerReport& report) {
     report.extra["publications"] = static_cast<double>(loop.publications);
     report.extra["records_sent"] = static_cast<double>(loop.records_sent);
     report.extra["records_resent"] = static_cast<double>(loop.records_resent);
+    report.extra["records_repeated"] = static_cast<double>(loop.records_repeated);
+    report.extra["packets_given_up"] = static_cast<double>(loop.packets_given_up);
+    report.extra["packets_found"] = static_cast<double>(loop.packets_found);
     report.extra["particles"] = static_cast<double>(loop.particles);
     report.extra["bursts_told"] = static_cast<double>(loop.bursts_sent);
     report.extra["device_particle_steps"] = static_cast<double>(loop.device_particles);

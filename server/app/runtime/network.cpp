@@ -34,8 +34,10 @@ Network::Network(asio::io_context& io,
            udp_settings(settings),
            [this](std::span<const net::Datagram> datagrams) {
                const double now = steady_seconds();
-               for (const net::Datagram& datagram : datagrams) {
-                   host_.on_datagram(datagram.from, datagram.bytes, now);
+               // The newest first: where this thread is behind, the oldest are worth nothing.
+               host_.begin_datagrams();
+               for (auto datagram = datagrams.rbegin(); datagram != datagrams.rend(); ++datagram) {
+                   host_.on_datagram(datagram->from, datagram->bytes, now);
                }
                udp_.flush();
            }),

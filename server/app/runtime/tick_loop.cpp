@@ -157,6 +157,7 @@ void TickLoop::run_tick(double due_s) {
     const double end = steady_seconds();
     count_tick(clock_.time(begin) - due_s, end - begin, cpu_end - cpu_begin);
     log_.limits(world_, end);
+    log_.overload(load_);
     if (world_.stopped().size() > known_stopped) {
         log_.stopped_zones(world_);
         if (settings_.on_stopped_zone) {
@@ -245,6 +246,10 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.entities = 0;
     s.awake_bodies = 0;
     s.particles = 0;
+    load_ = {};
+    s.late_clients = 0;
+    s.widened_clients = 0;
+    s.unreached = 0;
     s.zones.clear();
     s.stopped.assign(world_.stopped().begin(), world_.stopped().end());
     zone_ran_.resize(world_.zones().size());
@@ -296,6 +301,15 @@ void TickLoop::count_zone(std::size_t index) {
     s.inputs_missing += r.replication.inputs_missing;
     s.records_sent += r.replication.records_sent;
     s.records_resent += r.replication.records_resent;
+    s.records_repeated += r.replication.records_repeated;
+    s.packets_given_up += r.replication.packets_given_up;
+    s.packets_found += r.replication.packets_found;
+    s.widened_clients += r.replication.widened;
+    s.late_clients += r.replication.late;
+    load_.clients += r.census.viewers;
+    load_.late += r.replication.late;
+    load_.widened += r.replication.widened;
+    s.unreached += r.replication.unreached;
     s.publications += r.replication.publications;
     s.out_of_world += r.out_of_world;
     s.quarantined += r.physics.quarantined + r.soft.quarantined;

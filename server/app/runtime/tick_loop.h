@@ -98,6 +98,12 @@ struct LoopStats {
     std::uint64_t inputs_missing = 0;  ///< of these: not there in time
     std::uint64_t records_sent = 0;
     std::uint64_t records_resent = 0;
+    std::uint64_t records_repeated = 0;  ///< of these: ahead of any loss
+    std::uint64_t packets_given_up = 0;
+    std::uint64_t packets_found = 0;    ///< given up, and acknowledged after all
+    std::uint64_t late_clients = 0;     ///< in the last tick: whose acknowledgements are late
+    std::uint64_t widened_clients = 0;  ///< in the last tick: with bounds wider than promised
+    std::uint64_t unreached = 0;        ///< in the last tick: with nowhere to send to
     std::uint64_t publications = 0;
     std::uint64_t broadcast_ticks = 0;
     std::uint64_t particles = 0;         ///< simulated, in the last tick
@@ -198,6 +204,7 @@ class TickLoop final : public VisitedWorld {
     std::unique_ptr<PortalWatch> portals_;  ///< null: the server is in no cluster
     LoggedBands logged_bands_;
     TickLog log_;
+    OverloadSteps::Load load_;  // of the last tick
     core::Histogram turns_ms_;  // of the ten seconds that run
     core::Histogram turns_cpu_ms_;
     mutable std::mutex stats_mutex_;

@@ -55,6 +55,27 @@ void TickLog::overrun(const World& world, const Overrun& overrun, double now_s) 
     overrun_told_s_ = now_s;
 }
 
+void TickLog::overload(const OverloadSteps::Load& load) {
+    if (!overload_.tick(load)) {
+        return;
+    }
+    const auto tell = [&](OverloadStep step, const char* begins, const char* ends) {
+        if (overload_.changed(step)) {
+            log_of(LogArea::kTick)
+                .warn("{} ({:.0f} % of {} clients)",
+                      overload_.on(step) ? begins : ends,
+                      100.0 * overload_.share(step),
+                      load.clients);
+        }
+    };
+    tell(OverloadStep::kCopies,
+         "overload: acknowledgements are late, so no copies are sent ahead of losses",
+         "overload over: acknowledgements come in time");
+    tell(OverloadStep::kBounds,
+         "overload: bounds are wider than promised, the farthest first",
+         "overload over: bounds are as promised");
+}
+
 void TickLog::limits(const World& world, double now_s) {
     const zone::Zone* where = nullptr;
     for (const auto& zone : world.zones()) {

@@ -2,6 +2,7 @@
 // that stopped; called by the tick loop after a tick.
 #pragma once
 
+#include "server/app/world/overload_steps.h"
 #include "server/app/world/world.h"
 
 #include <cstdint>
@@ -24,6 +25,9 @@ class TickLog {
     /// Looks for entities that moved beyond what their type declares; at most one line a second.
     void limits(const World& world, double now_s);
 
+    /// Tells what an overload begins to give up, and when that is over.
+    void overload(const OverloadSteps::Load& load);
+
     /// Tells each zone that has stopped once.
     void stopped_zones(const World& world);
 
@@ -33,6 +37,7 @@ class TickLog {
     double limit_told_s_ = -1e9;
     std::uint64_t limits_ = 0;
     std::size_t stopped_told_ = 0;
+    OverloadSteps overload_;
 };
 
 /// The passes that took most of the last tick, over all zones: "physics 12.1 ms, ai 3.0 ms".

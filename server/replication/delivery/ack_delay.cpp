@@ -8,6 +8,7 @@ namespace zoned::replication {
 namespace {
 
 constexpr double kPeriod_s = 1.0;
+constexpr Tick kSoonestPeriods = 30;
 
 }  // namespace
 
@@ -23,12 +24,18 @@ void AckDelay::begin_tick(Tick now, float tick_s, Tick patience) {
         reordered_ = {0, now - period_tick_ < 2 * period ? reordered_.now : 0};
         period_tick_ = now;
     }
+    if (now - soonest_tick_ >= kSoonestPeriods * period) {
+        soonest_before_ = soonest_now_;
+        soonest_now_ = kNever;
+        soonest_tick_ = now;
+    }
     if (now - tolerance_tick_ >= 2 * period) {
         tolerance_ = kLeastTolerance;
     }
     for (const Acked& acked : fresh_) {
         if (!acked.outage) {
             (acked.overtaken_by > 0 ? reordered_ : delay_).add(now - acked.sent_tick);
+            soonest_now_ = std::min(soonest_now_, now - acked.sent_tick);
         }
         if (acked.given_up && acked.overtaken_by >= tolerance_) {
             tolerance_ = std::min(kMostTolerance, acked.overtaken_by + 1);
@@ -69,6 +76,7 @@ void AckDelay::hash(core::StateHash& hash) const {
     hash.add(reordered_.value());
     hash.add(tolerance_);
     hash.add(doublings_);
+    hash.add(late());
 }
 
 }  // namespace zoned::replication

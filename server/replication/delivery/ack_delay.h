@@ -5,6 +5,7 @@
 #include "shared/core/ids.h"
 #include "shared/core/state_hash.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -25,6 +26,10 @@ namespace zoned::replication {
 ///
 /// *Spurious resends.* Acknowledgements name packets, so the one of a packet given up proves that
 /// it was only late (Eifel, RFC 3522). Its age counts as a delay like any other.
+///
+/// *Lateness.* Acknowledgements are late while the latest of the last seconds took more than twice
+/// as long as the soonest of the last minute, and four ticks: something is overloaded. So they are
+/// while a probe has had no answer.
 ///
 /// Ages are those that a tick sees: waiting for the client's next datagram, and for the tick, is in
 /// them. Deterministic.
@@ -52,6 +57,12 @@ class AckDelay {
     /// Whether a packet after which nothing was acknowledged is to be probed for.
     [[nodiscard]] bool probe(Tick now, Tick age);
 
+    /// Whether acknowledgements come much later than the path alone explains.
+    [[nodiscard]] bool late() const {
+        const Tick usual = std::min(soonest_now_, soonest_before_);
+        return doublings_ > 0 || (usual < kNever && delay_.value() > 2 * usual + kLateTicks);
+    }
+
     void hash(core::StateHash& hash) const;
 
     static constexpr std::uint64_t kLeastTolerance = 3;  ///< RFC 9002, kPacketThreshold
@@ -62,6 +73,7 @@ class AckDelay {
     void serialize(Archive& archive) {
         archive(fresh_, delay_.now, delay_.before, reordered_.now, reordered_.before, tolerance_);
         archive(tolerance_tick_, period_tick_, patience_, probe_tick_, doublings_);
+        archive(soonest_now_, soonest_before_, soonest_tick_);
     }
 
   private:
@@ -78,6 +90,9 @@ class AckDelay {
     [[nodiscard]] Tick reordered_after() const;
     [[nodiscard]] Tick overdue_after() const;
 
+    static constexpr Tick kLateTicks = 4;
+    static constexpr Tick kNever = 1 << 30;
+
     std::vector<Acked> fresh_;  // since the last tick
     RecentMax delay_;           // of packets that came in order
     RecentMax reordered_;       // of packets that were overtaken
@@ -85,7 +100,10 @@ class AckDelay {
     Tick tolerance_tick_ = 0;  // when it last grew
     Tick period_tick_ = 0;     // when the present second began
     Tick patience_ = 1;
-    Tick probe_tick_ = -1;  // when the present round of probes began; -1: none
+    Tick soonest_now_ = kNever;  // least delay of this half minute ...
+    Tick soonest_before_ = kNever;
+    Tick soonest_tick_ = 0;  // ... which began then
+    Tick probe_tick_ = -1;   // when the present round of probes began; -1: none
     int doublings_ = 0;
 };
 

@@ -27,7 +27,8 @@ struct SentPacket {
     std::uint64_t sequence = 0;
     Tick tick = 0;
     DeliveryStatus status = DeliveryStatus::kOpen;
-    bool counted = false;         ///< as a sample of the loss estimate
+    bool counted = false;         ///< as a sample of the path's loss
+    bool counted_lost = false;    ///< as one that was lost
     std::uint32_t own_stamp = 0;  ///< the own state that it carried; 0: none
     bool coded = false;           ///< its records were coded for this client alone
     std::vector<SentEntry> entries;
@@ -48,6 +49,7 @@ class SentLog {
         packet.tick = now;
         packet.status = DeliveryStatus::kOpen;
         packet.counted = false;
+        packet.counted_lost = false;
         packet.own_stamp = 0;
         packet.coded = false;
         packet.entries.clear();

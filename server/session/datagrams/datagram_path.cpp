@@ -83,7 +83,7 @@ core::Result<std::optional<DatagramPath::AckUpdate>, Reject> DatagramPath::take_
     if (newest > acked_.newest) {
         measure(newest, transport, now_s);
     }
-    rate_.on_feedback(newest, bits, transport.one_way_128us, 1e-6 * rtt_us_, now_s);
+    rate_.on_feedback(newest, bits, transport.one_way_128us, round_trip_.value().smoothed_s, now_s);
     acked_ = {newest, bits};
     return std::optional<AckUpdate>(acked_);
 }
@@ -99,10 +99,12 @@ void DatagramPath::measure(std::uint64_t sequence,
     if (sent.sequence != sequence) {
         return;  // too long ago to know
     }
-    const double delay_us = 10.0 * transport.ack_delay_10us;
-    const double sample_us = std::clamp((now_s - sent.time_s) * 1e6 - delay_us, 1.0, 60e6);
-    // RFC 6298, section 2: the first sample is taken as it is, then an eighth of each new one.
-    rtt_us_ = rtt_us_ == 0.0 ? sample_us : rtt_us_ + (sample_us - rtt_us_) / 8.0;
+    // RFC 9002, section 5.3: the client's delay is not the path's, but no client can make the round
+    // trip shorter than the shortest seen.
+    const double whole_s = std::clamp(now_s - sent.time_s, 1e-6, 60.0);
+    const double delay_s = 1e-5 * transport.ack_delay_10us;
+    least_rtt_s_ = std::min(least_rtt_s_, whole_s);
+    round_trip_.add(whole_s >= least_rtt_s_ + delay_s ? whole_s - delay_s : whole_s, now_s);
 }
 
 void DatagramPath::seal(std::uint32_t connection,

@@ -3,6 +3,7 @@
 
 #include "server/session/datagrams/rate_control.h"
 #include "server/session/reject.h"
+#include "shared/clock/round_trip.h"
 #include "shared/core/result.h"
 #include "shared/wire/packet.h"
 #include "shared/wire/seal.h"
@@ -74,7 +75,14 @@ class DatagramPath {
     void excuse_stall(double stall_s) { rate_.excuse_stall(stall_s); }
 
     /// Smoothed round trip without the client's delay, us; 0 before the first measurement.
-    [[nodiscard]] std::uint32_t rtt_us() const { return static_cast<std::uint32_t>(rtt_us_); }
+    [[nodiscard]] std::uint32_t rtt_us() const {
+        return static_cast<std::uint32_t>(1e6 * round_trip_.value().smoothed_s);
+    }
+
+    /// Its mean deviation, us.
+    [[nodiscard]] std::uint32_t rtt_variation_us() const {
+        return static_cast<std::uint32_t>(1e6 * round_trip_.value().variation_s);
+    }
 
   private:
     struct SendTimestamp {
@@ -96,7 +104,8 @@ class DatagramPath {
     std::array<SendTimestamp, kSentKept> sent_{};
     AckUpdate acked_;
     RateControl rate_;
-    double rtt_us_ = 0.0;
+    clock::RoundTripEstimator round_trip_;
+    double least_rtt_s_ = 60.0;
 };
 
 }  // namespace zoned::session

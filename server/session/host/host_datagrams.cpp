@@ -2,6 +2,13 @@
 
 namespace zoned::session {
 
+namespace {
+
+/// Of one session among datagrams that waited together; jitter brings two.
+constexpr int kReadPerTurn = 3;
+
+}  // namespace
+
 // Before a datagram authenticates, nothing is answered and nothing but a counter changes: else the
 // server could be used against others, or a session taken over by guessing.
 void SessionHost::Impl::on_datagram(const mailbox::Address* from,
@@ -30,10 +37,21 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
         reject(Reject::kNotAuthentic);  // nothing would prove its sender
         return;
     }
+    const bool waited = from != nullptr && datagram_turn != 0;
+    if (waited && session->datagram_turn == datagram_turn &&
+        session->datagrams_in_turn >= kReadPerTurn) {
+        reject(Reject::kDatagramOvertaken);
+        return;
+    }
     const auto opened = session->path.open(*header, datagram, now_s, plain);
     if (!opened) {
         reject(opened.error());
         return;
+    }
+    if (waited) {
+        session->datagrams_in_turn =
+            session->datagram_turn == datagram_turn ? session->datagrams_in_turn + 1 : 1;
+        session->datagram_turn = datagram_turn;
     }
     session->last_heard_s = now_s;
     session->last_datagram_s = now_s;
@@ -41,6 +59,7 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
     if (opened->newest) {
         follow_address(*session, from);
     }
+    look_at_reach(*session, now_s);
     if (!session->datagrams.take(now_s)) {
         reject(Reject::kDatagramFlood);
         return;
@@ -62,7 +81,8 @@ void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::Ac
                                   acks.newest,
                                   acks.bits,
                                   session.path.rtt_us(),
-                                  static_cast<std::uint32_t>(session.path.rate().bytes_per_s())});
+                                  static_cast<std::uint32_t>(session.path.rate().bytes_per_s()),
+                                  session.path.rtt_variation_us()});
 }
 
 void SessionHost::Impl::follow_address(Session& session, const mailbox::Address* from) {

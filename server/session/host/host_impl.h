@@ -113,6 +113,10 @@ struct SessionHost::Impl {
              mailbox::LeaveReason leave,
              const proto::Redirect* redirect = nullptr);
     void tick(double now_s, Tick tick_now);
+    /// Whether states for it have anywhere to go.
+    [[nodiscard]] static bool reachable(const Session& session, double now_s);
+    /// The zones make no packets for a session that has nowhere to send them.
+    void look_at_reach(Session& session, double now_s);
     /// Moves all deadlines by a time in which this host did not run.
     void excuse_stall(double stall_s);
     void shutdown(const std::string& text);
@@ -138,6 +142,7 @@ struct SessionHost::Impl {
     /// When a packet of Session::paced is due: a heap, the earliest in front.
     std::vector<std::pair<double, ClientId>> releases;
     core::Rng fault_rng;
+    std::uint64_t datagram_turn = 0;  ///< 0: datagrams come one by one
     Tick current_tick = 0;
     double ticked_s = -1.0;  ///< when tick() last ran; below 0: never
     double unix_offset_s = 0.0;

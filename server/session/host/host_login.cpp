@@ -222,6 +222,7 @@ void SessionHost::Impl::resume(StreamId stream, const proto::Hello& hello, doubl
     carry_datagrams(*session, state);
     session->last_heard_s = now_s;
     session->peer = state.peer;
+    look_at_reach(*session, now_s);
     session->command_ack_due = false;  // Welcome says it
     ++stats.resumed;
     session->events.acknowledge(hello.last_event());

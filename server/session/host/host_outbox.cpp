@@ -75,6 +75,18 @@ void SessionHost::Impl::release(double now_s, double server_time_s) {
     }
 }
 
+bool SessionHost::Impl::reachable(const Session& session, double now_s) {
+    return session.stream || (session.route == Route::kAddress &&
+                              now_s - session.last_datagram_s <= kStatesAfterSilence_s);
+}
+
+void SessionHost::Impl::look_at_reach(Session& session, double now_s) {
+    if (const bool reached = reachable(session, now_s); reached != session.reached) {
+        session.reached = reached;
+        output.to_zones(mailbox::Reach{session.client, reached});
+    }
+}
+
 void SessionHost::Impl::send_state(Session& session,
                                    std::uint64_t sequence,
                                    std::span<const std::uint8_t> body,
@@ -85,7 +97,7 @@ void SessionHost::Impl::send_state(Session& session,
         return;
     }
     const bool tunnel = session.route == Route::kStream;
-    if (!session.stream && (tunnel || now_s - session.last_datagram_s > kStatesAfterSilence_s)) {
+    if (!reachable(session, now_s)) {
         reject(Reject::kOutSuspended);
         return;
     }

@@ -174,6 +174,7 @@ void SessionHost::Impl::excuse_stall(double stall_s) {
     }
     for (const auto& session : table.all()) {
         session->last_heard_s += stall_s;
+        session->last_datagram_s += stall_s;
         session->grace_ends_s += stall_s;
         session->path.excuse_stall(stall_s);
     }
@@ -197,6 +198,7 @@ void SessionHost::Impl::tick(double now_s, Tick tick_now) {
     }
     std::vector<Session*> expired;
     for (const auto& session : table.all()) {
+        look_at_reach(*session, now_s);
         if (!session->stream) {
             if (now_s >= session->grace_ends_s) {
                 expired.push_back(session.get());
@@ -297,6 +299,10 @@ void SessionHost::on_stream_closed(StreamId stream, double now_s) {
         session->grace_ends_s = now_s + impl_->settings.grace_s;
         impl_->note(SessionNote::Kind::kAway, *session, "its connection ended");
     }
+}
+
+void SessionHost::begin_datagrams() {
+    ++impl_->datagram_turn;
 }
 
 void SessionHost::on_datagram(const mailbox::Address& from,

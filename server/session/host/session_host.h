@@ -139,6 +139,10 @@ class SessionHost {
     void set_peer(StreamId stream, const mailbox::Address& address);
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
     void on_stream_closed(StreamId stream, double now_s);
+    /// Datagrams follow that waited together. Of each session only the first few that authenticate
+    /// are read: given the newest first, a server that is behind spends its time on what is fresh.
+    /// Each datagram repeats the commands and acknowledgements of those before it.
+    void begin_datagrams();
     void on_datagram(const mailbox::Address& from,
                      std::span<const std::uint8_t> datagram,
                      double now_s);

@@ -54,9 +54,12 @@ struct Session {
     Identity identity;
     StreamId stream;  ///< none during the grace time
     double grace_ends_s = 0.0;
-    double last_heard_s = 0.0;     ///< datagram or frame
-    double last_datagram_s = 0.0;  ///< datagram, in either direction
-    double backlog_seen_s = 0.0;   ///< when its stream's backlog was looked at
+    double last_heard_s = 0.0;        ///< datagram or frame
+    std::uint64_t datagram_turn = 0;  ///< in which datagrams of it were read last ...
+    int datagrams_in_turn = 0;        ///< ... and how many
+    double last_datagram_s = 0.0;     ///< datagram, in either direction
+    bool reached = true;              ///< as the zones were last notified (mailbox::Reach)
+    double backlog_seen_s = 0.0;      ///< when its stream's backlog was looked at
     std::size_t backlog_bytes = 0;
     DatagramPath path;
     Pacer pacer;

@@ -8,6 +8,47 @@ namespace {
 class Overload : public GameTest {
   protected:
     /// Stalls of 50 to 400 ms, about one a second.
+    struct Sums {
+        std::uint64_t sent = 0;
+        std::uint64_t resent = 0;
+        std::uint64_t inputs = 0;
+        std::uint64_t inputs_missing = 0;
+    };
+
+    /// What the zones report of each tick, from a moment on.
+    class Counter {
+      public:
+        void look(VirtualServer& whole) {
+            if (whole.world().now() == tick_) {
+                return;
+            }
+            tick_ = whole.world().now();
+            for (const auto& zone : whole.world().zones()) {
+                const replication::ReplicationReport& r = zone->report().replication;
+                sums.sent += r.records_sent;
+                sums.resent += r.records_resent;
+                sums.inputs += r.inputs;
+                sums.inputs_missing += r.inputs_missing;
+            }
+        }
+
+        Sums sums;
+
+      private:
+        Tick tick_ = -1;
+    };
+
+    /// Runs and counts between two moments of the virtual time.
+    Sums count_between(double from_s, double until_s, measure::RunReport& report) {
+        Counter counter;
+        report = run([&](VirtualServer& whole, double now_s) {
+            if (now_s >= from_s && now_s < until_s) {
+                counter.look(whole);
+            }
+        });
+        return counter.sums;
+    }
+
     static std::vector<Span> stalls(std::uint64_t seed, double from_s, double until_s) {
         core::Rng rng(seed);
         std::vector<Span> spans;
@@ -44,6 +85,45 @@ TEST_F(Overload, KeepsThePromiseWhileServerAndClientsAreStarved) {
         EXPECT_EQ(report.audit.extra, 0u) << seed << ": " << reasons(report);
         EXPECT_EQ(report.bots_joined, 20u);
         EXPECT_GT(report.audit.samples, 1000u);
+    }
+}
+
+/// Clients that are short of CPU acknowledge late. Nothing is lost, so next to nothing is sent
+/// again.
+TEST_F(Overload, MakesLateAcknowledgementsAndNoResends) {
+    server.network.delay_s = 0.02;
+    bots.bots = 12;
+    bots.seconds = 12.0;
+    bots.audit = false;
+    for (double at = 2.0; at < 12.0; at += 0.5) {
+        client_stalls.push_back({at, at + 0.3});
+    }
+    measure::RunReport report;
+    const Sums sums = count_between(0.0, 12.0, report);
+    EXPECT_EQ(report.packets_lost, 0U);
+    ASSERT_GT(sums.sent, 3000U);
+    EXPECT_LT(sums.resent, sums.sent / 20);
+}
+
+TEST_F(Overload, LeavesNothingBehindTwoSecondsAfterAStallOfAnyLength) {
+    for (const double length_s : {1.0, 3.0, 6.0}) {
+        for (const bool of_server : {false, true}) {
+            server.network.delay_s = 0.02;
+            server.server_stalls.clear();
+            client_stalls.clear();
+            (of_server ? server.server_stalls : client_stalls).push_back({4.0, 4.0 + length_s});
+            bots.bots = 12;
+            bots.seconds = 10.0 + length_s;
+            const double calm_s = 4.0 + length_s + 2.0;
+            measure::RunReport report;
+            const Sums after = count_between(calm_s, calm_s + 2.0, report);
+            const char* whose = of_server ? " s of the server" : " s of the clients";
+            ASSERT_GT(after.sent, 200U) << length_s << whose;
+            EXPECT_EQ(after.resent, 0U) << length_s << whose;
+            EXPECT_LT(after.inputs_missing, after.inputs / 100) << length_s << whose;
+            EXPECT_EQ(report.audit.position_violations, 0U) << reasons(report);
+            EXPECT_EQ(report.audit.missing, 0U) << reasons(report);
+        }
     }
 }
 

@@ -54,7 +54,7 @@ std::vector<InboxItem> every_item() {
             mailbox::Leave{ClientId(8), mailbox::LeaveReason::kShutdown},
             mailbox::Input{ClientId(9), {low, high}},
             mailbox::Input{ClientId(9), {}},
-            mailbox::Acks{ClientId(1), UINT64_MAX, 0x80000001u, 12345, 67890},
+            mailbox::Acks{ClientId(1), UINT64_MAX, 0x80000001u, 12345, 67890, 1357},
             mailbox::Command{ClientId(2), 65535, {0, 255, 10}, 0xFFFFFFFFFFFFFFFFu},
             mailbox::Command{ClientId(2), 0, {}, 0},
             mailbox::Notice{ClientId(5), "a\nb \xC3\xA4"},
@@ -66,6 +66,8 @@ std::vector<InboxItem> every_item() {
             mailbox::StoreKept{INT64_C(1) << 60},
             mailbox::Confirm{ClientId(3), EventId((UINT64_C(1) << 50) | 4)},
             mailbox::ViewReset{ClientId(4)},
+            mailbox::Reach{ClientId(9), true},
+            mailbox::Reach{ClientId(9), false},
             mailbox::Freeze{true},
             mailbox::Freeze{false},
             mailbox::AuditRequest{ClientId(0xFFFFFFFFu)},
@@ -100,7 +102,8 @@ struct Equal {
 
     bool operator()(const mailbox::Acks& a, const mailbox::Acks& b) const {
         return a.client == b.client && a.newest == b.newest && a.bits == b.bits &&
-               a.rtt_us == b.rtt_us && a.rate_bytes_per_s == b.rate_bytes_per_s;
+               a.rtt_us == b.rtt_us && a.rate_bytes_per_s == b.rate_bytes_per_s &&
+               a.rtt_variation_us == b.rtt_variation_us;
     }
 
     bool operator()(const mailbox::Command& a, const mailbox::Command& b) const {
@@ -132,6 +135,10 @@ struct Equal {
 
     bool operator()(const mailbox::ViewReset& a, const mailbox::ViewReset& b) const {
         return a.client == b.client;
+    }
+
+    bool operator()(const mailbox::Reach& a, const mailbox::Reach& b) const {
+        return a.client == b.client && a.on == b.on;
     }
 
     bool operator()(const mailbox::Freeze& a, const mailbox::Freeze& b) const {
@@ -168,7 +175,9 @@ struct Equal {
     template <class A, class B>
         requires(!std::is_same_v<A, B>)
 
-    bool operator()(const A& /*a*/, const B& /*b*/) const { return false; }
+    bool operator()(const A& /*a*/, const B& /*b*/) const {
+        return false;
+    }
 };
 
 void expect_equal(const std::vector<InboxItem>& a, const std::vector<InboxItem>& b) {
@@ -233,7 +242,7 @@ Outcome read_all(const std::string& file) {
 }
 
 TEST(Recording, BringsEveryMessageBack) {
-    static_assert(std::variant_size_v<InboxItem> == 18, "a new message belongs into these tests");
+    static_assert(std::variant_size_v<InboxItem> == 19, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
     RecordingReader reader;

@@ -45,5 +45,21 @@ TEST(AckDelay, WaitsTwiceAsLongAfterAProbeWithoutAnswer) {
     EXPECT_TRUE(delay.probe(102 + kPatience, kPatience + 2)) << "an answer ends the doubling";
 }
 
+TEST(AckDelay, IsLateWhereAcknowledgementsTakeMuchLongerThanTheSoonest) {
+    AckDelay delay;
+    EXPECT_FALSE(delay.late());
+    delay.on_acked({1, 0, 0, false, false});
+    delay.begin_tick(3, kTick_s, kPatience);
+    EXPECT_FALSE(delay.late());
+    delay.on_acked({2, 20, 0, false, false});
+    delay.begin_tick(20 + 2 * 3 + 4, kTick_s, kPatience);
+    EXPECT_FALSE(delay.late());
+    delay.on_acked({3, 40, 0, false, false});
+    delay.begin_tick(40 + 2 * 3 + 5, kTick_s, kPatience);
+    EXPECT_TRUE(delay.late());
+    delay.begin_tick(120, kTick_s, kPatience);
+    EXPECT_FALSE(delay.late()) << "two seconds later";
+}
+
 }  // namespace
 }  // namespace zoned::replication

@@ -390,8 +390,6 @@ TEST(Replicator, RepeatsUpdatesOnlyWhereTheNetworkLoses) {
         net.delay_ticks = 2;
         Session s(18, test_settings(), net, 20, 0, 2, 20.0F);
         std::uint32_t resent = 0, sent = 0;
-        // A new client's network counts as lossy (2 %) until about 192 packets, each of weight
-        // 1/64, have brought the estimate below the negligible: e^(-192/64) = 1/20.
         for (int tick = 0; tick < 600; ++tick) {
             s.step();
         }

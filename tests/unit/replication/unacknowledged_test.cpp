@@ -22,6 +22,7 @@ class Unacknowledged : public testing::Test {
         ClientTransfer transfer;
         transfer.client = kClient;
         transfer.rtt_us = kRtt_us;
+        transfer.loss_estimate = 0.05;  // so that copies are sent ahead
         replicator->add_client(transfer);
     }
 

@@ -232,19 +232,21 @@ TEST_F(Datagrams, TellTheClockAndWhatArrived) {
 TEST_F(Datagrams, BringAcksWithARoundTripThatLeavesOutTheClientsDelay) {
     client.send_datagram({});
     client.state(1);
-    host.now_s += 0.010;
+    host.now_s += 0.060;
+    wire::UpTransport transport;
+    transport.ack_low = 1;
+    client.send_datagram({}, 1, transport);
     client.state(2);
     host.now_s += 0.080;
-    wire::UpTransport transport;
     transport.ack_low = 2;
     transport.ack_bits = 1;
     transport.ack_delay_10us = 2000;  // 20 ms of the 80
     client.send_datagram({}, 1, transport);
     const auto acks = host.take<mailbox::Acks>();
-    ASSERT_EQ(acks.size(), 1U);
-    EXPECT_EQ(acks[0].newest, 2U);
-    EXPECT_EQ(acks[0].bits, 1U);
-    EXPECT_NEAR(acks[0].rtt_us, 60'000.0, 1.0);
+    ASSERT_EQ(acks.size(), 2U);
+    EXPECT_EQ(acks[1].newest, 2U);
+    EXPECT_EQ(acks[1].bits, 1U);
+    EXPECT_NEAR(acks[1].rtt_us, 60'000.0, 1.0);
     EXPECT_NEAR(host.host.rtt_percentiles().p50_ms, 60.0, 0.001);
     EXPECT_EQ(host.host.rtt_percentiles().sessions, 1U);
     EXPECT_EQ(host.rejected("ack_ahead"), 0U);
@@ -315,6 +317,75 @@ TEST_F(Datagrams, GoOnWithoutAStreamAsLongAsTheClientIsHeard) {
     client.state(3);
     ASSERT_EQ(host.datagrams.size(), 2U);
     EXPECT_EQ(host.datagrams[1].to.port, 9);
+}
+
+/// The zones make no packets for a session that has nowhere to send them.
+TEST_F(Datagrams, AreAskedOfTheZonesOnlyWhereTheyHaveSomewhereToGo) {
+    const auto reach = [&] {
+        std::string all;
+        for (const mailbox::Reach& one : host.take<mailbox::Reach>()) {
+            EXPECT_EQ(one.client, client.client);
+            all += one.on ? '+' : '-';
+        }
+        return all;
+    };
+    client.send_datagram({});
+    host.advance(0.1);
+    client.drop();
+    host.advance(0.5);
+    EXPECT_EQ(reach(), "") << "it is still heard by UDP";
+    host.advance(1.0);
+    EXPECT_EQ(reach(), "-");
+    host.advance(1.0);
+    EXPECT_EQ(reach(), "") << "once is enough";
+    client.send_datagram(commands_at(host.tick, 1));
+    EXPECT_EQ(reach(), "+");
+    host.advance(1.5);
+    EXPECT_EQ(reach(), "-");
+    ASSERT_TRUE(client.resume(0));
+    EXPECT_EQ(reach(), "+");
+}
+
+/// RFC 9002, section 5.3: a client that claims to have kept an acknowledgement back for longer than
+/// the path explains does not make the path shorter than it ever was.
+TEST_F(Datagrams, BelieveNoDelayThatMakesTheRoundTripShorterThanTheShortest) {
+    client.send_datagram({});
+    wire::UpTransport transport;
+    for (std::uint64_t sequence = 1; sequence <= 40; ++sequence) {
+        client.state(sequence);
+        host.now_s += 0.050;
+        transport.ack_low = static_cast<std::uint16_t>(sequence);
+        transport.ack_bits = ~0U;
+        transport.ack_delay_10us = sequence > 10 ? 4900 : 0;
+        client.send_datagram({}, 1, transport);
+    }
+    const auto acks = host.take<mailbox::Acks>();
+    ASSERT_EQ(acks.size(), 40U);
+    EXPECT_NEAR(acks.back().rtt_us, 50'000.0, 1.0);
+    EXPECT_NEAR(acks.front().rtt_variation_us, 25'000.0, 1.0);
+    EXPECT_LT(acks.back().rtt_variation_us, 10U);
+}
+
+/// A server that is behind reads what is fresh. A forged datagram takes the place of none.
+TEST_F(Datagrams, ThatWaitedTogetherAreReadFromTheNewestOnAndOnlyAFew) {
+    std::vector<Bytes> waiting;
+    for (int i = 1; i <= 20; ++i) {
+        waiting.push_back(client.make_datagram(++client.sequence, commands_at(host.tick + i, 1)));
+    }
+    Bytes forged = waiting.back();
+    forged.back() ^= 1U;
+    waiting.push_back(forged);
+    host.host.begin_datagrams();
+    for (auto datagram = waiting.rbegin(); datagram != waiting.rend(); ++datagram) {
+        deliver(*datagram);
+    }
+    EXPECT_EQ(host.rejected("not_authentic"), 1U);
+    EXPECT_EQ(host.rejected("datagram_overtaken"), 17U);
+    const Tick newest = host.tick + 20;
+    EXPECT_EQ(input_ticks(), (std::vector<Tick>{newest, newest - 1, newest - 2}));
+    host.host.begin_datagrams();
+    deliver(client.make_datagram(++client.sequence, commands_at(host.tick + 21, 1)));
+    EXPECT_EQ(input_ticks().size(), 1U);
 }
 
 TEST_F(Datagrams, OfTheOldKeysNoLongerOpenAfterTheClientCameBack) {

@@ -1,0 +1,61 @@
+// PathLoss: the share of its packets that the path to one client is known to have lost.
+#pragma once
+
+namespace zoned::replication {
+
+/// Counts what is known and nothing else. A packet arrived when an acknowledgement names it. It is
+/// lost when acknowledgements that reach back to it leave it out and it is later than reordering
+/// explains. A packet whose acknowledgement is late, or that no acknowledgement ever reached back
+/// to, is neither. A packet that comes after it counted as lost takes that back (Eifel, RFC 3522).
+///
+/// A new path has lost nothing yet: copies sent ahead of any loss would be the more, the more
+/// clients join at once.
+class PathLoss {
+  public:
+    /// `share`: as another zone has measured it, 0..1.
+    explicit PathLoss(double share = 0.0) { note(share); }
+
+    void on_arrived() { note(share_ - share_ / kMemory); }
+
+    void on_lost() { note(share_ + (1.0 - share_) / kMemory); }
+
+    /// A packet that on_lost() counted has come.
+    void on_found() { note(share_ > 1.0 / kMemory ? share_ - 1.0 / kMemory : 0.0); }
+
+    /// Of the last packets, 0..1.
+    [[nodiscard]] double share() const { return share_; }
+
+    /// Copies of an update so that the chance to lose them all is below `target`, 1..8. One where
+    /// the path is not known to lose packets again and again: copies of every update would cost far
+    /// more than to send again what was lost, for which the promised bound has time.
+    [[nodiscard]] int copies_wanted(float target) const {
+        int copies = 1;
+        for (double all_lost = share_;
+             lossy_ && all_lost >= static_cast<double>(target) && copies < kMost;
+             ++copies) {
+            all_lost *= share_;
+        }
+        return copies;
+    }
+
+    template <class Archive>
+    void serialize(Archive& archive) {
+        archive(share_, lossy_);
+    }
+
+  private:
+    static constexpr double kMemory = 64.0;  ///< packets
+    static constexpr double kLossy = 0.025;  ///< a second loss, soon after the first
+    static constexpr double kClean = 0.005;  ///< about a hundred packets later
+    static constexpr int kMost = 8;
+
+    void note(double share) {
+        share_ = share;
+        lossy_ = share > (lossy_ ? kClean : kLossy);
+    }
+
+    double share_ = 0.0;
+    bool lossy_ = false;
+};
+
+}  // namespace zoned::replication

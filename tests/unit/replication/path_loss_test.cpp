@@ -1,0 +1,61 @@
+// PathLoss: what is known to be lost, and the copies that it calls for.
+#include "server/replication/delivery/path_loss.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::replication {
+namespace {
+
+constexpr float kTarget = 1e-6F;
+
+TEST(PathLoss, CallsForNoCopiesBeforeThePathHasLostAnything) {
+    PathLoss loss;
+    EXPECT_EQ(loss.copies_wanted(kTarget), 1);
+    loss.on_arrived();
+    EXPECT_EQ(loss.copies_wanted(kTarget), 1);
+}
+
+TEST(PathLoss, TakesOneLossForBadLuckAndTwoForALossyPath) {
+    PathLoss loss;
+    loss.on_lost();
+    EXPECT_EQ(loss.copies_wanted(kTarget), 1);
+    loss.on_arrived();
+    loss.on_lost();
+    EXPECT_GT(loss.copies_wanted(kTarget), 2);
+    int packets = 0;
+    while (loss.copies_wanted(kTarget) > 1 && packets < 1000) {
+        loss.on_arrived();
+        ++packets;
+    }
+    EXPECT_GT(packets, 60);
+    EXPECT_LT(packets, 150);
+}
+
+TEST(PathLoss, TakesALossBackWhenThePacketComesAfterAll) {
+    PathLoss loss;
+    for (int i = 0; i < 20; ++i) {
+        loss.on_lost();
+    }
+    EXPECT_GT(loss.copies_wanted(kTarget), 1);
+    for (int i = 0; i < 20; ++i) {
+        loss.on_found();
+    }
+    EXPECT_LT(loss.share(), 0.005);
+    EXPECT_EQ(loss.copies_wanted(kTarget), 1);
+}
+
+TEST(PathLoss, StaysLossyWhereAPacketInTwentyIsLost) {
+    PathLoss loss;
+    for (int i = 0; i < 20; ++i) {
+        loss.on_lost();
+        for (int k = 0; k < 19; ++k) {
+            loss.on_arrived();
+        }
+        if (i > 1) {
+            EXPECT_GT(loss.copies_wanted(kTarget), 3) << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace zoned::replication
