@@ -89,7 +89,8 @@ void add_orders(CLI::App& c, CtlArguments& a, std::function<int()>& run) {
     record->add_option(
         "--file", a.file, "Name in the state folder's recordings; default: the time");
     record->footer(
-        "A recording that begins while the world runs starts with its state, and so does a replay.\n"
+        "A recording that begins while the world runs starts with its state, and so does a "
+        "replay.\n"
         "The tick of its beginning takes as much longer as the state takes to write.");
     add_order(c, a, run, "snapshot", "Write the run up to now into a recording of its own")
         ->add_option("--file", a.file, "Name in the state folder's recordings; default: the time");
