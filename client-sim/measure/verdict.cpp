@@ -12,7 +12,8 @@ constexpr double kClockSlackMs = 5.0;
 /// Above this share of stale samples the verdict warns; where most are stale, it shows nothing.
 constexpr double kStaleWarning = 0.05;
 constexpr double kStaleShare = 0.5;
-/// Above this share of the run in turns longer than a tick the bots were the bottleneck.
+/// Above this share of the run in turns longer than a tick the bots were the bottleneck, and what
+/// they found wrong may be their own doing.
 constexpr double kLateLoop = 0.05;
 
 std::string number(double value) {
@@ -200,7 +201,8 @@ void judge(RunReport& r) {
     judge_frozen(r);
     r.consistent = r.reasons.empty();
     r.inconclusive.clear();
-    if (r.loop.late_share() > kLateLoop) {
+    // A promise that was kept all the same was kept.
+    if (!r.consistent && r.loop.late_share() > kLateLoop) {
         r.inconclusive = "the bots were the bottleneck: for " +
                          number(100.0 * r.loop.late_share()) +
                          " % of the run this process served them less than once a tick (turns of " +
