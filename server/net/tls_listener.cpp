@@ -25,6 +25,8 @@ using asio::ip::tcp;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPauseAfterError = std::chrono::milliseconds(100);
+/// Connections taken in one turn of the thread.
+constexpr int kAcceptsPerTurn = 16;
 
 Address address_of(const tcp::endpoint& endpoint) {
     sockaddr_storage storage{};
@@ -64,6 +66,7 @@ struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
     void accept();
     void accept_after(Clock::duration delay);
     void on_accept(const asio::error_code& ec, tcp::socket socket);
+    void take(tcp::socket socket);
     void admit(tcp::socket socket, const Address& peer);
     void on_gone(StreamConnection& connection, const std::string& reason);
     [[nodiscard]] Clock::duration handshake_wait();
@@ -115,6 +118,8 @@ void TlsListener::Impl::bind() {
     acceptor.bind(endpoint, ec);
     check(ec);
     acceptor.listen(4096, ec);
+    check(ec);
+    acceptor.non_blocking(true, ec);
     check(ec);
     port = acceptor.local_endpoint(ec).port();
     check(ec);
@@ -176,6 +181,21 @@ void TlsListener::Impl::on_accept(const asio::error_code& ec, tcp::socket socket
         accept_after(kPauseAfterError);
         return;
     }
+    take(std::move(socket));
+    // One in each turn of a busy thread would let a queue of players time out.
+    for (int more = 1; more < kAcceptsPerTurn && handshake_wait() <= Clock::duration::zero();
+         ++more) {
+        asio::error_code none;
+        tcp::socket next = acceptor.accept(none);
+        if (none) {
+            break;
+        }
+        take(std::move(next));
+    }
+    accept();
+}
+
+void TlsListener::Impl::take(tcp::socket socket) {
     ++events->stats.accepted;
     asio::error_code gone;
     const tcp::endpoint remote = socket.remote_endpoint(gone);
@@ -184,7 +204,6 @@ void TlsListener::Impl::on_accept(const asio::error_code& ec, tcp::socket socket
     } else {
         admit(std::move(socket), address_of(remote));
     }
-    accept();
 }
 
 void TlsListener::Impl::admit(tcp::socket socket, const Address& peer) {

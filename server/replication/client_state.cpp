@@ -267,7 +267,9 @@ bool ClientState::on_acks(const mailbox::Acks& acks) {
 /// After a stall an acknowledgement may not reach back to all packets since the one before it.
 /// Nothing will ever tell whether the others came, so they say nothing of the path.
 void ClientState::note_unreported(std::uint64_t newest) {
-    for (std::uint64_t sequence = newest_acked_ + 1; sequence + kAckReach < newest; ++sequence) {
+    const std::uint64_t kept = newest > SentLog::kCapacity ? newest - SentLog::kCapacity : 0;
+    for (std::uint64_t sequence = std::max(newest_acked_, kept) + 1; sequence + kAckReach < newest;
+         ++sequence) {
         SentPacket* packet = log_.find(sequence);
         if (packet != nullptr) {
             packet->counted = true;

@@ -28,8 +28,8 @@ namespace zoned::replication {
 /// it was only late (Eifel, RFC 3522). Its age counts as a delay like any other.
 ///
 /// *Lateness.* Acknowledgements are late while the latest of the last seconds took more than twice
-/// as long as the soonest of the last minute, and four ticks: something is overloaded. So they are
-/// while a probe has had no answer.
+/// as long as the soonest of the last minute, and twenty ticks: something is overloaded. A stall of
+/// less says nothing yet.
 ///
 /// Ages are those that a tick sees: waiting for the client's next datagram, and for the tick, is in
 /// them. Deterministic.
@@ -60,7 +60,7 @@ class AckDelay {
     /// Whether acknowledgements come much later than the path alone explains.
     [[nodiscard]] bool late() const {
         const Tick usual = std::min(soonest_now_, soonest_before_);
-        return doublings_ > 0 || (usual < kNever && delay_.value() > 2 * usual + kLateTicks);
+        return usual < kNever && delay_.value() > 2 * usual + kLateTicks;
     }
 
     void hash(core::StateHash& hash) const;
@@ -90,7 +90,7 @@ class AckDelay {
     [[nodiscard]] Tick reordered_after() const;
     [[nodiscard]] Tick overdue_after() const;
 
-    static constexpr Tick kLateTicks = 4;
+    static constexpr Tick kLateTicks = 20;
     static constexpr Tick kNever = 1 << 30;
 
     std::vector<Acked> fresh_;  // since the last tick

@@ -26,8 +26,7 @@ class PathLoss {
     [[nodiscard]] double share() const { return share_; }
 
     /// Copies of an update so that the chance to lose them all is below `target`, 1..8. One where
-    /// the path is not known to lose packets again and again: copies of every update would cost far
-    /// more than to send again what was lost, for which the promised bound has time.
+    /// the path has lost nothing of late.
     [[nodiscard]] int copies_wanted(float target) const {
         int copies = 1;
         for (double all_lost = share_;
@@ -45,8 +44,8 @@ class PathLoss {
 
   private:
     static constexpr double kMemory = 64.0;  ///< packets
-    static constexpr double kLossy = 0.025;  ///< a second loss, soon after the first
-    static constexpr double kClean = 0.005;  ///< about a hundred packets later
+    static constexpr double kLossy = 0.01;   ///< the first loss
+    static constexpr double kClean = 0.001;  ///< about 180 packets after one alone
     static constexpr int kMost = 8;
 
     void note(double share) {

@@ -395,5 +395,22 @@ TEST_F(ClientTest, SurvivesHostileFramesAndDatagrams) {
     EXPECT_GT(client->datagrams().malformed + client->datagrams().unauthenticated, 2000U);
 }
 
+/// Acknowledgements reach back 33 packets. What none reaches back to would be sent again.
+TEST_F(ClientTest, AcknowledgesAllThatItReadsAtOnceAfterAStall) {
+    make();
+    run_for(1.0);
+    const std::uint64_t out = client->datagrams().out;
+    const std::uint64_t in = client->datagrams().in;
+    // The client stands still for two seconds, and then reads all that has come, before it sends.
+    for (int i = 0; i < 400; ++i) {
+        now += 0.005;
+        server->advance(now);
+    }
+    client->advance(now);
+    const std::uint64_t came = client->datagrams().in - in;
+    ASSERT_GT(came, 40U);
+    EXPECT_GE(client->datagrams().out - out, came / 16 - 1);
+}
+
 }  // namespace
 }  // namespace zoned::link

@@ -435,5 +435,27 @@ TEST_F(VerdictTest, SurvivesHostileAudits) {
     EXPECT_GT(finish().audit.malformed, 0U);
 }
 
+TEST_F(VerdictTest, IsInconclusiveWhereTheBotsWereServedTooLate) {
+    make();
+    run_for(3.0);
+    RunReport r = finish();
+    EXPECT_STREQ(verdict_of(r), "consistent") << all(r);
+    const auto judge_turns = [&](double late_s, int late_turns) {
+        r.loop = {};
+        double at_s = 0.0;
+        for (int i = 0; i < 1000; ++i) {
+            at_s += i < late_turns ? late_s : 0.010;
+            r.loop.turn(at_s);
+        }
+        judge(r);
+        return std::string(verdict_of(r));
+    };
+    EXPECT_EQ(judge_turns(0.030, 1000), "consistent") << "each tick is served";
+    EXPECT_EQ(judge_turns(0.050, 5), "consistent") << "a few are not";
+    EXPECT_EQ(judge_turns(0.050, 50), "inconclusive");
+    EXPECT_NE(r.inconclusive.find("the bots were the bottleneck"), std::string::npos);
+    EXPECT_NE(to_json(r).find("\"inconclusive\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace zoned::measure

@@ -52,12 +52,12 @@ TEST(AckDelay, IsLateWhereAcknowledgementsTakeMuchLongerThanTheSoonest) {
     delay.begin_tick(3, kTick_s, kPatience);
     EXPECT_FALSE(delay.late());
     delay.on_acked({2, 20, 0, false, false});
-    delay.begin_tick(20 + 2 * 3 + 4, kTick_s, kPatience);
+    delay.begin_tick(20 + 2 * 3 + 20, kTick_s, kPatience);
     EXPECT_FALSE(delay.late());
-    delay.on_acked({3, 40, 0, false, false});
-    delay.begin_tick(40 + 2 * 3 + 5, kTick_s, kPatience);
+    delay.on_acked({3, 60, 0, false, false});
+    delay.begin_tick(60 + 2 * 3 + 21, kTick_s, kPatience);
     EXPECT_TRUE(delay.late());
-    delay.begin_tick(120, kTick_s, kPatience);
+    delay.begin_tick(160, kTick_s, kPatience);
     EXPECT_FALSE(delay.late()) << "two seconds later";
 }
 

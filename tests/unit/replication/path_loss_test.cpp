@@ -15,11 +15,8 @@ TEST(PathLoss, CallsForNoCopiesBeforeThePathHasLostAnything) {
     EXPECT_EQ(loss.copies_wanted(kTarget), 1);
 }
 
-TEST(PathLoss, TakesOneLossForBadLuckAndTwoForALossyPath) {
+TEST(PathLoss, ForgetsALossAfterManyPacketsThatArrived) {
     PathLoss loss;
-    loss.on_lost();
-    EXPECT_EQ(loss.copies_wanted(kTarget), 1);
-    loss.on_arrived();
     loss.on_lost();
     EXPECT_GT(loss.copies_wanted(kTarget), 2);
     int packets = 0;
@@ -27,8 +24,8 @@ TEST(PathLoss, TakesOneLossForBadLuckAndTwoForALossyPath) {
         loss.on_arrived();
         ++packets;
     }
-    EXPECT_GT(packets, 60);
-    EXPECT_LT(packets, 150);
+    EXPECT_GT(packets, 100);
+    EXPECT_LT(packets, 250);
 }
 
 TEST(PathLoss, TakesALossBackWhenThePacketComesAfterAll) {
@@ -40,7 +37,7 @@ TEST(PathLoss, TakesALossBackWhenThePacketComesAfterAll) {
     for (int i = 0; i < 20; ++i) {
         loss.on_found();
     }
-    EXPECT_LT(loss.share(), 0.005);
+    EXPECT_LT(loss.share(), 0.001);
     EXPECT_EQ(loss.copies_wanted(kTarget), 1);
 }
 
