@@ -435,7 +435,7 @@ TEST_F(VerdictTest, SurvivesHostileAudits) {
     EXPECT_GT(finish().audit.malformed, 0U);
 }
 
-TEST_F(VerdictTest, IsInconclusiveWhereTheBotsWereServedTooLate) {
+TEST_F(VerdictTest, IsInconclusiveWhereTheBotsWereServedTooLateAndSomethingIsWrong) {
     make();
     run_for(3.0);
     RunReport r = finish();
@@ -450,8 +450,10 @@ TEST_F(VerdictTest, IsInconclusiveWhereTheBotsWereServedTooLate) {
         judge(r);
         return std::string(verdict_of(r));
     };
-    EXPECT_EQ(judge_turns(0.030, 1000), "consistent") << "each tick is served";
-    EXPECT_EQ(judge_turns(0.050, 5), "consistent") << "a few are not";
+    EXPECT_EQ(judge_turns(0.050, 50), "consistent") << "a promise that was kept was kept";
+    r.events_lost = 1;
+    EXPECT_EQ(judge_turns(0.030, 1000), "inconsistent") << "each tick is served";
+    EXPECT_EQ(judge_turns(0.050, 5), "inconsistent") << "a few are not";
     EXPECT_EQ(judge_turns(0.050, 50), "inconclusive");
     EXPECT_NE(r.inconclusive.find("the bots were the bottleneck"), std::string::npos);
     EXPECT_NE(to_json(r).find("\"inconclusive\""), std::string::npos);
