@@ -298,14 +298,15 @@ void ClientState::give_up(SentPacket& packet) {
 /// sent as many packets later as reordering explains, or any later one once the packet is older
 /// than acknowledgements are. Without a later one only a probe goes out (section 6.2): the newest
 /// state of what is overdue, at intervals that double. Ticks in which the whole zone was silent
-/// do not count for it. A packet counts as lost only after three times the resend time: a merely
-/// late packet must not raise the estimate.
+/// do not count for it. A packet counts as lost only after three times as long: a merely late
+/// packet must not raise the estimate.
 void ClientState::expire(Tick now, float tick_s, const ZoneSilence& silence) {
     look_for_outage(now, tick_s);
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
     const clock::RoundTrip path(1e-6 * rtt_us, 1e-6 * rtt_variation_us_);
-    const Tick patience = wire::resend_timeout_ticks(path, static_cast<double>(tick_s));
-    ack_delay_.begin_tick(now, tick_s, patience);
+    const double tick = static_cast<double>(tick_s);
+    const Tick round_trip = wire::round_trip_ticks(path.smoothed_s, tick);
+    ack_delay_.begin_tick(now, tick_s, wire::resend_timeout_ticks(path, tick), round_trip);
     bool resolved_so_far = true;
     for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
         SentPacket* packet = log_.find(sequence);
@@ -317,7 +318,7 @@ void ClientState::expire(Tick now, float tick_s, const ZoneSilence& silence) {
                 give_up(*packet);
             }
             if (packet->status == DeliveryStatus::kLost && newest_acked_ > sequence &&
-                age > 3 * patience) {
+                age > 3 * round_trip) {
                 sample_loss(*packet, true);
             }
             resolved_so_far = resolved_so_far && packet->counted;

@@ -10,6 +10,13 @@
 
 namespace zoned::wire {
 
+/// A packet older than this, in ticks, is lost where a later one was acknowledged and reordering
+/// does not explain it (RFC 9002, section 6.1.2): a round trip, and the tick for which a client may
+/// keep an acknowledgement back. `rtt_s` >= 0, `tick_s` > 0.
+inline Tick round_trip_ticks(double rtt_s, double tick_s) {
+    return 1 + static_cast<Tick>(std::ceil(rtt_s / tick_s));
+}
+
 /// A packet older than this, in ticks, is given up, and sooner where later packets were
 /// acknowledged. The time is a round trip, four times its variation (RFC 9002, section 6.2.1:
 /// smoothed_rtt + 4 * rttvar + max_ack_delay), and the tick for which a client may keep an

@@ -16,8 +16,9 @@ void AckDelay::on_acked(const Acked& acked) {
     fresh_.push_back(acked);
 }
 
-void AckDelay::begin_tick(Tick now, float tick_s, Tick patience) {
+void AckDelay::begin_tick(Tick now, float tick_s, Tick patience, Tick round_trip) {
     patience_ = patience;
+    round_trip_ = round_trip;
     const auto period = static_cast<Tick>(std::ceil(kPeriod_s / static_cast<double>(tick_s)));
     if (now - period_tick_ >= period) {
         delay_ = {0, now - period_tick_ < 2 * period ? delay_.now : 0};
@@ -54,7 +55,7 @@ void AckDelay::begin_tick(Tick now, float tick_s, Tick patience) {
 
 /// Acknowledgements of a tick come before it looks: an age that was seen is not overdue yet.
 Tick AckDelay::reordered_after() const {
-    return std::max(patience_, reordered_.value() - 1);
+    return std::max(round_trip_, reordered_.value() - 1);
 }
 
 Tick AckDelay::overdue_after() const {

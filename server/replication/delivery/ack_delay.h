@@ -19,10 +19,10 @@ namespace zoned::replication {
 /// after all, as RACK's window does (RFC 8985, section 6.2). It is forgotten after two seconds
 /// without such an event.
 ///
-/// *Probes.* Acknowledgements are overdue when they are later than a round trip and a tick, and
-/// later than any of the last one to two seconds. That is a maximum and no variance: delays here
-/// are few ticks, whose spread is bounded. Without any acknowledgement the time doubles (RFC 9002,
-/// section 6.2.1).
+/// *Probes.* Acknowledgements are overdue when they are later than the path's round trips and their
+/// variation explain, and later than any of the last one to two seconds. That is a maximum and no
+/// variance: delays here are few ticks, whose spread is bounded. Without any acknowledgement the
+/// time doubles (RFC 9002, section 6.2.1).
 ///
 /// *Spurious resends.* Acknowledgements name packets, so the one of a packet given up proves that
 /// it was only late (Eifel, RFC 3522). Its age counts as a delay like any other.
@@ -46,8 +46,8 @@ class AckDelay {
     /// A packet's first acknowledgement. Counts from the next begin_tick() on.
     void on_acked(const Acked& acked);
 
-    /// `patience`: wire::resend_timeout_ticks of the round trip.
-    void begin_tick(Tick now, float tick_s, Tick patience);
+    /// `patience`: wire::resend_timeout_ticks of the path, `round_trip`: wire::round_trip_ticks.
+    void begin_tick(Tick now, float tick_s, Tick patience, Tick round_trip);
 
     /// Whether a packet is lost when one sent `later` packets later was acknowledged.
     [[nodiscard]] bool passed_over(std::uint64_t later, Tick age) const {
@@ -72,7 +72,7 @@ class AckDelay {
     template <class Archive>
     void serialize(Archive& archive) {
         archive(fresh_, delay_.now, delay_.before, reordered_.now, reordered_.before, tolerance_);
-        archive(tolerance_tick_, period_tick_, patience_, probe_tick_, doublings_);
+        archive(tolerance_tick_, period_tick_, patience_, round_trip_, probe_tick_, doublings_);
         archive(soonest_now_, soonest_before_, soonest_tick_);
     }
 
@@ -100,6 +100,7 @@ class AckDelay {
     Tick tolerance_tick_ = 0;  // when it last grew
     Tick period_tick_ = 0;     // when the present second began
     Tick patience_ = 1;
+    Tick round_trip_ = 1;
     Tick soonest_now_ = kNever;  // least delay of this half minute ...
     Tick soonest_before_ = kNever;
     Tick soonest_tick_ = 0;  // ... which began then

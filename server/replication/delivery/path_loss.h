@@ -13,14 +13,16 @@ namespace zoned::replication {
 class PathLoss {
   public:
     /// `share`: as another zone has measured it, 0..1.
-    explicit PathLoss(double share = 0.0) { note(share); }
+    explicit PathLoss(double share = 0.0) : packets_(share > 0.0 ? kMemory : kAtFirst) {
+        note(share);
+    }
 
-    void on_arrived() { note(share_ - share_ / kMemory); }
+    void on_arrived() { count(0.0); }
 
-    void on_lost() { note(share_ + (1.0 - share_) / kMemory); }
+    void on_lost() { count(1.0); }
 
     /// A packet that on_lost() counted has come.
-    void on_found() { note(share_ > 1.0 / kMemory ? share_ - 1.0 / kMemory : 0.0); }
+    void on_found() { note(share_ > 1.0 / packets_ ? share_ - 1.0 / packets_ : 0.0); }
 
     /// Of the last packets, 0..1.
     [[nodiscard]] double share() const { return share_; }
@@ -39,14 +41,20 @@ class PathLoss {
 
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(share_, lossy_);
+        archive(share_, packets_, lossy_);
     }
 
   private:
-    static constexpr double kMemory = 64.0;  ///< packets
+    static constexpr double kMemory = 64.0;  ///< packets; the first ones count for more ...
+    static constexpr double kAtFirst = 8.0;  ///< ... beside so many that arrived
     static constexpr double kLossy = 0.01;   ///< the first loss
     static constexpr double kClean = 0.001;  ///< about 180 packets after one alone
     static constexpr int kMost = 8;
+
+    void count(double lost) {
+        packets_ = packets_ < kMemory ? packets_ + 1.0 : kMemory;
+        note(share_ + (lost - share_) / packets_);
+    }
 
     void note(double share) {
         share_ = share;
@@ -54,6 +62,7 @@ class PathLoss {
     }
 
     double share_ = 0.0;
+    double packets_;  // that the share stands for
     bool lossy_ = false;
 };
 
