@@ -141,6 +141,16 @@ class ClientState {
         return ack_delay_.late() ? 1 : loss_.copies_wanted(target);
     }
 
+    /// A packet goes out at least this often. Clocks and inputs are timed by packets, and through
+    /// round trips that vary this takes more of them, unless a narrow path or an overload is why.
+    [[nodiscard]] Tick silence_ticks(const ReplicationSettings& settings) const {
+        const auto most = static_cast<Tick>(settings.silence_ticks);
+        const double variation_s = 1e-6 * static_cast<double>(rtt_variation_us_);
+        const bool varies = variation_s > kVaries * static_cast<double>(settings.tick_s);
+        const bool has_room = rate_bytes_per_s_ == 0 && !acks_are_late();
+        return varies && has_room ? std::min(most, kTimingTicks) : most;
+    }
+
     [[nodiscard]] bool acks_are_late() const { return ack_delay_.late(); }
 
     /// What became of its packets since this was asked last.
@@ -225,6 +235,9 @@ class ClientState {
     CodecDemand demand;
 
   private:
+    static constexpr double kVaries = 0.125;  ///< of a tick
+    static constexpr Tick kTimingTicks = 2;
+
     Subscription subscribe(const world::Visible& visible,
                            Tick now,
                            bool known,

@@ -37,8 +37,8 @@ void Packer::pack(Tick now,
              (settings_.codec != Codec::kAuto || coding_ns_ >= client.demand.cost_ns(price_));
     gather(now, client, streams);
     OwnTrack& track = client.own;
-    const bool silence = client.packet_tick < 0 ||
-                         now - client.packet_tick >= static_cast<Tick>(settings_.silence_ticks);
+    const bool silence =
+        client.packet_tick < 0 || now - client.packet_tick >= client.silence_ticks(settings_);
     // Own state and signs of life may go into debt; the records then wait until it is paid.
     const bool due = client.away() ? silence || client.sign_due(now)
                                    : silence || (own_due(now, own, track) && client.tokens >= 0.0);
