@@ -17,6 +17,8 @@ constexpr double kWorthwhileBytes = 5.0 * kPacketOverheadBytes;
 // The approximate size of a head and a record; only for the decision to wait.
 constexpr double kTypicalHeadBytes = 10.0;
 constexpr double kTypicalRecordBytes = 24.0;
+/// Beside it, the largest that many records are on average.
+constexpr double kLargestShare = 4.0;
 
 bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
     return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
@@ -68,7 +70,8 @@ void Packer::pack(Tick now,
     const bool own_is_recent =
         track.sent_tick >= 0 &&
         2 * (now - track.sent_tick) < static_cast<Tick>(settings_.own_state_every_ticks);
-    head_.has_widened = tight_ || client.widened != wire::Widened{};
+    // Records may be larger than usual, and then the last ones do not fit.
+    head_.has_widened = kLargestShare * need > client.tokens || client.widened != wire::Widened{};
     begin(
         now, zone, own.present && (due || !(own_is_known || own_is_recent)) ? &own.state : nullptr);
     const std::size_t packets_before = out.size();

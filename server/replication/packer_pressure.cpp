@@ -119,7 +119,8 @@ void Packer::follow_from_elsewhere(Tick now,
         {s.entity, as_truth, bounds_off * bound.position_m, bounds_off * bound.orientation_rad});
 }
 
-/// The updates that could not be sent decide how wide the bounds are now: never silently late.
+/// The updates that could not be sent, which candidates_ holds, decide how wide the bounds are now:
+/// never silently late.
 void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
     if (client.away()) {
         client.widened.step = wire::kNoBound;
@@ -129,29 +130,27 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
         return;
     }
     wire::Widened needed;
-    if (tight_) {
-        for (const PacketCandidate& c : candidates_) {
-            if (c.reason == Reason::kRepeat) {
-                continue;
-            }
-            if (c.removal) {
-                client.removals[c.index].postponed_tick = now;
-                needed.incomplete = true;
-                continue;
-            }
-            Subscription& s = client.subscriptions[c.index];
-            if (s.sent_version == 0 && !s.known) {
-                needed.incomplete = true;
-                s.postponed_tick = now;
-                continue;
-            }
-            follow_from_elsewhere(now, s, client, streams);
-            const float excess = excess_of(now, s, client, streams);
-            needed.step =
-                std::max(needed.step,
-                         wire::widening_for(
-                             static_cast<double>(kMargin * excess), s.lod, settings_.lods.size()));
+    for (const PacketCandidate& c : candidates_) {
+        if (c.reason == Reason::kRepeat) {
+            continue;
         }
+        if (c.removal) {
+            client.removals[c.index].postponed_tick = now;
+            needed.incomplete = true;
+            continue;
+        }
+        Subscription& s = client.subscriptions[c.index];
+        if (s.sent_version == 0 && !s.known) {
+            needed.incomplete = true;
+            s.postponed_tick = now;
+            continue;
+        }
+        follow_from_elsewhere(now, s, client, streams);
+        const float excess = excess_of(now, s, client, streams);
+        needed.step =
+            std::max(needed.step,
+                     wire::widening_for(
+                         static_cast<double>(kMargin * excess), s.lod, settings_.lods.size()));
     }
     wire::Widened& notified = client.widened;
     notified.incomplete = needed.incomplete;
