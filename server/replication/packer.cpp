@@ -59,10 +59,17 @@ void Packer::pack(Tick now,
         order_unseen_by_distance(own, client, streams);
     }
     const bool wait = client.tokens < std::min(need, kWorthwhileBytes);
+    bool tells_bounds = false;
     if (wait && !due) {
-        ++report.over_budget;
+        const wire::Widened told = client.widened;
         widen(now, client, streams);
-        return;
+        // Bounds hold until the next packet: wider ones are worth one at once.
+        tells_bounds =
+            client.widened.step > told.step || client.widened.incomplete > told.incomplete;
+        if (!tells_bounds) {
+            ++report.over_budget;
+            return;
+        }
     }
     const bool own_is_known = track.sent_tick >= 0 && same_state(track.sent, own.state.state) &&
                               track.acked_stamp == track.stamp && !own.state.input_missing;
@@ -76,7 +83,7 @@ void Packer::pack(Tick now,
         now, zone, own.present && (due || !(own_is_known || own_is_recent)) ? &own.state : nullptr);
     const std::size_t packets_before = out.size();
     write_records(now, zone, client, streams, report, out);
-    if (!entries_.empty() || (due && out.size() == packets_before)) {
+    if (!entries_.empty() || ((due || tells_bounds) && out.size() == packets_before)) {
         finish(now, client, report, out);
     }
     report.over_budget += candidates_.empty() ? 0 : 1;
