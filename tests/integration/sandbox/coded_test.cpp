@@ -100,7 +100,7 @@ TEST_F(CodedRecords, OfWhichNoneCanBeDecodedForAWhileEndInAReset) {
     };
     const measure::RunReport report = run();
     expect_whole(report);
-    EXPECT_GT(spoiling->packets, 8u * 5u);
+    EXPECT_GT(spoiling->packets, 8u * 4u);
     EXPECT_GE(report.view_resets, 1u);
     EXPECT_LE(report.view_resets, 8u);
 }
