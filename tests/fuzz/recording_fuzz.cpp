@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 namespace zoned::fuzz {
 
@@ -71,8 +72,10 @@ void run(const std::string& bytes) {
     std::ofstream(file_named("in"), std::ios::binary | std::ios::trunc) << bytes;
     std::string reason;
     const std::vector<TickRecord> ticks = read_all(file_named("in"), reason);
+    std::optional<recording::RecordedState> state;
     RecordingReader sought;
     if (sought.open(file_named("in")).ok()) {
+        state = sought.state();
         TickRecord record;
         const auto found = sought.seek(2);
         if (found.ok() && *found && sought.next(record).ok()) {
@@ -83,12 +86,20 @@ void run(const std::string& bytes) {
         return;
     }
     RecordingFile copy;
-    ZONED_ASSERT(copy.open(file_named("out"), recording::RecordingHeader::of_this_build()).ok(),
+    ZONED_ASSERT(copy.open(file_named("out"),
+                           recording::RecordingHeader::of_this_build(),
+                           state ? &*state : nullptr)
+                     .ok(),
                  "memory has room");
     for (const TickRecord& record : ticks) {
         copy.add_tick(record);
     }
     ZONED_ASSERT(copy.close().ok(), "memory has room");
+    RecordingReader copied;
+    ZONED_ASSERT(copied.open(file_named("out")).ok() && copied.state().has_value() == !!state &&
+                     (!state || (copied.state()->tick == state->tick &&
+                                 copied.state()->bytes == state->bytes)),
+                 "and so can the state that it begins with");
     std::string none;
     const std::vector<TickRecord> again = read_all(file_named("out"), none);
     // A tick without hashes ends a recording.
@@ -164,22 +175,28 @@ std::vector<Bytes> seeds() {
         mailbox::SessionProgress{ClientId(1), 9, 5},
         mailbox::StoreKept{2},
         mailbox::Leave{ClientId(1), mailbox::LeaveReason::kShutdown}};
-    static_assert(std::variant_size_v<mailbox::InboxItem> == 18, "a new message is a new seed");
+    static_assert(std::variant_size_v<mailbox::InboxItem> == 19, "a new message is a new seed");
     std::vector<Bytes> all;
     recording::RecordingHeader header = recording::RecordingHeader::of_this_build();
     header.config_text = "world { name: \"x\" }";
+    const recording::RecordedState state{40, {1, 2, 3, 4}};
     for (const bool closes : {true, false}) {
-        RecordingFile file;
-        ZONED_ASSERT(file.open(file_named("out"), header).ok(), "memory has room");
-        file.add_tick({1, items, {1, 2}});
-        file.add_tick({2, {}, {3, 4}});
-        file.add_tick(
-            {3, {items[1]}, closes ? std::vector<std::uint64_t>{5} : std::vector<std::uint64_t>{}});
-        if (closes) {
-            ZONED_ASSERT(file.close().ok(), "memory has room");
+        for (const bool begins : {true, false}) {
+            RecordingFile file;
+            ZONED_ASSERT(file.open(file_named("out"), header, begins ? &state : nullptr).ok(),
+                         "memory has room");
+            const Tick before = begins ? state.tick : 0;
+            file.add_tick({before + 1, items, {1, 2}});
+            file.add_tick({before + 2, {}, {3, 4}});
+            file.add_tick({before + 3,
+                           {items[1]},
+                           closes ? std::vector<std::uint64_t>{5} : std::vector<std::uint64_t>{}});
+            if (closes) {
+                ZONED_ASSERT(file.close().ok(), "memory has room");
+            }
+            file.flush();
+            all.push_back(content(file_named("out")));
         }
-        file.flush();
-        all.push_back(content(file_named("out")));
     }
     return all;
 }
