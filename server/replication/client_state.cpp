@@ -37,7 +37,7 @@ ClientState::ClientState(const ClientTransfer& transfer, const ReplicationSettin
       first_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
-      loss_(transfer.loss_estimate),
+      loss_(transfer.next_sequence == 1 ? PathLoss() : PathLoss(transfer.loss_estimate)),
       rtt_us_(transfer.rtt_us),
       rtt_variation_us_(transfer.rtt_variation_us),
       rate_bytes_per_s_(transfer.rate_bytes_per_s),

@@ -8,14 +8,15 @@ namespace zoned::replication {
 /// explains. A packet whose acknowledgement is late, or that no acknowledgement ever reached back
 /// to, is neither. A packet that comes after it counted as lost takes that back (Eifel, RFC 3522).
 ///
-/// A new path has lost nothing yet: copies sent ahead of any loss would be the more, the more
-/// clients join at once.
+/// A new path is taken for a poor one, so that the first seconds on a poor one are not the worst.
+/// The guess is soon forgotten: copies ahead of losses would be the more, the more clients join.
 class PathLoss {
   public:
+    /// Of a new path.
+    PathLoss() : packets_(kAtFirst) { note(kGuess); }
+
     /// `share`: as another zone has measured it, 0..1.
-    explicit PathLoss(double share = 0.0) : packets_(share > 0.0 ? kMemory : kAtFirst) {
-        note(share);
-    }
+    explicit PathLoss(double share) : packets_(kMemory) { note(share); }
 
     void on_arrived() { count(0.0); }
 
@@ -46,7 +47,8 @@ class PathLoss {
 
   private:
     static constexpr double kMemory = 64.0;  ///< packets; the first ones count for more ...
-    static constexpr double kAtFirst = 8.0;  ///< ... beside so many that arrived
+    static constexpr double kAtFirst = 4.0;  ///< ... beside a guess that counts as so many
+    static constexpr double kGuess = 0.02;   ///< forgotten after 75 packets without a loss
     static constexpr double kLossy = 0.01;   ///< the first loss
     static constexpr double kClean = 0.001;  ///< about 180 packets after one alone
     static constexpr int kMost = 8;

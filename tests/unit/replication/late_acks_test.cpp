@@ -49,7 +49,7 @@ class LateAcks {
 
 TEST(LateAcks, AreNoReasonToSendAgain) {
     LateAcks world;
-    world.run(30, 0);
+    world.run(150, 0);  // in which the guess of a poor path is forgotten
     const LateAcks::Sums calm = world.run(300, 0);
     EXPECT_EQ(calm.resent, 0U);
     world.run(30, 12);  // in which the delay is learned
@@ -75,10 +75,12 @@ TEST(LateAcks, LeaveNothingBehindWithinTwoSeconds) {
     EXPECT_EQ(world.run(120, 0).resent, 0U);
 }
 
-/// A client that has just joined has lost nothing yet. Copies ahead of any loss would come when
-/// many join at once, which is when they are least wanted.
-TEST(LateAcks, OfANewClientCallForNoCopies) {
+/// The path of a client that has just joined is taken for a poor one, but not for long: copies
+/// ahead of losses come when many join at once, which is when they are least wanted.
+TEST(LateAcks, OfANewClientCallForCopiesForAFewSecondsAlone) {
     LateAcks world;
+    EXPECT_GT(world.run(30, 0).resent, 0U);
+    world.run(90, 0);
     EXPECT_EQ(world.run(120, 0).resent, 0U);
 }
 
