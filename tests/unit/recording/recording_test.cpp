@@ -175,9 +175,7 @@ struct Equal {
     template <class A, class B>
         requires(!std::is_same_v<A, B>)
 
-    bool operator()(const A& /*a*/, const B& /*b*/) const {
-        return false;
-    }
+    bool operator()(const A& /*a*/, const B& /*b*/) const { return false; }
 };
 
 void expect_equal(const std::vector<InboxItem>& a, const std::vector<InboxItem>& b) {
