@@ -29,6 +29,17 @@ TEST_F(Pressure, WidensTheBoundsAndSaysSo) {
     EXPECT_LT(report.audit.samples_unbounded, report.audit.samples / 20);
 }
 
+/// A client that is to wait for its next packet would go on believing in narrower bounds until
+/// then. Whether an entity turns just then is chance: six courses.
+TEST_F(Pressure, SaysAtOnceThatBoundsAreWider) {
+    for (const std::uint64_t seed : {5U, 7U, 15U, 28U, 30U, 34U}) {
+        bots.seed = seed;
+        server.network.seed = seed;
+        const auto report = run();
+        EXPECT_TRUE(report.consistent) << seed << ": " << reasons(report);
+    }
+}
+
 TEST_F(Pressure, IsRelievedByCodingForWhoseDownlinkIsShort) {
     // Enough for about two thirds of the time: of less, headers take most, which no codec makes
     // smaller.
