@@ -7,7 +7,6 @@ namespace {
 
 class Overload : public GameTest {
   protected:
-    /// Stalls of 50 to 400 ms, about one a second.
     struct Sums {
         std::uint64_t sent = 0;
         std::uint64_t resent = 0;
@@ -49,6 +48,7 @@ class Overload : public GameTest {
         return counter.sums;
     }
 
+    /// Stalls of 50 to 400 ms, about one a second.
     static std::vector<Span> stalls(std::uint64_t seed, double from_s, double until_s) {
         core::Rng rng(seed);
         std::vector<Span> spans;
