@@ -144,7 +144,7 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                number(loop.records_resent));
     out.single("zoned_records_repeated_total",
                "counter",
-               "Of these: ahead of the next loss, on paths known to lose packets.",
+               "Of these: ahead of the next loss, on paths that are new or lose packets.",
                number(loop.records_repeated));
     out.single("zoned_packets_given_up_total",
                "counter",
