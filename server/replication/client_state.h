@@ -153,7 +153,7 @@ class ClientState {
 
     [[nodiscard]] bool acks_are_late() const { return ack_delay_.late(); }
 
-    /// What became of its packets since this was asked last.
+    /// The fates of its packets since this was asked last.
     struct Fates {
         std::uint32_t given_up = 0;  ///< their updates are sent again
         std::uint32_t found = 0;     ///< given up and acknowledged after all

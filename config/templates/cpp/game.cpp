@@ -46,7 +46,7 @@ class Tag final : public zone::Rules {
         }
     }
 
-    // What comes from clients: payloads of commands are written by strangers.
+    // Clients send these. Payloads of commands are written by strangers.
     void on_command(zone::RulesContext&,
                     ClientId,
                     EntityId,
@@ -58,7 +58,7 @@ class Tag final : public zone::Rules {
                   const motion::InputCommand&,
                   std::uint16_t) override {}
 
-    // What happens in the world.
+    // The world reports these.
     void on_contact(zone::RulesContext&, const zone::EntityContact&) override {}
 
     void on_confirm(zone::RulesContext&, ClientId, EventId) override {}

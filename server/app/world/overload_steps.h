@@ -7,7 +7,7 @@
 
 namespace zoned::app {
 
-/// What an overload gives up, in this order.
+/// Steps of an overload, each of which gives something up, in this order.
 enum class OverloadStep : std::uint8_t {
     kCopies,  ///< copies ahead of losses: acknowledgements are late
     kBounds,  ///< updates of what is far: bounds are wider than promised

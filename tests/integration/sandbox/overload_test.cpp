@@ -14,7 +14,7 @@ class Overload : public GameTest {
         std::uint64_t inputs_missing = 0;
     };
 
-    /// What the zones report of each tick, from a moment on.
+    /// Sums over the zones' reports of each tick, from a moment on.
     class Counter {
       public:
         void look(VirtualServer& whole) {
