@@ -97,8 +97,8 @@ TEST(LateAcks, ThatDoNotReachBackToAllPacketsAreNoLosses) {
             remote.up.settings_.loss = 0.0F;
         }
     };
-    world.run(300, 14);  // a round trip of half a second: 45 ticks of silence are no outage
-    stall(45);
+    world.run(300, 14);
+    stall(35);  // an outage, in which nothing counts, begins after 36 ticks
     world.run(60, 14);
     EXPECT_EQ(world.run(120, 14).resent, 0U);
 }
