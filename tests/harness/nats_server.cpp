@@ -122,6 +122,8 @@ void NatsServer::kill() {
 
 void NatsServer::pause() const {
     ::kill(process_, SIGSTOP);
+    // The signal reaches one thread after the other: until the last has it, one may still answer.
+    ::waitpid(process_, nullptr, WUNTRACED);
 }
 
 void NatsServer::go_on() const {
