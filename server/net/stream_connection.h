@@ -44,6 +44,7 @@ struct TlsStats {
     std::uint64_t refused_total = 0;
     std::uint64_t refused_address = 0;
     std::uint64_t accept_errors = 0;
+    std::uint64_t left_early = 0;  ///< closed by the client before its first message was there
     std::uint64_t handshake_failed = 0;
     std::uint64_t handshake_timeout = 0;
     std::uint64_t frame_oversize = 0;

@@ -1,6 +1,7 @@
 #include "server/net/tls_listener.h"
 
 #include "server/net/bind_error.h"
+#include "server/net/handshake_queue.h"
 
 #include <asio/ip/tcp.hpp>
 #include <asio/ip/v6_only.hpp>
@@ -34,13 +35,6 @@ Address address_of(const tcp::endpoint& endpoint) {
     return from_socket_address(storage);
 }
 
-/// The key of the limit per address: the owner of one IPv6 address has a whole /64.
-std::array<std::uint8_t, 16> network_of(const Address& address) {
-    std::array<std::uint8_t, 16> key{};
-    std::copy_n(address.ip, address.is_v4() ? 16 : 8, key.begin());
-    return key;
-}
-
 }  // namespace
 
 struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
@@ -67,9 +61,11 @@ struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
     void accept_after(Clock::duration delay);
     void on_accept(const asio::error_code& ec, tcp::socket socket);
     void take(tcp::socket socket);
-    void admit(tcp::socket socket, const Address& peer);
+    void queue(tcp::socket socket, const Address& peer);
+    void begin(tcp::socket socket, const Address& peer);
+    void on_left(const Address& peer, HandshakeQueue::Left why);
+    void forget(const Address& peer);
     void on_gone(StreamConnection& connection, const std::string& reason);
-    [[nodiscard]] Clock::duration handshake_wait();
     [[nodiscard]] StreamConnection* find(StreamNumber number) const;
 
     TlsSettings settings;
@@ -83,11 +79,9 @@ struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
     asio::steady_timer pause;
     std::shared_ptr<ConnectionEvents> events;
     std::unordered_map<StreamNumber, std::shared_ptr<StreamConnection>> connections;
-    std::map<std::array<std::uint8_t, 16>, std::size_t> per_network;
+    std::shared_ptr<HandshakeQueue> waiting;
+    std::map<NetworkKey, std::size_t> per_network;
     std::uint16_t port = 0;
-    /// When the handshakes accepted so far would all be due at the allowed rate; a burst of one
-    /// second's worth may run ahead of it.
-    Clock::time_point next_handshake = Clock::now();
 };
 
 void TlsListener::Impl::bind() {
@@ -142,18 +136,8 @@ void TlsListener::Impl::connect_events() {
     };
 }
 
-Clock::duration TlsListener::Impl::handshake_wait() {
-    const Clock::time_point now = Clock::now();
-    next_handshake = std::max(next_handshake, now - std::chrono::seconds(1));
-    return next_handshake > now ? next_handshake - now : Clock::duration::zero();
-}
-
 void TlsListener::Impl::accept() {
     if (!acceptor.is_open()) {
-        return;
-    }
-    if (const Clock::duration wait = handshake_wait(); wait > Clock::duration::zero()) {
-        accept_after(wait);
         return;
     }
     acceptor.async_accept(
@@ -183,8 +167,7 @@ void TlsListener::Impl::on_accept(const asio::error_code& ec, tcp::socket socket
     }
     take(std::move(socket));
     // One in each turn of a busy thread would let a queue of players time out.
-    for (int more = 1; more < kAcceptsPerTurn && handshake_wait() <= Clock::duration::zero();
-         ++more) {
+    for (int more = 1; more < kAcceptsPerTurn; ++more) {
         asio::error_code none;
         tcp::socket next = acceptor.accept(none);
         if (none) {
@@ -202,12 +185,12 @@ void TlsListener::Impl::take(tcp::socket socket) {
     if (gone) {
         ++events->stats.accept_errors;
     } else {
-        admit(std::move(socket), address_of(remote));
+        queue(std::move(socket), address_of(remote));
     }
 }
 
-void TlsListener::Impl::admit(tcp::socket socket, const Address& peer) {
-    if (connections.size() >= settings.max_connections) {
+void TlsListener::Impl::queue(tcp::socket socket, const Address& peer) {
+    if (connections.size() + waiting->size() >= settings.max_connections) {
         ++events->stats.refused_total;
         return;
     }
@@ -217,8 +200,10 @@ void TlsListener::Impl::admit(tcp::socket socket, const Address& peer) {
         return;
     }
     ++count;
-    next_handshake += std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(1.0 / settings.max_handshakes_per_s));
+    waiting->add(std::move(socket), peer);
+}
+
+void TlsListener::Impl::begin(tcp::socket socket, const Address& peer) {
     const StreamNumber number = ++last_number;
     auto connection = std::make_shared<StreamConnection>(std::move(socket),
                                                          context ? &*context : nullptr,
@@ -231,6 +216,28 @@ void TlsListener::Impl::admit(tcp::socket socket, const Address& peer) {
     connection->start();
 }
 
+void TlsListener::Impl::on_left(const Address& peer, HandshakeQueue::Left why) {
+    switch (why) {
+        case HandshakeQueue::Left::kClosed:
+            ++events->stats.left_early;
+            break;
+        case HandshakeQueue::Left::kTimeout:
+            ++events->stats.handshake_timeout;
+            break;
+        case HandshakeQueue::Left::kNoTls:
+            ++events->stats.handshake_failed;
+            break;
+    }
+    forget(peer);
+}
+
+void TlsListener::Impl::forget(const Address& peer) {
+    const auto network = per_network.find(network_of(peer));
+    if (network != per_network.end() && --network->second == 0) {
+        per_network.erase(network);
+    }
+}
+
 void TlsListener::Impl::on_gone(StreamConnection& connection, const std::string& reason) {
     const auto it = connections.find(connection.number());
     if (it == connections.end()) {
@@ -238,10 +245,7 @@ void TlsListener::Impl::on_gone(StreamConnection& connection, const std::string&
     }
     const std::shared_ptr<StreamConnection> keep = it->second;
     connections.erase(it);
-    const auto network = per_network.find(network_of(connection.peer()));
-    if (network != per_network.end() && --network->second == 0) {
-        per_network.erase(network);
-    }
+    forget(connection.peer());
     if (connection.opened()) {
         callbacks.on_closed(connection.number(), reason);
     }
@@ -256,6 +260,17 @@ TlsListener::TlsListener(asio::io_context& io, const TlsSettings& settings, TlsC
     : impl_(std::make_shared<Impl>(io, settings, std::move(callbacks))) {
     impl_->bind();
     impl_->connect_events();
+    impl_->waiting = std::make_shared<HandshakeQueue>(
+        io,
+        HandshakeQueueSettings{
+            !settings.plain, settings.limits.handshake_timeout_s, settings.max_handshakes_per_s},
+        HandshakeQueue::Callbacks{
+            [impl = impl_.get()](tcp::socket socket, const Address& peer) {
+                impl->begin(std::move(socket), peer);
+            },
+            [impl = impl_.get()](const Address& peer, HandshakeQueue::Left why) {
+                impl->on_left(peer, why);
+            }});
 }
 
 TlsListener::~TlsListener() {
@@ -271,6 +286,7 @@ void TlsListener::stop_accepting() {
     asio::error_code ignored;
     impl_->acceptor.close(ignored);
     impl_->pause.cancel();
+    impl_->waiting->clear();
 }
 
 void TlsListener::abort_all() {
@@ -317,7 +333,7 @@ const CertificateFiles& TlsListener::certificate_files() const {
 }
 
 std::size_t TlsListener::connections() const {
-    return impl_->connections.size();
+    return impl_->connections.size() + impl_->waiting->size();
 }
 
 const TlsStats& TlsListener::stats() const {

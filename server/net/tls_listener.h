@@ -23,7 +23,7 @@ struct TlsSettings {
     ConnectionLimits limits;
     std::size_t max_connections = 25000;
     std::size_t max_connections_per_address = 64;  ///< IPv6: per /64 network. Not for loopback.
-    double max_handshakes_per_s = 500.0;  ///< faster connections wait in the kernel's queue
+    double max_handshakes_per_s = 500.0;  ///< those that come faster wait, network by network
     /// WebSockets in place of frames with length prefixes.
     std::optional<WebSocketGate> websocket = {};
     bool plain = false;             ///< no TLS: for WebSockets on a loopback address alone
@@ -70,7 +70,7 @@ class TlsListener {
     /// SHA-256 of the certificate, hexadecimal; clients pin it. Empty without TLS.
     [[nodiscard]] const std::string& fingerprint() const;
     [[nodiscard]] const CertificateFiles& certificate_files() const;
-    /// Streams that are not gone yet, those in handshake or closing included.
+    /// Streams that are not gone yet, those before or in their handshake or closing included.
     [[nodiscard]] std::size_t connections() const;
     [[nodiscard]] const TlsStats& stats() const;
 

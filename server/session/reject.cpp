@@ -19,7 +19,7 @@ constexpr std::array<const char*, static_cast<std::size_t>(Reject::kCount)> kNam
     "command_size",       "event_ack_ahead",    "confirm_unknown",     "view_reset_flood",
     "freeze_no_right",    "audit_no_right",     "audit_flood",         "silence",
     "events_overflow",    "out_no_session",     "out_sequence",        "out_oversize",
-    "out_suspended",      "out_tunnel_backlog", "out_audit_no_right"};
+    "out_suspended",      "out_tunnel_backlog", "out_unproved",        "out_audit_no_right"};
 
 // A reason without a name would be a null pointer at the end of the table.
 static_assert(kNames.back() != nullptr);

@@ -62,6 +62,7 @@ enum class Reject : std::uint8_t {
     kOutOversize,
     kOutSuspended,
     kOutTunnelBacklog,
+    kOutUnproved,  // no stream, and the client has not shown yet that it receives at its address
     kOutAuditNoRight,
     kCount,
 };

@@ -52,6 +52,7 @@ struct HostSettings : HostLimits {
     std::uint32_t protocol_version = 5;
     std::string config_digest;
     std::string world_name;  ///< in a cluster; empty: the server is in none
+    std::string audience;    ///< the world that a ticket may be for; one for another is refused
     /// Ed25519 public keys of the cluster, whose tickets name this world.
     std::vector<std::array<std::uint8_t, 32>> cluster_keys;
     proto::WorldDescription world;

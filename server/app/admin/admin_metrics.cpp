@@ -211,6 +211,10 @@ void write_network(MetricsText& out, const NetworkSample& n) {
                "counter",
                "TLS handshakes that failed.",
                number(n.tls.handshake_failed));
+    out.single("zoned_tls_left_early_total",
+               "counter",
+               "Connections that their clients closed before they said anything.",
+               number(n.tls.left_early + n.web.left_early));
     out.single("zoned_websockets", "gauge", "Open WebSockets of clients.", number(n.websockets));
     out.family(
         "zoned_websocket_refused_total",

@@ -68,6 +68,7 @@ int ticket(const TicketArguments& arguments) {
     claims.account = arguments.account;
     claims.name = arguments.name.empty() ? arguments.account : arguments.name;
     claims.team = arguments.team;
+    claims.world = arguments.world;
     claims.rights = rights_of(arguments.rights);
     claims.not_before_s = static_cast<std::int64_t>(std::time(nullptr)) - 60;
     claims.expires_s =

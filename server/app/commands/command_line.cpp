@@ -159,6 +159,7 @@ void add_keys(CLI::App& app, std::string& base, TicketArguments& a, std::functio
     t->add_option("--account", a.account, "Account, 1..64 bytes")->required();
     t->add_option("--name", a.name, "Name shown to others; default: the account");
     t->add_option("--team", a.team, "Team; default: none");
+    t->add_option("--world", a.world, "Opens this world alone; default: any that trusts the key");
     t->add_option("--right", a.rights, "play, audit, freeze or admin (repeatable); default: play")
         ->check(CLI::IsMember({"play", "audit", "freeze", "admin"}));
     t->add_option("--hours", a.hours, "Valid from now for this long")->check(CLI::PositiveNumber);

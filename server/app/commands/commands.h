@@ -53,6 +53,7 @@ struct TicketArguments {
     std::string account;
     std::string name;
     std::string team;
+    std::string world;  ///< empty: any
     std::vector<std::string> rights;
     double hours = 24.0;
 };

@@ -28,6 +28,7 @@ session::HostSettings host_settings(const config::Settings& settings) {
     }
     host.config_digest = settings.digest;
     host.world_name = settings.server.cluster.name;
+    host.audience = host.world_name.empty() ? settings.world_name : host.world_name;
     host.world = config::describe_world(settings);
     host.tick_rate_hz = settings.tick_rate_hz;
     host.input_window_ticks = from.input_window_ticks;

@@ -1,11 +1,23 @@
 #include "server/session/host/host_impl.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace zoned::session {
 
 namespace {
 
 /// Of one session among datagrams that waited together; jitter brings two.
 constexpr int kReadPerTurn = 3;
+
+/// Harnesses without sockets name no peer.
+bool is_known(const mailbox::Address& peer) {
+    return peer.port != 0;
+}
+
+bool same_host(const mailbox::Address& a, const mailbox::Address& b) {
+    return std::equal(std::begin(a.ip), std::end(a.ip), std::begin(b.ip));
+}
 
 }  // namespace
 
@@ -57,7 +69,7 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
     session->last_datagram_s = now_s;
     session->bytes_in += datagram.size();
     if (opened->newest) {
-        follow_address(*session, from);
+        follow_address(*session, from, datagram.size());
     }
     look_at_reach(*session, now_s);
     if (!session->datagrams.take(now_s)) {
@@ -70,6 +82,7 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
         if (!acks) {
             reject(acks.error());
         } else if (*acks) {
+            session->address_proof.acknowledge((*acks)->newest);
             send_acks(*session, **acks);
         }
     }
@@ -85,17 +98,21 @@ void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::Ac
                                   session.path.rtt_variation_us()});
 }
 
-void SessionHost::Impl::follow_address(Session& session, const mailbox::Address* from) {
+void SessionHost::Impl::follow_address(Session& session,
+                                       const mailbox::Address* from,
+                                       std::size_t bytes) {
     if (from == nullptr) {
         session.route = Route::kStream;
         return;
     }
     session.route = Route::kAddress;
-    if (session.has_address && session.address != *from) {
-        ++stats.address_changes;
+    if (!session.has_address || session.address != *from) {
+        stats.address_changes += session.has_address ? 1 : 0;
+        session.address_proof.begin(!is_known(session.peer) || same_host(*from, session.peer));
+        session.address = *from;
+        session.has_address = true;
     }
-    session.address = *from;
-    session.has_address = true;
+    session.address_proof.take(bytes);
 }
 
 void SessionHost::Impl::on_body(Session& session, std::span<const std::uint8_t> body) {

@@ -68,7 +68,7 @@ struct SessionHost::Impl {
                      std::span<const std::uint8_t> datagram,
                      double now_s);
     void send_acks(const Session& session, const DatagramPath::AckUpdate& acks);
-    void follow_address(Session& session, const mailbox::Address* from);
+    void follow_address(Session& session, const mailbox::Address* from, std::size_t bytes);
     void on_body(Session& session, std::span<const std::uint8_t> body);
 
     // ---- host_outbox.cpp

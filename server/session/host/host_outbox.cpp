@@ -10,6 +10,9 @@ namespace zoned::session {
 
 namespace {
 
+/// A datagram is longer than its body by this.
+constexpr std::size_t kSealedBytes = wire::kMaxDatagramBytes - wire::kMaxDownBodyBytes;
+
 /// Without a stream a client is still sent states while it is heard by UDP; this long after it was
 /// last heard.
 constexpr double kStatesAfterSilence_s = 1.0;
@@ -96,7 +99,13 @@ void SessionHost::Impl::send_state(Session& session,
         reject(Reject::kOutSequence);
         return;
     }
-    const bool tunnel = session.route == Route::kStream;
+    const bool unproved = session.route == Route::kAddress &&
+                          !session.address_proof.may_send(body.size() + kSealedBytes);
+    if (unproved && !session.stream) {
+        reject(Reject::kOutUnproved);
+        return;
+    }
+    const bool tunnel = session.route == Route::kStream || unproved;
     if (!reachable(session, now_s)) {
         reject(Reject::kOutSuspended);
         return;
@@ -120,6 +129,7 @@ void SessionHost::Impl::send_state(Session& session,
     } else {
         ++stats.packets_out;
         stats.bytes_out += datagram.size();
+        session.address_proof.send(sequence, datagram.size());
         output.send_datagram(session.address, std::move(datagram));
     }
 }

@@ -1,6 +1,7 @@
 // SessionTable: all sessions, found by client, connection id, stream or resume token.
 #pragma once
 
+#include "server/session/datagrams/address_proof.h"
 #include "server/session/datagrams/datagram_path.h"
 #include "server/session/datagrams/pacer.h"
 #include "server/session/event_queue.h"
@@ -67,6 +68,7 @@ struct Session {
     Route route = Route::kStream;
     mailbox::Address address;
     bool has_address = false;     ///< a datagram came by UDP once
+    AddressProof address_proof;   ///< of `address`
     bool inside_stream = false;   ///< a WebSocket: datagrams are not sealed, none may come by UDP
     mailbox::Address peer;        ///< of its newest stream
     std::uint64_t bytes_in = 0;   ///< datagrams that authenticated

@@ -36,8 +36,9 @@ core::Result<Identity, Refusal> from_ticket(const HostSettings& settings,
     if (!claims) {
         return refuse_ticket(claims.error());
     }
-    if (!claims->world.empty() && claims->world != settings.world_name) {
-        return refuse_ticket("the ticket is for the world " + claims->world + " of a cluster");
+    if (!claims->world.empty() && claims->world != settings.audience) {
+        return refuse_ticket("the ticket is for the world " + claims->world + ", this server has " +
+                             (settings.audience.empty() ? "another" : settings.audience));
     }
     if (nonces.contains(claims->nonce)) {
         return refuse_ticket("the ticket was used before: each opens one session, get a new one");

@@ -1,5 +1,6 @@
 #include "server/session/login/ticket.h"
 
+#include "server/mailbox/messages.h"
 #include "server/session/login/display_names.h"
 #include "server/session/login/secrets.h"
 #include "proto/session.pb.h"
@@ -19,6 +20,8 @@ using Claims = core::Result<TicketClaims>;
 
 constexpr std::size_t kSignatureBytes = 64;
 constexpr std::size_t kMaxTicketBytes = 1024;
+constexpr std::uint32_t kAllRights =
+    mailbox::kRightPlay | mailbox::kRightAudit | mailbox::kRightFreeze | mailbox::kRightAdmin;
 
 struct KeyFree {
     void operator()(EVP_PKEY* p) const { EVP_PKEY_free(p); }
@@ -69,6 +72,9 @@ std::string range_mistake(const TicketClaims& claims) {
     }
     if (!claims.world.empty() && (claims.world.size() > 64 || !core::is_clean_utf8(claims.world))) {
         return "the world must be at most 64 bytes of UTF-8 without control characters";
+    }
+    if ((claims.rights & ~kAllRights) != 0) {
+        return "the ticket names rights that do not exist";
     }
     if (claims.expires_s <= claims.not_before_s) {
         return "the ticket must expire after it begins";

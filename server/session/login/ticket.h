@@ -35,7 +35,7 @@ struct TicketClaims {
     std::int64_t not_before_s = 0;  ///< Unix time
     std::int64_t expires_s = 0;     ///< Unix time
     TicketNonce nonce{};            ///< a ticket opens one session only
-    std::string world = {};         ///< of a cluster; empty: any
+    std::string world = {};         ///< it opens no other; empty: any
 };
 
 /// A nonce for a new ticket.

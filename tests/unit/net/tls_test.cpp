@@ -360,6 +360,117 @@ TEST(TlsListener, LetsWhoComesTooFastWait) {
     EXPECT_EQ(server.stats().accepted, 25U);
 }
 
+/// A client that connects and may send some bytes of a handshake.
+class HalfOpen {
+  public:
+    explicit HalfOpen(std::uint16_t port, const std::string& from = "127.0.0.1") {
+        socket_.open(asio::ip::tcp::v4());
+        socket_.bind({asio::ip::make_address(from), 0});
+        socket_.connect({asio::ip::make_address("127.0.0.1"), port});
+    }
+
+    void send(const std::string& bytes) { asio::write(socket_, asio::buffer(bytes)); }
+
+    /// True where the server ends the connection.
+    bool ended() {
+        std::array<char, 64> answer{};
+        asio::error_code ec;
+        while (!ec) {
+            socket_.read_some(asio::buffer(answer), ec);
+        }
+        return true;
+    }
+
+    /// A record that says it is a handshake of so many bytes, and as many of them as given.
+    static std::string record(std::size_t announced, std::size_t given) {
+        std::string out{"\x16\x03\x01", 3};
+        out += static_cast<char>(announced >> 8U);
+        out += static_cast<char>(announced & 0xFFU);
+        return out + std::string(given, '\xFF');
+    }
+
+  private:
+    asio::io_context io_;
+    asio::ip::tcp::socket socket_{io_};
+};
+
+/// At one handshake in 20 s a single one of a hundred would keep the honest client out for longer
+/// than it waits.
+TEST(TlsListener, ChargesNobodyForConnectionsThatComeAndGo) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.max_handshakes_per_s = 0.05;
+    Server server(settings);
+    for (int i = 0; i < 50; ++i) {
+        HalfOpen silent(server.port);
+        HalfOpen partial(server.port);
+        partial.send(HalfOpen::record(200, 100));
+    }
+    TlsClient honest;
+    ASSERT_TRUE(honest.connect(server.port)) << honest.error.message();
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    for (int i = 0; i < 1000 && server.stats().left_early < 100; ++i) {
+        std::this_thread::sleep_for(5ms);
+    }
+    EXPECT_EQ(server.stats().left_early, 100U);
+    EXPECT_EQ(server.stats().handshake_failed, 0U);
+}
+
+TEST(TlsListener, StartsAHandshakeOnceItsFirstMessageIsWhole) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.limits.handshake_timeout_s = 0.2;
+    Server hasty(settings);
+    HalfOpen partial(hasty.port);
+    partial.send(HalfOpen::record(200, 199));
+    EXPECT_TRUE(partial.ended());
+    EXPECT_EQ(hasty.stats().handshake_timeout, 1U);
+    // The whole of it is no message that OpenSSL takes: it began, and failed.
+    const StateDir other;
+    Server server(settings_in(other));
+    HalfOpen whole(server.port);
+    const std::string bytes = HalfOpen::record(200, 200);
+    for (const char c : bytes) {
+        whole.send(std::string(1, c));
+    }
+    EXPECT_TRUE(whole.ended());
+    EXPECT_EQ(server.stats().handshake_failed, 1U);
+    EXPECT_EQ(server.stats().handshake_timeout, 0U);
+    EXPECT_EQ(server.connections(), 0U);
+}
+
+TEST(TlsListener, DropsWhatIsNoTlsAtItsFirstByte) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    HalfOpen http(server.port);
+    http.send("G");
+    EXPECT_TRUE(http.ended());
+    HalfOpen too_long(server.port);
+    too_long.send(HalfOpen::record(16385, 0));
+    EXPECT_TRUE(too_long.ended());
+    EXPECT_EQ(server.stats().handshake_failed, 2U);
+}
+
+/// Forty handshakes of one address wait at two a second; one of another address comes last, and
+/// is among the first that start all the same.
+TEST(TlsListener, TakesTurnsAmongAddresses) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.max_handshakes_per_s = 2.0;
+    Server server(settings);
+    std::vector<std::unique_ptr<HalfOpen>> flood;
+    for (int i = 0; i < 40; ++i) {
+        flood.push_back(std::make_unique<HalfOpen>(server.port, "127.0.0.2"));
+        flood.back()->send(HalfOpen::record(200, 200));
+    }
+    TlsClient honest;
+    ASSERT_TRUE(honest.connect(server.port)) << honest.error.message();
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    // A second's worth ran ahead before it came, and then every other one is of the flood. Others
+    // come due while this machine is slow, but not half of the flood in the time of a handshake.
+    EXPECT_LT(server.stats().handshake_failed, 20U);
+}
+
 TEST(TlsListener, ServesBothFamiliesAndNamesAPortInUse) {
     const StateDir dir;
     Server server(settings_in(dir, "::"));

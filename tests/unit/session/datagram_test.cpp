@@ -1,3 +1,4 @@
+#include "server/session/datagrams/address_proof.h"
 #include "tests/unit/session/fake_client.h"
 
 #include <gmock/gmock.h>
@@ -153,6 +154,78 @@ TEST_F(Datagrams, MoveASessionToANewAddressOnlyWhenNewestAndAuthentic) {
     EXPECT_EQ(host.host.stats().address_changes, 1U);
     deliver(client.make_datagram(5, {}), 10);  // replayed
     EXPECT_EQ(target(), 40);
+}
+
+/// A client of one host that names another host's address, and states of 54 bytes.
+class AnotherHost : public testing::Test {
+  protected:
+    AnotherHost() {
+        client.peer = test_address(9);
+        EXPECT_TRUE(client.log_in());
+        far.ip[15] = 200;
+    }
+
+    /// So few at a time that none is paced. How many of them went out by UDP.
+    std::size_t states(int count, double after_s = 1.0) {
+        host.advance(after_s);
+        const std::size_t before = host.datagrams.size();
+        for (int i = 0; i < count; ++i) {
+            client.state(++newest);
+        }
+        return host.datagrams.size() - before;
+    }
+
+    void from_far(std::uint16_t ack_low = 0) {
+        wire::UpTransport transport;
+        transport.ack_low = ack_low;
+        const Bytes datagram = client.make_datagram(++client.sequence, {}, transport);
+        came += datagram.size();
+        host.host.on_datagram(far, datagram, host.now_s);
+    }
+
+    TestHost host{dev_settings()};
+    FakeClient client{host};
+    mailbox::Address far = test_address(11);
+    std::uint64_t newest = 0;
+    std::size_t came = 0;
+};
+
+TEST_F(AnotherHost, IsOneByItsAddressWhateverThePort) {
+    client.send_datagram({}, 10);
+    EXPECT_EQ(states(12), 12U);
+}
+
+TEST_F(AnotherHost, GetsThreeTimesWhatCameFromItUntilItAcknowledges) {
+    client.send_datagram({}, 10);
+    EXPECT_EQ(states(12), 12U);
+    from_far();
+    from_far();
+    const std::size_t by_udp = states(12);
+    std::size_t went = 0;
+    for (std::size_t i = host.datagrams.size() - by_udp; i < host.datagrams.size(); ++i) {
+        EXPECT_EQ(host.datagrams[i].to, far);
+        went += host.datagrams[i].bytes.size();
+    }
+    EXPECT_GT(went, 2 * came);
+    EXPECT_LE(went, AddressProof::kMostPerByte * came);
+    EXPECT_EQ(host.host.stats().tunnelled, 12U - by_udp) << "the rest";
+    EXPECT_EQ(host.rejected("out_unproved"), 0U);
+    // A packet of before the move proves nothing; the first that went there, or a later one, does.
+    from_far(12);
+    EXPECT_LT(states(12), 12U);
+    from_far(13);
+    EXPECT_EQ(states(12), 12U);
+}
+
+TEST_F(AnotherHost, GetsNothingMoreWhereNoStreamIsLeft) {
+    from_far();
+    states(12);
+    client.drop();
+    from_far();
+    const std::uint64_t before = host.rejected("out_unproved");
+    const std::size_t by_udp = states(12, 0.5);
+    EXPECT_LT(by_udp, 4U);
+    EXPECT_EQ(host.rejected("out_unproved") - before, 12U - by_udp);
 }
 
 TEST_F(Datagrams, GoThroughTheStreamUntilOneCameByUdpAndAgainWhenTheClientSaysSo) {

@@ -176,9 +176,14 @@ class FakeClient {
   public:
     explicit FakeClient(TestHost& host) : host_(&host) {}
 
+    std::optional<mailbox::Address> peer;  ///< of its streams; none: the host knows none
+
     /// Opens a stream, says hello and takes the answer. False when refused.
     bool log_in(proto::ClientMessage hello = hello_message(), bool loopback = true) {
         stream = host_->open(loopback);
+        if (peer) {
+            host_->host.set_peer(stream, *peer);
+        }
         down.emplace(test_key(stream.value, 1));
         up.emplace(test_key(stream.value, 2));
         host_->send(stream, hello);

@@ -10,6 +10,7 @@ HostSettings ticket_settings(const KeyPair& pair) {
     HostSettings settings;
     settings.ticket_keys = {pair.public_key};
     settings.config_digest = "c0ffee";
+    settings.audience = "valley";
     return settings;
 }
 
@@ -146,6 +147,14 @@ TEST(Login, RefusesATicketOfAnotherKeyTooEarlyTooLateOrUsed) {
     refused(c, pair.private_key, "right to play");
 
     c = claims();
+    c.world = "shire";
+    refused(c, pair.private_key, "for the world shire, this server has valley");
+    c = claims();
+    c.rights |= 1U << 4U;
+    EXPECT_FALSE(create_ticket(c, pair.private_key));
+
+    c = claims();
+    c.world = "valley";
     FakeClient client(host);
     ASSERT_TRUE(client.log_in(hello_with(*create_ticket(c, pair.private_key))));
     host.take<mailbox::Join>();

@@ -13,7 +13,7 @@ class OfACluster : public ::testing::Test {
         HostSettings out;
         out.ticket_keys = {pair.public_key};
         out.config_digest = "c0ffee";
-        out.world_name = "castle";
+        out.world_name = out.audience = "castle";
         return out;
     }
 
