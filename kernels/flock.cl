@@ -1,6 +1,5 @@
 // Flock: one step of a batch of up to eight agents per work item; their neighbours are read from
 // where they lie, or from tiles in local memory.
-// Reached by no program yet: flocking of large herds on a device will use it.
 #define ZK_WIDE
 #include "kernels/include/flock.h"
 

@@ -1,5 +1,4 @@
 // Flock: Reynolds' rules for agents in a grid of cells, for a batch of agents at once.
-// Reached by no program yet: flocking of large herds on a device will use it.
 #pragma once
 
 #include "kernels/include/kernel_base.h"

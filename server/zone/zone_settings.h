@@ -71,7 +71,7 @@ struct SurfaceBody {
 
 /// A particle system that rules may ask about, for the whole world.
 struct ParticleSource {
-    physics::ParticleSystemDef def;          ///< without the solids to hit
+    physics::ParticleSystemDef def;  ///< without the solids to hit; a flock in world coordinates
     std::vector<motion::Emitter> emitters;   ///< but for their positions:
     std::vector<Vec3d> positions;            ///< of `emitters`, world coordinates, m
     std::optional<motion::BurstKind> burst;  ///< none: rules may not let any out

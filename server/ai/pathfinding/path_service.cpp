@@ -82,6 +82,7 @@ std::unique_ptr<pathfinding::PathProvider> PathService::make_map(
             pathfinding::GridPathSettings service;
             service.work_per_tick = settings.work_per_tick;
             service.crowding = settings.crowding;
+            service.search = settings.search;
             return std::make_unique<pathfinding::GridPaths>(
                 statics, limits, area, settings.cell_m, shut, service);
         }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/flow_fields/crowd_path_settings.h"
+#include "server/ai/pathfinding/grid/grid_query.h"
 
 #include <cstdint>
 #include <memory>
@@ -27,6 +28,7 @@ struct PathfindingSettings {
     /// characters.
     std::uint64_t work_per_tick = 1'000'000;
     PathMapKind map = PathMapKind::kGrid;
+    pathfinding::GridSearch search{};                          ///< kGrid
     float cell_height_m = 0.05F;                               ///< kNavmesh: one step of height
     std::optional<pathfinding::CrowdPathSettings> crowding{};  ///< kGrid; none: paths ignore crowds
     /// kWaypointGraph: the waypoints of the world, in its coordinates; null: regular waypoints

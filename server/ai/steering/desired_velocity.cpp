@@ -285,6 +285,7 @@ FlockPull flock_pull(const Agent& agent,
     pull.heading = aim_direction(agent);
     pull.radius_m = state.radius_m;
     pull.speed = speed;
+    pull.weights = state.flock;
     if (!state.along.empty()) {
         std::array<Vec2, kMostStops> stops;
         const std::size_t count = std::min(state.along.size(), kMostStops);

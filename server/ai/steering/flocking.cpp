@@ -14,9 +14,6 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr float kSeparationWeight = 2.0F;
-constexpr float kAlignmentWeight = 1.0F;
-constexpr float kCohesionWeight = 0.8F;
 constexpr float kHomeWeight = 0.6F;
 constexpr float kInertiaWeight = 0.6F;
 constexpr float kPathWeight = 1.2F;
@@ -219,9 +216,9 @@ Vec2 FlockSum::heading(const Vec2& here, const FlockPull& pull) const {
     Vec2 heading = kInertiaWeight * pull.heading;
     if (neighbours_ > 0) {
         const float share = 1.0F / static_cast<float>(neighbours_);
-        heading += kSeparationWeight * apart_.value();
-        heading += kAlignmentWeight * share / pull.speed * along_.value();
-        heading += kCohesionWeight * share / pull.radius_m * together_.value();
+        heading += pull.weights.separation * apart_.value();
+        heading += pull.weights.alignment * share / pull.speed * along_.value();
+        heading += pull.weights.cohesion * share / pull.radius_m * together_.value();
     }
     if (pull.path != Vec2::Zero()) {
         return heading + kPathWeight * pull.path;

@@ -1,6 +1,7 @@
 // Flocking: FlockSum computes the heading of a herd animal from its neighbours.
 #pragma once
 
+#include "server/ai/agent/brain/brain.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
@@ -26,6 +27,7 @@ struct FlockPull {
     Vec2 heading = Vec2::Zero();  ///< own direction now: unit length, or zero when it stands
     float radius_m = 20.0F;       ///< an animal within this radius counts as a neighbour
     float speed = 1.0F;           ///< m/s, full speed of the gait, > 0
+    FlockWeights weights{};
 };
 
 /// Separation, alignment and cohesion over the neighbours of one animal, as weighted sums. Source:
@@ -92,7 +94,7 @@ class FlockSum {
 
 /// The direction at `here` along the round trip of `stops` (1 or more). It is the direction of the
 /// nearest piece, turned towards that piece. The turn is half a right angle at a distance of
-/// `width_m` (> 0) and almost a right angle farther off, as in pathfinding::along_path. With one
+/// `width_m` (> 0) and almost a right angle farther off, as in physics::directions_along. With one
 /// stop it points to the stop, and is zero within `width_m` of it.
 Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m);
 

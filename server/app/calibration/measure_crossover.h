@@ -4,6 +4,7 @@
 #include "server/compute/crossover.h"
 #include "server/compute/stages/particle_stage.h"
 #include "server/compute/team.h"
+#include "server/physics/particles/flock.h"
 
 #include <string>
 
@@ -28,5 +29,10 @@ compute::ParticleScene common_scene();
 MeasuredCrossover measure_particles(compute::Device& device,
                                     compute::Team& team,
                                     const compute::ParticleScene& scene = common_scene());
+
+/// The same for the animals of a flock, spread over ground where some five are in a cell.
+MeasuredCrossover measure_flock(compute::Device& device,
+                                compute::Team& team,
+                                const physics::FlockDef& flock);
 
 }  // namespace zoned::app

@@ -22,15 +22,18 @@ bool has_drag(const physics::ParticleSystemDef& def) {
     return def.linear_drag > 0.0F || def.quadratic_drag > 0.0F;
 }
 
-std::string describe_crossover(const compute::Crossover& crossover) {
+std::string describe_crossover(const compute::Crossover& crossover, const std::string& items) {
+    if (!crossover.measured()) {
+        return {};
+    }
     char text[300];
     const std::size_t from = crossover.threshold();
-    const std::string side =
-        from == SIZE_MAX ? "the CPU is faster for any number of particles"
-                         : "the device is faster from " + std::to_string(from) + " particles on";
+    const std::string side = from == SIZE_MAX ? "the CPU is faster for any number of " + items
+                                              : "the device is faster from " +
+                                                    std::to_string(from) + " " + items + " on";
     std::snprintf(text,
                   sizeof(text),
-                  "%s (CPU %.1f us + %.2f ns a particle, device %.1f us + %.2f ns)",
+                  "; %s (CPU %.1f us + %.2f ns each, device %.1f us + %.2f ns)",
                   side.c_str(),
                   crossover.cpu().launch_us,
                   1e3 * (crossover.cpu().item_us + crossover.cpu().copy_us),
@@ -87,6 +90,9 @@ std::string build_kernels(const config::Settings& settings,
     compute::ParticleColumns columns;
     columns.reserve(1);
     for (const zone::ParticleSource& source : settings.particles) {
+        if (source.def.flock) {
+            continue;  // all flocks share one kernel, which is measured
+        }
         const SystemSurroundings around(settings, source);
         compute::StageRun run = stage.step(columns, 1, around.scene, team);
         if (!run.fault.empty()) {
@@ -100,6 +106,41 @@ bool has_heightfield(const config::Settings& settings) {
     return std::any_of(settings.surfaces.begin(), settings.surfaces.end(), [](const auto& surface) {
         return surface.shape.kind == physics::ShapeKind::kHeightfield;
     });
+}
+
+/// The system whose particles cost most, among the flocks or among all others; null: there is none.
+const zone::ParticleSource* dearest(const config::Settings& settings, bool flocks, bool field) {
+    const zone::ParticleSource* found = nullptr;
+    double most = 0.0;
+    for (const zone::ParticleSource& source : settings.particles) {
+        const double cost = static_cast<double>(source.def.most) * particle_ns(source, field);
+        if (source.def.flock.has_value() == flocks && cost > most) {
+            most = cost;
+            found = &source;
+        }
+    }
+    return found;
+}
+
+/// Fills the crossovers. Why a kernel failed; empty: none did.
+std::string measure(const config::Settings& settings, compute::Team& team, ParticleDevice& out) {
+    const bool field = has_heightfield(settings);
+    if (const zone::ParticleSource* source = dearest(settings, false, field)) {
+        MeasuredCrossover measured =
+            measure_particles(*out.device, team, SystemSurroundings(settings, *source).scene);
+        if (!measured.fault.empty()) {
+            return measured.fault;
+        }
+        out.crossover = measured.crossover;
+    }
+    if (const zone::ParticleSource* source = dearest(settings, true, field)) {
+        MeasuredCrossover measured = measure_flock(*out.device, team, *source->def.flock);
+        if (!measured.fault.empty()) {
+            return measured.fault;
+        }
+        out.of_flocks = measured.crossover;
+    }
+    return build_kernels(settings, *out.device, team);
 }
 
 /// "particles: on the CPU, ..." where there is nothing to look for; empty where there is.
@@ -167,28 +208,17 @@ ParticleDevice open_particle_device(const config::Settings& settings,
     compute::WorkerPool pool(threads);
     compute::Team team;
     team.join_pool(pool);
-    const bool field = has_heightfield(settings);
-    const auto dearest =
-        std::max_element(settings.particles.begin(),
-                         settings.particles.end(),
-                         [field](const auto& a, const auto& b) {
-                             return static_cast<double>(a.def.most) * particle_ns(a, field) <
-                                    static_cast<double>(b.def.most) * particle_ns(b, field);
-                         });
-    MeasuredCrossover measured =
-        measure_particles(**device, team, SystemSurroundings(settings, *dearest).scene);
-    if (measured.fault.empty()) {
-        measured.fault = build_kernels(settings, **device, team);
-    }
-    if (!measured.fault.empty()) {
+    out.device = std::move(*device);
+    const std::string fault = measure(settings, team, out);
+    if (!fault.empty()) {
         out.failed = true;
-        out.text = one_line(asked + (*device)->info().name + " failed: " + measured.fault);
+        out.text = one_line(asked + out.device->info().name + " failed: " + fault);
+        out.device.reset();
         return out;
     }
-    out.device = std::move(*device);
-    out.crossover = measured.crossover;
     out.text = "particles: device " + compute::to_text(out.device->info()) + ", " +
-               out.device->reason() + "; " + describe_crossover(out.crossover);
+               out.device->reason() + describe_crossover(out.crossover, "particles") +
+               describe_crossover(out.of_flocks, "animals of a flock");
     const compute::ProgramCounts programs = out.device->programs();
     if (!with.cache_folder.empty() && programs.stored < programs.built) {
         out.no_cache = "compute.cache_folder \"" + with.cache_folder +

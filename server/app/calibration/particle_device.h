@@ -26,7 +26,8 @@ double particle_step_us(const config::Settings& settings);
 
 struct ParticleDevice {
     std::unique_ptr<compute::Device> device;  ///< null: the CPU does it all
-    compute::Crossover crossover;
+    compute::Crossover crossover;             ///< of particles that fall
+    compute::Crossover of_flocks;
     bool needed = false;  ///< the world has work for one; if not, OpenCL was not even loaded
     bool failed = false;  ///< one that the config names is not there, or one that opened is no good
     std::string text;     ///< one line: the choice and its reason
@@ -35,10 +36,10 @@ struct ParticleDevice {
 };
 
 /// Looks for a device as the config asks, where the world has work for one, and opens it. Measures
-/// from how many particles on it is faster than `threads` threads, in the air and among the balls
-/// of the system that costs most. The results are the same bits on either side, so that the choice
-/// needs no recording: a replay may make another one. `with` adds options beside the config, for
-/// tests: buffers, other kernels and faults.
+/// from how many particles on it is faster than `threads` threads: in the air and among the balls
+/// of the falling system that costs most, and by the rules of the largest flock. The results are
+/// the same bits on either side, so that the choice needs no recording: a replay may make another
+/// one. `with` adds options beside the config, for tests: buffers, other kernels and faults.
 ParticleDevice open_particle_device(const config::Settings& settings,
                                     unsigned threads,
                                     compute::DeviceSettings with = {});

@@ -216,7 +216,7 @@ int explain(const ExplainArguments& arguments) {
     ParticleDevice device = open_particle_device(settings, 1);  // outlives the world
     World world(settings, 1, &thread_cpu_ns);
     if (device.device) {
-        world.use_device(device.device.get(), device.crossover);
+        world.use_device(device.device.get(), device.crossover, device.of_flocks);
     }
     std::vector<mailbox::InboxItem> items;
     std::vector<mailbox::OutboxItem> out;

@@ -408,7 +408,9 @@ class Server {
             log_of(LogArea::kServer).warn("{}", particle_device_.no_cache);
         }
         if (particle_device_.device) {
-            world_.use_device(particle_device_.device.get(), particle_device_.crossover);
+            world_.use_device(particle_device_.device.get(),
+                              particle_device_.crossover,
+                              particle_device_.of_flocks);
         }
     }
 

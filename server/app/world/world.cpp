@@ -100,9 +100,11 @@ World::World(const config::Settings& settings, unsigned threads, zone::Stopwatch
 
 World::~World() = default;
 
-void World::use_device(compute::Device* device, const compute::Crossover& crossover) {
+void World::use_device(compute::Device* device,
+                       const compute::Crossover& of_falling,
+                       const compute::Crossover& of_flocks) {
     for (const auto& zone : zones_) {
-        zone->state().particles.simulated.use_device(device, crossover);
+        zone->state().particles.simulated.use_device(device, of_falling, of_flocks);
     }
 }
 

@@ -49,7 +49,9 @@ class World {
 
     /// From now on large particle systems may be moved on a device, which must outlive the world.
     /// The results stay the same bits.
-    void use_device(compute::Device* device, const compute::Crossover& crossover);
+    void use_device(compute::Device* device,
+                    const compute::Crossover& of_falling,
+                    const compute::Crossover& of_flocks = {});
 
     /// One tick: routes `items` to the zones in their order, steps, collects the output.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);

@@ -1,5 +1,5 @@
 // FlockStage: moves flocking agents by one step: a grid of cells, agents sorted by cell, eight at a
-// time. Reached by no program yet: flocking of large herds on a device will use it.
+// time.
 #pragma once
 
 #include "server/compute/stages/particle_stage.h"

@@ -249,6 +249,11 @@ MethodPlan plan_particles(const Settings& settings,
     MethodPlan plan;
     plan.subject = "particle system " + source.def.name;
     const proto::config::Config& config = *settings.config;
+    if (source.def.flock) {
+        plan.used = "semi_implicit_euler x 1";
+        plan.reason = "the only one; a flock has no exact path";
+        return plan;
+    }
     if (config.budget().particles_m() <= 0.0) {
         plan.used = "semi_implicit_euler x 1";
         plan.reason = "the default; no budget (budget.particles_m)";

@@ -61,14 +61,10 @@ constexpr double kMostCells = 500.0;
 bool in_one_zone(const proto::config::PointOfInterest& place,
                  const std::vector<ZoneRegion>& zones) {
     const double r = place.radius_m();
-    return zones.size() < 2 ||
-           std::any_of(
-               zones.begin(),
-               zones.end(),
-               [&](const ZoneRegion& zone) {
-                   return place.x_m() - r >= zone.min_x && place.x_m() + r <= zone.max_x &&
-                          place.z_m() - r >= zone.min_z && place.z_m() + r <= zone.max_z;
-               });
+    return zones.size() < 2 || std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
+               return place.x_m() - r >= zone.min_x && place.x_m() + r <= zone.max_x &&
+                      place.z_m() - r >= zone.min_z && place.z_m() + r <= zone.max_z;
+           });
 }
 
 }  // namespace
@@ -256,6 +252,9 @@ void expand_action_details(const proto::config::Config& config,
     if (action.action() == proto::config::FOLLOW_TRACK) {
         out.follow = expand_follow(config, action.follow());
     }
+    out.flock = {narrow(action.flock().separation()),
+                 narrow(action.flock().alignment()),
+                 narrow(action.flock().cohesion())};
     for (const std::string& place : action.along()) {
         out.along.push_back(
             static_cast<std::uint16_t>(std::max(find_point_of_interest(config, place), 0)));
@@ -306,6 +305,9 @@ void check_action_details(const proto::config::Config& config,
     }
     if (action.along_size() > 0 && action.action() != proto::config::FLOCK) {
         diagnostics.add(join_path(path, "along", 0), "is of FLOCK alone");
+    }
+    if (action.has_flock() && action.action() != proto::config::FLOCK) {
+        diagnostics.add(path + ".flock", "is of FLOCK alone");
     }
     if (action.along_size() == 2) {
         diagnostics.add(join_path(path, "along", 1),

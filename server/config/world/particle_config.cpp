@@ -95,6 +95,85 @@ void check_cosmetic(const System& system, const std::string& path, Diagnostics& 
     }
 }
 
+/// Settings of falling, which a flock does not do; named as in the config.
+void check_flock_alone(const System& system, const std::string& path, Diagnostics& diagnostics) {
+    const std::array<std::pair<bool, const char*>, 8> given = {{
+        {system.has_gravity_factor(), "gravity_factor"},
+        {system.has_drag_per_s(), "drag_per_s"},
+        {system.has_quadratic_drag_per_m(), "quadratic_drag_per_m"},
+        {system.has_wind(), "wind"},
+        {system.has_radius_m(), "radius_m"},
+        {system.has_restitution(), "restitution"},
+        {system.has_friction(), "friction"},
+        {system.has_characters_met(), "characters_met"},
+    }};
+    for (const auto& [is, name] : given) {
+        if (is) {
+            diagnostics.add(path + "." + name,
+                            "has no meaning for a flock, which neither falls nor touches "
+                            "anything: leave it out");
+        }
+    }
+    if (system.cosmetic()) {
+        diagnostics.add(path + ".cosmetic",
+                        "clients cannot replay a flock in closed form, as each animal steers by "
+                        "the others: set cosmetic: false");
+    }
+}
+
+struct Range {
+    double low = 0.0;
+    double high = 0.0;
+    const char* low_name = "";
+    const char* high_name = "";
+};
+
+/// The home of a flock along x, y and z.
+std::array<Range, 3> home_of(const proto::config::World& world, const proto::config::Flock& f) {
+    return {{{f.has_min_x_m() ? f.min_x_m() : world.min_x_m(),
+              f.has_max_x_m() ? f.max_x_m() : world.max_x_m(),
+              ".min_x_m",
+              ".max_x_m"},
+             {f.min_y_m(), f.max_y_m(), ".min_y_m", ".max_y_m"},
+             {f.has_min_z_m() ? f.min_z_m() : world.min_z_m(),
+              f.has_max_z_m() ? f.max_z_m() : world.max_z_m(),
+              ".min_z_m",
+              ".max_z_m"}}};
+}
+
+void check_flock(const proto::config::World& world,
+                 const System& system,
+                 const std::string& system_path,
+                 Diagnostics& diagnostics) {
+    const proto::config::Flock& flock = system.flock();
+    const std::string path = system_path + ".flock";
+    check_flock_alone(system, system_path, diagnostics);
+    const auto order = [&](double low, double high, const char* name, const char* of) {
+        if (low > high) {
+            diagnostics.add(path + name,
+                            text_of("%g is less than ", high) + of + text_of(", %g", low));
+        }
+    };
+    order(flock.separation_radius_m(), flock.radius_m(), ".radius_m", "separation_radius_m");
+    order(flock.speed_min_mps(), flock.speed_max_mps(), ".speed_max_mps", "speed_min_mps");
+    for (const Range& side : home_of(world, flock)) {
+        if (side.high - side.low < 1.0) {
+            diagnostics.add(path + side.high_name,
+                            text_of("%g must be at least 1 m above ", side.high) +
+                                (side.low_name + 1) + text_of(", %g", side.low));
+        }
+    }
+    if (flock.path_size() == 1) {
+        diagnostics.add(path + ".path", "a path has two points or more");
+    }
+    const bool path_settings =
+        flock.has_closed() || flock.has_path_width_m() || flock.has_follow_per_s();
+    if (flock.path_size() == 0 && path_settings) {
+        diagnostics.add(path + ".path",
+                        "closed, path_width_m and follow_per_s have no meaning without a path");
+    }
+}
+
 void check_burst(const proto::config::Burst& burst,
                  bool cosmetic,
                  const std::string& path,
@@ -112,7 +191,8 @@ void check_burst(const proto::config::Burst& burst,
         }
     }
     if (burst.visibility_filter() == proto::config::RULES) {
-        diagnostics.add(path + ".visibility_filter", "rules are asked about entities, not about places");
+        diagnostics.add(path + ".visibility_filter",
+                        "rules are asked about entities, not about places");
     }
     if (longest_life(burst) < burst.lifetime_min_s()) {
         diagnostics.add(path + ".lifetime_max_s",
@@ -166,6 +246,29 @@ std::optional<motion::BurstKind> burst_of(const System& system) {
                              narrow(longest_life(burst))};
 }
 
+physics::FlockDef flock_of(const proto::config::World& world, const proto::config::Flock& from) {
+    physics::FlockDef out;
+    out.radius = narrow(from.radius_m());
+    out.separation_radius = narrow(from.separation_radius_m());
+    out.separation = narrow(from.separation());
+    out.alignment = narrow(from.alignment_per_s());
+    out.cohesion = narrow(from.cohesion_per_s2());
+    out.most_acceleration = narrow(from.max_acceleration_mps2());
+    out.least_speed = narrow(from.speed_min_mps());
+    out.most_speed = narrow(from.speed_max_mps());
+    const std::array<Range, 3> home = home_of(world, from);
+    out.low = Vec3d(home[0].low, home[1].low, home[2].low);
+    out.high = Vec3d(home[0].high, home[1].high, home[2].high);
+    out.turn_back = narrow(from.turn_back_mps2());
+    for (const auto& point : from.path()) {
+        out.path.emplace_back(point.x_m(), point.z_m());
+    }
+    out.closed = from.closed();
+    out.path_width = narrow(from.path_width_m());
+    out.follow = narrow(from.follow_per_s());
+    return out;
+}
+
 zone::ParticleSource source_of(const System& system) {
     zone::ParticleSource out;
     out.def.name = system.name();
@@ -210,7 +313,9 @@ void check_particles(const proto::config::Config& config, Diagnostics& diagnosti
                           diagnostics);
         }
         check_burst(system.burst(), system.cosmetic(), path + ".burst", diagnostics);
-        if (system.cosmetic()) {
+        if (system.has_flock()) {
+            check_flock(config.world(), system, path, diagnostics);
+        } else if (system.cosmetic()) {
             check_cosmetic(system, path, diagnostics);
         }
     }
@@ -253,6 +358,9 @@ void expand_particles(const proto::config::Config& config, Settings& settings) {
         }
         zone::ParticleSource source = source_of(system);
         source.def.gravity = gravity;
+        if (system.has_flock()) {
+            source.def.flock = flock_of(config.world(), system.flock());
+        }
         source.emitters = std::move(emitters);
         source.positions = std::move(positions);
         settings.particles.push_back(std::move(source));

@@ -116,6 +116,13 @@ void check_ground_maps(const Config& config,
     if (paths.has_crowding() && paths.map() != proto::config::Pathfinding::GRID) {
         diagnostics.add("ai.pathfinding.crowding", "is of map: GRID alone");
     }
+    if (paths.has_search() && paths.map() != proto::config::Pathfinding::GRID) {
+        diagnostics.add("ai.pathfinding.search", "is of map: GRID alone");
+    }
+    if (paths.has_search_weight() &&
+        paths.search() != proto::config::Pathfinding::WEIGHTED_A_STAR) {
+        diagnostics.add("ai.pathfinding.search_weight", "is of search: WEIGHTED_A_STAR alone");
+    }
     if (paths.map() == proto::config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints()) {
         return;  // nothing is baked
     }
@@ -153,6 +160,21 @@ ai::pathfinding::CrowdPathSettings expand_crowding(const Config& config) {
     return out;
 }
 
+ai::pathfinding::GridMethod method_of(proto::config::Pathfinding::Search search) {
+    using Method = ai::pathfinding::GridMethod;
+    switch (search) {
+        case proto::config::Pathfinding::AUTOMATIC:
+            return Method::kDefault;
+        case proto::config::Pathfinding::A_STAR:
+            return Method::kAStar;
+        case proto::config::Pathfinding::WEIGHTED_A_STAR:
+            return Method::kWeightedAStar;
+        case proto::config::Pathfinding::JUMP_POINTS:
+            return Method::kJumpPoints;
+    }
+    return Method::kDefault;
+}
+
 }  // namespace
 
 ai::PathfindingSettings expand_pathfinding(const Config& config) {
@@ -164,6 +186,7 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
     if (from.has_crowding()) {
         paths.crowding = expand_crowding(config);
     }
+    paths.search = {method_of(from.search()), narrow(from.search_weight())};
     switch (from.map()) {
         case proto::config::Pathfinding::GRID:
             paths.map = ai::PathMapKind::kGrid;

@@ -3,6 +3,9 @@
 namespace zoned::physics::method_selection {
 
 double particle_cost_ns(const ParticleSystemDef& def, int pieces) {
+    if (def.flock) {
+        return ParticleCost::kFlock_ns;
+    }
     double ns = ParticleCost::kGround_ns;
     if (def.linear_drag > 0.0F || def.quadratic_drag > 0.0F) {
         ns += ParticleCost::kDrag_ns;

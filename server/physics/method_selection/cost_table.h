@@ -32,6 +32,9 @@ struct ParticleCost {
     static constexpr double kGusts_ns = 6.8;  ///< beside drag
     static constexpr double kBall_ns = 4.3;   ///< each that may be met
     static constexpr double kField_ns = 4.0;  ///< a heightfield
+    /// An animal of a flock instead of all this, with 45 others tested (`zoned-bench crowd --scene
+    /// flock_50k`).
+    static constexpr double kFlock_ns = 97.0;
 };
 
 /// A step of one particle of a system in so many pieces, but for balls and fields, which the zone

@@ -104,12 +104,16 @@ std::string unfit(const ParticleSystemDef& def) {
         why = unfit(def.wind);
         why = why.empty() ? why : "wind." + why;
     }
+    if (why.empty() && def.flock) {
+        why = unfit(*def.flock);
+        why = why.empty() ? why : "flock." + why;
+    }
     return why.empty() ? why : def.name + ": " + why;
 }
 
 ParticleSystem::ParticleSystem(ParticleSystemDef def, compute::Device* device)
     : def_(std::move(def)),
-      stage_(device) {
+      stage_(def_.flock ? nullptr : device) {
     const bool drags = def_.linear_drag > 0.0F || def_.quadratic_drag > 0.0F;
     if (drags) {
         gusts_ = gust_table(def_.wind);
@@ -120,6 +124,17 @@ ParticleSystem::ParticleSystem(ParticleSystemDef def, compute::Device* device)
         scene_.heights = def_.field->tables().heights;
     }
     move_balls(def_.balls);
+    if (def_.flock) {
+        flock_ = std::make_unique<Flock>(*def_.flock, device);
+    }
+}
+
+void ParticleSystem::use_device(compute::Device* device) {
+    if (flock_) {
+        flock_->use_device(device);
+    } else {
+        stage_ = compute::ParticleStage(device);
+    }
 }
 
 std::uint32_t ParticleSystem::add(const motion::Emitter& emitter) {
@@ -235,6 +250,11 @@ compute::StageRun ParticleSystem::step(Tick now,
                                        ParticleCounts& counts) {
     bury(now, counts);
     give_birth(now, h, counts);
+    return flock_ ? flock_->step(columns_, size_, h, on_device, team)
+                  : fly(now, h, on_device, team);
+}
+
+compute::StageRun ParticleSystem::fly(Tick now, float h, bool on_device, compute::Team& team) {
     const float piece = h / static_cast<float>(def_.pieces);
     compute::StageRun all;
     for (int i = 0; i < def_.pieces; ++i) {
@@ -253,7 +273,10 @@ compute::StageRun ParticleSystem::step(Tick now,
 
 bool ParticleSystem::keeps_threads_busy() const {
     // Some 20 us of one thread: measured 0.4 ns a particle in vacuum, 5 and more with gusts or
-    // something to hit.
+    // something to hit, 100 in a flock.
+    if (flock_) {
+        return size_ > 256U;
+    }
     const bool dear = scene_.collides() || scene_.air() == kernels::ZK_AIR_GUSTS;
     return size_ > (dear ? 4096U : 49'152U);
 }

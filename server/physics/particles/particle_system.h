@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/compute/stages/particle_stage.h"
+#include "server/physics/particles/flock.h"
 #include "server/physics/particles/wind.h"
 #include "server/physics/shapes/heightfield.h"
 #include "shared/core/result.h"
@@ -10,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,8 @@ struct ParticleSystemDef {
     Vec3 field_origin = Vec3::Zero();          ///< where its middle lies
     std::size_t most = 1U << 20U;              ///< particles at a time; more are not born
     int pieces = 1;                            ///< equal steps that a step is cut into, 1..64
+    /// Set: the particles steer by each other. Of all above, `name` and `most` alone matter then.
+    std::optional<FlockDef> flock;
 };
 
 /// Why a system is refused ("smoke: restitution: must be 0..1"); empty: it is not.
@@ -71,7 +75,9 @@ class ParticleSystem {
     void forget_over(Tick now, float h);
 
     /// Another device from now on, or none.
-    void use_device(compute::Device* device) { stage_ = compute::ParticleStage(device); }
+    void use_device(compute::Device* device);
+
+    [[nodiscard]] bool is_flock() const { return flock_ != nullptr; }
 
     /// Moves the balls; as many as the system was made with.
     void move_balls(std::span<const ParticleBall> balls);
@@ -134,6 +140,7 @@ class ParticleSystem {
     void give_birth(Tick now, float h, ParticleCounts& counts);
     void put(const motion::Birth& birth, Tick now, double h, double since_start_s);
     void update_world(double time_s, float h);
+    compute::StageRun fly(Tick now, float h, bool on_device, compute::Team& team);
 
     ParticleSystemDef def_;
     std::vector<float> gusts_;
@@ -141,6 +148,7 @@ class ParticleSystem {
     compute::ParticleStage stage_;
     compute::ParticleColumns columns_;
     compute::ParticleStage cpu_stage_;
+    std::unique_ptr<Flock> flock_;  ///< null: the particles fall
     std::size_t size_ = 0;
     std::vector<Tick> ends_;        ///< the tick before which a particle dies
     std::vector<Tick> block_ends_;  ///< the first of each block

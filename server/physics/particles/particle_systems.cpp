@@ -41,9 +41,12 @@ bool ParticleSystems::remove(ParticleSystemId system) {
     return true;
 }
 
-void ParticleSystems::use_device(compute::Device* device, const compute::Crossover& crossover) {
+void ParticleSystems::use_device(compute::Device* device,
+                                 const compute::Crossover& of_falling,
+                                 const compute::Crossover& of_flocks) {
     device_ = device;
-    crossover_ = crossover;
+    of_falling_ = of_falling;
+    of_flocks_ = of_flocks;
     for (const auto& system : systems_) {
         if (system) {
             system->use_device(device);
@@ -74,9 +77,9 @@ ParticleReport ParticleSystems::step(Tick now, float h, compute::Team& team) {
         if (!shift && system->keeps_threads_busy()) {
             shift.emplace(team);
         }
-        const bool on_device =
-            device_ != nullptr &&
-            crossover_.choose(system->size(), true, true) == compute::Side::kDevice;
+        const compute::Crossover& crossover = system->is_flock() ? of_flocks_ : of_falling_;
+        const bool on_device = device_ != nullptr && crossover.choose(system->size(), true, true) ==
+                                                         compute::Side::kDevice;
         compute::StageRun run = system->step(now, h, on_device, team, report.counts);
         report.particles += system->size();
         report.on_device += run.on_device ? 1 : 0;

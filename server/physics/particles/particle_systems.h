@@ -46,12 +46,14 @@ class ParticleSystems {
     /// Its particles go with it. False where there is no such system.
     bool remove(ParticleSystemId system);
 
-    /// From now on the motion may be computed on a device, which must outlive this, where
-    /// `crossover` says so. The owner of a clock measures `crossover`. Only a device that rounds
-    /// correctly opens. On it the kernel gives the bits of the CPU path (tested), so that the
-    /// choice never shows in a hash. Systems that are there already start anew on it. Null: no
-    /// device.
-    void use_device(compute::Device* device, const compute::Crossover& crossover);
+    /// From now on the motion may be computed on a device, which must outlive this, where the
+    /// crossovers of falling particles and of flocks say so. The owner of a clock measures them.
+    /// Only a device that rounds correctly opens. On it the kernel gives the bits of the CPU path
+    /// (tested), so that the choice never shows in a hash. Systems that are there already start
+    /// anew on it. Null: no device.
+    void use_device(compute::Device* device,
+                    const compute::Crossover& of_falling,
+                    const compute::Crossover& of_flocks = {});
 
     [[nodiscard]] bool empty() const { return count_ == 0; }
 
@@ -74,7 +76,8 @@ class ParticleSystems {
     std::vector<std::unique_ptr<ParticleSystem>> systems_;  ///< null: removed
     std::size_t count_ = 0;
     compute::Device* device_ = nullptr;
-    compute::Crossover crossover_;
+    compute::Crossover of_falling_;
+    compute::Crossover of_flocks_;
 };
 
 }  // namespace zoned::physics

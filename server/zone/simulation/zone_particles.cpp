@@ -64,6 +64,16 @@ void move_characters_met(ZoneState& state, ParticlesOfZone::System& system) {
     state.particles.simulated.find(system.id)->move_balls(balls);
 }
 
+/// The world's coordinates become the zone's.
+void bring_home(const ZoneState& state, physics::FlockDef& flock) {
+    const Vec3d origin = state.settings.region().origin();
+    flock.low -= origin;
+    flock.high -= origin;
+    for (Vec2d& point : flock.path) {
+        point -= Vec2d(origin.x(), origin.z());
+    }
+}
+
 /// The system's emitters that lie in the zone's region, in its coordinates.
 std::vector<motion::Emitter> emitters_here(const ZoneState& state, const ParticleSource& source) {
     std::vector<motion::Emitter> here;
@@ -145,7 +155,11 @@ void add_particle_systems(ZoneState& state) {
             continue;
         }
         physics::ParticleSystemDef def = source.def;
-        meet_the_ground(state, def);
+        if (def.flock) {
+            bring_home(state, *def.flock);
+        } else {
+            meet_the_ground(state, def);
+        }
         def.balls.assign(source.characters_met, {kNowhere, kNobody_m});
         const auto id = state.particles.simulated.add(std::move(def));
         ZONED_ASSERT(id.ok(), "particle systems were checked when the config was read");

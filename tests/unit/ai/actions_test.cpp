@@ -315,6 +315,49 @@ TEST(Flock, DoesNotMixWithOtherTypes) {
     EXPECT_EQ(flock_heading(field.entities, field.grid, query), Vec2(0.0F, 0.0F));
 }
 
+/// With all else at rest the heading is the sum of the three, each in proportion to its weight.
+TEST(Flock, WeighsItsRulesAsABrainSays) {
+    FlockSum sum(12.0F);
+    sum.add(Vec2(2.0F, 0.0F), Vec2(0.0F, 1.5F), true);
+    sum.add(Vec2(0.0F, 8.0F), Vec2(0.5F, 0.0F), false);
+    const auto heading = [&](const FlockWeights& weights) {
+        FlockPull pull;
+        pull.radius_m = 12.0F;
+        pull.weights = weights;
+        return sum.heading(Vec2::Zero(), pull);
+    };
+    const Vec2 apart = heading({1.0F, 0.0F, 0.0F});
+    const Vec2 along = heading({0.0F, 1.0F, 0.0F});
+    const Vec2 together = heading({0.0F, 0.0F, 1.0F});
+    // Away from the first alone, a third of the separation distance of 3 m is left.
+    EXPECT_NEAR(apart.x(), -1.0F / 3.0F, 1e-3F);
+    EXPECT_NEAR(apart.y(), 0.0F, 1e-3F);
+    EXPECT_LT((along - Vec2(0.25F, 0.75F)).norm(), 1e-3F);
+    EXPECT_LT((together - Vec2(1.0F / 12.0F, 4.0F / 12.0F)).norm(), 1e-3F);
+    EXPECT_LT(
+        (heading({2.0F, 3.0F, 0.5F}) - (2.0F * apart + 3.0F * along + 0.5F * together)).norm(),
+        1e-4F);
+}
+
+TEST(Flock, TakesItsWeightsFromTheBrain) {
+    const auto spread = [](float cohesion) {
+        Field field;
+        Brain brain = single(ActionKind::kFlock, 12.0F);
+        brain.states.front().flock = {2.0F, 1.0F, cohesion};
+        field.settings.brains = {brain};
+        for (std::uint32_t i = 0; i < 12; ++i) {
+            field.add_npc(i + 1, kSheep, 0, Vec3(static_cast<float>(i), 0.0F, 0.0F));
+        }
+        field.run(30.0F);
+        float sum = 0.0F;
+        for (std::uint32_t i = 2; i <= 12; ++i) {
+            sum += field.distance(1, i);
+        }
+        return sum;
+    };
+    EXPECT_LT(spread(5.0F), 0.8F * spread(0.1F));
+}
+
 TEST(Flock, PartsTwoOnTheSameSpot) {
     Field field;
     field.settings.brains = {single(ActionKind::kFlock, 12.0F)};

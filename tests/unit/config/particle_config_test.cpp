@@ -22,6 +22,14 @@ const std::string kHail = R"(particles {
 }
 )";
 
+const std::string kBirds = R"(particles {
+  name: "birds"
+  cosmetic: false
+  emitter { y_m: 20 lifetime_min_s: 600 }
+  flock { min_x_m: -40 max_x_m: 40 path { x_m: 0 } path { x_m: 20 } }
+}
+)";
+
 std::string world_with(const std::string& particles) {
     return kValid + particles;
 }
@@ -122,6 +130,63 @@ const ParticleCase kParticleCases[] = {
      "more than the 1e+06 that a client replays"},
     {"NamelessDevice", "spawn {", "compute { device: \"\" } spawn {", "device: \"\"", "bytes"},
 };
+
+class FlockMistake : public testing::TestWithParam<ParticleCase> {};
+
+TEST_P(FlockMistake, IsReportedAtItsPlace) {
+    const ParticleCase& c = GetParam();
+    expect_single(with(c.from, c.to, world_with(kBirds)), c.needle, c.words);
+}
+
+const ParticleCase kFlockCases[] = {
+    {"Cosmetic", "cosmetic: false", "cosmetic: true", "cosmetic: true", "set cosmetic: false"},
+    {"Falls",
+     "cosmetic: false",
+     "cosmetic: false gravity_factor: 1",
+     "gravity_factor: 1",
+     "neither falls"},
+    {"Meets",
+     "cosmetic: false",
+     "cosmetic: false characters_met: 1",
+     "characters_met: 1",
+     "neither falls"},
+    {"Radii",
+     "flock {",
+     "flock { radius_m: 1",
+     "radius_m: 1",
+     "less than separation_radius_m, 1.5"},
+    {"Speeds",
+     "flock {",
+     "flock { speed_max_mps: 3",
+     "speed_max_mps: 3",
+     "less than speed_min_mps, 4"},
+    {"Home", "max_x_m: 40", "max_x_m: -50", "max_x_m: -50", "above min_x_m, -40"},
+    {"Height", "flock {", "flock { min_y_m: 70", "flock {", "max_y_m"},
+    {"OnePoint", "path { x_m: 20 }", "", "path {", "two points"},
+    {"NoPath",
+     "path { x_m: 0 } path { x_m: 20 }",
+     "closed: true",
+     "flock {",
+     "no meaning without a path"},
+    {"Weight", "flock {", "flock { cohesion_per_s2: -1", "cohesion_per_s2: -1", "[0"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Flocks, FlockMistake, testing::ValuesIn(kFlockCases), [](const auto& one) {
+    return one.param.name;
+});
+
+TEST(ParticleSettings, GiveAFlockTheWorldForItsHomeWhereNoneIsGiven) {
+    const Outcome out = parse(world_with(kBirds));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    ASSERT_EQ(out.settings.particles.size(), 1U);
+    ASSERT_TRUE(out.settings.particles[0].def.flock.has_value());
+    const physics::FlockDef& flock = *out.settings.particles[0].def.flock;
+    const auto& world = out.settings.config->world();
+    EXPECT_EQ(flock.low, Vec3d(-40.0, 5.0, world.min_z_m()));
+    EXPECT_EQ(flock.high, Vec3d(40.0, 60.0, world.max_z_m()));
+    EXPECT_EQ(flock.path.size(), 2U);
+    EXPECT_EQ(physics::unfit(out.settings.particles[0].def), "");
+}
 
 INSTANTIATE_TEST_SUITE_P(Particles,
                          ParticleMistake,

@@ -25,6 +25,12 @@ TEST(PathfindingInConfigs, AreExpanded) {
     const Outcome grid = parse(with_paths(""));
     ASSERT_TRUE(grid.ok);
     EXPECT_EQ(grid.settings.ai.pathfinding.map, ai::PathMapKind::kGrid);
+    EXPECT_EQ(grid.settings.ai.pathfinding.search.method, ai::pathfinding::GridMethod::kDefault);
+    const Outcome weighted = parse(with_paths("search: WEIGHTED_A_STAR search_weight: 3"));
+    ASSERT_TRUE(weighted.ok) << format_errors("test", weighted.errors);
+    EXPECT_EQ(weighted.settings.ai.pathfinding.search.method,
+              ai::pathfinding::GridMethod::kWeightedAStar);
+    EXPECT_EQ(weighted.settings.ai.pathfinding.search.weight, 3.0F);
     const Outcome mesh = parse(with_paths("map: NAVMESH cell_m: 0.25 cell_height_m: 0.1"));
     ASSERT_TRUE(mesh.ok);
     EXPECT_EQ(mesh.settings.ai.pathfinding.map, ai::PathMapKind::kNavmesh);
@@ -53,6 +59,11 @@ TEST(PathfindingInConfigs, LeadAroundCrowdsWhereTheySaySo) {
     EXPECT_EQ(crowding.jam_per_m2, 1.6F);
     EXPECT_EQ(crowding.gain, 0.3F);
     expect_single(with_paths("map: NAVMESH crowding { }"), "crowding {", "GRID alone");
+    expect_single(with_paths("map: NAVMESH search: A_STAR"), "search: A_STAR", "GRID alone");
+    expect_single(
+        with_paths("search: A_STAR search_weight: 2"), "search_weight: 2", "WEIGHTED_A_STAR alone");
+    expect_single(
+        with_paths("search: WEIGHTED_A_STAR search_weight: 17"), "search_weight: 17", "[1");
 }
 
 TEST(PathfindingInConfigs, NameTheLineOfAMistakeAmongWaypoints) {

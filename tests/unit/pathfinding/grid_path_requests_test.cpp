@@ -123,6 +123,46 @@ TEST(GridPathRequests, AnswersWithFreeCornersFromTheStartToTheGoal) {
     }
 }
 
+/// Length of the paths of a hundred requests, m.
+double total_length(GridPathRequests& service) {
+    core::Rng rng(4);
+    double sum = 0.0;
+    for (int i = 0; i < 100; ++i) {
+        const Spot from = any_free_spot(service, rng);
+        const PathRequestId ticket = service.ask({0, from, any_free_spot(service, rng)});
+        service.serve();
+        const PathResult found = service.answer(ticket);
+        EXPECT_FALSE(found.waiting);
+        sum += static_cast<double>(found.length_m);
+        service.release(ticket);
+    }
+    return sum;
+}
+
+/// Paths from A* and jump points are as short as those of the index, up to what taut ends of the
+/// same cost differ by; a weight makes some longer, none by more than it. Only the search that
+/// suits the map has an index.
+TEST(GridPathSearch, IsTheOneThatTheSettingsName) {
+    const auto with = [](GridSearch search) {
+        GridPathSettings settings;
+        settings.search = search;
+        return std::make_unique<GridPathRequests>(ground_of(rooms_map(90, 80, 9, 3)), settings);
+    };
+    const auto indexed = with({});
+    const double best = total_length(*indexed);
+    EXPECT_GT(indexed->planner().index_bytes(), 0U);
+    for (const GridMethod method : {GridMethod::kAStar, GridMethod::kJumpPoints}) {
+        const auto named = with({method, 1.0F});
+        EXPECT_EQ(named->planner().choice(), method);
+        EXPECT_EQ(named->planner().index_bytes(), 0U);
+        EXPECT_NEAR(total_length(*named), best, 0.02 * best) << to_string(method);
+    }
+    const auto greedy = with({GridMethod::kWeightedAStar, 3.0F});
+    const double longer = total_length(*greedy);
+    EXPECT_GT(longer, 1.005 * best);
+    EXPECT_LT(longer, 3.0 * best);
+}
+
 TEST(GridPathRequests, NamesWhatCantBeAnswered) {
     GridMap cells = map_of({"....#.................",
                             "....#.................",

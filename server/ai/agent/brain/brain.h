@@ -165,6 +165,13 @@ struct BrainState;
 /// Named actions. Each is like a state's action, without transitions.
 using ActionStates = std::vector<BrainState>;
 
+/// Shares of the three rules of flocking in a herd animal's heading (steering/flocking.h).
+struct FlockWeights {
+    float separation = 2.0F;
+    float alignment = 1.0F;
+    float cohesion = 0.8F;
+};
+
 struct BrainState {
     std::string name;
     ActionKind action = ActionKind::kIdle;
@@ -183,7 +190,8 @@ struct BrainState {
     std::optional<ForageDef> forage{};        ///< of kForage, which has one
     std::optional<FollowDef> follow{};        ///< of kFollowTrack, which has one
     std::vector<std::uint16_t>
-        along{};  ///< of kFlock: points of interest that the herd goes to in turn
+        along{};           ///< of kFlock: points of interest that the herd goes to in turn
+    FlockWeights flock{};  ///< of kFlock
     std::vector<Trade>
         trades{};  ///< each done once, as soon as possible; of an innermost state or action
     /// Of an innermost state.

@@ -18,6 +18,12 @@ enum class GridMethod : std::uint8_t {
     kHubLabels,      ///< looks up distances between corners; needs an index with labels
 };
 
+/// GridSearch: the search that a planner uses where a query names none.
+struct GridSearch {
+    GridMethod method = GridMethod::kDefault;
+    float weight = 1.0F;  ///< of kWeightedAStar, 1 to 16
+};
+
 enum class PathOutcome : std::uint8_t {
     kFound,        ///< a path from start to goal
     kPartial,      ///< the goal cannot be reached; a path to the reachable cell nearest to it

@@ -68,7 +68,9 @@ void GridPlanner::prepare(const IndexBounds& bounds) {
 void GridPlanner::begin_index(const IndexBounds& bounds) {
     retire_index();
     indexing_.cancel();
-    next_index_ = bounds;
+    if (search_.method == GridMethod::kDefault) {
+        next_index_ = bounds;
+    }
 }
 
 bool GridPlanner::advance_index(std::uint64_t units) {
@@ -246,6 +248,9 @@ bool GridPlanner::can(GridMethod method) const {
 }
 
 GridMethod GridPlanner::choice() const {
+    if (search_.method != GridMethod::kDefault) {
+        return search_.method;
+    }
     return labels_     ? GridMethod::kHubLabels
            : subgoals_ ? GridMethod::kSubgoals
                        : GridMethod::kJumpPoints;
@@ -289,7 +294,15 @@ GridAnswer GridPlanner::route(const GridQuery& query, GridMethod method) {
         path_.go(query.goal);
         return finished(PathOutcome::kFound, 0);
     }
-    method = method == GridMethod::kDefault ? choice() : method;
+    if (method == GridMethod::kDefault) {
+        GridQuery weighted = query;
+        weighted.weight = search_.weight;
+        return search_by(weighted, choice());
+    }
+    return search_by(query, method);
+}
+
+GridAnswer GridPlanner::search_by(const GridQuery& query, GridMethod method) {
     switch (method) {
         case GridMethod::kSubgoals:
             return by_subgoals(query, false);

@@ -40,6 +40,10 @@ class GridPlanner {
     /// have done.
     void know_most_open(const GridMap& most) { landmark_map_ = most; }
 
+    /// The search of all queries that name none, from now on. Where it needs no index, none is
+    /// built. Before the first prepare().
+    void use(const GridSearch& search) { search_ = search; }
+
     /// Builds the index for the map as it is. Parts that exceed a bound are left out; see can().
     void prepare(const IndexBounds& bounds = {});
 
@@ -74,11 +78,12 @@ class GridPlanner {
     [[nodiscard]] bool can(GridMethod method) const;
 
     /// The method that kDefault stands for on the present map, where no straight line leads to the
-    /// goal.
+    /// goal: that of use(), or the one that suits the map.
     [[nodiscard]] GridMethod choice() const;
 
     /// Finds a path; `path()` holds it until the next call (kFound, kPartial, kCutOff). can(method)
     /// must hold. A free straight line is always taken without any search.
+    /// With kDefault the weight is that of use().
     GridAnswer plan(const GridQuery& query, GridMethod method = GridMethod::kDefault);
 
     [[nodiscard]] const GridPath& path() const { return path_; }
@@ -97,6 +102,7 @@ class GridPlanner {
     void retire_index();
     void label_components();
     GridAnswer route(const GridQuery& query, GridMethod method);
+    GridAnswer search_by(const GridQuery& query, GridMethod method);
     GridAnswer by_cells(const GridQuery& query, GridMethod method);
     GridAnswer by_subgoals(const GridQuery& query, bool labels);
 
@@ -111,6 +117,7 @@ class GridPlanner {
     /// The passable cell nearest to `to`, as on an empty map, among the cells that `from` reaches.
     Cell nearest_reached(Cell from, Cell to, std::uint32_t& looked) const;
 
+    GridSearch search_;
     GridMap map_;
     Components components_;
     bool components_true_ = false;

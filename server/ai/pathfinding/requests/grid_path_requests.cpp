@@ -49,6 +49,7 @@ GridPathRequests::GridPathRequests(GroundMap map,
     if (most_open != nullptr) {
         planner_.know_most_open(*most_open);
     }
+    planner_.use(settings.search);
     planner_.prepare(settings.index);
     while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
         ++block_shift_;

@@ -33,6 +33,7 @@ struct GridPathSettings {
     std::uint32_t search_work = 20'000;
     /// A place in an obstacle is replaced by the nearest passable cell within this many cells.
     int reach_cells = 8;
+    GridSearch search;  ///< kDefault: what suits the map
     IndexBounds index;
     std::optional<pathfinding::CrowdPathSettings> crowding{};  ///< none: paths ignore crowds
 };
