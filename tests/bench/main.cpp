@@ -1,16 +1,16 @@
 // zoned-bench: run time against error, our methods beside their peers.
 #include "tests/bench/commit.h"
 #include "tests/bench/options.h"
-#include "tests/bench/plot.h"
+#include "tests/bench/report/page.h"
+#include "tests/bench/report/results_reader.h"
+#include "tests/bench/report/scene_runs.h"
 #include "tests/bench/suite.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <stdexcept>
 
 namespace {
 
@@ -79,32 +79,62 @@ std::vector<Suite> chosen_suites(const Options& options) {
     return known_scenes && known_methods ? suites : std::vector<Suite>();
 }
 
-void write_file(const std::string& path, const std::string& text) {
-    std::ofstream out(path, std::ios::binary);
-    out << text;
-    if (!out.flush()) {
-        throw std::runtime_error("can't write " + path);
+void write_reports(const Options& options,
+                   const Results& results,
+                   const std::string& command_line) {
+    if (!options.json_file.empty()) {
+        write_text_file(options.json_file, to_json(results));
+    }
+    if (!options.picture_file.empty()) {
+        write_text_file(options.picture_file, summary_svg(results));
+    }
+    if (options.report.empty()) {
+        return;
+    }
+    const std::string page = report_html(results, command_line);
+    if (options.report.ends_with(".html")) {
+        write_text_file(options.report, page);
+        return;
+    }
+    std::filesystem::create_directories(options.report);
+    write_text_file(options.report + "/index.html", page);
+    for (const Drawing& picture : results.pictures) {
+        write_text_file(options.report + "/" + picture.name + ".svg", picture.svg);
     }
 }
 
-int run(const Options& options) {
-    const std::vector<Suite> suites = chosen_suites(options);
-    if (suites.empty()) {
-        return kBadUsage;
-    }
+Session session_for(const Options& options) {
     Session session;
     session.scenes = options.scenes;
     session.methods = options.methods;
     session.repeats = options.repeats;
     session.quick = options.quick;
-    session.results.quick = options.quick;
-    session.pictures = !options.report_folder.empty();
-    session.results.machine = machine_name();
-    session.results.commit = ZONED_COMMIT;
-    session.results.build = ZONED_BUILD;
-    for (const Suite& suite : suites) {
-        suite.run(session);
+    session.pictures = !options.report.empty();
+    Results& results = session.results;
+    results.quick = options.quick;
+    results.repeats = options.repeats;
+    results.methods = options.methods;
+    results.machine = machine_name();
+    results.commit = ZONED_COMMIT;
+    results.build = ZONED_BUILD;
+    results.flags = ZONED_FLAGS;
+    return session;
+}
+
+int run(const Options& options, const std::string& command_line) {
+    const std::vector<Suite> suites = chosen_suites(options);
+    if (suites.empty()) {
+        return kBadUsage;
     }
+    Session session = session_for(options);
+    SceneHooks hooks;
+    if (!options.resume_file.empty()) {
+        take_over(session.results, options.resume_file);
+        hooks.after = [&options](const Results& results) {
+            write_text_file(options.resume_file, to_json(results, Pictures::kKeep));
+        };
+    }
+    run_scenes(session, tasks_of(suites, options.scenes), hooks);
     if (session.results.rows.empty()) {
         std::fprintf(stderr, "zoned-bench: no scene and method of these names; see --list\n");
         return kBadUsage;
@@ -113,16 +143,7 @@ int run(const Options& options) {
     if (options.metrics) {
         std::fputs(to_metrics_table(session.results).c_str(), stdout);
     }
-    if (!options.json_file.empty()) {
-        write_file(options.json_file, to_json(session.results));
-    }
-    if (!options.report_folder.empty()) {
-        std::filesystem::create_directories(options.report_folder);
-        write_file(options.report_folder + "/index.html", report_html(session.results));
-        for (const Drawing& picture : session.results.pictures) {
-            write_file(options.report_folder + "/" + picture.name + ".svg", picture.svg);
-        }
-    }
+    write_reports(options, session.results, command_line);
     return kGood;
 }
 
@@ -139,7 +160,11 @@ int main(int argc, char** argv) {
         return kGood;
     }
     try {
-        return run(*options);
+        std::string line = "zoned-bench";
+        for (int i = 1; i < argc; ++i) {
+            line += std::string(" ") + argv[i];
+        }
+        return run(*options, line);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "zoned-bench: %s\n", error.what());
         return kEnvironment;

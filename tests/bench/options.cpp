@@ -11,7 +11,8 @@ constexpr const char* kExamples =
     "  zoned-bench --list\n"
     "  zoned-bench physics --json physics.json\n"
     "  zoned-bench physics --scene S1,S3 --method default,bullet --repeat 5\n"
-    "  zoned-bench --report build/bench-report\n"
+    "  zoned-bench --report build/bench.html --resume build/bench-kept.json\n"
+    "  zoned-bench --quick --report build/bench.html --picture build/bench.svg\n"
     "  zoned-bench --quick\n"
     "Exit codes: 0 good, 2 bad usage, 3 environment (a file can't be written, ...).";
 
@@ -26,8 +27,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
         ->delimiter(',');
     app.add_option("--json", o.json_file, "Writes the rows as JSON to FILE");
     app.add_option("--report",
-                   o.report_folder,
-                   "Writes DIR/index.html: plots of time against error, and tables");
+                   o.report,
+                   "Writes a page of plots and tables: to FILE.html, or to DIR/index.html");
+    app.add_option("--picture", o.picture_file, "Writes the summary as a picture to FILE.svg");
+    app.add_option("--resume",
+                   o.resume_file,
+                   "Keeps measured scenes in FILE, and skips those that it holds");
     app.add_option("--repeat", o.repeats, "Timed runs of each method; medians count")
         ->check(CLI::Range(1, 1000));
     app.add_flag("--quick", o.quick, "Cuts every scene short: shows that all run, within seconds");

@@ -18,7 +18,9 @@ struct Options {
     std::vector<std::string> scenes;   ///< empty: all
     std::vector<std::string> methods;  ///< empty: all
     std::string json_file;             ///< empty: none
-    std::string report_folder;         ///< empty: none
+    std::string report;                ///< a page (.html) or a folder for it; empty: none
+    std::string picture_file;          ///< empty: none
+    std::string resume_file;           ///< empty: none
     int repeats = 3;
     bool quick = false;
     bool list = false;
