@@ -1,5 +1,8 @@
 // zoned-bench: run time against error, our methods beside their peers.
 #include "tests/bench/commit.h"
+#include "tests/bench/compare/baseline.h"
+#include "tests/bench/compare/calibration.h"
+#include "tests/bench/compare/compare_command.h"
 #include "tests/bench/options.h"
 #include "tests/bench/report/page.h"
 #include "tests/bench/report/results_reader.h"
@@ -121,20 +124,107 @@ Session session_for(const Options& options) {
     return session;
 }
 
+SceneHooks hooks_for(const Options& options) {
+    SceneHooks hooks;
+    hooks.calibrate = calibration_us;
+    if (!options.resume_file.empty()) {
+        hooks.after = [&options](const Results& results) {
+            write_text_file(options.resume_file, to_json(results, Pictures::kKeep));
+        };
+    }
+    return hooks;
+}
+
+/// One more pass over tasks, of which no file is kept.
+Results pass_over(const Options& options, const std::vector<SceneTask>& tasks) {
+    Session session = session_for(options);
+    session.pictures = false;
+    SceneHooks hooks;
+    hooks.calibrate = calibration_us;
+    run_scenes(session, tasks, hooks);
+    return session.results;
+}
+
+/// Tasks of the scenes in which a time is suspected.
+std::vector<SceneTask> suspected(const std::vector<Finding>& findings,
+                                 const std::vector<SceneTask>& tasks,
+                                 const Results& pass) {
+    std::vector<SceneTask> again;
+    std::size_t row = 0;
+    for (const SceneRun& run : pass.runs) {
+        bool suspect = false;
+        for (const std::size_t end = row + run.rows; row < end; ++row) {
+            const Row& r = pass.rows[row];
+            const std::string name =
+                r.suite + " " + r.scene + (r.parameter.empty() ? "" : " " + r.parameter);
+            suspect = suspect || std::any_of(findings.begin(), findings.end(), [&](const auto& f) {
+                          return f.change == Change::kSlower && f.name == name;
+                      });
+        }
+        const auto task = std::find_if(tasks.begin(), tasks.end(), [&run](const SceneTask& t) {
+            return t.suite->name == run.suite && t.scene == run.scene;
+        });
+        if (suspect && task != tasks.end()) {
+            again.push_back(*task);
+        }
+    }
+    return again;
+}
+
+/// A time that seems worse is measured four times more before it is named.
+int compare_with_baseline(const Options& options,
+                          const std::vector<SceneTask>& tasks,
+                          const Results& first) {
+    const Results baseline =
+        results_from_json(read_text_file(options.against_file), options.against_file);
+    if (baseline.quick != first.quick) {
+        std::fprintf(stderr,
+                     "zoned-bench: %s was measured %s --quick\n",
+                     options.against_file.c_str(),
+                     baseline.quick ? "with" : "without");
+        return kBadUsage;
+    }
+    std::vector<Results> passes{first};
+    std::vector<Finding> findings = regressions(baseline, passes, Limits());
+    const std::vector<SceneTask> again = suspected(findings, tasks, first);
+    for (int i = 0; i < 4 && !again.empty(); ++i) {
+        passes.push_back(pass_over(options, again));
+    }
+    findings = regressions(baseline, passes, Limits());
+    if (baseline.machine != first.machine || baseline.build != first.build) {
+        std::printf("note: the baseline is of another machine or build: %s; %s\n",
+                    baseline.machine.c_str(),
+                    baseline.build.c_str());
+    }
+    std::fputs(findings_table(findings, rows_in_common(baseline, first)).c_str(), stdout);
+    const bool fails = std::any_of(findings.begin(), findings.end(), [&options](const Finding& f) {
+        return f.change == Change::kLessAccurate || !options.advise_times;
+    });
+    return fails ? kWorse : kGood;
+}
+
+void write_baseline(const Options& options,
+                    const std::vector<SceneTask>& tasks,
+                    const Results& first) {
+    std::vector<Results> passes{first};
+    while (passes.size() < static_cast<std::size_t>(options.passes)) {
+        std::fprintf(stderr, "zoned-bench: pass %zu of %d\n", passes.size() + 1, options.passes);
+        passes.push_back(pass_over(options, tasks));
+    }
+    write_text_file(options.baseline_file, to_json(baseline_of(passes)));
+}
+
 int run(const Options& options, const std::string& command_line) {
     const std::vector<Suite> suites = chosen_suites(options);
     if (suites.empty()) {
         return kBadUsage;
     }
     Session session = session_for(options);
-    SceneHooks hooks;
     if (!options.resume_file.empty()) {
         take_over(session.results, options.resume_file);
-        hooks.after = [&options](const Results& results) {
-            write_text_file(options.resume_file, to_json(results, Pictures::kKeep));
-        };
     }
-    run_scenes(session, tasks_of(suites, options.scenes), hooks);
+    const std::vector<SceneTask> tasks = tasks_of(suites, options.scenes);
+    run_scenes(session, tasks, hooks_for(options));
     if (session.results.rows.empty()) {
         std::fprintf(stderr, "zoned-bench: no scene and method of these names; see --list\n");
         return kBadUsage;
@@ -144,12 +234,19 @@ int run(const Options& options, const std::string& command_line) {
         std::fputs(to_metrics_table(session.results).c_str(), stdout);
     }
     write_reports(options, session.results, command_line);
-    return kGood;
+    if (!options.baseline_file.empty()) {
+        write_baseline(options, tasks, session.results);
+    }
+    return options.against_file.empty() ? static_cast<int>(kGood)
+                                        : compare_with_baseline(options, tasks, session.results);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    if (argc > 1 && std::string(argv[1]) == "compare") {
+        return compare_main(argc - 1, argv + 1);
+    }
     int exit_code = kGood;
     const auto options = parse_options(argc, argv, exit_code);
     if (!options) {

@@ -37,19 +37,20 @@ struct Drawing {
 /// A scene that was run: its rows stand one after the other, in the order of the runs.
 struct SceneRun {
     std::string suite;
-    std::string scene;    ///< as `--scene` takes it; its rows may have narrower names
+    std::string scene;     ///< as `--scene` takes it; its rows may have narrower names
     double seconds = 0.0;  ///< by the wall, building of the scene included
     std::size_t rows = 0;
-    double calibration_us = 0.0;  ///< the calibration kernel beside it (compare/calibration.h); 0: not measured
+    double calibration_us =
+        0.0;  ///< the calibration kernel beside it (compare/calibration.h); 0: not measured
 };
 
 struct Results {
     std::string machine;
     std::string commit;
     std::string build;
-    std::string flags;  ///< of the compiler
-    bool quick = false;  ///< scenes were cut short: times hint, errors mean little
-    int repeats = 0;     ///< timed runs of each method that were asked for
+    std::string flags;                 ///< of the compiler
+    bool quick = false;                ///< scenes were cut short: times hint, errors mean little
+    int repeats = 0;                   ///< timed runs of each method that were asked for
     std::vector<std::string> methods;  ///< that were asked for; empty: all
     std::vector<std::string> notes;
     std::vector<SceneRun> runs;
@@ -57,7 +58,10 @@ struct Results {
     std::vector<Drawing> pictures;
 };
 
-enum class Pictures { kLeaveOut, kKeep };
+enum class Pictures {
+    kLeaveOut,
+    kKeep
+};
 
 /// {"machine", "commit", "build", "flags", "quick", "repeats", "methods", "notes", "runs": [...],
 /// "rows": [...]}; numbers that are not finite become null. Pictures are for files that a run

@@ -41,9 +41,7 @@ void write_run(core::JsonWriter& json, const SceneRun& run) {
     json.end_object();
 }
 
-void write_texts(core::JsonWriter& json,
-                 const char* name,
-                 const std::vector<std::string>& texts) {
+void write_texts(core::JsonWriter& json, const char* name, const std::vector<std::string>& texts) {
     json.key(name).begin_array();
     for (const std::string& text : texts) {
         json.value(text);

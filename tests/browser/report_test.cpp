@@ -90,7 +90,8 @@ Expected expected_of(const std::string& json) {
     const json_text::Struct top = json_text::parse(json);
     std::map<std::string, std::vector<JsonRow>> figures;
     std::set<std::string> plots;
-    for (const json_text::Value& value : json_text::field(top, "rows").list_value().values()) {
+    const json_text::Value list = json_text::field(top, "rows");
+    for (const json_text::Value& value : list.list_value().values()) {
         const JsonRow row = row_of(value.struct_value());
         plots.insert("time|" + row.figure);
         if (std::isfinite(row.error) && row.time > 0.0) {
@@ -143,9 +144,17 @@ class Report : public ::testing::Test {
         page = scratch_folder() + "/bench.html";
         json = scratch_folder() + "/bench.json";
         Child bench("zoned-bench",
-                    {"physics", "integrators", "replication", "decisions", "--quick", "--scene",
-                     "S2,S5,S7,kepler,dead_reckoning,fuzzy_sugeno,fuzzy_mamdani", "--json", json,
-                     "--report", page});
+                    {"physics",
+                     "integrators",
+                     "replication",
+                     "decisions",
+                     "--quick",
+                     "--scene",
+                     "S2,S5,S7,kepler,dead_reckoning,fuzzy_sugeno,fuzzy_mamdani",
+                     "--json",
+                     json,
+                     "--report",
+                     page});
         ASSERT_EQ(bench.wait(4 * kPatience), 0) << bench.errors();
         browser = std::make_unique<Browser>();
         browser->open("file://" + page);
@@ -208,7 +217,8 @@ TEST_F(Report, StandsInTablesBesideItsPlots) {
     // Marks of a plot and numbers of its table are the same.
     EXPECT_EQ(
         browser->evaluate(
-            "zonedReport.charts.filter((c) => { const shown = new Set([...document.querySelectorAll("
+            "zonedReport.charts.filter((c) => { const shown = new "
+            "Set([...document.querySelectorAll("
             "`[aria-labelledby='h-${c.id}'] tbody tr td:first-child`)].map((t) => t.textContent)"
             ".filter((t) => t !== '')); const drawn = new Set(c.series.flatMap((s) => s.points.map("
             "(p) => String(p.n)))); return shown.size !== drawn.size || [...drawn].some((n) => "

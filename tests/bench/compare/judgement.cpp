@@ -19,12 +19,24 @@ constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 /// Errors this small are rounding, in whatever unit.
 constexpr double kExact = 1e-12;
 
+/// A row and the calibration kernel's time beside its scene, 0 where it was not measured.
+struct CalibratedRow {
+    const Row* row = nullptr;
+    double calibration_us = 0.0;
+};
+
 /// Rows of a run by their names; a second row of one name gets a number.
-using NamedRows = std::map<std::string, const Row*>;
+using NamedRows = std::map<std::string, CalibratedRow>;
 
 NamedRows named_rows(const Results& run) {
     NamedRows rows;
-    for (const Row& row : run.rows) {
+    std::vector<double> calibrations;
+    for (const SceneRun& scene : run.runs) {
+        calibrations.insert(calibrations.end(), scene.rows, scene.calibration_us);
+    }
+    calibrations.resize(run.rows.size());
+    for (std::size_t at = 0; at < run.rows.size(); ++at) {
+        const Row& row = run.rows[at];
         const std::string name = row.suite + " " + row.scene +
                                  (row.parameter.empty() ? "" : " " + row.parameter) + " " +
                                  method_name(row);
@@ -32,7 +44,7 @@ NamedRows named_rows(const Results& run) {
         for (int i = 2; rows.count(unique) != 0; ++i) {
             unique = name + " (" + std::to_string(i) + ")";
         }
-        rows[unique] = &row;
+        rows[unique] = {&row, calibrations[at]};
     }
     return rows;
 }
@@ -83,16 +95,17 @@ std::vector<std::string> common_rows(const std::vector<NamedRows>& old_runs,
     return common;
 }
 
-/// The calibration kernel's time beside each row; zeros where it was not measured.
-std::map<const Row*, double> calibrations(const Results& run) {
-    std::map<const Row*, double> out;
-    std::size_t at = 0;
-    for (const SceneRun& scene : run.runs) {
-        for (std::size_t i = 0; i < scene.rows && at < run.rows.size(); ++i) {
-            out[&run.rows[at++]] = scene.calibration_us;
-        }
+/// The logarithm of new over old of the calibration kernel; NaN where one of the two lacks it.
+double log_control(const CalibratedRow& before, const CalibratedRow& after) {
+    return before.calibration_us > 0.0 && after.calibration_us > 0.0
+               ? std::log(after.calibration_us / before.calibration_us)
+               : kNoTime;
+}
+
+void drop_unless_finite(std::vector<double>& values) {
+    if (!std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
+        values.clear();
     }
-    return out;
 }
 
 /// One line of log ratios that is tested, and whose it is.
@@ -101,18 +114,51 @@ struct Tested {
     std::vector<double> log_ratios;
 };
 
-/// The rows of each group, as one line: by block the median over the rows.
+double deviation_of(const std::vector<double>& values) {
+    const double middle = median(values);
+    std::vector<double> deviations;
+    for (const double value : values) {
+        deviations.push_back(std::abs(value - middle));
+    }
+    return median(deviations);
+}
+
+/// The rows of each group, as one line: by block the median over the rows, with the calibration
+/// kernel as control where that makes the blocks agree better.
 std::vector<Tested> grouped(const Samples& samples,
                             const std::function<std::string(const RowSamples&)>& group_of) {
-    std::map<std::string, std::vector<std::vector<double>>> groups;
+    struct Group {
+        std::vector<std::vector<double>> plain;
+        std::vector<std::vector<double>> controlled;
+    };
+
+    std::map<std::string, Group> groups;
     for (const RowSamples& row : samples.rows) {
-        if (!row.log_ratios.empty()) {
-            groups[group_of(row)].push_back(row.log_ratios);
+        if (row.log_ratios.empty()) {
+            continue;
+        }
+        Group& group = groups[group_of(row)];
+        group.plain.push_back(row.log_ratios);
+        if (row.log_controls.size() == row.log_ratios.size()) {
+            std::vector<double> controlled = row.log_ratios;
+            std::transform(controlled.begin(),
+                           controlled.end(),
+                           row.log_controls.begin(),
+                           controlled.begin(),
+                           std::minus<>());
+            group.controlled.push_back(controlled);
         }
     }
     std::vector<Tested> tested;
-    for (const auto& [name, rows] : groups) {
-        tested.push_back({name, median_of_rows(rows)});
+    for (const auto& [name, group] : groups) {
+        std::vector<double> line = median_of_rows(group.plain);
+        if (group.controlled.size() == group.plain.size()) {
+            const std::vector<double> controlled = median_of_rows(group.controlled);
+            // A single block has no deviation: the control is trusted.
+            line = line.size() < 2 || deviation_of(controlled) < deviation_of(line) ? controlled
+                                                                                    : line;
+        }
+        tested.push_back({name, line});
     }
     return tested;
 }
@@ -127,18 +173,18 @@ void test_times(const std::string& level_name,
     std::vector<double> slower;
     std::vector<double> faster;
     for (const Tested& t : tested) {
-        slower.push_back(signed_rank_p(t.log_ratios, borne));
+        slower.push_back(signed_rank_p(t.log_ratios, 0.0));
         std::vector<double> turned = t.log_ratios;
         std::transform(turned.begin(), turned.end(), turned.begin(), std::negate<>());
-        faster.push_back(signed_rank_p(turned, borne));
+        faster.push_back(signed_rank_p(turned, 0.0));
     }
     slower = holm(slower);
     faster = holm(faster);
     for (std::size_t i = 0; i < tested.size(); ++i) {
-        if (std::min(slower[i], faster[i]) > level) {
+        const Location at = hodges_lehmann(tested[i].log_ratios);
+        if (std::min(slower[i], faster[i]) > level || std::abs(at.middle) < borne) {
             continue;
         }
-        const Location at = hodges_lehmann(tested[i].log_ratios);
         Finding finding;
         finding.level = level_name;
         finding.name = tested[i].name;
@@ -197,8 +243,8 @@ void test_errors(const Samples& samples, const Limits& limits, std::vector<Findi
         if (!lost && !is_loss(after, before, limits.error_threshold)) {
             continue;
         }
-        const Finding finding = error_finding(
-            row, lost ? Change::kLessAccurate : Change::kMoreAccurate, before, after);
+        const Finding finding =
+            error_finding(row, lost ? Change::kLessAccurate : Change::kMoreAccurate, before, after);
         if (exact) {
             findings.push_back(finding);
             continue;
@@ -249,6 +295,34 @@ std::string row_name(const RowSamples& row) {
     return row.name;
 }
 
+Samples samples_of_runs(const std::vector<NamedRows>& old_runs,
+                        const std::vector<NamedRows>& new_runs,
+                        std::size_t runs_in_block) {
+    Samples samples;
+    for (const std::string& name : common_rows(old_runs, new_runs, samples)) {
+        RowSamples row = samples_named(name, *old_runs.front().at(name).row);
+        for (std::size_t i = 0; i < old_runs.size(); i += runs_in_block) {
+            double ratio = 0.0;
+            double control = 0.0;
+            for (std::size_t j = i; j < i + runs_in_block; ++j) {
+                const CalibratedRow& before = old_runs[j].at(name);
+                const CalibratedRow& after = new_runs[j].at(name);
+                const double share = 1.0 / static_cast<double>(runs_in_block);
+                ratio += share * (log_time(*after.row) - log_time(*before.row));
+                control += share * log_control(before, after);
+                add_run(*before.row, row.old_us, row.old_errors);
+                add_run(*after.row, row.new_us, row.new_errors);
+            }
+            row.log_ratios.push_back(ratio);
+            row.log_controls.push_back(control);
+        }
+        drop_unless_finite(row.log_ratios);
+        drop_unless_finite(row.log_controls);
+        samples.rows.push_back(row);
+    }
+    return samples;
+}
+
 }  // namespace
 
 bool is_worse(Change change) {
@@ -256,7 +330,6 @@ bool is_worse(Change change) {
 }
 
 Samples samples_of(const std::vector<Block>& blocks) {
-    Samples samples;
     std::vector<NamedRows> old_runs;
     std::vector<NamedRows> new_runs;
     for (const Block& block : blocks) {
@@ -265,53 +338,11 @@ Samples samples_of(const std::vector<Block>& blocks) {
             new_runs.push_back(named_rows(block.new_runs.at(i)));
         }
     }
-    for (const std::string& name : common_rows(old_runs, new_runs, samples)) {
-        RowSamples row = samples_named(name, *old_runs.front().at(name));
-        bool timed = true;
-        for (std::size_t i = 0; i < old_runs.size(); i += 2) {
-            double ratio = 0.0;
-            for (std::size_t j = i; j < i + 2; ++j) {
-                const Row& before = *old_runs[j].at(name);
-                const Row& after = *new_runs[j].at(name);
-                ratio += 0.5 * (log_time(after) - log_time(before));
-                add_run(before, row.old_us, row.old_errors);
-                add_run(after, row.new_us, row.new_errors);
-            }
-            row.log_ratios.push_back(ratio);
-            timed = timed && std::isfinite(ratio);
-        }
-        if (!timed) {
-            row.log_ratios.clear();
-        }
-        samples.rows.push_back(row);
-    }
-    return samples;
+    return samples_of_runs(old_runs, new_runs, 2);
 }
 
 Samples samples_of(const Results& old_run, const Results& new_run) {
-    Samples samples;
-    const std::vector<NamedRows> old_rows{named_rows(old_run)};
-    const std::vector<NamedRows> new_rows{named_rows(new_run)};
-    std::map<const Row*, double> old_calibrations = calibrations(old_run);
-    std::map<const Row*, double> new_calibrations = calibrations(new_run);
-    for (const std::string& name : common_rows(old_rows, new_rows, samples)) {
-        const Row* const before = old_rows[0].at(name);
-        const Row* const after = new_rows[0].at(name);
-        RowSamples row = samples_named(name, *before);
-        add_run(*before, row.old_us, row.old_errors);
-        add_run(*after, row.new_us, row.new_errors);
-        double ratio = log_time(*after) - log_time(*before);
-        const double old_calibration = old_calibrations[before];
-        const double new_calibration = new_calibrations[after];
-        if (old_calibration > 0.0 && new_calibration > 0.0) {
-            ratio -= std::log(new_calibration / old_calibration);
-        }
-        if (std::isfinite(ratio)) {
-            row.log_ratios.push_back(ratio);
-        }
-        samples.rows.push_back(row);
-    }
-    return samples;
+    return samples_of_runs({named_rows(old_run)}, {named_rows(new_run)}, 1);
 }
 
 std::vector<Finding> judge(const Samples& samples, const Limits& limits) {

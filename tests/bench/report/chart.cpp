@@ -14,8 +14,8 @@ namespace {
 std::string id_from(const std::string& prefix, const std::string& heading) {
     std::string id = prefix;
     for (const char c : heading) {
-        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                           (c >= '0' && c <= '9');
+        const bool plain =
+            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
         if (plain || id.back() != '-') {
             id += plain ? c : '-';
         }
@@ -68,7 +68,8 @@ const FigurePoint* point_of(const Figure& figure, const Row* row) {
 }
 
 std::string table_name(const Row& row, bool with_parameter) {
-    return method_name(row) + (with_parameter && !row.parameter.empty() ? ", " + row.parameter : "");
+    return method_name(row) +
+           (with_parameter && !row.parameter.empty() ? ", " + row.parameter : "");
 }
 
 const double* bytes_of(const Row& row) {
@@ -84,8 +85,8 @@ std::string front_summary(const Figure& figure) {
             names += (names.empty() ? "" : ", ") + name;
         }
     }
-    return std::to_string(figure.points.size()) + " points. On the front: " +
-           (names.empty() ? "none" : names) + ".";
+    return std::to_string(figure.points.size()) +
+           " points. On the front: " + (names.empty() ? "none" : names) + ".";
 }
 
 void write_points(core::JsonWriter& json, const std::vector<ChartPoint>& points) {
@@ -106,7 +107,7 @@ std::string short_number(double value) {
         return "-";
     }
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.5g", value);
+    std::snprintf(text.data(), text.size(), "%.4g", value);
     return text.data();
 }
 
@@ -130,8 +131,8 @@ Chart chart_of(const Figure& figure, const Results& results) {
     chart.x_label = error_label(figure);
     chart.y_label = figure.time_label;
     const bool curves = !figure.along_label.empty();
-    chart.columns = {"", "method", "whose", "time, us", "p99, us", error_label(figure),
-                     "time over the front"};
+    chart.columns = {
+        "", "method", "whose", "time, us", "p99, us", error_label(figure), "time over the front"};
     int number = 0;
     for (const Row* row : figure.rows) {
         const FigurePoint* const point = point_of(figure, row);
@@ -139,24 +140,22 @@ Chart chart_of(const Figure& figure, const Results& results) {
         if (point != nullptr) {
             ++number;
             series_of(chart, *row, curves)
-                .points.push_back({point->error,
-                                   point->time_us,
-                                   number,
-                                   label + ": " + error_label(figure) + " " +
-                                       short_number(point->error) + ", " +
-                                       short_number(point->time_us) + " us; front: " +
-                                       position_of(*point)});
+                .points.push_back(
+                    {point->error,
+                     point->time_us,
+                     number,
+                     label + ": " + error_label(figure) + " " + short_number(point->error) + ", " +
+                         short_number(point->time_us) + " us; front: " + position_of(*point)});
         }
-        chart.table.push_back(
-            {point == nullptr ? "" : std::to_string(number),
-             label,
-             whose(role_of(*row)),
-             short_number(point == nullptr ? row->time_us_p50 : point->time_us),
-             short_number(row->time_us_p99),
-             short_number(row->error),
-             point != nullptr                   ? position_of(*point)
-             : std::isfinite(row->error) ? "not timed"
-                                         : "no finite error"});
+        chart.table.push_back({point == nullptr ? "" : std::to_string(number),
+                               label,
+                               whose(role_of(*row)),
+                               short_number(point == nullptr ? row->time_us_p50 : point->time_us),
+                               short_number(row->time_us_p99),
+                               short_number(row->error),
+                               point != nullptr            ? position_of(*point)
+                               : std::isfinite(row->error) ? "not timed"
+                                                           : "no finite error"});
     }
     for (const FigurePoint* point : front_of(figure)) {
         chart.front.push_back({point->error, point->time_us, 0, ""});
@@ -202,8 +201,8 @@ Chart chart_of(const Growth& growth, const Results& results) {
     figure.suite = growth.suite;
     figure.run_scene = growth.scene;
     chart.command = command_of(figure, results);
-    chart.columns = {"", "method", "whose", "sizes", "exponent", "95 % interval",
-                     "time at the largest, us"};
+    chart.columns = {
+        "", "method", "whose", "sizes", "exponent", "95 % interval", "time at the largest, us"};
     int number = 0;
     for (const GrowthSeries& series : growth.series) {
         ++number;

@@ -52,7 +52,7 @@ Chart bandwidth_chart_of(const Figure& figure, const Results& results);
 /// The chart as a JSON object for the page's script.
 std::string chart_json(const Chart& chart);
 
-/// Five digits; "-" for what is not finite.
+/// Four digits; "-" for what is not finite.
 std::string short_number(double value);
 
 /// "zoned-bench SUITE --scene SCENE ..." with the options of the run.

@@ -153,9 +153,9 @@ std::vector<Figure> figures_of(const Results& results) {
             figure.parameter = parameter;
             figure.error_unit = row.error_unit;
             figure.along_label = along;
-            figure.time_label = curve != nullptr       ? curve->time_label
+            figure.time_label = curve != nullptr     ? curve->time_label
                                 : timed_by_wall(row) ? "microseconds of a frame, by the wall"
-                                                       : "microseconds of a frame, CPU time";
+                                                     : "microseconds of a frame, CPU time";
             at = figures.insert(figures.end(), figure);
         }
         at->rows.push_back(&row);
@@ -171,10 +171,9 @@ std::vector<const FigurePoint*> front_of(const Figure& figure) {
             points.push_back(&point);
         }
     }
-    std::stable_sort(
-        points.begin(), points.end(), [](const FigurePoint* a, const FigurePoint* b) {
-            return std::tie(a->error, a->time_us) < std::tie(b->error, b->time_us);
-        });
+    std::stable_sort(points.begin(), points.end(), [](const FigurePoint* a, const FigurePoint* b) {
+        return std::tie(a->error, a->time_us) < std::tie(b->error, b->time_us);
+    });
     std::vector<const FigurePoint*> front;
     for (const FigurePoint* point : points) {
         if (front.empty() || point->time_us < front.back()->time_us) {

@@ -30,8 +30,8 @@ struct Sized {
 
 /// A parameter's first size; no name where it has none.
 Sized size_in(const std::string& parameter) {
-    constexpr std::array<const char*, 6> kNames{
-        "n", "entities", "people", "bodies", "agents", "zones"};
+    constexpr std::array<const char*, 7> kNames{
+        "n", "entities", "awake", "people", "bodies", "agents", "zones"};
     Sized sized;
     std::istringstream words(parameter);
     for (std::string word; words >> word;) {

@@ -27,7 +27,7 @@ struct PowerFit {
 PowerFit fit_power(const std::vector<SizedTime>& times);
 
 struct GrowthSeries {
-    const Row* first = nullptr;  ///< names method and peer
+    const Row* first = nullptr;    ///< names method and peer
     std::vector<SizedTime> times;  ///< by rising size
     PowerFit fit;
 };

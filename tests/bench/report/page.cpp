@@ -110,26 +110,26 @@ std::string summary_html(const Results& results,
     const std::vector<Standing> standings = standings_of(figures);
     const FrontCounts peers = count_fronts(standings, true);
     const FrontCounts all = count_fronts(standings, false);
-    std::string text = "<h2 id=\"summary\">Summary</h2>\n<p>A method is on the front of a scene "
-                       "when no other method is as exact and more than 5 % faster.</p>\n";
+    std::string text =
+        "<h2 id=\"summary\">Summary</h2>\n<p>A method is on the front of a scene "
+        "when no other method is as exact and more than 5 % faster.</p>\n";
     if (results.quick) {
-        text += "<p><strong>A quick run: scenes were cut short. Times hint, errors mean little."
-                "</strong></p>\n";
+        text +=
+            "<p><strong>A quick run: scenes were cut short. Times hint, errors mean little."
+            "</strong></p>\n";
     }
-    text += "<table><caption>Scenes on whose front we are</caption><thead><tr><th scope=\"col\">"
-            "scenes</th><th scope=\"col\">in all</th><th scope=\"col\">our default</th><th "
-            "scope=\"col\">any method of ours</th></tr></thead><tbody>\n" +
-            count_row("peers", "with a peer", peers) + count_row("all", "with any other method", all) +
-            "</tbody></table>\n" + behind_html(standings);
+    text +=
+        "<table><caption>Scenes on whose front we are</caption><thead><tr><th scope=\"col\">"
+        "scenes</th><th scope=\"col\">in all</th><th scope=\"col\">our default</th><th "
+        "scope=\"col\">any method of ours</th></tr></thead><tbody>\n" +
+        count_row("peers", "with a peer", peers) + count_row("all", "with any other method", all) +
+        "</tbody></table>\n" + behind_html(standings);
     text += "<h3>How it was measured</h3>\n<dl class=\"about\"><dt>machine</dt><dd>" +
             html_text(results.machine) + "</dd><dt>build</dt><dd>" + html_text(results.build) +
             "</dd><dt>flags</dt><dd>" + html_text(results.flags) + "</dd><dt>commit</dt><dd>" +
             html_text(results.commit) + "</dd><dt>command</dt><dd><code>" +
             html_text(generated_by) + "</code></dd><dt>rows</dt><dd id=\"rows\">" +
             std::to_string(results.rows.size()) + "</dd></dl>\n";
-    for (const std::string& note : results.notes) {
-        text += "<p>" + html_text(note) + "</p>\n";
-    }
     return text;
 }
 
@@ -139,7 +139,8 @@ constexpr const char* kKey =
     "at the left edge.</p>\n<ul class=\"key\"><li>&#9679; circle: our default</li><li>&#9632; "
     "square: our other methods</li><li>&#9651; hollow triangle, dotted: peers, which are other "
     "people's programs</li><li>- - dashed: the front, which no method beats in time and error at "
-    "once</li></ul>\n<p>With the focus on a plot, arrow keys go from point to point, Home and End to "
+    "once</li></ul>\n<p>With the focus on a plot, arrow keys go from point to point, Home and End "
+    "to "
     "the first and last, Escape leaves.</p>\n";
 
 struct Body {
@@ -174,9 +175,10 @@ void add_figures(Body& body, const std::vector<Figure>& figures, const Results& 
 
 void add_growth(Body& body, const Results& results) {
     body.section("growth", "Growth of cost with size");
-    body.text += "<p>The exponent is the slope of a straight line through the logarithms of time and "
-                 "size. Its interval covers the scatter about that line, so that a bend shows as a "
-                 "wide one.</p>\n";
+    body.text +=
+        "<p>The exponent is the slope of a straight line through the logarithms of time and "
+        "size. Its interval covers the scatter about that line, so that a bend shows as a "
+        "wide one.</p>\n";
     const std::vector<Growth> growths = growths_of(results);
     for (const Growth& growth : growths) {
         body.add(chart_of(growth, results));
@@ -201,6 +203,18 @@ void add_bandwidth(Body& body, const std::vector<Figure>& figures, const Results
     }
 }
 
+void add_notes(Body& body, const Results& results) {
+    if (results.notes.empty()) {
+        return;
+    }
+    body.section("notes", "Notes of the suites");
+    body.text += "<ul>\n";
+    for (const std::string& note : results.notes) {
+        body.text += "<li>" + html_text(note) + "</li>\n";
+    }
+    body.text += "</ul>\n";
+}
+
 /// Text inside a script element must not hold its end.
 std::string script_safe(std::string text) {
     for (std::size_t at = text.find("</"); at != std::string::npos; at = text.find("</", at + 3)) {
@@ -221,6 +235,7 @@ std::string report_html(const Results& results, const std::string& generated_by)
     add_figures(body, figures, results);
     add_growth(body, results);
     add_bandwidth(body, figures, results);
+    add_notes(body, results);
     const PageFiles files = page_files();
     std::string page =
         "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\"><head><meta charset=\"utf-8\">"
@@ -234,10 +249,11 @@ std::string report_html(const Results& results, const std::string& generated_by)
         "href=\"#reading\">How to read the plots</a></li>" +
         body.contents + "</ul></nav></header>\n<main>\n" +
         summary_html(results, figures, generated_by) + kKey + body.text;
-    std::string end = "</main>\n<div id=\"announcer\" class=\"hidden\" aria-live=\"polite\"></div>\n"
-                      "<script type=\"application/json\" id=\"charts\">[" +
-                      script_safe(body.data) + "]</script>\n<script>" + files.charts +
-                      "</script>\n<script>" + files.script + "</script>\n</body></html>\n";
+    std::string end =
+        "</main>\n<div id=\"announcer\" class=\"hidden\" aria-live=\"polite\"></div>\n"
+        "<script type=\"application/json\" id=\"charts\">[" +
+        script_safe(body.data) + "]</script>\n<script>" + files.charts + "</script>\n<script>" +
+        files.script + "</script>\n</body></html>\n";
     std::size_t left_out = 0;
     for (const Drawing& picture : results.pictures) {
         const std::string drawing = "<h3>" + html_text(picture.caption) +

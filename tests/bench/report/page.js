@@ -66,7 +66,7 @@ function axis(text, look) {
   return {
     type: 'logarithmic',
     title: { display: true, text, color: colour },
-    ticks: { color: colour, maxTicksLimit: 8, callback: (v) => (Math.abs(Math.log10(v) % 1) < 1e-9 ? Number(v).toPrecision(1) : '') },
+    ticks: { color: colour, maxTicksLimit: 8, callback: (v) => (Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-9 ? `1e${Math.round(Math.log10(v))}` : '') },
     grid: { color: look === 'dark' ? '#33383d' : '#e2e2e2' },
   };
 }
@@ -79,7 +79,7 @@ function draw(figure, look = theme()) {
   const datasets = figure.series.map((s) => dataset(s, look, floors));
   if (figure.front.length > 0) {
     const colour = look === 'dark' ? '#d0d0d0' : '#555';
-    datasets.push({ label: 'front', front: true, data: placed(figure.front, floors), showLine: true, stepped: 'after', borderColor: colour, borderWidth: 1.5, borderDash: [6, 4], pointRadius: 0, pointHitRadius: 0 });
+    datasets.push({ label: 'front', front: true, data: placed(figure.front, floors), showLine: true, stepped: 'before', borderColor: colour, borderWidth: 1.5, borderDash: [6, 4], pointRadius: 0, pointHitRadius: 0 });
   }
   drawn.set(figure.id, new Chart(canvas, {
     type: 'scatter',

@@ -93,13 +93,11 @@ void take_over(Results& results, const std::string& resume_file) {
                  kept.quick ? "quick" : "full",
                  results.quick ? "quick" : "full",
                  resume_file);
-    refuse_other("--repeat",
-                 std::to_string(kept.repeats),
-                 std::to_string(results.repeats),
-                 resume_file);
+    refuse_other(
+        "--repeat", std::to_string(kept.repeats), std::to_string(results.repeats), resume_file);
     if (kept.methods != results.methods) {
-        throw std::runtime_error(resume_file +
-                                 " was measured with other methods: choose another file or remove it");
+        throw std::runtime_error(
+            resume_file + " was measured with other methods: choose another file or remove it");
     }
     results = std::move(kept);
 }

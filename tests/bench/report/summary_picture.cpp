@@ -11,7 +11,7 @@ namespace zoned::bench {
 namespace {
 
 constexpr double kPictureWidth = 860.0;
-constexpr double kNames = 270.0;   // room for the names of scenes
+constexpr double kNames = 270.0;  // room for the names of scenes
 constexpr double kEdge = 20.0;
 constexpr double kHead = 92.0;
 constexpr double kLine = 17.0;
@@ -41,8 +41,9 @@ std::string mark(double x, double y, Role role) {
         return svg_text("<path class=\"peer\" d=\"M%.1f %.1fl5 9h-10z\"/>\n", x, y - 5.0);
     }
     if (role == Role::kOwn) {
-        return svg_text(
-            "<rect class=\"own\" x=\"%.1f\" y=\"%.1f\" width=\"8\" height=\"8\"/>\n", x - 4.0, y - 4.0);
+        return svg_text("<rect class=\"own\" x=\"%.1f\" y=\"%.1f\" width=\"8\" height=\"8\"/>\n",
+                        x - 4.0,
+                        y - 4.0);
     }
     return svg_text("<circle class=\"default\" cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\"/>\n", x, y);
 }
@@ -53,15 +54,14 @@ std::string label(double x, double y, const char* anchor, const std::string& tex
 }
 
 std::string legend(const FrontCounts& counts, const Results& results) {
-    std::string text = label(kEdge,
-                             22.0,
-                             "start",
-                             "Time over the front: 1 is on it. Of " +
-                                 std::to_string(counts.scenes) +
-                                 " scenes with a peer, our default is on the front of " +
-                                 std::to_string(counts.default_on_front) +
-                                 ", any method of ours of " + std::to_string(counts.own_on_front) +
-                                 ".");
+    std::string text =
+        label(kEdge,
+              22.0,
+              "start",
+              "Time over the front: 1 is on it. Of " + std::to_string(counts.scenes) +
+                  " scenes with a peer, our default is on the front of " +
+                  std::to_string(counts.default_on_front) + ", any method of ours of " +
+                  std::to_string(counts.own_on_front) + ".");
     text += label(kEdge,
                   42.0,
                   "start",
@@ -92,10 +92,11 @@ std::string summary_svg(const Results& results) {
     }
     const double height = kHead + kLine * static_cast<double>(standings.size()) + kEdge;
     std::string svg =
-        svg_text("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" "
-                 "aria-label=\"Time over the front, by scene\">\n",
-                 kPictureWidth,
-                 height) +
+        svg_text(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" "
+            "aria-label=\"Time over the front, by scene\">\n",
+            kPictureWidth,
+            height) +
         "<style>text{font:12px sans-serif;fill:#1a1a1a}.back{fill:#fff}.grid{stroke:#ccc}"
         ".default{fill:#0b57b0}.own{fill:none;stroke:#1b6e2f;stroke-width:1.5}"
         ".peer{fill:none;stroke:#b3400a;stroke-width:1.5}"

@@ -52,12 +52,13 @@ TEST(Front, AgreesWithBruteForce) {
     for (int round = 0; round < 200; ++round) {
         Results results;
         for (int i = 0; i < 15; ++i) {
-            results.rows.push_back(row_with("m" + std::to_string(i), "", grade(random), grade(random)));
+            results.rows.push_back(
+                row_with("m" + std::to_string(i), "", grade(random), grade(random)));
         }
         const std::vector<Figure> figures = figures_of(results);
         for (const FigurePoint& point : figures.at(0).points) {
-            const bool beaten = std::any_of(
-                results.rows.begin(), results.rows.end(), [&point](const Row& other) {
+            const bool beaten =
+                std::any_of(results.rows.begin(), results.rows.end(), [&point](const Row& other) {
                     return other.error <= point.error && other.time_us_p50 < point.time_us;
                 });
             EXPECT_EQ(point.factor > 1.0, beaten);
@@ -155,7 +156,8 @@ TEST(Growth, CoversTheExponentAsOftenAsItSays) {
     for (int round = 0; round < 400; ++round) {
         std::vector<SizedTime> times;
         for (int i = 1; i <= 5; ++i) {
-            times.push_back({std::pow(10.0, i), std::exp(1.3 * std::log(10.0) * i + noise(random))});
+            times.push_back(
+                {std::pow(10.0, i), std::exp(1.3 * std::log(10.0) * i + noise(random))});
         }
         const PowerFit fit = fit_power(times);
         covered += fit.low <= 1.3 && 1.3 <= fit.high ? 1 : 0;
@@ -227,7 +229,8 @@ TEST(SummaryPicture, ShowsEachSceneWithAPeer) {
     Results results;
     results.rows = {row_with("default", "", 10.0, 0.0), row_with("default", "ode", 30.0, 0.0)};
     const std::string svg = summary_svg(results);
-    EXPECT_THAT(svg, testing::HasSubstr("Of 1 scenes with a peer, our default is on the front of 1"));
+    EXPECT_THAT(svg,
+                testing::HasSubstr("Of 1 scenes with a peer, our default is on the front of 1"));
     EXPECT_THAT(svg, testing::HasSubstr(">s: a</text>"));
     EXPECT_EQ(count_of(svg, "<circle"), 2U);  // one in the legend
 }

@@ -19,8 +19,9 @@ struct Fake {
 
     Fake() {
         for (const char* name : {"p", "q"}) {
-            suites.push_back(
-                {name, "", {"a", "b"}, {"default"}, [this, name](Session& s) { run(name, s); }});
+            suites.push_back({name, "", {"a", "b"}, {"default"}, [this, name](Session& s) {
+                                  run(name, s);
+                              }});
         }
     }
 
