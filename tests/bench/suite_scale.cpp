@@ -55,7 +55,8 @@ std::string scale_config(const ScalePlan& plan) {
            "aura_m { normal: 30 } character { speed_mps: 1.5 } brain: \"walk\" }\n"
            "brain { name: \"walk\" state { name: \"walk\" action: WANDER radius_m: 15 } }\n" +
            scatters("crate", plan.asleep, true) + scatters("walker", plan.awake, false) +
-           "spawn { x_m: 0 z_m: 0 }\nlod { position_bound_m: 0.05 orientation_bound_rad: 0.1 }\n";
+           "session { dev_mode_loopback: true }\nspawn { x_m: 0 z_m: 0 }\nlod { position_bound_m: "
+           "0.05 orientation_bound_rad: 0.1 }\n";
 }
 
 config::Settings scale_settings(const ScalePlan& plan) {

@@ -36,6 +36,9 @@ std::string whose(Role role) {
 }
 
 std::string error_label(const Figure& figure) {
+    if (figure.error_unit == "-") {
+        return "error, 1";  // of a number without a unit
+    }
     return "error" + (figure.error_unit.empty() ? "" : ", " + figure.error_unit);
 }
 
