@@ -93,9 +93,12 @@ void run_scale(Session& session, const ScalePlan& plan) {
     }
     std::size_t awake = 0;
     std::size_t entities = 0;
+    std::size_t ghosts = 0;
     for (const auto& zone : world.zones()) {
-        awake += zone->report().census.moving_characters + zone->report().census.awake_bodies;
-        entities += zone->state().entities.size();
+        const zone::Census& census = zone->report().census;
+        awake += census.moving_characters + census.awake_bodies;
+        entities += census.entities;
+        ghosts += census.ghosts;
     }
     Row row;
     row.suite = "scale";
@@ -104,7 +107,8 @@ void run_scale(Session& session, const ScalePlan& plan) {
     row.time_us_p50 = median(us);
     row.time_us_p99 = quantile(us, 0.99);
     row.metric("entities", static_cast<double>(entities));
-    row.metric("awake_bodies", static_cast<double>(awake));
+    row.metric("ghosts", static_cast<double>(ghosts));
+    row.metric("awake", static_cast<double>(awake));
     row.metric("walkers", plan.awake);
     row.metric("ticks", static_cast<double>(us.size()));
     row.metric("idle", world.idle() ? 1.0 : 0.0);

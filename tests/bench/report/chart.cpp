@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace zoned::bench {
 
@@ -92,11 +93,18 @@ std::string front_summary(const Figure& figure) {
            " points. On the front: " + (names.empty() ? "none" : names) + ".";
 }
 
+/// More than a plot shows; all digits would be a tenth of the page.
+double five_digits(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.5g", value);
+    return std::strtod(text.data(), nullptr);
+}
+
 void write_points(core::JsonWriter& json, const std::vector<ChartPoint>& points) {
     json.begin_array();
     for (const ChartPoint& point : points) {
         json.begin_object();
-        json.field("x", point.x).field("y", point.y);
+        json.field("x", five_digits(point.x)).field("y", five_digits(point.y));
         json.field("n", point.number).field("t", point.text);
         json.end_object();
     }
