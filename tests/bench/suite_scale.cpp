@@ -19,9 +19,10 @@ constexpr int kMostInEntry = 100'000;
 struct ScalePlan {
     std::string scene;
     std::string parameter;
-    int asleep = 0;  ///< crates
-    int awake = 0;   ///< walkers that are simulated in full
-    int side = 1;    ///< zones along each side of the world
+    int asleep = 0;           ///< crates
+    int awake = 0;            ///< walkers that are simulated in full
+    int side = 1;             ///< zones along each side of the world
+    double entity_m2 = 25.0;  ///< of the world, for each entity
 };
 
 std::string scatters(const char* type, int count, bool asleep) {
@@ -34,10 +35,10 @@ std::string scatters(const char* type, int count, bool asleep) {
     return text;
 }
 
-/// A level world with 25 m2 for each entity, as a game designer would write it.
+/// A level world, as a game designer would write it.
 std::string scale_config(const ScalePlan& plan) {
-    const double half =
-        std::max(50.0, 2.5 * std::sqrt(static_cast<double>(plan.asleep + plan.awake)));
+    const int entities = plan.asleep + plan.awake;
+    const double half = std::max(50.0, 0.5 * std::sqrt(plan.entity_m2 * entities));
     const std::string low = std::to_string(-half);
     const std::string high = std::to_string(half);
     return "world { name: \"scale\" seed: 7 min_x_m: " + low + " min_z_m: " + low +
@@ -55,6 +56,7 @@ std::string scale_config(const ScalePlan& plan) {
            "aura_m { normal: 30 } character { speed_mps: 1.5 } brain: \"walk\" }\n"
            "brain { name: \"walk\" state { name: \"walk\" action: WANDER radius_m: 15 } }\n" +
            scatters("crate", plan.asleep, true) + scatters("walker", plan.awake, false) +
+           "replication { quantization { horizontal_extent_m: 4096 } }\n"
            "session { dev_mode_loopback: true }\nspawn { x_m: 0 z_m: 0 }\nlod { position_bound_m: "
            "0.05 orientation_bound_rad: 0.1 }\n";
 }
@@ -140,7 +142,7 @@ std::vector<ScalePlan> scale_plans(bool quick) {
     const int n = quick ? 1000 : 10'000;
     for (const int side : {1, 2, 4}) {
         plans.push_back(
-            {"zones", "zones=" + std::to_string(side * side), n - n / 10, n / 10, side});
+            {"zones", "zones=" + std::to_string(side * side), n - n / 10, n / 10, side, 400.0});
     }
     for (const int share : {1, 3, 10, 30, 100}) {
         const int awake = n * share / 100;
@@ -152,7 +154,8 @@ std::vector<ScalePlan> scale_plans(bool quick) {
 void run_scales(Session& session) {
     session.note(
         "scale: a tick of a whole world with nobody connected, one thread; walkers are "
-        "simulated in full, crates lie asleep, 25 m2 for each; no error is measured");
+        "simulated in full, crates lie asleep, 25 m2 for each (zones: 400 m2); no error is "
+        "measured");
     if (!session.wants_method("default", "")) {
         return;
     }

@@ -224,13 +224,14 @@ std::string findings_table(const std::vector<Finding>& findings, std::size_t row
         lost += f.change == Change::kLessAccurate || f.change == Change::kGone ? 1 : 0;
         better += is_worse(f.change) ? 0 : 1;
         const bool exact = f.low == f.high;
-        text += line_text("%-13s  %-5s  %-*s  %10.4g  %10.4g  %8.3f  ",
+        const bool single = f.level == "row";  // a suite has no one time
+        text += line_text("%-13s  %-5s  %-*s  %10s  %10s  %8.3f  ",
                           word_for(f.change),
                           f.level.c_str(),
                           wide,
                           f.name.c_str(),
-                          f.old_value,
-                          f.new_value,
+                          single ? line_text("%.4g", f.old_value).c_str() : "",
+                          single ? line_text("%.4g", f.new_value).c_str() : "",
                           f.ratio);
         text += exact ? "exact\n" : line_text("%.3f to %.3f, p = %.2g\n", f.low, f.high, f.p);
     }
