@@ -11,9 +11,12 @@ constexpr const char* kExamples =
     "  zoned-bench --list\n"
     "  zoned-bench physics --json physics.json\n"
     "  zoned-bench physics --scene S1,S3 --method default,bullet --repeat 5\n"
-    "  zoned-bench --report build/bench-report\n"
-    "  zoned-bench --quick\n"
-    "Exit codes: 0 good, 2 bad usage, 3 environment (a file can't be written, ...).";
+    "  zoned-bench --report build/bench.html --resume build/bench-kept.json\n"
+    "  zoned-bench --quick --report build/bench.html --picture build/bench.svg\n"
+    "  zoned-bench --quick --against tests/bench/baseline.json\n"
+    "zoned-bench compare OLD NEW sets two builds against each other: zoned-bench compare --help.\n"
+    "Exit codes: 0 good, 1 worse than --against, 2 bad usage, 3 environment (a file can't be "
+    "written, ...).";
 
 }  // namespace
 
@@ -26,8 +29,18 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
         ->delimiter(',');
     app.add_option("--json", o.json_file, "Writes the rows as JSON to FILE");
     app.add_option("--report",
-                   o.report_folder,
-                   "Writes DIR/index.html: plots of time against error, and tables");
+                   o.report,
+                   "Writes a page of plots and tables: to FILE.html, or to DIR/index.html");
+    app.add_option("--picture", o.picture_file, "Writes the summary as a picture to FILE.svg");
+    app.add_option(
+        "--resume", o.resume_file, "Keeps measured scenes in FILE, and skips those that it holds");
+    app.add_option(
+        "--against", o.against_file, "Names defaults that got worse against the baseline in FILE");
+    app.add_flag("--advise-times",
+                 o.advise_times,
+                 "With --against: slower rows are named, and less accurate ones alone fail");
+    app.add_option("--baseline", o.baseline_file, "Writes a baseline for --against to FILE");
+    app.add_option("--passes", o.passes, "Runs of a baseline")->check(CLI::Range(3, 1000));
     app.add_option("--repeat", o.repeats, "Timed runs of each method; medians count")
         ->check(CLI::Range(1, 1000));
     app.add_flag("--quick", o.quick, "Cuts every scene short: shows that all run, within seconds");

@@ -1,7 +1,7 @@
 // Results: rows that a benchmark reports on one method and one scene, and how rows are written out.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,19 +34,39 @@ struct Drawing {
     std::string svg;
 };
 
+/// A scene that was run: its rows stand one after the other, in the order of the runs.
+struct SceneRun {
+    std::string suite;
+    std::string scene;     ///< as `--scene` takes it; its rows may have narrower names
+    double seconds = 0.0;  ///< by the wall, building of the scene included
+    std::size_t rows = 0;
+    double calibration_us =
+        0.0;  ///< the calibration kernel beside it (compare/calibration.h); 0: not measured
+};
+
 struct Results {
     std::string machine;
     std::string commit;
     std::string build;
-    bool quick = false;  ///< scenes were cut short: times hint, errors mean little
+    std::string flags;                 ///< of the compiler
+    bool quick = false;                ///< scenes were cut short: times hint, errors mean little
+    int repeats = 0;                   ///< timed runs of each method that were asked for
+    std::vector<std::string> methods;  ///< that were asked for; empty: all
     std::vector<std::string> notes;
+    std::vector<SceneRun> runs;
     std::vector<Row> rows;
     std::vector<Drawing> pictures;
 };
 
-/// {"machine", "commit", "build", "quick", "notes", "rows": [...]}; numbers that are not finite
-/// become null.
-std::string to_json(const Results& results);
+enum class Pictures {
+    kLeaveOut,
+    kKeep
+};
+
+/// {"machine", "commit", "build", "flags", "quick", "repeats", "methods", "notes", "runs": [...],
+/// "rows": [...]}; numbers that are not finite become null. Pictures are for files that a run
+/// resumes from.
+std::string to_json(const Results& results, Pictures pictures = Pictures::kLeaveOut);
 
 /// A table for a terminal: one line per row, notes below it.
 std::string to_table(const Results& results);

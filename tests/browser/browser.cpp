@@ -168,6 +168,15 @@ void Browser::key(const std::string& code, const std::string& name, bool down) {
                 core::json_quote(code) + R"(, "key": )" + core::json_quote(name) + "}");
 }
 
+void Browser::press(const std::string& name, int virtual_key) {
+    const std::string text = name == "Enter" ? R"(, "text": "\r")" : "";
+    const std::string which = R"(, "key": )" + core::json_quote(name) + R"(, "code": )" +
+                              core::json_quote(name) + R"(, "windowsVirtualKeyCode": )" +
+                              std::to_string(virtual_key);
+    command("Input.dispatchKeyEvent", R"({"type": "keyDown")" + which + text + "}");
+    command("Input.dispatchKeyEvent", R"({"type": "keyUp")" + which + "}");
+}
+
 void Browser::set_dark(bool dark) {
     command("Emulation.setEmulatedMedia",
             std::string(R"({"features": [{"name": "prefers-color-scheme", "value": ")") +

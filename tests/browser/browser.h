@@ -30,6 +30,8 @@ class Browser {
     void click(double x, double y);
     /// Presses or lets go a key, by its code ("KeyW") and its name ("w").
     void key(const std::string& code, const std::string& name, bool down);
+    /// Presses and lets go a key that the browser itself answers to, as Tab (9) or Enter (13).
+    void press(const std::string& name, int virtual_key);
     void set_dark(bool dark);
     void set_size(int width, int height);
     void screenshot(const std::string& file);

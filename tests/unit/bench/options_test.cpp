@@ -28,11 +28,40 @@ TEST(Options, TakeSuitesAndListsOfNames) {
     EXPECT_TRUE(o->quick);
 }
 
+TEST(Options, TakeReportsAndBaselines) {
+    int code = -1;
+    const auto o = parse({"--report",
+                          "r.html",
+                          "--picture",
+                          "p.svg",
+                          "--resume",
+                          "k.json",
+                          "--against",
+                          "b.json",
+                          "--advise-times",
+                          "--baseline",
+                          "n.json",
+                          "--passes",
+                          "3"},
+                         code);
+    ASSERT_TRUE(o);
+    EXPECT_EQ(o->report, "r.html");
+    EXPECT_EQ(o->picture_file, "p.svg");
+    EXPECT_EQ(o->resume_file, "k.json");
+    EXPECT_EQ(o->against_file, "b.json");
+    EXPECT_EQ(o->baseline_file, "n.json");
+    EXPECT_TRUE(o->advise_times);
+    EXPECT_EQ(o->passes, 3);
+}
+
 TEST(Options, RefuseWhatIsUnknownOrOutOfRange) {
     int code = -1;
     EXPECT_FALSE(parse({"--fast"}, code));
     EXPECT_EQ(code, kBadUsage);
     EXPECT_FALSE(parse({"--repeat", "0"}, code));
+    EXPECT_EQ(code, kBadUsage);
+    code = -1;
+    EXPECT_FALSE(parse({"--passes", "2"}, code));
     EXPECT_EQ(code, kBadUsage);
 }
 

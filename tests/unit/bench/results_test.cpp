@@ -1,12 +1,9 @@
 #include "tests/bench/results.h"
 
-#include "tests/bench/plot.h"
 #include "tests/unit/json_reader.h"
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace zoned::bench {
@@ -72,102 +69,6 @@ TEST(ToTable, NamesPeersAndNotes) {
     const std::string table = to_table(example());
     EXPECT_THAT(table, testing::HasSubstr("bullet/default"));
     EXPECT_THAT(table, testing::HasSubstr("note: note <1>"));
-}
-
-TEST(ReportHtml, EscapesTextAndDrawsEveryRow) {
-    const std::string html = report_html(example());
-    EXPECT_THAT(html, testing::HasSubstr("note &lt;1&gt; &amp; so on"));
-    std::size_t circles = 0;
-    for (std::size_t at = html.find("<circle"); at != std::string::npos;
-         at = html.find("<circle", at + 1)) {
-        ++circles;
-    }
-    EXPECT_EQ(circles, 2u);
-    EXPECT_THAT(html, testing::Not(testing::HasSubstr("nan")));
-}
-
-TEST(ReportHtml, ShowsPicturesWithTheirCaptions) {
-    Results results = example();
-    results.pictures.push_back({"a", "doors <2>", "<svg id=\"own\"></svg>"});
-    const std::string html = report_html(results);
-    EXPECT_THAT(html, testing::HasSubstr("doors &lt;2&gt;"));
-    EXPECT_THAT(html, testing::HasSubstr("<svg id=\"own\"></svg>"));
-}
-
-TEST(ScatterSvg, PlacesZeroErrorsOnTheLowerEdge) {
-    const std::string svg =
-        scatter_svg("", "", "", {{"zero", 10.0, 0.0, true}, {"one", 10.0, 1e-3, true}});
-    EXPECT_THAT(svg, testing::HasSubstr("cy=\"350.0\""));
-}
-
-TEST(Report, DrawsRowsWithPassesAsOneCurvePerMethod) {
-    Results results;
-    for (const char* method : {"a", "b"}) {
-        for (const int passes : {1, 10, 100}) {
-            Row row;
-            row.suite = "s";
-            row.scene = "curve";
-            row.method = method;
-            row.parameter = "passes=" + std::to_string(passes);
-            row.time_us_p50 = 2.0 * passes;
-            row.error = 1.0 / passes;
-            row.error_unit = std::string("m/s");
-            row.metric("passes", passes);
-            results.rows.push_back(row);
-        }
-    }
-    const std::string html = report_html(results);
-    std::size_t lines = 0;
-    for (std::size_t at = html.find("<polyline"); at != std::string::npos;
-         at = html.find("<polyline", at + 1)) {
-        ++lines;
-    }
-    // Two methods, against time and against passes, under one heading.
-    EXPECT_EQ(lines, 4U);
-    EXPECT_EQ(html.find("<h2>s curve</h2>"), html.rfind("<h2>"));
-}
-
-TEST(Report, DrawsRowsWithUpdatesAsCurvesOfEachMotion) {
-    Results results;
-    for (const char* motion : {"walk", "fall"}) {
-        for (const double threshold : {0.01, 0.1}) {
-            Row row;
-            row.suite = "s";
-            row.scene = "reckoning";
-            row.parameter = "threshold=" + std::to_string(threshold) + " motion=" + motion;
-            row.time_us_p50 = 1.0;
-            row.error = threshold;
-            row.error_unit = std::string("m");
-            row.metric("updates_per_s", 1.0 / threshold);
-            results.rows.push_back(row);
-        }
-    }
-    const std::string html = report_html(results);
-    EXPECT_THAT(html, testing::HasSubstr("<h2>s reckoning motion=walk</h2>"));
-    EXPECT_THAT(html, testing::HasSubstr("<h2>s reckoning motion=fall</h2>"));
-    EXPECT_THAT(html, testing::HasSubstr("publications a second"));
-}
-
-TEST(Report, DrawsRowsWithStepsAsCurvesThatLeaveOutWhatExploded) {
-    Results results;
-    for (const int steps : {10, 20, 40}) {
-        Row row;
-        row.suite = "s";
-        row.scene = "motion";
-        row.method = "a";
-        row.parameter = "dt=" + std::to_string(1.0 / steps);
-        row.time_us_p50 = 0.5;
-        row.error = steps == 10 ? INFINITY : 1.0 / steps;
-        row.error_unit = std::string("m");
-        row.metric("steps_per_s", steps);
-        results.rows.push_back(row);
-    }
-    const std::string html = report_html(results);
-    EXPECT_NE(html.find("microseconds of a simulated second"), std::string::npos);
-    const std::size_t from = html.find("points=\"") + 8;
-    const std::string points = html.substr(from, html.find('"', from) - from);
-    EXPECT_EQ(std::count(points.begin(), points.end(), ','), 2);
-    EXPECT_EQ(html.find("<h2>s motion</h2>"), html.rfind("<h2>"));
 }
 
 }  // namespace

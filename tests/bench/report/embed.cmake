@@ -1,0 +1,12 @@
+# Writes OUT: style, script and chart library of the report as string literals. -DPAGE=folder -DSCRIPT=bundle.js -DCHARTS=chart.js -DOUT=file.cpp
+set(TEXT "// Written by tests/bench/report/embed.cmake.\n#include \"tests/bench/report/page.h\"\n\nnamespace zoned::bench {\n\nnamespace {\n\n")
+function(add_file NAME FILE)
+  file(READ ${FILE} CONTENT)
+  string(APPEND TEXT "constexpr const char* ${NAME} = R\"page_file(${CONTENT})page_file\";\n\n")
+  set(TEXT "${TEXT}" PARENT_SCOPE)
+endfunction()
+add_file(kPageStyle ${PAGE}/page.css)
+add_file(kPageScript ${SCRIPT})
+add_file(kPageCharts ${CHARTS})
+string(APPEND TEXT "}  // namespace\n\nPageFiles page_files() {\n    return {kPageStyle, kPageScript, kPageCharts};\n}\n\n}  // namespace zoned::bench\n")
+file(WRITE ${OUT} "${TEXT}")
