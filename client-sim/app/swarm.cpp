@@ -233,7 +233,8 @@ Swarm::Progress Swarm::progress(double now_s) const {
     }
     const measure::Tally& t = collector_.tally();
     p.samples = t.samples;
-    p.findings = t.position_violations + t.orientation_violations + t.missing + t.extra;
+    p.findings =
+        t.position_violations + t.orientation_violations + t.missing + t.extra + t.field_violations;
     if (phase_ == RunPhase::kRun) {
         p.seconds_left = std::max(0.0, settings_.seconds - (now_s - phase_s_));
     }

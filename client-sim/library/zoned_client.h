@@ -48,7 +48,7 @@ extern "C" {
 /* The interface that this header describes: another major number is another interface, a greater
    minor number knows more functions and longer structs. */
 #define ZONED_CLIENT_ABI_MAJOR 1
-#define ZONED_CLIENT_ABI_MINOR 1
+#define ZONED_CLIENT_ABI_MINOR 2
 #define ZONED_CLIENT_ABI ((uint32_t)(ZONED_CLIENT_ABI_MAJOR << 16 | ZONED_CLIENT_ABI_MINOR))
 
 /* Room for a name with its closing 0; longer names are cut. */
@@ -195,6 +195,32 @@ typedef struct zoned_client_box {
     uint32_t shut; /* 1: solid at the displayed tick; always for boxes that are no doors */
 } zoned_client_box;
 
+/* Since 1.2: the fields that a game declares for a type (`field { ... }` of its config). */
+enum zoned_client_field_kind {
+    ZONED_CLIENT_FIELD_NUMBER = 0,
+    ZONED_CLIENT_FIELD_ENUM = 1,
+    ZONED_CLIENT_FIELD_BOOL = 2,
+    ZONED_CLIENT_FIELD_TEXT = 3
+};
+
+typedef struct zoned_client_field_info {
+    uint32_t size;
+    uint32_t kind;   /* zoned_client_field_kind */
+    double minimum;  /* of a number ... */
+    double maximum;  /* ... and its greatest value */
+    double quantum;  /* between two of its values */
+    uint32_t values; /* how many an enum has */
+    uint32_t reserved;
+    char name[ZONED_CLIENT_NAME_BYTES];
+} zoned_client_field_info;
+
+typedef struct zoned_client_field_value {
+    uint32_t size;
+    uint32_t kind; /* zoned_client_field_kind */
+    double number; /* a number; the index of an enum's value; 0 or 1 of a bool */
+    char text[ZONED_CLIENT_NAME_BYTES]; /* a text, or the name of an enum's value */
+} zoned_client_field_value;
+
 typedef struct zoned_client_sight {
     uint32_t entity;
     uint32_t reserved;
@@ -326,6 +352,26 @@ ZONED_CLIENT_API size_t zoned_client_entities(const zoned_client* client,
 ZONED_CLIENT_API int zoned_client_get_entity(const zoned_client* client,
                                              uint32_t id,
                                              zoned_client_entity* out);
+/* Since 1.2: how many fields a type declares; indices go from 0. ZONED_CLIENT_BAD_ARGUMENT where
+   there is no such type. */
+ZONED_CLIENT_API int zoned_client_fields(const zoned_client* client, uint32_t type);
+/* Since 1.2: 0 on success. */
+ZONED_CLIENT_API int zoned_client_field(const zoned_client* client,
+                                        uint32_t type,
+                                        uint32_t index,
+                                        zoned_client_field_info* out);
+/* Since 1.2: the value of a field of an entity that the client knows, and of the own avatar; it is
+   the newest that came, whatever moment the view shows. 1: filled, 0: the entity is not known or
+   its type has no such field. */
+ZONED_CLIENT_API int zoned_client_field_at(const zoned_client* client,
+                                           uint32_t entity,
+                                           uint32_t index,
+                                           zoned_client_field_value* out);
+/* Since 1.2: the same by the field's name. */
+ZONED_CLIENT_API int zoned_client_field_named(const zoned_client* client,
+                                              uint32_t entity,
+                                              const char* name,
+                                              zoned_client_field_value* out);
 /* 1: filled, 0: there is no avatar yet. */
 ZONED_CLIENT_API int zoned_client_own(const zoned_client* client, zoned_client_avatar* out);
 

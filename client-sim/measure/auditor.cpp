@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace zoned::measure {
 
@@ -20,6 +21,14 @@ constexpr double kPatienceS = 2.0;
 /// A thousand years: beyond it arithmetic with ticks could overflow.
 bool is_tick(std::int64_t tick) {
     return tick >= -(Tick{1} << 40) && tick <= (Tick{1} << 40);
+}
+
+/// Codes beyond a range differ from all that a client can hold, and are found so.
+bool sound_fields(const wire::AuditEntityMessage& e, const wire::FieldSchema* schema) {
+    const std::size_t words = schema != nullptr ? schema->words() : 0;
+    const std::size_t fields = schema != nullptr ? schema->fields().size() : 0;
+    return e.field_words.size() == words && e.field_ticks.size() == fields &&
+           std::all_of(e.field_ticks.begin(), e.field_ticks.end(), is_tick);
 }
 
 bool well_formed(const wire::AuditRecordMessage& record, const view::WorldInfo& world) {
@@ -38,7 +47,8 @@ bool well_formed(const wire::AuditRecordMessage& record, const view::WorldInfo& 
         record.entities.begin(), record.entities.end(), [&](const wire::AuditEntityMessage& e) {
             return e.position.size() == 3 && e.orientation.size() == 4 &&
                    e.type < world.types.size() && is_tick(e.breach_tick) &&
-                   is_tick(e.discontinuity_tick) && is_tick(e.radii_tick);
+                   is_tick(e.discontinuity_tick) && is_tick(e.radii_tick) &&
+                   sound_fields(e, wire::schema_of(world.fields, static_cast<TypeIndex>(e.type)));
         });
 }
 
@@ -75,6 +85,9 @@ void Tally::add(const Finding& finding) {
             break;
         case FindingKind::kExtra:
             ++extra;
+            break;
+        case FindingKind::kField:
+            ++field_violations;
             break;
     }
     const auto beyond = [](const Finding& f) {
@@ -279,6 +292,9 @@ void Auditor::compare_entity(const Context& context,
             return;
         }
         compare_state(context, truth, *entity, *version, tally);
+        if (!truth.field_words.empty() && context.tick - version->event_tick >= 2 * context.grace) {
+            compare_fields(context, truth, *entity, tally);
+        }
         return;
     }
     const auto before = seen_.find(truth.entity);
@@ -310,6 +326,50 @@ void Auditor::compare_entity(const Context& context,
         finding.error = static_cast<double>(context.tick - before->second.must_know_since) *
                         context.world->tick_s;
         finding.allowed = static_cast<double>(context.grace) * context.world->tick_s;
+        finding.age_s = context.age.age_s;
+        finding.distance_m = static_cast<double>(truth.distance_m);
+        finding.loss = context.age.loss;
+        tally.add(finding);
+    }
+}
+
+/// Values are exact: what the client has of publications up to the tick is what the server had, but
+/// for changes that may be on their way. One may wait for the field's rate limit, and for two news:
+/// the second where the entity passes to another stream while the first was lost.
+void Auditor::compare_fields(const Context& context,
+                             const wire::AuditEntityMessage& truth,
+                             const view::Entity& entity,
+                             Tally& tally) const {
+    const wire::FieldSchema& schema =
+        *wire::schema_of(context.world->fields, static_cast<TypeIndex>(truth.type));
+    const std::span<const std::uint32_t> mine = view::EntityStore::fields_at(entity, context.tick);
+    for (std::size_t i = 0; i < schema.fields().size(); ++i) {
+        const wire::DeclaredField& field = schema.fields()[i];
+        const Tick since = context.tick - truth.field_ticks[i];
+        const Tick allowed = field.interval + 2 * context.grace;
+        if (since < allowed) {
+            ++tally.field_recent;
+            continue;
+        }
+        ++tally.field_samples;
+        const bool same = !mine.empty() && std::equal(mine.begin() + field.word,
+                                                      mine.begin() + field.word + field.words,
+                                                      truth.field_words.begin() + field.word);
+        if (same) {
+            continue;
+        }
+        if (was_postponed(context)) {
+            ++tally.field_notified;
+            continue;
+        }
+        Finding finding;
+        finding.kind = FindingKind::kField;
+        finding.bot = bot_;
+        finding.tick = context.tick;
+        finding.entity = EntityId(truth.entity);
+        finding.type = context.world->types[truth.type].name + " field '" + field.name + "'";
+        finding.error = static_cast<double>(since) * context.world->tick_s;
+        finding.allowed = static_cast<double>(allowed) * context.world->tick_s;
         finding.age_s = context.age.age_s;
         finding.distance_m = static_cast<double>(truth.distance_m);
         finding.loss = context.age.loss;

@@ -20,6 +20,7 @@ enum class FindingKind : std::uint8_t {
     kOrientation,  ///< predicted orientation beyond the promised bound
     kMissing,      ///< must be known, is not in the view
     kExtra,        ///< in the view, must not be known: a leak
+    kField,        ///< a declared field has another value, and had time to come
 };
 
 /// One departure from the promise.
@@ -68,6 +69,10 @@ struct Tally {
     std::uint64_t missing = 0;
     std::uint64_t extra = 0;
     std::uint64_t malformed = 0;
+    std::uint64_t field_samples = 0;  ///< values of declared fields
+    std::uint64_t field_violations = 0;
+    std::uint64_t field_recent = 0;    ///< not judged: changed so lately that it may be on its way
+    std::uint64_t field_notified = 0;  ///< not judged: the client was notified that it is late
     std::uint64_t environment_samples = 0;     ///< values of clocks and shared variables
     std::uint64_t environment_violations = 0;  ///< of these: values that differ from the server's
     double environment_error_max = 0.0;
@@ -143,6 +148,11 @@ class Auditor {
                        const view::Entity& entity,
                        const view::Version& version,
                        Tally& tally) const;
+    /// The declared fields of an entity, which are exact.
+    void compare_fields(const Context& context,
+                        const wire::AuditEntityMessage& truth,
+                        const view::Entity& entity,
+                        Tally& tally) const;
     [[nodiscard]] bool is_leaving(const Context& context,
                                   const wire::AuditEntityMessage& truth,
                                   const view::Entity& entity) const;

@@ -72,7 +72,15 @@ void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage
             frozen_.difference = name + " differs from the server's quantised state";
             return;
         }
+        const auto fields = view::EntityStore::fields_at(*entity, record.tick);
+        if (!std::equal(
+                fields.begin(), fields.end(), truth.field_words.begin(), truth.field_words.end())) {
+            frozen_.difference = name + " has other declared fields than the server's";
+            return;
+        }
     }
+    const view::Entity* own = store.find(bot.avatar());
+    listed_present += own != nullptr && own->present() ? 1 : 0;
     if (listed_present != store.present_count()) {
         frozen_.difference = std::to_string(store.present_count() - listed_present) +
                              " entities are in the view that the server does not list";

@@ -321,6 +321,9 @@ void Collector::count_bot(const bot::Bot& bot, RunReport& r) const {
         r.view_resets += v.resets;
         r.unknown_keyframes += v.unknown_keyframes;
         r.malformed_records += v.malformed_records + v.undecoded_packets;
+        for (std::size_t fault = 0; fault < wire::kDeclaredFaults; ++fault) {
+            r.refused_fields[fault] += v.refused_fields[fault];
+        }
         r.environment_updates += v.environment_updates;
         r.environment_corrected += v.environment_corrected;
         r.malformed_records += v.environment_malformed;

@@ -19,6 +19,8 @@ const char* name_of(FindingKind kind) {
             return "missing";
         case FindingKind::kExtra:
             return "extra";
+        case FindingKind::kField:
+            return "field";
     }
     return "?";
 }
@@ -62,6 +64,10 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("slow_violations", t.environment_violations);
     json.field("missing_entities", t.missing);
     json.field("extra_entities", t.extra);
+    json.field("field_samples", t.field_samples);
+    json.field("field_violations", t.field_violations);
+    json.field("field_recent", t.field_recent);
+    json.field("field_notified", t.field_notified);
 }
 
 void write_findings(core::JsonWriter& json, const Tally& t) {
@@ -96,6 +102,13 @@ void write_transport(core::JsonWriter& json, const RunReport& r) {
     json.field("packets_unauthenticated", r.unauthenticated);
     json.field("packets_malformed", r.malformed);
     json.field("records_malformed", r.malformed_records);
+    json.key("fields_refused").begin_object();
+    for (std::size_t fault = 1; fault < wire::kDeclaredFaults; ++fault) {
+        if (r.refused_fields[fault] > 0) {
+            json.field(wire::kDeclaredFaultTexts[fault], r.refused_fields[fault]);
+        }
+    }
+    json.end_object();
     json.field("slow_told", r.environment_updates);
     json.field("slow_corrected", r.environment_corrected);
     json.field("bursts", r.bursts);

@@ -79,6 +79,7 @@ struct RunReport {
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
+    std::array<std::uint64_t, wire::kDeclaredFaults> refused_fields{};  ///< why, of declared fields
     std::uint64_t environment_updates = 0;    ///< events with the state of the shared environment
     std::uint64_t environment_corrected = 0;  ///< values that these events corrected
     std::uint64_t environment_malformed = 0;

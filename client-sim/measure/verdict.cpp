@@ -63,6 +63,11 @@ void judge_audit(RunReport& r) {
                             " in a view that must not know them" +
                             worst_of(t, FindingKind::kExtra));
     }
+    if (t.field_violations > 0) {
+        r.reasons.push_back("fields: " + count_of(t.field_violations, "value", "values") +
+                            " of declared fields other than the server's" +
+                            worst_of(t, FindingKind::kField));
+    }
     if (t.environment_violations > 0) {
         r.reasons.push_back(
             "shared environment: " + count_of(t.environment_violations, "value", "values") +
@@ -184,6 +189,12 @@ void judge(RunReport& r) {
     if (r.malformed > 0 || r.malformed_records > 0) {
         r.reasons.push_back("wire: " + std::to_string(r.malformed + r.malformed_records) +
                             " malformed packets or records");
+        for (std::size_t fault = 1; fault < wire::kDeclaredFaults; ++fault) {
+            if (r.refused_fields[fault] > 0) {
+                r.reasons.back() += ", " + std::to_string(r.refused_fields[fault]) + " for " +
+                                    wire::kDeclaredFaultTexts[fault];
+            }
+        }
     }
     if (r.bursts_malformed > 0) {
         r.reasons.push_back("particles: " + count_of(r.bursts_malformed, "burst", "bursts") +

@@ -82,7 +82,9 @@ bool EntityStore::newer(const Version& shown, const Record& record) {
     return record.sequence > shown.sequence;
 }
 
-ApplyOutcome EntityStore::apply(const Record& record, const wire::QuantizedState& state) {
+ApplyOutcome EntityStore::apply(const Record& record,
+                                const wire::QuantizedState& state,
+                                const wire::DeclaredUpdate* declared) {
     auto found = entities_.find(record.head.entity);
     if (found == entities_.end()) {
         if (record.head.kind != wire::RecordKind::kAbsolute || entities_.size() >= kMaxEntities) {
@@ -113,7 +115,52 @@ ApplyOutcome EntityStore::apply(const Record& record, const wire::QuantizedState
         }
     }
     show(entity, record, state);
+    if (!world_->fields.empty()) {
+        follow_fields(entity, record, declared);
+    }
     return ApplyOutcome::kShown;
+}
+
+/// The newest publication says of each field that changed since a record which this client holds,
+/// so what is known of all others still is.
+void EntityStore::follow_fields(Entity& entity,
+                                const Record& record,
+                                const wire::DeclaredUpdate* declared) {
+    const wire::FieldSchema* schema = wire::schema_of(world_->fields, entity.type);
+    if (schema == nullptr) {
+        entity.fields.clear();
+        return;
+    }
+    wire::DeclaredUpdate nothing;
+    nothing.whole = record.head.kind == wire::RecordKind::kAbsolute;
+    if (declared == nullptr) {
+        declared = &nothing;
+    }
+    const bool known =
+        !entity.fields.empty() && entity.fields.back().words.size() == schema->words();
+    if (known && !declared->whole && declared->mask == 0) {
+        return;
+    }
+    if (!known) {
+        entity.fields.assign(1, {record.publication_tick, {}});
+    } else if (settings_.keep_history) {
+        std::erase_if(entity.fields, [&](const FieldRow& row) {
+            return &row != &entity.fields.back() &&
+                   row.publication_tick < record.publication_tick - 2 * kHistoryTicks;
+        });
+        entity.fields.push_back(entity.fields.back());
+    }
+    entity.fields.back().publication_tick = record.publication_tick;
+    wire::apply_declared(*schema, *declared, entity.fields.back().words);
+}
+
+std::span<const std::uint32_t> EntityStore::fields_at(const Entity& entity, Tick tick) {
+    for (auto row = entity.fields.rbegin(); row != entity.fields.rend(); ++row) {
+        if (row->publication_tick <= tick) {
+            return row->words;
+        }
+    }
+    return {};
 }
 
 Version EntityStore::version_of(const Entity& entity,

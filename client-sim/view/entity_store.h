@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace zoned::view {
@@ -33,6 +34,12 @@ struct Version {
     bool converging = false;
 };
 
+/// The declared fields of an entity from a publication on.
+struct FieldRow {
+    Tick publication_tick = 0;
+    std::vector<std::uint32_t> words;  ///< as wire::FieldSchema lays them out
+};
+
 struct ReceivedKeyframe {
     ZoneId zone;
     std::uint8_t lod = 0;
@@ -50,6 +57,7 @@ struct Entity {
     std::vector<Version> versions;  ///< ascending by from_tick; the last one holds now
     std::vector<Version> late;      ///< came after newer ones; for views that show the past
     std::vector<ReceivedKeyframe> keyframes;
+    std::vector<FieldRow> fields;  ///< ascending; the last one holds now. Empty: its type has none
 
     [[nodiscard]] bool present() const { return !versions.empty() && versions.back().present; }
 };
@@ -113,7 +121,12 @@ class EntityStore {
     [[nodiscard]] const Entity* find(EntityId entity) const;
 
     /// An absolute record becomes a keyframe; both kinds become the shown publication if newest.
-    ApplyOutcome apply(const Record& record, const wire::QuantizedState& state);
+    /// `declared`: the declared fields that it carries; null: none.
+    ApplyOutcome apply(const Record& record,
+                       const wire::QuantizedState& state,
+                       const wire::DeclaredUpdate* declared = nullptr);
+    /// The declared fields of an entity by what was published up to a tick; empty: none are known.
+    [[nodiscard]] static std::span<const std::uint32_t> fields_at(const Entity& entity, Tick tick);
     bool remove(EntityId entity, std::uint64_t sequence, Tick packet_tick, Tick view_tick);
     /// A removed entity keeps its keyframes for a while; forgets the stale ones.
     void prune(Tick view_tick);
@@ -167,6 +180,7 @@ class EntityStore {
     void store_keyframe(Entity& entity, const Record& record, const wire::QuantizedState& state);
     [[nodiscard]] static bool newer(const Version& shown, const Record& record);
     void show(Entity& entity, const Record& record, const wire::QuantizedState& state);
+    void follow_fields(Entity& entity, const Record& record, const wire::DeclaredUpdate* declared);
     void push_version(Entity& entity, Version version, Tick view_tick);
     ApplyOutcome keep_late(Entity& entity, const Record& record, const wire::QuantizedState& state);
     [[nodiscard]] Version version_of(const Entity& entity,

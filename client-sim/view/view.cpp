@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace zoned::view {
@@ -155,6 +156,10 @@ void View::count_record(wire::RecordReader& gauge) {
         const Entity* entity = store_.find(head->entity);
         if (entity != nullptr && entity->typed) {
             traffic_.add_record(entity->type, reason_, bits);
+            const wire::FieldSchema* schema = wire::schema_of(world_->fields, entity->type);
+            if (head->declared && schema != nullptr) {
+                traffic_.add_declared(*schema, gauge.measured_declared(*schema));
+            }
         } else {
             traffic_.add_unread(gauge.byte_offset() - begin);
         }
@@ -163,7 +168,7 @@ void View::count_record(wire::RecordReader& gauge) {
 
 /// Counts records that are about to be applied.
 void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes) {
-    wire::record::add_traffic(traffic_, frame, bytes, [&](const auto& record) {
+    wire::record::add_traffic(traffic_, frame, bytes, world_->fields, [&](const auto& record) {
         const Entity* before = store_.find(record.entity);
         if (before == nullptr || !before->present()) {
             return wire::TrafficReason::kJoin;
@@ -277,9 +282,21 @@ bool View::apply_record(wire::RecordReader& reader,
         diverged("malformed record");
         return false;
     }
+    std::optional<wire::DeclaredUpdate> declared;
+    if (head->declared) {
+        declared.emplace();
+        const bool whole = head->kind == wire::RecordKind::kAbsolute;
+        const TypeIndex type = whole ? head->type : store_.find(head->entity)->type;
+        const wire::DeclaredFault fault =
+            reader.read_declared(wire::schema_of(world_->fields, type), *declared);
+        if (fault != wire::DeclaredFault::kNone) {
+            refuse_fields(fault);
+            return false;
+        }
+    }
     const Entity* before = store_.find(head->entity);
     const bool joins = before == nullptr || !before->present();
-    const ApplyOutcome applied = show(record, *state);
+    const ApplyOutcome applied = show(record, *state, declared ? &*declared : nullptr);
     if (applied == ApplyOutcome::kOld) {
         reason_ = wire::TrafficReason::kRepeat;
     } else if (joins) {
@@ -291,9 +308,17 @@ bool View::apply_record(wire::RecordReader& reader,
     return true;
 }
 
+void View::refuse_fields(wire::DeclaredFault fault) {
+    ++stats_.malformed_records;
+    ++stats_.refused_fields[static_cast<std::size_t>(fault)];
+    diverged(wire::kDeclaredFaultTexts[static_cast<std::size_t>(fault)]);
+}
+
 /// A received publication, from a shared record or from one for this client alone.
-ApplyOutcome View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
-    const ApplyOutcome applied = store_.apply(record, state);
+ApplyOutcome View::show(const EntityStore::Record& record,
+                        const wire::QuantizedState& state,
+                        const wire::DeclaredUpdate* declared) {
+    const ApplyOutcome applied = store_.apply(record, state, declared);
     if (applied == ApplyOutcome::kShown) {
         ++stats_.shown;
         ++stats_.by_order[static_cast<std::size_t>(state.order) % stats_.by_order.size()];
@@ -330,8 +355,8 @@ void View::apply_records(const link::OpenedPacket& packet, double now_s) {
 /// Records that are coded for this client alone; false: they could not be decoded.
 bool View::apply_coded(const link::OpenedPacket& packet, double now_s) {
     if (!coded_) {
-        coded_.emplace(
-            wire::record::RecordFormat(world_->quantization, static_cast<float>(world_->tick_s)));
+        coded_.emplace(wire::record::RecordFormat(
+            world_->quantization, static_cast<float>(world_->tick_s), world_->fields));
     }
     const auto frame = coded_->decode(static_cast<wire::entropy::PacketNumber>(packet.sequence),
                                       packet.head.tick,
@@ -339,6 +364,9 @@ bool View::apply_coded(const link::OpenedPacket& packet, double now_s) {
                                       packet.records,
                                       settings_.meter);
     if (!frame) {
+        for (std::size_t fault = 1; fault < wire::kDeclaredFaults; ++fault) {
+            stats_.refused_fields[fault] += frame.error() == wire::kDeclaredFaultTexts[fault];
+        }
         not_decoded(packet);
         return false;
     }
@@ -392,7 +420,9 @@ void View::show_coded(const wire::record::RecordFrame& frame,
         record.head.lod = coded.lod;
         record.publication_tick = coded.tick;
         record.coded = true;
-        show(record, coded.state);
+        show(record,
+             coded.state,
+             coded.declared != 0 ? &frame.declared[coded.declared - 1] : nullptr);
     }
 }
 

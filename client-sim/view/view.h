@@ -54,6 +54,7 @@ struct ViewStats {
     std::array<std::uint64_t, motion::kPredictorOrders> by_order{};  ///< of shown
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
+    std::array<std::uint64_t, wire::kDeclaredFaults> refused_fields{};  ///< of these, by reason
     std::uint64_t undecoded_packets = 0;  ///< of records coded for this client alone ...
     std::uint64_t overtaken_packets = 0;  ///< ... that came after their base was dropped
     std::uint64_t silent_entities = 0;    ///< moving, but without an update for too long
@@ -174,7 +175,10 @@ class View {
     void not_decoded(const link::OpenedPacket& packet);
     [[nodiscard]] EntityStore::Record record_of(const link::OpenedPacket& packet,
                                                 double now_s) const;
-    ApplyOutcome show(const EntityStore::Record& record, const wire::QuantizedState& state);
+    ApplyOutcome show(const EntityStore::Record& record,
+                      const wire::QuantizedState& state,
+                      const wire::DeclaredUpdate* declared);
+    void refuse_fields(wire::DeclaredFault fault);
     void apply_records(const link::OpenedPacket& packet, double now_s);
     void count_packet(const link::OpenedPacket& packet);
     void count_record(wire::RecordReader& gauge);

@@ -238,10 +238,14 @@ bool sensible(const wire::SharedVariableMessage& v) {
         return std::isfinite(x) && std::abs(x) < 1e12;
     };
     return !v.phases.empty() && v.phases.size() <= kMaxSharedVariables && v.blend_s >= 0.0 &&
-           v.blend_s < 1e6 && std::all_of(v.phases.begin(), v.phases.end(), [&](const auto& p) {
-               return finite(p.value) && p.weight > 0.0 && p.weight < 1e9 && p.min_s >= 0.0 &&
-                      p.max_s >= p.min_s && p.max_s < 1e9;
-           });
+           v.blend_s < 1e6 &&
+           std::all_of(
+               v.phases.begin(),
+               v.phases.end(),
+               [&](const auto& p) {
+                   return finite(p.value) && p.weight > 0.0 && p.weight < 1e9 && p.min_s >= 0.0 &&
+                          p.max_s >= p.min_s && p.max_s < 1e9;
+               });
 }
 
 std::string wrong_with_environment(const wire::WorldDescriptionMessage& d) {
@@ -281,6 +285,38 @@ clock::EnvironmentDefs read_environment(const wire::WorldDescriptionMessage& d) 
         }
     }
     return out;
+}
+
+/// Empty: all types can be read. `out` stays empty where no type declares a field.
+std::string read_declared_fields(const wire::WorldDescriptionMessage& d, wire::FieldSchemas& out) {
+    for (std::size_t t = 0; t < d.types.size(); ++t) {
+        if (d.types[t].declared.empty()) {
+            continue;
+        }
+        std::vector<wire::DeclaredField> fields;
+        for (const wire::DeclaredFieldMessage& from : d.types[t].declared) {
+            wire::DeclaredField& field = fields.emplace_back();
+            if (from.kind < 0 || from.kind >= static_cast<int>(wire::kDeclaredKinds) ||
+                from.initial.size() > wire::kTextWords) {
+                return "a declared field of an unknown kind";
+            }
+            field.name = from.name;
+            field.kind = static_cast<wire::DeclaredKind>(from.kind);
+            field.minimum = from.minimum;
+            field.quantum = from.quantum;
+            field.most = from.steps;
+            field.values = from.values;
+            field.interval = from.interval_ticks;
+            std::copy(from.initial.begin(), from.initial.end(), field.initial.begin());
+        }
+        auto schema = wire::FieldSchema::make(std::move(fields));
+        if (!schema) {
+            return schema.error();
+        }
+        out.resize(d.types.size());
+        out[t] = std::move(*schema);
+    }
+    return {};
 }
 
 std::string wrong_with(const wire::WorldDescriptionMessage& d) {
@@ -353,6 +389,9 @@ core::Result<WorldInfo> read_world(const wire::WorldDescriptionMessage& d) {
     }
     for (const wire::EntityTypeMessage& t : d.types) {
         world.types.push_back(read_type(t));
+    }
+    if (std::string wrong = read_declared_fields(d, world.fields); !wrong.empty()) {
+        return Failure::failure(std::move(wrong));
     }
     for (const wire::LodMessage& l : d.lods) {
         world.lods.push_back({l.radius_m, l.position_bound_m, l.orientation_bound_rad});

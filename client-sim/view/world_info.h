@@ -9,6 +9,7 @@
 #include "shared/motion/apply_input.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
+#include "shared/wire/declared/declared_fields.h"
 #include "shared/wire/quantize.h"
 #include "shared/wire/session/world_messages.h"
 
@@ -66,6 +67,7 @@ struct WorldInfo {
     double tick_s = 1.0 / 30.0;
     wire::Quantization quantization;
     std::vector<TypeInfo> types;
+    wire::FieldSchemas fields;  ///< declared ones by type; empty: no type has any
     std::vector<Lod> lods;
     std::vector<ZoneInfo> zones;
     std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()

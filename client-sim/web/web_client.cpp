@@ -77,7 +77,7 @@ ZONED_WEB_EXPORT const char* web_error() {
     return error_text.data();
 }
 
-/// Name of the type that web_type() gave last.
+/// Name or text that web_type(), web_field() or web_field_info() gave last.
 ZONED_WEB_EXPORT const char* web_name() {
     return name_text.data();
 }
@@ -110,6 +110,41 @@ ZONED_WEB_EXPORT int web_input(zoned_client* client,
     input.yaw = yaw;
     input.pitch = pitch;
     return zoned_client_set_input(client, &input);
+}
+
+/// 1: kind and number of a field of an entity; web_name() is its text. 0: there is none. `named`:
+/// its name where it is not null, else `index` counts.
+ZONED_WEB_EXPORT int web_field(const zoned_client* client,
+                               std::uint32_t entity,
+                               std::uint32_t index,
+                               const char* named,
+                               double* out) {
+    auto value = sized<zoned_client_field_value>();
+    const int result = named != nullptr ? zoned_client_field_named(client, entity, named, &value)
+                                        : zoned_client_field_at(client, entity, index, &value);
+    if (result != 1) {
+        return 0;
+    }
+    std::memcpy(name_text.data(), value.text, name_text.size());
+    put(out, std::array<double, 2>{double(value.kind), value.number});
+    return 1;
+}
+
+/// 1: kind, minimum, maximum, quantum and number of values of a field of a type; web_name() is its
+/// name. 0: there is none.
+ZONED_WEB_EXPORT int web_field_info(const zoned_client* client,
+                                    std::uint32_t type,
+                                    std::uint32_t index,
+                                    double* out) {
+    auto info = sized<zoned_client_field_info>();
+    if (zoned_client_field(client, type, index, &info) != 0) {
+        return 0;
+    }
+    std::memcpy(name_text.data(), info.name, name_text.size());
+    put(out,
+        std::array<double, 5>{
+            double(info.kind), info.minimum, info.maximum, info.quantum, double(info.values)});
+    return 1;
 }
 
 /// 1: id, zone, grounded, carried, yaw, position (3), eye (3), velocity (3), tick.

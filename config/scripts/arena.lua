@@ -52,6 +52,7 @@ local function die(entity, own, by)
   announce(entity, KILLED, encode({ killer = by, killed = entity }, "1 int killer, 2 int killed"))
   local x, y, z = position(entity)
   own.home = own.home or { x, y, z }
+  if is_owned(by) then set_field(by, "kills", field(by, "kills") + 1) end
   hide(entity)
   own.back_at = now() + ticks(RESPAWN_S)
   state.dead[entity] = true
@@ -61,17 +62,19 @@ end
 local function hurt(entity, by, damage)
   local own = entity_state(entity)
   if is_hidden(entity) then return end
-  own.health = math.max((own.health or FULL_HEALTH) - damage, 0)
-  announce(entity, HIT, encode({ shooter = by, target = entity, damage = damage, left = own.health },
+  local left = math.max(field(entity, "health") - damage, 0)
+  set_field(entity, "health", left)
+  announce(entity, HIT, encode({ shooter = by, target = entity, damage = damage, left = left },
     "1 int shooter, 2 int target, 3 int damage, 4 int left"))
-  if own.health == 0 then die(entity, own, by) end
+  if left == 0 then die(entity, own, by) end
 end
 
 local function respawn(entity, own)
   local ox, oy, oz = origin()
   local home = own.home
   show(entity, home[1] - ox, home[2] - oy, home[3] - oz)
-  own.health, own.back_at = nil, nil
+  set_field(entity, "health", FULL_HEALTH)
+  own.back_at = nil
   announce(entity, RESPAWNED, encode({ entity = entity }, "1 int entity"))
 end
 

@@ -246,6 +246,8 @@ struct AuditEntity {
         0;  ///< when truth last left the prediction of its own last publication, 0 = never
     std::vector<std::int32_t>
         quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
+    std::vector<std::uint32_t> field_words;  ///< its declared fields as they are now ...
+    std::vector<Tick> field_ticks;           ///< ... and when each of them changed last
 };
 
 /// The packets about one entity that a client has not acknowledged yet. The client may check them

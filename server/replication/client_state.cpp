@@ -83,7 +83,8 @@ void ClientState::code(bool alone, const ReplicationSettings& settings) {
         return;
     }
     if (alone) {
-        const wire::record::RecordFormat format(settings.quantization, settings.tick_s);
+        const wire::record::RecordFormat format(
+            settings.quantization, settings.tick_s, settings.fields);
         coder = std::make_unique<wire::record::RecordEncoder>(format, next_epoch_);
     } else {
         next_epoch_ = static_cast<std::uint8_t>(coder->epoch() + 1);

@@ -84,7 +84,7 @@ void Packer::pack(Tick now,
     const std::size_t packets_before = out.size();
     write_records(now, zone, client, streams, report, out);
     if (!entries_.empty() || ((due || tells_bounds) && out.size() == packets_before)) {
-        finish(now, client, report, out);
+        finish(now, client, streams, report, out);
     }
     report.over_budget += candidates_.empty() ? 0 : 1;
     widen(now, client, streams);
@@ -106,7 +106,7 @@ void Packer::write_records(Tick now,
         } else if (entries_.empty() || allowed < static_cast<double>(wire::kMaxDownBodyBytes)) {
             break;  // the budget ended
         } else {
-            finish(now, client, report, out);
+            finish(now, client, streams, report, out);
             begin(now, zone, nullptr);
         }
     }
@@ -324,12 +324,13 @@ wire::TrafficReason Packer::reason_of(const PacketCandidate& candidate,
 
 void Packer::finish(Tick now,
                     ClientState& client,
+                    const StreamTable& streams,
                     ReplicationReport& report,
                     std::vector<mailbox::StatePacket>& out) {
     if (coded_.empty()) {
         send(now, client, report, out);
     } else {
-        finish_coded(now, client, report, out);
+        finish_coded(now, client, streams, report, out);
     }
 }
 

@@ -30,8 +30,9 @@ class Packer {
   public:
     explicit Packer(const ReplicationSettings& settings)
         : settings_(settings),
-          meter_(settings.meter ? std::make_unique<TrafficMeter>(settings.quantization) : nullptr) {
-    }
+          meter_(settings.meter
+                     ? std::make_unique<TrafficMeter>(settings.quantization, settings.fields)
+                     : nullptr) {}
 
     /// Of all packets so far; nullptr where nobody asks (ReplicationSettings::meter).
     [[nodiscard]] const wire::TrafficTable* traffic() const {
@@ -95,6 +96,7 @@ class Packer {
     void begin(Tick now, ZoneId zone, const wire::OwnState* own);
     void finish(Tick now,
                 ClientState& client,
+                const StreamTable& streams,
                 ReplicationReport& report,
                 std::vector<mailbox::StatePacket>& out);
     bool add_coded(Tick now,
@@ -104,6 +106,7 @@ class Packer {
                    const ClientState& client);
     void finish_coded(Tick now,
                       ClientState& client,
+                      const StreamTable& streams,
                       ReplicationReport& report,
                       std::vector<mailbox::StatePacket>& out);
     void send(Tick now,

@@ -60,7 +60,11 @@ bool Packer::add_coded(Tick now,
 /// Counts the coded records once their whole packet is coded: their sizes are known only then.
 void Packer::count_coded(const wire::record::RecordFrame& frame) {
     wire::record::add_traffic(
-        meter_->table(), frame, body_.size() - head_bytes_, [&](const auto& record) {
+        meter_->table(),
+        frame,
+        body_.size() - head_bytes_,
+        settings_.fields,
+        [&](const auto& record) {
             return std::find_if(reasons_.begin(),
                                 reasons_.end(),
                                 [&](const auto& reason) { return reason.first == record.entity; })
@@ -71,6 +75,7 @@ void Packer::count_coded(const wire::record::RecordFrame& frame) {
 /// Codes the gathered records, in several packets where they take more bytes than was guessed.
 void Packer::finish_coded(Tick now,
                           ClientState& client,
+                          const StreamTable& streams,
                           ReplicationReport& report,
                           std::vector<mailbox::StatePacket>& out) {
     // Writing a packet in between empties coded_ and entries_.
@@ -92,7 +97,8 @@ void Packer::finish_coded(Tick now,
                 head_.zone,
                 records.subspan(done, count),
                 body_,
-                meter_ != nullptr);
+                meter_ != nullptr,
+                &streams);
             const auto size = static_cast<float>(body_.size() - head_bytes_);
             client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
             if (body_.size() <= wire::kMaxDownBodyBytes) {

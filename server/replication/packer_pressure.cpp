@@ -36,6 +36,13 @@ float excess_of(Tick now,
                  : std::numeric_limits<float>::infinity();
 }
 
+/// Whether the client lacks a declared field as it was published last.
+bool owes_fields(const Subscription& s, const StreamTable& streams) {
+    const Tick newest = streams.fields_tick(s.entity);
+    const Past* held = newest > 0 ? streams.past(s.stream, held_version(s)) : nullptr;
+    return newest > 0 && (held == nullptr || held->tick < newest);
+}
+
 }  // namespace
 
 /// Where not everything fits, the entities go first whose error is largest beside the bound that
@@ -144,6 +151,10 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
             needed.incomplete = true;
             s.postponed_tick = now;
             continue;
+        }
+        if (owes_fields(s, streams)) {
+            needed.incomplete = true;
+            s.postponed_tick = now;
         }
         follow_from_elsewhere(now, s, client, streams);
         const float excess = excess_of(now, s, client, streams);

@@ -4,6 +4,7 @@
 #include "server/replication/codec_plan.h"
 #include "shared/core/ids.h"
 #include "shared/motion/static_geometry.h"
+#include "shared/wire/declared/declared_fields.h"
 #include "shared/wire/quantize.h"
 #include "shared/wire/widening.h"
 
@@ -46,6 +47,8 @@ struct ReplicationSettings {
     std::uint32_t codec_budget_us = 1000;  ///< Codec::kAuto: CPU time of coding per tick at most
     /// Falling entities land on it, zone-local; null: predictions let them fall on.
     std::shared_ptr<const motion::StaticGeometry> ground;
+    /// Declared fields by type; empty: no type has any.
+    wire::FieldSchemas fields;
     float redundancy_target =
         1e-6F;  ///< an update is repeated until the chance that all copies were lost is below this
     bool meter = false;  ///< count the use of bytes: Replicator::traffic()

@@ -51,7 +51,12 @@ struct Replicator::Impl {
         return it != clients.end() && (*it)->client == client ? it : clients.end();
     }
 
-    void subscribe_viewers(Tick now, const world::Visibility& visibility);
+    void subscribe_viewers(Tick now,
+                           const world::Visibility& visibility,
+                           const world::Entities& entities);
+    [[nodiscard]] std::optional<world::Visible> own_fields_of(
+        ClientId client,
+        const world::Entities& entities) const;
     void choose_codecs(Tick now);
     void list_avatars(const world::Entities& entities);
     OwnNow own_state(Tick now,
@@ -64,6 +69,7 @@ struct Replicator::Impl {
     Packer packer;
     std::vector<std::unique_ptr<ClientState>> clients;  // ascending by id
     std::vector<Subscription> scratch;
+    std::vector<world::Visible> with_own;  // scratch
     ZoneSilence silence;
     CodecPlan codec_plan;
     CodecChoice codec_choice;
@@ -163,7 +169,10 @@ ReplicationReport Replicator::step(Tick now,
                                    std::vector<mailbox::StatePacket>& out) {
     ReplicationReport report;
     Impl& z = *impl_;
-    z.subscribe_viewers(now, visibility);
+    if (!visibility.empty()) {
+        z.list_avatars(entities);
+    }
+    z.subscribe_viewers(now, visibility, entities);
     z.streams.collect();
     report.skipped = visibility.empty();
     report.inputs = static_cast<std::uint32_t>(own.size());
@@ -172,7 +181,6 @@ ReplicationReport Replicator::step(Tick now,
     }
     if (!report.skipped) {
         z.streams.publish(now, entities, types, report);
-        z.list_avatars(entities);
     }
     z.choose_codecs(now);
     z.silence.begin_tick();
@@ -222,7 +230,9 @@ void Replicator::Impl::choose_codecs(Tick now) {
 }
 
 /// Clients without a set (not viewers at the moment) hear of nothing.
-void Replicator::Impl::subscribe_viewers(Tick now, const world::Visibility& visibility) {
+void Replicator::Impl::subscribe_viewers(Tick now,
+                                         const world::Visibility& visibility,
+                                         const world::Entities& entities) {
     auto set = visibility.begin();
     for (const auto& client : clients) {
         while (set != visibility.end() && set->client < client->client) {
@@ -230,15 +240,43 @@ void Replicator::Impl::subscribe_viewers(Tick now, const world::Visibility& visi
         }
         const bool was_viewer = client->is_viewer;
         client->is_viewer = set != visibility.end() && set->client == client->client;
-        if (client->is_viewer && was_viewer && !set->changed) {
+        const std::optional<world::Visible> own =
+            client->is_viewer ? own_fields_of(client->client, entities) : std::nullopt;
+        if (client->is_viewer && was_viewer && !set->changed &&
+            (!own || client->subscription(own->entity) != nullptr)) {
             continue;  // as it was synchronised before
         }
-        if (client->is_viewer) {
+        if (own) {
+            with_own.assign(set->visible.begin(), set->visible.end());
+            const auto at = lower_bound_entity(with_own, own->entity);
+            if (at == with_own.end() || at->entity != own->entity) {
+                with_own.insert(at, *own);
+            }
+            client->update_subscriptions(with_own, now, streams, scratch);
+        } else if (client->is_viewer) {
             client->update_subscriptions(set->visible, now, streams, scratch);
         } else {
             client->detach(now, streams, scratch);
         }
     }
+}
+
+/// A client hears of its own avatar's motion apart, but of its declared fields as others do.
+std::optional<world::Visible> Replicator::Impl::own_fields_of(
+    ClientId client,
+    const world::Entities& entities) const {
+    if (settings.fields.empty()) {
+        return std::nullopt;
+    }
+    const auto avatar = std::lower_bound(
+        avatars.begin(), avatars.end(), client, [](const auto& entry, ClientId id) {
+            return entry.first < id;
+        });
+    if (avatar == avatars.end() || avatar->first != client ||
+        wire::schema_of(settings.fields, entities.type[avatar->second]) == nullptr) {
+        return std::nullopt;
+    }
+    return world::Visible{entities.id[avatar->second], 0};
 }
 
 void Replicator::Impl::list_avatars(const world::Entities& entities) {

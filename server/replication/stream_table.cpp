@@ -120,6 +120,9 @@ void StreamTable::free_stream(StreamIndex index) {
     const bool unused = std::all_of(
         slot.stream.begin(), slot.stream.end(), [](StreamIndex s) { return s == kNoStream; });
     if (unused) {
+        if (slot.fields != 0) {
+            free_published_.push_back(slot.fields - 1);
+        }
         slot.entity = EntityId();
         free_slots_.push_back(it->second);
         slot_index_.erase(it);
@@ -159,12 +162,90 @@ void StreamTable::publish(Tick now,
             report.limit_entity = entities.id[row];
             ++report.limit_exceeded;
         }
+        const Tick fields_tick =
+            settings_.fields.empty() ? 0 : follow_fields(slot, now, entities, row);
         for (const StreamIndex index : slot.stream) {
             if (index != kNoStream) {
-                step_stream(streams_[index], now, entities, row, truth, type, report);
+                step_stream(streams_[index], now, entities, row, truth, type, fields_tick, report);
             }
         }
     }
+}
+
+/// Publishes the declared fields that have changed, each as often as it may. Gives the tick of the
+/// newest one: streams with an older publication owe it.
+Tick StreamTable::follow_fields(EntityStreams& slot,
+                                Tick now,
+                                const world::Entities& entities,
+                                world::Row row) {
+    const TypeIndex type = entities.type[row];
+    const wire::FieldSchema* schema = wire::schema_of(settings_.fields, type);
+    if (schema == nullptr) {
+        return 0;
+    }
+    const bool fresh = slot.fields == 0;
+    if (fresh) {
+        if (free_published_.empty()) {
+            free_published_.push_back(static_cast<std::uint32_t>(published_.size()));
+            published_.emplace_back();
+        }
+        slot.fields = free_published_.back() + 1;
+        free_published_.pop_back();
+    }
+    const std::span<const std::uint32_t> values = entities.field_values(row);
+    PublishedFields& published = published_[slot.fields - 1];
+    if (fresh || published.type != type) {
+        published.type = type;
+        published.words.assign(values.begin(), values.end());
+        published.changed.assign(schema->fields().size(), now);
+        published.newest = now;
+        return now;
+    }
+    if (std::equal(values.begin(), values.end(), published.words.begin())) {
+        return published.newest;
+    }
+    for (std::size_t i = 0; i < schema->fields().size(); ++i) {
+        const wire::DeclaredField& field = schema->fields()[i];
+        const auto from = values.begin() + field.word;
+        const auto to = published.words.begin() + field.word;
+        if (now - published.changed[i] >= field.interval &&
+            !std::equal(from, from + field.words, to)) {
+            std::copy_n(from, field.words, to);
+            published.changed[i] = now;
+            published.newest = now;
+        }
+    }
+    return published.newest;
+}
+
+wire::record::DeclaredValues StreamTable::declared_of(EntityId entity) const {
+    const PublishedFields& published = published_[slots_[slot_index_.at(entity)].fields - 1];
+    return {published.words, published.changed};
+}
+
+Tick StreamTable::fields_tick(EntityId entity) const {
+    const auto slot = settings_.fields.empty() ? slot_index_.end() : slot_index_.find(entity);
+    const std::uint32_t fields = slot != slot_index_.end() ? slots_[slot->second].fields : 0;
+    return fields != 0 ? published_[fields - 1].newest : 0;
+}
+
+/// The fields that changed after `since`; below 0: those that are not initial.
+wire::DeclaredPart StreamTable::part_of(const Stream& stream, Tick since) const {
+    wire::DeclaredPart part;
+    part.schema = wire::schema_of(settings_.fields, stream.type);
+    if (part.schema == nullptr) {
+        return part;
+    }
+    const wire::record::DeclaredValues values = declared_of(stream.entity);
+    part.words = values.words;
+    if (since < 0) {
+        part.mask = wire::changed_from_initial(*part.schema, values.words);
+        return part;
+    }
+    for (std::size_t i = 0; i < values.changed.size(); ++i) {
+        part.mask |= values.changed[i] > since ? 1U << i : 0U;
+    }
+    return part;
 }
 
 /// The truth of a row as predictions start from it.
@@ -199,6 +280,7 @@ void StreamTable::step_stream(Stream& stream,
                               world::Row row,
                               const Truth& truth,
                               const world::EntityType& type,
+                              Tick fields_tick,
                               ReplicationReport& report) {
     stream.truth = truth.state;
     const bool at_rest = entities.has(row, world::kAtRest);
@@ -216,8 +298,9 @@ void StreamTable::step_stream(Stream& stream,
         publish_state(stream, now, truth, at_rest, appearance, report);
         return;
     }
+    const bool same_looks = appearance == stream.state.appearance && fields_tick <= stream.tick;
     if (at_rest && stream.at_rest && stream.replaced.watched_until == 0 &&
-        same_place(stream.settled, truth.state) && stream.state.appearance == appearance) {
+        same_place(stream.settled, truth.state) && same_looks) {
         stream.alive_tick = now;
         return;
     }
@@ -230,7 +313,7 @@ void StreamTable::step_stream(Stream& stream,
                                                          true,
                                                          appearance,
                                                          quantization_[stream.lod]);
-        if (rest == stream.state) {
+        if (rest == stream.state && same_looks) {
             stream.settled = truth.state;
             stream.alive_tick = now;
         } else {
@@ -242,7 +325,7 @@ void StreamTable::step_stream(Stream& stream,
         now, truth, stream.upright, bound, quantization_[stream.lod], settings_);
     // An entity that wakes up is published when it has left the bound, not at once: it moves
     // steadily by then.
-    const bool update = breach || appearance != stream.state.appearance;
+    const bool update = breach || !same_looks;
     if (update || now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
         publish_state(stream, now, truth, false, appearance, report);
         stream.heartbeat = !update;
@@ -338,8 +421,12 @@ Encoded StreamTable::encode(StreamIndex index, std::uint32_t held) {
     if (stream.absolute.empty()) {
         head.kind = wire::RecordKind::kAbsolute;
         head.keyframe = static_cast<std::uint8_t>(serial % wire::kKeyframeNumbers);
-        wire::encode_absolute(
-            head, stream.state, stream.upright, settings_.quantization, stream.absolute);
+        wire::encode_absolute(head,
+                              stream.state,
+                              stream.upright,
+                              settings_.quantization,
+                              stream.absolute,
+                              part_of(stream, -1));
     }
     Keyframe& base = stream.keyframes[held % kKeyframesKept];
     if (held != 0 && base.serial == held && !stream.keyframe_due) {
@@ -347,8 +434,13 @@ Encoded StreamTable::encode(StreamIndex index, std::uint32_t held) {
             head.kind = wire::RecordKind::kDelta;
             head.keyframe = static_cast<std::uint8_t>(held % wire::kKeyframeNumbers);
             base.delta.clear();
-            wire::encode_delta(
-                head, stream.state, base.state, stream.upright, settings_.quantization, base.delta);
+            wire::encode_delta(head,
+                               stream.state,
+                               base.state,
+                               stream.upright,
+                               settings_.quantization,
+                               base.delta,
+                               part_of(stream, base.tick));
             base.delta_ready = true;
         }
         if (base.delta.size() < stream.absolute.size()) {
@@ -433,12 +525,21 @@ bool StreamTable::sent_absolute(StreamIndex index) {
     ++stream.last_serial;
     Keyframe& keyframe = stream.keyframes[stream.last_serial % kKeyframesKept];
     keyframe.serial = stream.last_serial;
+    keyframe.tick = stream.tick;
     keyframe.state = stream.state;
     keyframe.delta_ready = false;
     return true;
 }
 
 void StreamTable::hash(core::StateHash& hash) const {
+    for (const EntityStreams& slot : slots_) {
+        if (slot.entity && slot.fields != 0) {
+            hash.add(published_[slot.fields - 1].newest);
+            for (const std::uint32_t word : published_[slot.fields - 1].words) {
+                hash.add(word);
+            }
+        }
+    }
     for (const Stream& stream : streams_) {
         if (stream.entity) {
             hash.add(stream.entity.value);
@@ -462,13 +563,21 @@ bool StreamTable::find_slots() {
     for (const Stream& stream : streams_) {
         sound = sound && stream.lod < settings_.lods.size();
     }
+    sound = sound && below(free_published_, published_.size());
+    for (const PublishedFields& published : published_) {
+        const wire::FieldSchema* schema = wire::schema_of(settings_.fields, published.type);
+        sound = sound && (published.words.empty() ||
+                          (schema != nullptr && published.words.size() == schema->words() &&
+                           published.changed.size() == schema->fields().size()));
+    }
     slot_index_.clear();
     for (std::uint32_t slot = 0; sound && slot < slots_.size(); ++slot) {
         for (const StreamIndex stream : slots_[slot].stream) {
             sound = sound && (stream == kNoStream || stream < streams_.size());
         }
         if (slots_[slot].entity) {
-            sound = sound && slot_index_.emplace(slots_[slot].entity, slot).second;
+            sound = sound && slots_[slot].fields <= published_.size() &&
+                    slot_index_.emplace(slots_[slot].entity, slot).second;
         }
     }
     return sound;

@@ -10,6 +10,7 @@
 #include "server/world/entity_type.h"
 #include "shared/core/state_hash.h"
 #include "shared/wire/publication.h"
+#include "shared/wire/record/coded_record.h"
 
 #include <array>
 #include <optional>
@@ -28,6 +29,7 @@ inline constexpr StreamIndex kNoStream = 0xFFFFFFFFu;
 /// A publication that was sent absolute; each client that received it holds it under its number.
 struct Keyframe {
     std::uint32_t serial = 0;  ///< counted from 1 in the life of a stream; 0 = none
+    Tick tick = 0;             ///< of the publication
     wire::QuantizedState state;
     std::vector<std::uint8_t> delta;  ///< the newest publication against this keyframe
     bool delta_ready = false;
@@ -89,7 +91,15 @@ struct Encoded {
     std::uint32_t keyframe = 0;  ///< absolute: the serial that the receiver will hold; delta: 0
 };
 
-class StreamTable {
+/// The declared fields of one entity as they were published last: the same in all its streams.
+struct PublishedFields {
+    TypeIndex type = 0;
+    Tick newest = 0;                   ///< of `changed`
+    std::vector<std::uint32_t> words;  ///< as those of world::FieldColumns
+    std::vector<Tick> changed;         ///< by field: when its value was published
+};
+
+class StreamTable final : public wire::record::DeclaredSource {
   public:
     explicit StreamTable(const ReplicationSettings& settings);
 
@@ -152,6 +162,12 @@ class StreamTable {
     /// a delta where that keyframe is still kept and the delta is smaller, else absolute. Version
     /// must not be 0. The bytes stay valid until the next publish().
     Encoded encode(StreamIndex index, std::uint32_t held);
+    /// The declared fields of a subscribed entity whose type has some.
+    [[nodiscard]] wire::record::DeclaredValues declared_of(EntityId entity) const override;
+
+    /// When a declared field of an entity was last published; 0: its type has none.
+    [[nodiscard]] Tick fields_tick(EntityId entity) const;
+
     /// Must follow an encode() whose absolute bytes are really sent. True when that made the
     /// publication a keyframe.
     bool sent_absolute(StreamIndex index);
@@ -170,6 +186,7 @@ class StreamTable {
     template <class Archive>
     void serialize(Archive& archive) {
         archive(streams_, free_streams_, abandoned_, slots_, free_slots_, used_);
+        archive(published_, free_published_);
         if constexpr (Archive::kReads) {
             if (!find_slots()) {
                 archive.fail("publications name others that there are not");
@@ -187,6 +204,7 @@ class StreamTable {
         std::array<StreamIndex, wire::kLods> stream{};
         LimitCheck limits;
         MotionEstimate estimate;
+        std::uint32_t fields = 0;  // 1 + index of what is published of them; 0: nothing
     };
 
     EntityStreams& slot_of(EntityId entity);
@@ -196,7 +214,13 @@ class StreamTable {
                      world::Row row,
                      const Truth& truth,
                      const world::EntityType& type,
+                     Tick fields_tick,
                      ReplicationReport& report);
+    Tick follow_fields(EntityStreams& slot,
+                       Tick now,
+                       const world::Entities& entities,
+                       world::Row row);
+    [[nodiscard]] wire::DeclaredPart part_of(const Stream& stream, Tick since) const;
     [[nodiscard]] Truth truth_of(Tick now,
                                  const world::Entities& entities,
                                  world::Row row,
@@ -224,6 +248,8 @@ class StreamTable {
     std::vector<std::uint32_t> free_slots_;
     std::unordered_map<EntityId, std::uint32_t> slot_index_;  // looked up, never iterated
     std::uint32_t used_ = 0;
+    std::vector<PublishedFields> published_;  // of entities with declared fields
+    std::vector<std::uint32_t> free_published_;
 };
 
 }  // namespace zoned::replication

@@ -26,8 +26,14 @@ void TrafficMeter::add_record(StreamIndex index,
         wire::RecordReader reader(*encoded.bytes, quantization_);
         const auto read = reader.measure_next(m.bits);
         ZONED_ASSERT(read.ok() && reader.done(), "own records can be read");
+        if (read->declared) {
+            m.declared = reader.measured_declared(*wire::schema_of(fields_, stream.type));
+        }
     }
     table_.add_record(stream.type, reason, m.bits);
+    if (m.bits[wire::kDeclaredPart] > 0) {
+        table_.add_declared(*wire::schema_of(fields_, stream.type), m.declared);
+    }
 }
 
 }  // namespace zoned::replication

@@ -4,6 +4,7 @@
 #include "server/replication/stream_table.h"
 #include "shared/wire/traffic.h"
 
+#include <utility>
 #include <vector>
 
 namespace zoned::replication {
@@ -11,7 +12,9 @@ namespace zoned::replication {
 /// A record is taken apart once for all its copies: encode once, measure once.
 class TrafficMeter {
   public:
-    explicit TrafficMeter(const wire::Quantization& q) : quantization_(q) {}
+    TrafficMeter(const wire::Quantization& q, wire::FieldSchemas fields)
+        : quantization_(q),
+          fields_(std::move(fields)) {}
 
     /// A copy of the stream's newest publication goes out.
     void add_record(StreamIndex index,
@@ -32,9 +35,11 @@ class TrafficMeter {
         Tick tick = -1;
         const std::uint8_t* bytes = nullptr;
         wire::RecordBits bits{};
+        wire::DeclaredBits declared{};  // where `bits` has any
     };
 
     wire::Quantization quantization_;
+    wire::FieldSchemas fields_;
     wire::TrafficTable table_;
     std::vector<Measured> measured_;  // by stream: the delta, the absolute record
 };

@@ -42,6 +42,7 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
     for (RowSet& touched : touched_) {
         touched.push_back(true);
     }
+    fields_.add(entity_type);
     count(entity_type, 0, 1);
     return row;
 }
@@ -50,6 +51,7 @@ void Entities::remove(Row row) {
     ZONED_ASSERT(row < size(), "a row to remove exists");
     row_of_.erase(id[row]);
     count(type[row], flags[row], ~std::uint32_t{0});
+    fields_.move_last_into(row, type[row]);
     move_last_into(id, row);
     move_last_into(type.values_, row);
     move_last_into(flags.values_, row);
@@ -90,6 +92,7 @@ void Entities::set_client(Row row, ClientId to) {
 
 void Entities::set_type(Row row, TypeIndex to) {
     count(type[row], flags[row], ~std::uint32_t{0});
+    fields_.set_type(row, type[row], to);
     type.values_[row] = to;
     count(to, flags[row], 1);
     touch(row);
@@ -114,7 +117,7 @@ bool Entities::find_rows() {
     };
     bool fit = fits(type, flags, position, orientation, velocity, angular_velocity, acceleration) &&
                fits(yaw, appearance, stance, body, client, command, representation) &&
-               fits(discontinuity_tick, moving_, stirring_, avatars_);
+               fits(discontinuity_tick, moving_, stirring_, avatars_) && fields_.fits(type.values_);
     for (const RowSet& touched : touched_) {
         fit = fit && fits(touched);
     }

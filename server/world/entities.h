@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/world/entity_type.h"
+#include "server/world/field_columns.h"
 #include "server/world/row_set.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
@@ -11,7 +12,9 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace zoned::world {
@@ -109,6 +112,31 @@ class Entities {
         }
     }
 
+    /// Before the first row: the declared fields of each type.
+    void declare_fields(wire::FieldSchemas schemas) { fields_.declare(std::move(schemas)); }
+
+    [[nodiscard]] const FieldColumns& fields() const { return fields_; }
+
+    /// The values of the declared fields of a row; empty where its type has none.
+    [[nodiscard]] std::span<const std::uint32_t> field_values(Row row) const {
+        return fields_.values(row, type[row]);
+    }
+
+    /// Of a row whose type declares `field`; touches it where the value changes.
+    void put_field(Row row,
+                   const wire::DeclaredField& field,
+                   std::span<const std::uint32_t> words,
+                   Tick now) {
+        if (fields_.put(row, type[row], field, words, now)) {
+            touch(row);
+        }
+    }
+
+    /// Those of another zone's copy of the entity.
+    void put_field_block(Row row, std::span<const std::uint32_t> words) {
+        fields_.put_block(row, type[row], words);
+    }
+
     void set_client(Row row, ClientId to);
     void set_type(Row row, TypeIndex to);
 
@@ -157,7 +185,7 @@ class Entities {
         archive(id, type.values_, flags.values_, position, orientation, velocity);
         archive(angular_velocity, acceleration, yaw, appearance, stance, body, client.values_);
         archive(command, representation, discontinuity_tick);
-        archive(moving_, stirring_, avatars_, touched_, counts_);
+        archive(moving_, stirring_, avatars_, touched_, counts_, fields_);
         if constexpr (Archive::kReads) {
             if (!find_rows()) {
                 archive.fail("columns of entities differ in length, or an entity comes twice");
@@ -185,6 +213,7 @@ class Entities {
     RowSet avatars_;
     std::array<RowSet, kReaders> touched_;
     std::vector<Count> counts_;
+    FieldColumns fields_;
 };
 
 }  // namespace zoned::world

@@ -5,9 +5,11 @@
 #include "shared/core/ids.h"
 #include "shared/math/aabb.h"
 #include "shared/motion/apply_input.h"
+#include "shared/wire/declared/declared_fields.h"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -89,6 +91,7 @@ struct EntityType {
     float single_beyond_m = 0.0F;    ///< farther from all players a compound is one hull; 0: never
     float particle_beyond_m = 0.0F;  ///< farther from all players it is a point; 0: never
     std::uint16_t brain = 0;         ///< 1 + index of the brain; 0 = no brain
+    std::shared_ptr<const wire::FieldSchema> fields;  ///< declared by the game; null: none
 
     /// Radius of a sphere about the centre that holds the shape, m.
     [[nodiscard]] float extent() const {
@@ -118,5 +121,17 @@ struct EntityType {
 };
 
 using TypeTable = std::vector<EntityType>;
+
+/// The declared fields of all types; empty where no type has any.
+[[nodiscard]] inline wire::FieldSchemas field_schemas(const TypeTable& types) {
+    wire::FieldSchemas schemas;
+    for (const EntityType& type : types) {
+        if (type.fields != nullptr) {
+            schemas.resize(types.size());
+            schemas[static_cast<std::size_t>(&type - types.data())] = type.fields;
+        }
+    }
+    return schemas;
+}
 
 }  // namespace zoned::world

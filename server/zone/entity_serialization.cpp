@@ -17,6 +17,8 @@ EntityState read_entity(const world::Entities& entities, world::Row row) {
     s.acceleration = entities.acceleration[row];
     s.client = entities.client[row];
     s.discontinuity_tick = entities.discontinuity_tick[row];
+    const auto fields = entities.fields().block(row, s.type);
+    s.fields.assign(fields.begin(), fields.end());
     return s;
 }
 
@@ -36,6 +38,7 @@ void write_entity(const EntityState& state,
     entities.acceleration[row] = state.acceleration;
     entities.set_client(row, state.client);
     entities.discontinuity_tick[row] = state.discontinuity_tick;
+    entities.put_field_block(row, state.fields);
     entities.touch(row);
 }
 

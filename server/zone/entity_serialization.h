@@ -5,6 +5,7 @@
 #include "shared/core/ids.h"
 
 #include <cstdint>
+#include <vector>
 
 namespace zoned::zone {
 
@@ -23,6 +24,7 @@ struct EntityState {
     Vec3 acceleration = Vec3::Zero();
     ClientId client;
     Tick discontinuity_tick = 0;
+    std::vector<std::uint32_t> fields;  ///< declared ones: world::FieldColumns::block
 };
 
 EntityState read_entity(const world::Entities& entities, world::Row row);

@@ -191,6 +191,46 @@ class RulesContext {
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
     virtual void set_stance(EntityId entity, world::Stance stance) = 0;
 
+    // Declared fields (`type { field { ... } }`): what clients that hear of an entity know of it
+    // beside its motion. A field holds the value that clients get, rounded to its quantum.
+
+    /// The field of that name, for entities of any type that declares it; none where no type does.
+    /// Rules ask once, when they start.
+    [[nodiscard]] std::optional<wire::FieldId> field_named(std::string_view name) const {
+        const wire::FieldId id = wire::field_id(name);
+        for (const world::EntityType& type : types()) {
+            if (type.fields != nullptr && type.fields->find(id) != nullptr) {
+                return id;
+            }
+        }
+        return std::nullopt;
+    }
+
+    /// The value of an entity of this zone or a ghost; a text is good until the entity changes.
+    /// None where there is no such entity, or its type does not declare the field.
+    [[nodiscard]] std::optional<wire::FieldValue> field(EntityId entity, wire::FieldId id) const {
+        const world::Entities& e = entities();
+        const world::Row row = e.find(entity);
+        const wire::FieldSchema* schema =
+            row != world::kNoRow ? e.fields().schema(e.type[row]) : nullptr;
+        const wire::DeclaredField* field = schema != nullptr ? schema->find(id) : nullptr;
+        if (field == nullptr) {
+            return std::nullopt;
+        }
+        return wire::value_of(*field, wire::words_of(*field, e.field_values(row)));
+    }
+
+    /// Of an owned entity. A number beyond the range is clamped; anything else that the field can
+    /// not hold is refused, and so are other zones' entities. Both are counted (StepReport).
+    virtual wire::FieldOutcome set_field(EntityId entity,
+                                         wire::FieldId id,
+                                         const wire::FieldValue& value) {
+        (void)entity;
+        (void)id;
+        (void)value;
+        return wire::FieldOutcome::kRefused;
+    }
+
     /// The stance of that name: one of the four that every world has, or of those that the
     /// config names.
     [[nodiscard]] virtual std::optional<world::Stance> stance_named(std::string_view name) const {

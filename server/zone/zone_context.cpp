@@ -14,6 +14,7 @@
 #include "shared/core/utf8.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace zoned::zone {
@@ -154,6 +155,27 @@ void ZoneContext::set_stance(EntityId entity, world::Stance stance) {
         state_->entities.stance[row] = static_cast<std::uint8_t>(stance);
         state_->entities.touch(row);
     }
+}
+
+wire::FieldOutcome ZoneContext::set_field(EntityId entity,
+                                          wire::FieldId id,
+                                          const wire::FieldValue& value) {
+    world::Entities& e = state_->entities;
+    const world::Row row = owned(entity);
+    const wire::FieldSchema* schema =
+        row != world::kNoRow ? e.fields().schema(e.type[row]) : nullptr;
+    const wire::DeclaredField* field = schema != nullptr ? schema->find(id) : nullptr;
+    std::array<std::uint32_t, wire::kTextWords> words{};
+    const wire::FieldOutcome outcome =
+        field != nullptr ? wire::put_value(*field, value, words) : wire::FieldOutcome::kRefused;
+    if (outcome == wire::FieldOutcome::kRefused) {
+        ++state_->report.fields_refused;
+        return outcome;
+    }
+    state_->report.fields_clamped += outcome == wire::FieldOutcome::kClamped ? 1 : 0;
+    e.put_field(
+        row, *field, std::span<const std::uint32_t>(words).first(field->words), state_->now);
+    return outcome;
 }
 
 std::optional<world::Stance> ZoneContext::stance_named(std::string_view name) const {

@@ -33,6 +33,9 @@ class ZoneContext final : public RulesContext {
     void show(EntityId entity, const Vec3& position, const Vec3& velocity) override;
     void set_appearance(EntityId entity, std::uint16_t appearance) override;
     void set_stance(EntityId entity, world::Stance stance) override;
+    wire::FieldOutcome set_field(EntityId entity,
+                                 wire::FieldId id,
+                                 const wire::FieldValue& value) override;
     [[nodiscard]] std::optional<double> shared_value(std::string_view name) const override;
     bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) override;
     [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override;

@@ -29,6 +29,9 @@ void hash_row(const world::Entities& e, world::Row row, core::StateHash& hash) {
     }
     block.pack(e.yaw[row]);
     block.pack(e.appearance[row]);
+    for (const std::uint32_t word : e.field_values(row)) {
+        block.pack(word);
+    }
     hash.add(block.value());
 }
 

@@ -42,6 +42,7 @@ void build_grid(ZoneState& state) {
 replication::ReplicationSettings with_ground(const ZoneSettings& settings) {
     replication::ReplicationSettings out = settings.replication;
     out.ground = settings.statics;
+    out.fields = world::field_schemas(*settings.types);
     return out;
 }
 
@@ -66,6 +67,7 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       rules(std::move(game_rules)),
       rng(settings.seed, settings.id.value),
       replicator(with_ground(settings)) {
+    entities.declare_fields(world::field_schemas(*settings.types));
     const Vec3d origin = settings.region().origin();
     points_of_interest = ai::PointsOfInterest(
         settings.ai.points_of_interest, Vec2d(origin.x(), origin.z()), settings.dt);

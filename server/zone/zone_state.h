@@ -63,8 +63,10 @@ struct StepReport {
     interest::InterestReport interest;
     replication::ReplicationReport replication;
     std::uint32_t handoffs_out = 0;
-    std::uint32_t out_of_world = 0;   ///< entities that left the world and were put back
-    std::uint32_t refused_items = 0;  ///< inbox items for clients or entities that are not here
+    std::uint32_t out_of_world = 0;    ///< entities that left the world and were put back
+    std::uint32_t refused_items = 0;   ///< inbox items for clients or entities that are not here
+    std::uint32_t fields_clamped = 0;  ///< numbers of rules beyond the range of a declared field
+    std::uint32_t fields_refused = 0;  ///< values of rules that a declared field cannot hold
 };
 
 /// An owned prop touched a neighbour's ghost.

@@ -30,7 +30,7 @@ constexpr std::int32_t sign_extend(std::uint32_t value, int bits) {
 /// records are short, and one append is much cheaper than a push per byte.
 class BitWriter {
   public:
-    static constexpr std::size_t kCapacityBytes = 128;
+    static constexpr std::size_t kCapacityBytes = 640;
 
     /// Appends the low `bits` bits (0..32) of `value`.
     void write(std::uint32_t value, int bits) {

@@ -135,8 +135,8 @@ bool walk_fields(BitReader& reader,
             }
         }
         if constexpr (std::is_same_v<Bits, RecordBits>) {
-            bits[f] = static_cast<std::uint8_t>(bits[f] + classes.selector_bits() +
-                                                field.components * width);
+            bits[f] = static_cast<std::uint16_t>(bits[f] + classes.selector_bits() +
+                                                 field.components * width);
         }
     }
     return true;

@@ -9,10 +9,22 @@ namespace {
 constexpr VarintWidths kEntityWidths{8, 12, 16, 32};
 constexpr VarintWidths kTypeWidths{4, 8, 12, 16};
 
-void write_head(BitWriter& writer, const RecordHead& head, RecordKind kind, bool upright) {
+/// In place of a kind: absolute or delta, by the next bit, with declared fields behind the state.
+constexpr std::uint32_t kWithDeclared = 3;
+
+void write_head(BitWriter& writer,
+                const RecordHead& head,
+                RecordKind kind,
+                bool upright,
+                const DeclaredPart& declared) {
     ZONED_ASSERT(head.entity && head.lod < kLods && head.keyframe < kKeyframeNumbers,
                  "a record head outside its ranges");
-    writer.write(static_cast<std::uint32_t>(kind), 2);
+    if (declared.mask != 0) {
+        writer.write(kWithDeclared, 2);
+        writer.write(static_cast<std::uint32_t>(kind), 1);
+    } else {
+        writer.write(static_cast<std::uint32_t>(kind), 2);
+    }
     writer.write(head.lod, 2);
     writer.write(head.keyframe, 4);
     writer.write(head.tick_low, 8);
@@ -21,6 +33,15 @@ void write_head(BitWriter& writer, const RecordHead& head, RecordKind kind, bool
     if (kind == RecordKind::kAbsolute) {
         write_varint(writer, head.type, kTypeWidths);
     }
+}
+
+void finish_record(BitWriter& writer,
+                   const DeclaredPart& declared,
+                   std::vector<std::uint8_t>& out) {
+    if (declared.mask != 0) {
+        write_declared(writer, *declared.schema, declared.mask, declared.words);
+    }
+    writer.finish(out);
 }
 
 }  // namespace
@@ -34,16 +55,17 @@ void encode_absolute(const RecordHead& head,
                      const QuantizedState& state,
                      bool upright,
                      const Quantization& q,
-                     std::vector<std::uint8_t>& out) {
+                     std::vector<std::uint8_t>& out,
+                     const DeclaredPart& declared) {
     BitWriter writer;
-    write_head(writer, head, RecordKind::kAbsolute, upright);
+    write_head(writer, head, RecordKind::kAbsolute, upright, declared);
     write_fields(writer,
                  columns_of(state),
                  Columns{},
                  Coding::kAbsolute,
                  upright,
                  FieldLayout(at_lod(q, head.lod)));
-    writer.finish(out);
+    finish_record(writer, declared, out);
 }
 
 void encode_delta(const RecordHead& head,
@@ -51,16 +73,17 @@ void encode_delta(const RecordHead& head,
                   const QuantizedState& keyframe,
                   bool upright,
                   const Quantization& q,
-                  std::vector<std::uint8_t>& out) {
+                  std::vector<std::uint8_t>& out,
+                  const DeclaredPart& declared) {
     BitWriter writer;
-    write_head(writer, head, RecordKind::kDelta, upright);
+    write_head(writer, head, RecordKind::kDelta, upright, declared);
     write_fields(writer,
                  columns_of(state),
                  columns_of(keyframe),
                  Coding::kDelta,
                  upright,
                  FieldLayout(at_lod(q, head.lod)));
-    writer.finish(out);
+    finish_record(writer, declared, out);
 }
 
 void encode_remove(EntityId entity, std::vector<std::uint8_t>& out) {
@@ -73,14 +96,15 @@ void encode_remove(EntityId entity, std::vector<std::uint8_t>& out) {
 
 core::Result<RecordHead> RecordReader::next_head() {
     using Head = core::Result<RecordHead>;
-    ZONED_ASSERT(!state_pending_, "the state of the last record was not read");
+    ZONED_ASSERT(!state_pending_ && !declared_pending_, "the last record was not read");
     if (bits_.failed() || malformed_) {
         return Head::failure("records after a malformed one");
     }
     RecordHead head;
     const std::uint32_t kind = bits_.read(2);
-    bool canonical = kind <= static_cast<std::uint32_t>(RecordKind::kRemove);
-    head.kind = canonical ? static_cast<RecordKind>(kind) : RecordKind::kRemove;
+    bool canonical = true;
+    head.declared = kind == kWithDeclared;
+    head.kind = static_cast<RecordKind>(head.declared ? bits_.read(1) : kind);
     if (head.kind != RecordKind::kRemove) {
         head.lod = static_cast<std::uint8_t>(bits_.read(2));
         head.keyframe = static_cast<std::uint8_t>(bits_.read(4));
@@ -130,11 +154,14 @@ core::Result<QuantizedState> RecordReader::read_state(const Columns& reference,
     const Coding coding = kind == RecordKind::kAbsolute ? Coding::kAbsolute : Coding::kDelta;
     Columns columns;
     const bool canonical = read_fields(bits_, columns, reference, coding, upright, layout());
-    bits_.align();
+    if (!head_.declared) {
+        bits_.align();
+    }
     if (bits_.failed() || !canonical) {
         malformed_ = true;
         return State::failure("malformed record");
     }
+    declared_pending_ = head_.declared;
     return state_of(columns);
 }
 
@@ -147,20 +174,49 @@ core::Result<QuantizedState> RecordReader::read_delta(const QuantizedState& keyf
     return read_state(columns_of(keyframe), RecordKind::kDelta, upright);
 }
 
+DeclaredFault RecordReader::read_declared(const FieldSchema* schema, DeclaredUpdate& update) {
+    ZONED_ASSERT(declared_pending_, "no declared fields are next");
+    declared_pending_ = false;
+    DeclaredFault fault = DeclaredFault::kForm;
+    if (schema != nullptr) {
+        fault = wire::read_declared(bits_, *schema, head_.kind == RecordKind::kAbsolute, update);
+    }
+    bits_.align();
+    if (fault == DeclaredFault::kNone && bits_.failed()) {
+        fault = DeclaredFault::kForm;
+    }
+    malformed_ = malformed_ || fault != DeclaredFault::kNone;
+    return fault;
+}
+
+DeclaredBits RecordReader::measured_declared(const FieldSchema& schema) const {
+    DeclaredBits bits{};
+    BitReader again = declared_at_;
+    DeclaredUpdate update;
+    wire::read_declared(again, schema, false, update, &bits);
+    return bits;
+}
+
 core::Result<RecordHead> RecordReader::measure_next(RecordBits& bits) {
     bits = RecordBits{};
     const std::size_t begin = bits_.bit_offset();
     core::Result<RecordHead> head = next_head();
-    bits[kRecordHeadPart] = static_cast<std::uint8_t>(bits_.bit_offset() - begin);
+    bits[kRecordHeadPart] = static_cast<std::uint16_t>(bits_.bit_offset() - begin);
     if (!head || head->kind == RecordKind::kRemove) {
         return head;
     }
     begin_state(head->kind);
     const Coding coding = head->kind == RecordKind::kAbsolute ? Coding::kAbsolute : Coding::kDelta;
-    const bool known = measure_fields(bits_, coding, head->upright, layout(), bits);
+    bool known = measure_fields(bits_, coding, head->upright, layout(), bits);
+    if (head->declared) {
+        declared_at_ = bits_;
+        known = known && skip_declared(bits_);
+        bits[kDeclaredPart] =
+            static_cast<std::uint16_t>(bits_.bit_offset() - declared_at_.bit_offset());
+    }
     const std::size_t end = bits_.bit_offset();
     bits_.align();
-    bits[kPaddingPart] = static_cast<std::uint8_t>(bits_.bit_offset() - end);
+    bits[kPaddingPart] = static_cast<std::uint16_t>(bits_.bit_offset() - end);
     if (bits_.failed() || !known) {
         malformed_ = true;
         return core::Result<RecordHead>::failure("malformed record");
@@ -175,7 +231,8 @@ core::Result<bool> RecordReader::skip_delta(bool upright) {
         malformed_ = true;
         return Skipped::failure("record contradicts its type");
     }
-    const bool known = skip_fields(bits_, Coding::kDelta, upright, layout());
+    const bool known = skip_fields(bits_, Coding::kDelta, upright, layout()) &&
+                       (!head_.declared || skip_declared(bits_));
     bits_.align();
     if (bits_.failed() || !known) {
         malformed_ = true;

@@ -107,8 +107,8 @@ const char* traffic_part_name(std::size_t part) {
     if (part < kFields.size()) {
         return kFields[part].name;
     }
-    static constexpr std::array<const char*, 5> kNames{
-        "record_head", "padding", "own_state", "packet_head", "code_head"};
+    static constexpr std::array<const char*, 6> kNames{
+        "record_head", "padding", "declared_fields", "own_state", "packet_head", "code_head"};
     return kNames[part - kFields.size()];
 }
 
@@ -123,6 +123,25 @@ void TrafficTable::add_record(TypeIndex type, TrafficReason reason, const Record
     auto& parts = row(1 + static_cast<std::size_t>(type))[static_cast<std::size_t>(reason)];
     for (std::size_t i = 0; i < kRecordParts; ++i) {
         parts[i] += bits[i];
+    }
+}
+
+TrafficTable::DeclaredSum& TrafficTable::declared_sum(const std::string& name) {
+    for (DeclaredSum& sum : declared_) {
+        if (sum.name == name) {
+            return sum;
+        }
+    }
+    return declared_.emplace_back(DeclaredSum{name, 0, 0});
+}
+
+void TrafficTable::add_declared(const FieldSchema& schema, const DeclaredBits& bits) {
+    for (std::size_t i = 0; i < schema.fields().size(); ++i) {
+        if (bits[i] > 0) {
+            DeclaredSum& sum = declared_sum(schema.fields()[i].name);
+            sum.bits += bits[i];
+            ++sum.changes;
+        }
     }
 }
 
@@ -154,6 +173,11 @@ void TrafficTable::add(const TrafficTable& other) {
                 mine[r][p] += other.rows_[i][r][p];
             }
         }
+    }
+    for (const DeclaredSum& theirs : other.declared_) {
+        DeclaredSum& mine = declared_sum(theirs.name);
+        mine.bits += theirs.bits;
+        mine.changes += theirs.changes;
     }
     packets_ += other.packets_;
 }
@@ -211,6 +235,13 @@ void write_traffic(core::JsonWriter& json,
         json,
         [&](TrafficReason reason) { return table.bits(reason); },
         [&](std::size_t part) { return table.bits_of_part(part); });
+    if (!table.declared().empty()) {
+        json.key("declared_field_bytes").begin_object();
+        for (const TrafficTable::DeclaredSum& sum : table.declared()) {
+            json.field(sum.name, bytes_of(sum.bits));
+        }
+        json.end_object();
+    }
     json.key("types").begin_array();
     for (std::size_t i = 0; i < table.rows().size(); ++i) {
         if (table.bits_of_row(i) == 0) {
@@ -260,6 +291,9 @@ std::string traffic_text(const TrafficTable& table,
     lines.assign(1, around);
     for (std::size_t p = 0; p < kTrafficParts; ++p) {
         lines.push_back({traffic_part_name(p), table.bits_of_part(p), ""});
+    }
+    for (const TrafficTable::DeclaredSum& sum : table.declared()) {
+        lines.push_back({"declared: " + sum.name, sum.bits, "of declared_fields"});
     }
     out += " by field\n";
     write_traffic_lines(std::move(lines), all, seconds, out);

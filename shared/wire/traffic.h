@@ -3,6 +3,7 @@
 
 #include "shared/core/ids.h"
 #include "shared/core/json.h"
+#include "shared/wire/declared/declared_codec.h"
 #include "shared/wire/field_table.h"
 
 #include <array>
@@ -43,7 +44,8 @@ inline constexpr std::array<const char*, kTrafficReasons> kTrafficReasonNames{"n
 /// Parts of a record: the fields of the table, then these.
 inline constexpr std::size_t kRecordHeadPart = kFields.size();
 inline constexpr std::size_t kPaddingPart = kFields.size() + 1;
-inline constexpr std::size_t kRecordParts = kFields.size() + 2;
+inline constexpr std::size_t kDeclaredPart = kFields.size() + 2;
+inline constexpr std::size_t kRecordParts = kFields.size() + 3;
 inline constexpr std::size_t kOwnStatePart = kRecordParts;
 inline constexpr std::size_t kPacketHeadPart = kRecordParts + 1;
 /// In records coded for one client: their base, their end and the padding to whole bytes.
@@ -55,7 +57,7 @@ inline constexpr std::size_t kTrafficParts = kRecordParts + 3;
 /// Bits of one record, by part; their sum is eight times its bytes. For a record coded together
 /// with others for one client, the bits are its information beyond the prediction, as whole bits of
 /// the code.
-using RecordBits = std::array<std::uint8_t, kRecordParts>;
+using RecordBits = std::array<std::uint16_t, kRecordParts>;
 
 /// Sums of bits. Bits outside records of entities (removals name no type) have no type.
 class TrafficTable {
@@ -63,6 +65,8 @@ class TrafficTable {
     using Row = std::array<std::array<std::uint64_t, kTrafficParts>, kTrafficReasons>;
 
     void add_record(TypeIndex type, TrafficReason reason, const RecordBits& bits);
+    /// The values of declared fields among the bits of a record.
+    void add_declared(const FieldSchema& schema, const DeclaredBits& bits);
     void add_removal(std::size_t bits);
     /// `own_bytes` of the `head_bytes` in all before the records are the own state.
     void add_packet(std::size_t head_bytes, std::size_t own_bytes);
@@ -77,6 +81,16 @@ class TrafficTable {
 
     [[nodiscard]] std::uint64_t packets() const { return packets_; }
 
+    /// Of the values of declared fields, by name. What names and bounds them in a record is in
+    /// kDeclaredPart beside them.
+    struct DeclaredSum {
+        std::string name;
+        std::uint64_t bits = 0;
+        std::uint64_t changes = 0;  ///< values sent
+    };
+
+    [[nodiscard]] std::span<const DeclaredSum> declared() const { return declared_; }
+
     [[nodiscard]] std::uint64_t bits() const;
     [[nodiscard]] std::uint64_t bits(TrafficReason reason) const;
     [[nodiscard]] std::uint64_t bits_of_part(std::size_t part) const;
@@ -86,8 +100,10 @@ class TrafficTable {
 
   private:
     Row& row(std::size_t index);
+    DeclaredSum& declared_sum(const std::string& name);
 
     std::vector<Row> rows_;
+    std::vector<DeclaredSum> declared_;
     std::uint64_t packets_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+import struct
 import time
 import unittest
 
@@ -197,13 +198,54 @@ class WithoutServer(unittest.TestCase):
         library = zoned_client._library
         names = ["abi_version", "create", "destroy", "connect", "quit", "poll", "get_state",
                  "trouble", "set_input", "command", "next_event", "entities", "get_entity", "own",
-                 "get_world", "type", "zone", "aim", "stats", "shared_value", "server_time", "boxes",
-                 "triangles", "particles"]
+                 "get_world", "type", "fields", "field", "field_at", "field_named", "zone", "aim",
+                 "stats", "shared_value", "server_time", "boxes", "triangles", "particles"]
         for name in names:
             function = getattr(library, "zoned_client_" + name)
             zeros = [None if issubclass(kind, (ctypes._Pointer, ctypes.c_char_p, ctypes.c_void_p))
                      else 0 for kind in function.argtypes or []]
             function(*zeros)
+
+
+def arena(_):
+    """The world whose rules in Lua set declared fields."""
+    folder = game_server.SOURCE / "config"
+    text = (folder / "arena.txtpb").read_text()
+    return text.replace('"scripts/arena.lua"', f'"{folder}/scripts/arena.lua"')
+
+
+class Fields(unittest.TestCase):
+    def test_of_a_game_are_read_by_name_and_index(self):
+        with game_server.serve(arena) as server, Client("ann") as ann, Client("bob") as bob:
+            for client in (ann, bob):
+                client.connect("localhost", server.port)
+            self.assertTrue(play(ann, lambda: bob.poll() and ann.own() and bob.own()))
+            names = [ann.type(i).name for i in range(ann.world().types)]
+            fields = {field.name: field for field in ann.fields(names.index(b"player"))}
+            self.assertEqual(list(fields), [b"health", b"kills"])
+            self.assertEqual((fields[b"health"].minimum, fields[b"health"].maximum), (0.0, 100.0))
+            self.assertEqual(ann.fields(names.index(b"ball")), [])
+            target = bob.own().id
+            self.assertTrue(play(ann, lambda: bob.poll() and ann.entity(target)))
+            self.assertEqual((ann.field(target, "health"), ann.field(target, 1)), (100.0, 0.0))
+            self.assertIsNone(ann.field(target, "stamina"))
+            self.assertIsNone(ann.field(target, 2))
+            self.assertIsNone(ann.field(999_999, "health"))
+
+            shots = []
+
+            def hit():
+                bob.poll()
+                if shots and time.monotonic() < shots[-1] + 0.5:
+                    return bob.field(target, "health") < 100.0
+                shots.append(time.monotonic())
+                aim = [b - a for a, b in zip(ann.own().eye, bob.own().position)]
+                ann.command(2, b"".join(struct.pack("<Bf", tag, part / math.hypot(*aim))
+                                        for tag, part in zip((0x15, 0x1D, 0x25), aim)))
+                return False
+
+            self.assertTrue(play(ann, hit))
+            self.assertTrue(play(ann, lambda: bob.poll() and ann.field(target, "health") < 100.0))
 
 
 if __name__ == "__main__":

@@ -34,6 +34,17 @@ void check_sound(const record::RecordFrame& frame, const record::RecordFormat& f
                               q) == r.state,
                      "an accepted state survives the way through floats");
     }
+    for (const DeclaredUpdate& update : frame.declared) {
+        std::vector<std::uint32_t> words;
+        apply_declared(*format.fields.front(), update, words);
+        for (const DeclaredField& field : format.fields.front()->fields()) {
+            std::array<std::uint32_t, kTextWords> again{};
+            const auto at = words_of<const std::uint32_t>(field, words);
+            ZONED_ASSERT(put_value(field, value_of(field, at), again) == FieldOutcome::kDone &&
+                             std::equal(at.begin(), at.end(), again.begin()),
+                         "accepted fields are values that rules can set");
+        }
+    }
 }
 
 /// One decoder gets all packets, and its twin gets only those that the first one accepted. Any
@@ -77,7 +88,10 @@ entropy::PacketNumber next_number(entropy::PacketNumber newest, std::uint8_t wha
 /// Packets from raw bytes: two bits give the step of the number, the rest of the action's byte
 /// gives the zone. No encoder need have written any of it.
 std::size_t try_record_packets(Input input, bool coarse) {
-    const record::RecordFormat format = record_format(coarse);
+    // Every type has declared fields: raw bytes seldom name one of a few.
+    const record::RecordFormat format(quantization_for(coarse ? 1 : 0),
+                                      1.0F / 30.0F,
+                                      FieldSchemas(65536, testing::sample_fields()));
     RecordTwins twins(format);
     zoned::fuzz::Actions actions(input);
     entropy::PacketNumber newest = 0;

@@ -4,11 +4,23 @@
 // again. The first byte chooses the reader, the rest is its input.
 
 #include "tests/fuzz/wire_input.h"
+#include "tests/unit/wire/wire_samples.h"
 #include "shared/core/assert.h"
 
 #include <cstddef>
 
 namespace zoned::wire::fuzz {
+
+/// The declared fields of a record that says that it has some; a `mask` of 0 where they were
+/// refused. `update` holds the values.
+inline DeclaredPart declared_part(RecordReader& reader, DeclaredUpdate& update) {
+    static const auto fields = testing::sample_fields();
+    DeclaredPart part;
+    if (reader.read_declared(fields.get(), update) == DeclaredFault::kNone) {
+        part = {fields.get(), std::span(update.words).first(fields->words()), update.mask};
+    }
+    return part;
+}
 
 /// Reads one record and returns its new encoding; empty when it was refused or skipped.
 inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantization& q) {
@@ -30,7 +42,12 @@ inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantizatio
                                                   state->appearance,
                                                   level);
             ZONED_ASSERT(again == *state, "an accepted state survives the way through floats");
-            encode_absolute(*head, *state, head->upright, q, out);
+            DeclaredUpdate update;
+            const DeclaredPart part =
+                head->declared ? declared_part(reader, update) : DeclaredPart();
+            if (head->declared == (part.mask != 0)) {
+                encode_absolute(*head, *state, head->upright, q, out, part);
+            }
         }
     } else if (skip) {
         (void)reader.skip_delta(head->upright);
@@ -38,7 +55,12 @@ inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantizatio
         const QuantizedState keyframe = keyframe_for(head->upright, at_lod(q, head->lod));
         const auto state = reader.read_delta(keyframe, head->upright);
         if (state.ok()) {
-            encode_delta(*head, *state, keyframe, head->upright, q, out);
+            DeclaredUpdate update;
+            const DeclaredPart part =
+                head->declared ? declared_part(reader, update) : DeclaredPart();
+            if (head->declared == (part.mask != 0)) {
+                encode_delta(*head, *state, keyframe, head->upright, q, out, part);
+            }
         }
     }
     return out;

@@ -24,6 +24,10 @@ void read_records(Capture& c, const link::OpenedPacket& packet) {
         if (head->kind == wire::RecordKind::kRemove) {
             continue;
         }
+        if (head->declared) {
+            ++c.undecoded;  // captures are of worlds without declared fields
+            return;
+        }
         bool good = false;
         if (head->kind == wire::RecordKind::kAbsolute) {
             c.type_of[head->entity] = head->type;

@@ -94,6 +94,35 @@ namespace Zoned
         public string Name { get { return Native.Text(NameBytes); } }
     }
 
+    public enum FieldKind { Number = 0, Enum = 1, Bool = 2, Text = 3 }
+
+    /// A field that a game declares for a type.
+    [StructLayout(LayoutKind.Sequential)]
+    public struct FieldInfo
+    {
+        internal uint Size;
+        public FieldKind Kind;
+        public double Minimum, Maximum, Quantum;
+        public uint Values, Reserved;
+        [MarshalAs(UnmanagedType.ByValArray, SizeConst = 64)]
+        internal byte[] NameBytes;
+
+        public string Name { get { return Native.Text(NameBytes); } }
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct FieldValue
+    {
+        internal uint Size;
+        public FieldKind Kind;
+        public double Number; // a number, the index of an enum's value, 0 or 1 of a bool
+        [MarshalAs(UnmanagedType.ByValArray, SizeConst = 64)]
+        internal byte[] TextBytes;
+
+        /// A text, or the name of an enum's value.
+        public string Text { get { return Native.Text(TextBytes); } }
+    }
+
     [StructLayout(LayoutKind.Sequential)]
     public struct World
     {
@@ -105,7 +134,7 @@ namespace Zoned
 
     internal static class Native
     {
-        internal const uint Abi = 1 << 16; // of zoned_client.h
+        internal const uint Abi = 1 << 16 | 2; // of zoned_client.h
         internal const int TooSmall = -3;
         private const string Library = "zoned_client";
 
@@ -146,6 +175,14 @@ namespace Zoned
         internal static extern int zoned_client_get_world(IntPtr client, ref World world);
         [DllImport(Library)]
         internal static extern int zoned_client_type(IntPtr client, uint index, ref TypeInfo type);
+        [DllImport(Library)]
+        internal static extern int zoned_client_fields(IntPtr client, uint type);
+        [DllImport(Library)]
+        internal static extern int zoned_client_field(IntPtr client, uint type, uint index, ref FieldInfo info);
+        [DllImport(Library)]
+        internal static extern int zoned_client_field_at(IntPtr client, uint entity, uint index, ref FieldValue value);
+        [DllImport(Library)]
+        internal static extern int zoned_client_field_named(IntPtr client, uint entity, byte[] name, ref FieldValue value);
 
         /// Bytes with a closing 0.
         internal static byte[] Bytes(string text)
@@ -291,6 +328,29 @@ namespace Zoned
             TypeInfo type = new TypeInfo { Size = Native.SizeOf<TypeInfo>() };
             Check(Native.zoned_client_type(client, index, ref type));
             return type;
+        }
+
+        /// How many fields a type declares.
+        public int Fields(uint type) { return Check(Native.zoned_client_fields(client, type)); }
+
+        public FieldInfo Field(uint type, uint index)
+        {
+            FieldInfo info = new FieldInfo { Size = Native.SizeOf<FieldInfo>() };
+            Check(Native.zoned_client_field(client, type, index, ref info));
+            return info;
+        }
+
+        /// The newest value of a field; false: the entity is not known, or has no such field.
+        public bool Field(uint entity, uint index, out FieldValue value)
+        {
+            value = new FieldValue { Size = Native.SizeOf<FieldValue>() };
+            return Check(Native.zoned_client_field_at(client, entity, index, ref value)) == 1;
+        }
+
+        public bool Field(uint entity, string name, out FieldValue value)
+        {
+            value = new FieldValue { Size = Native.SizeOf<FieldValue>() };
+            return Check(Native.zoned_client_field_named(client, entity, Native.Bytes(name), ref value)) == 1;
         }
 
         private int Check(int result)

@@ -19,7 +19,7 @@ import os
 import pathlib
 import time
 
-ABI = 1 << 16 | 1  # of zoned_client.h: major version 1, minor version 1
+ABI = 1 << 16 | 2  # of zoned_client.h: major version 1, minor version 2
 NAME_BYTES = 64
 
 
@@ -98,6 +98,35 @@ class Entity(Sized):
         ("appearance", ctypes.c_uint32),
         ("at_rest", ctypes.c_uint32),
         ("reserved", ctypes.c_uint32),
+    ]
+
+
+class FieldKind(enum.IntEnum):
+    NUMBER = 0
+    ENUM = 1
+    BOOL = 2
+    TEXT = 3
+
+
+class FieldInfo(Sized):
+    _fields_ = [
+        ("size", ctypes.c_uint32),
+        ("kind", ctypes.c_uint32),
+        ("minimum", ctypes.c_double),
+        ("maximum", ctypes.c_double),
+        ("quantum", ctypes.c_double),
+        ("values", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("name", ctypes.c_char * NAME_BYTES),
+    ]
+
+
+class FieldValue(Sized):
+    _fields_ = [
+        ("size", ctypes.c_uint32),
+        ("kind", ctypes.c_uint32),
+        ("number", ctypes.c_double),
+        ("text", ctypes.c_char * NAME_BYTES),
     ]
 
 
@@ -259,6 +288,11 @@ def _load():
             ctypes.c_size_t)
     declare("entities", ctypes.c_size_t, client, ctypes.POINTER(Entity), ctypes.c_size_t)
     declare("get_entity", ctypes.c_int, client, ctypes.c_uint32, ctypes.POINTER(Entity))
+    declare("fields", ctypes.c_int, client, index)
+    declare("field", ctypes.c_int, client, index, index, ctypes.POINTER(FieldInfo))
+    declare("field_at", ctypes.c_int, client, ctypes.c_uint32, index, ctypes.POINTER(FieldValue))
+    declare("field_named", ctypes.c_int, client, ctypes.c_uint32, ctypes.c_char_p,
+            ctypes.POINTER(FieldValue))
     declare("own", ctypes.c_int, client, ctypes.POINTER(Avatar))
     declare("get_world", ctypes.c_int, client, ctypes.POINTER(World))
     declare("type", ctypes.c_int, client, index, ctypes.POINTER(TypeInfo))
@@ -371,6 +405,23 @@ class Client:
 
     def entity(self, identity):
         return self._maybe("get_entity", Entity(), identity)
+
+    def fields(self, type_index):
+        """The fields that a type declares, as FieldInfo."""
+        count = self._check(_library.zoned_client_fields(self._client, type_index))
+        return [self._filled("field", FieldInfo(), type_index, index) for index in range(count)]
+
+    def field(self, identity, name):
+        """The newest value of an entity's field, by name or index: a float, a bool or a str (a text,
+        or the name of an enum's value); None where the entity is not known or has no such field."""
+        by_name = isinstance(name, (str, bytes))
+        value = self._maybe("field_named" if by_name else "field_at", FieldValue(), identity,
+                            _bytes(name) if by_name else name)
+        if value is None:
+            return None
+        if value.kind == FieldKind.NUMBER:
+            return value.number
+        return value.number != 0 if value.kind == FieldKind.BOOL else value.text.decode()
 
     def own(self):
         return self._maybe("own", Avatar())

@@ -54,6 +54,9 @@ export class Panel {
       row(table, 'client', String(d.client));
       row(table, 'nimbus', metres(d.nimbus_m));
     }
+    for (const field of d.fields ?? []) {
+      row(table, field.name, field.value);
+    }
     row(table, 'heard by', d.heard_by.length === 1 ? '1 client' : `${d.heard_by.length} clients`);
     row(table, 'spent on it', `${bytes(d.spent.bytes)} in ${d.spent.records} records of ${d.spent.publications} publications${this.#rate(d)}`);
     if (d.view) {

@@ -189,6 +189,14 @@ bool fill_entity(const config::Settings& settings,
         out.set_client(entities.client[row].value);
         out.set_appearance(entities.appearance[row]);
         out.set_stance(stance_name(settings, entities.stance[row]));
+        if (const auto& schema = settings.types[entities.type[row]].fields) {
+            for (const wire::DeclaredField& field : schema->fields()) {
+                proto::admin::FieldFigures& figures = *out.add_fields();
+                figures.set_name(field.name);
+                figures.set_value(
+                    wire::text_of(field, wire::words_of(field, entities.field_values(row))));
+            }
+        }
         out.set_agent(agent_report(settings, *zone, entity, world.now()));
         const replication::Replicator::NetworkUse use = network_use_of(world, entity);
         out.set_sent_bytes(static_cast<double>(use.bytes));

@@ -106,6 +106,14 @@ void write_world(MetricsText& out, const config::Settings& settings, const LoopS
                "counter",
                "Entities and ticks beyond the declared acceleration or velocity jump.",
                number(loop.limit_exceeded));
+    out.single("zoned_fields_clamped_total",
+               "counter",
+               "Numbers that the rules set beyond the range of a declared field.",
+               number(loop.fields_clamped));
+    out.single("zoned_fields_refused_total",
+               "counter",
+               "Values that the rules set and that a declared field cannot hold.",
+               number(loop.fields_refused));
     out.single("zoned_zones_stopped",
                "gauge",
                "Zones that stand still because the rules threw.",

@@ -66,6 +66,18 @@ void write_state(JsonWriter& json, const config::Settings& settings, const Place
         .field("nimbus_m", static_cast<double>(type.nimbus_m[stance]))
         .field("cone_m", static_cast<double>(type.nimbus_cone[stance].length_m))
         .field("cone_half_rad", static_cast<double>(type.nimbus_cone[stance].half_angle_rad));
+    if (type.fields == nullptr) {
+        return;
+    }
+    json.key("fields").begin_array();
+    for (const wire::DeclaredField& field : type.fields->fields()) {
+        json.begin_object()
+            .field("name", field.name)
+            .field("value",
+                   wire::text_of(field, wire::words_of(field, entities.field_values(at.row))))
+            .end_object();
+    }
+    json.end_array();
 }
 
 void write_path(JsonWriter& json, const Place& at, const ai::Agent& agent) {

@@ -56,6 +56,8 @@ void add_loop(const LoopStats& loop, recording::ServerReport& report) {
     report.extra["script_errors"] = static_cast<double>(loop.script_errors);
     report.extra["inbox_dropped"] = static_cast<double>(loop.inbox_dropped);
     report.extra["limit_exceeded"] = static_cast<double>(loop.limit_exceeded);
+    report.extra["fields_clamped"] = static_cast<double>(loop.fields_clamped);
+    report.extra["fields_refused"] = static_cast<double>(loop.fields_refused);
     report.extra["out_of_world"] = static_cast<double>(loop.out_of_world);
     report.extra["quarantined_bodies"] = static_cast<double>(loop.quarantined);
     report.extra["strained_islands"] = static_cast<double>(loop.substep_limited);

@@ -204,6 +204,9 @@ std::string entity_text(const proto::admin::EntityFigures& e) {
     if (e.client() != 0) {
         out += fmt::format("client      {}\n", e.client());
     }
+    for (const proto::admin::FieldFigures& field : e.fields()) {
+        out += fmt::format("field       {}: {}\n", field.name(), field.value());
+    }
     out += fmt::format("sent        {:.0f} bytes in {:.0f} records of {:.0f} publications\n",
                        e.sent_bytes(),
                        e.sent_records(),

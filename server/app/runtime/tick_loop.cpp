@@ -296,6 +296,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.entities += r.census.entities;
     s.awake_bodies += r.census.awake_bodies;
     s.limit_exceeded += r.replication.limit_exceeded;
+    s.fields_clamped += r.fields_clamped;
+    s.fields_refused += r.fields_refused;
     s.over_budget += r.replication.over_budget;
     s.inputs += r.replication.inputs;
     s.inputs_missing += r.replication.inputs_missing;

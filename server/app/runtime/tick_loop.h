@@ -87,6 +87,8 @@ struct LoopStats {
     std::uint64_t undeliverable = 0;
     std::uint64_t script_errors = 0;
     std::uint64_t limit_exceeded = 0;
+    std::uint64_t fields_clamped = 0;
+    std::uint64_t fields_refused = 0;
     std::uint64_t out_of_world = 0;
     std::uint64_t quarantined = 0;
     std::uint64_t substep_limited = 0;  ///< islands and steps beyond the most substeps

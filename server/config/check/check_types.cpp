@@ -1,5 +1,6 @@
 #include "server/config/check/config_checks.h"
 #include "server/config/text/check_name.h"
+#include "server/config/types/field_config.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"
@@ -159,6 +160,7 @@ void check_representation(const proto::config::Config& config,
 
 void check_types(const proto::config::Config& config, Diagnostics& diagnostics) {
     check_stances(config, diagnostics);
+    check_fields(config, diagnostics);
     std::map<std::string, int> names;
     std::map<std::string, int> brains;
     for (int m = 0; m < config.brain_size(); ++m) {

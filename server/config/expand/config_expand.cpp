@@ -5,6 +5,7 @@
 #include "server/config/npc/poi_config.h"
 #include "server/config/settings.h"
 #include "server/config/text/config_numbers.h"
+#include "server/config/types/field_config.h"
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"
@@ -165,6 +166,7 @@ world::EntityType expand_type(const proto::config::Config& config,
     out.priority = narrow(type.priority());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
     out.brain = brain_of(config, type.brain());
+    out.fields = expand_fields(config, type);
     return out;
 }
 

@@ -112,6 +112,9 @@ zone::ShareFault share_of(const Fault& fault) {
 
 zone::FaultSettings expand_faults(const proto::config::Testing& testing) {
     zone::FaultSettings out;
+    if (testing.has_corrupt_field()) {
+        out.corrupt_field = share_of(testing.corrupt_field());
+    }
     if (testing.has_corrupt_position()) {
         out.corrupt = share_of(testing.corrupt_position());
         out.corrupt_offset_m = narrow(testing.corrupt_position().offset_m());

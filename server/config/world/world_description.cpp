@@ -9,12 +9,35 @@ namespace zoned::config {
 
 namespace {
 
+static_assert(static_cast<int>(wire::DeclaredKind::kText) == proto::DECLARED_TEXT);
+
+void describe_fields(const wire::FieldSchema& schema, proto::EntityType& out) {
+    for (const wire::DeclaredField& field : schema.fields()) {
+        proto::DeclaredField& to = *out.add_fields();
+        to.set_name(field.name);
+        to.set_kind(static_cast<proto::DeclaredKind>(field.kind));
+        if (field.kind == wire::DeclaredKind::kNumber) {
+            to.set_minimum(field.minimum);
+            to.set_quantum(field.quantum);
+            to.set_steps(field.most);
+        }
+        for (const std::string& value : field.values) {
+            to.add_values(value);
+        }
+        to.set_interval_ticks(static_cast<std::uint32_t>(field.interval));
+        to.mutable_initial()->Add(field.initial.begin(), field.initial.begin() + field.words);
+    }
+}
+
 void describe_type(const world::EntityType& type, proto::EntityType& out) {
     out.set_name(type.name);
     out.set_upright(type.upright());
     out.set_max_acceleration_mps2(type.max_acceleration_mps2);
     out.set_max_velocity_jump_mps(type.max_velocity_jump_mps);
     out.set_character(type.kind == world::EntityKind::kCharacter);
+    if (type.fields != nullptr) {
+        describe_fields(*type.fields, out);
+    }
     if (!out.character()) {
         return;
     }

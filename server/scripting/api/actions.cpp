@@ -157,6 +157,16 @@ int set_appearance(lua_State* lua) {
     return push_done(lua, can);
 }
 
+/// set_field(entity, name, value): false where the entity is not owned, or its type does not
+/// declare the field, or the field cannot hold the value. Numbers beyond its range are clamped.
+int set_field(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId entity = entity_argument(lua, 1);
+    const wire::FieldId id = field_argument(lua, 2);
+    const wire::FieldValue value = value_argument(lua, 3);
+    return push_done(lua, context.set_field(entity, id, value) != wire::FieldOutcome::kRefused);
+}
+
 /// set_stance(entity, name)
 int set_stance(lua_State* lua) {
     zone::RulesContext& context = changing(lua);
@@ -219,6 +229,7 @@ void open_actions(lua_State* lua) {
                                        {"hide", hide},
                                        {"show", show},
                                        {"set_appearance", set_appearance},
+                                       {"set_field", set_field},
                                        {"set_stance", set_stance},
                                        {"emit", emit},
                                        {"set_clock_rate", set_clock_rate},

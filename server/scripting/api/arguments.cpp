@@ -120,6 +120,26 @@ std::string_view name_argument(lua_State* lua, int index, const char* name) {
     return text;
 }
 
+wire::FieldId field_argument(lua_State* lua, int index) {
+    const auto id = reading(lua).field_named(name_argument(lua, index, "field"));
+    luaL_argcheck(lua, id.has_value(), index, "field: no type declares one of that name");
+    return *id;
+}
+
+wire::FieldValue value_argument(lua_State* lua, int index) {
+    switch (lua_type(lua, index)) {
+        case LUA_TBOOLEAN:
+            return lua_toboolean(lua, index) != 0;
+        case LUA_TNUMBER:
+            return static_cast<double>(lua_tonumber(lua, index));
+        case LUA_TSTRING:
+            return text_argument(lua, index, "value", 255);
+        default:
+            break;
+    }
+    refuse(lua, index, "value", "a number, true, false or a string");
+}
+
 Vec3 vector_argument(lua_State* lua, int index, const char* name, float most) {
     return {number_argument(lua, index, name, most),
             number_argument(lua, index + 1, name, most),

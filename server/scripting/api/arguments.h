@@ -32,6 +32,11 @@ std::string_view text_argument(lua_State* lua, int index, const char* name, std:
 /// UTF-8 without control characters, not empty.
 std::string_view name_argument(lua_State* lua, int index, const char* name);
 
+/// The name of a declared field: an error where no type of the world declares it.
+wire::FieldId field_argument(lua_State* lua, int index);
+/// A number, a boolean or a text; the text is good while it stays on the stack.
+wire::FieldValue value_argument(lua_State* lua, int index);
+
 /// Three numbers from an index on.
 Vec3 vector_argument(lua_State* lua, int index, const char* name, float most);
 /// Zone-local, m.

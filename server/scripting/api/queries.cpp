@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <variant>
 
 namespace zoned::scripting {
 
@@ -129,6 +130,23 @@ int appearance(lua_State* lua) {
         lua_pushinteger(lua, entities.appearance[row]);
         return 1;
     });
+}
+
+/// field(entity, name): a number, a boolean or a text; nil where the entity has no such field.
+int field(lua_State* lua) {
+    const zone::RulesContext& context = reading(lua);
+    const EntityId entity = entity_argument(lua, 1);
+    const auto value = context.field(entity, field_argument(lua, 2));
+    if (!value) {
+        lua_pushnil(lua);
+    } else if (const auto* number = std::get_if<double>(&*value)) {
+        lua_pushnumber(lua, static_cast<lua_Number>(*number));
+    } else if (const auto* truth = std::get_if<bool>(&*value)) {
+        lua_pushboolean(lua, *truth ? 1 : 0);
+    } else {
+        push_text(lua, std::get<std::string_view>(*value));
+    }
+    return 1;
 }
 
 void push_list(lua_State* lua, const std::vector<EntityId>& entities) {
@@ -316,6 +334,7 @@ void open_queries(lua_State* lua) {
                                        {"type_of", type_of},
                                        {"client_of", client_of},
                                        {"appearance", appearance},
+                                       {"field", field},
                                        {"avatars", avatars},
                                        {"near", near},
                                        {"distance", distance},

@@ -89,6 +89,8 @@ void fill(const mailbox::AuditEntity& in, proto::AuditEntity& out) {
     for (const std::int32_t v : in.quantized) {
         out.add_quantized(v);
     }
+    out.mutable_field_words()->Add(in.field_words.begin(), in.field_words.end());
+    out.mutable_field_ticks()->Add(in.field_ticks.begin(), in.field_ticks.end());
 }
 
 void fill(const mailbox::AuditUpdate& in, proto::AuditUpdate& out) {

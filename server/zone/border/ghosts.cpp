@@ -23,12 +23,14 @@ bool reaches_another_zone(const ZoneState& state, const Vec3d& at) {
 }
 
 bool same(const EntityState& a, const world::Entities& e, world::Row row, const Vec3& shift) {
+    const auto fields = e.fields().block(row, e.type[row]);
     return a.position + shift == e.position[row] && a.velocity == e.velocity[row] &&
            a.orientation.coeffs() == e.orientation[row].coeffs() &&
            a.angular_velocity == e.angular_velocity[row] && a.acceleration == e.acceleration[row] &&
            a.appearance == e.appearance[row] && a.stance == e.stance[row] &&
            ((a.flags & ~world::kDozing) | world::kGhost) == e.flags[row] &&
-           a.discontinuity_tick == e.discontinuity_tick[row];
+           a.discontinuity_tick == e.discontinuity_tick[row] &&
+           std::equal(a.fields.begin(), a.fields.end(), fields.begin(), fields.end());
 }
 
 /// A body this far off its owner's truth is put there at once; less is made up within the next

@@ -32,6 +32,7 @@ enum class BreakKind : std::uint8_t {
 struct FaultSettings {
     ShareFault corrupt;             ///< these entities' replicated positions are off ...
     float corrupt_offset_m = 0.0F;  ///< ... by this much
+    ShareFault corrupt_field;       ///< clients get other declared fields of these entities
     ShareFault hide;                ///< these entities are kept from everybody
     ShareFault leak;                ///< these viewers hear of one entity beyond their radii
     ShareFault leak_filtered;       ///< these viewers hear of concealed entities

@@ -6,6 +6,8 @@
 #include "shared/wire/packet.h"
 
 #include <algorithm>
+#include <span>
+#include <string_view>
 #include <utility>
 
 namespace zoned::zone {
@@ -129,6 +131,36 @@ void FaultyZone::shift_positions(float sign) {
     }
 }
 
+/// The first declared field of some entities has another value, and then its own again.
+void FaultyZone::shift_fields(bool there) {
+    world::Entities& e = state().entities;
+    if (!e.fields().any() || faults_.corrupt_field.share <= 0.0) {
+        return;
+    }
+    true_fields_.resize(e.size());
+    for (world::Row row = 0; row < e.size(); ++row) {
+        const wire::FieldSchema* schema = e.fields().schema(e.type[row]);
+        if (schema == nullptr || !faults_.corrupt_field.hits(e.id[row].value, state().now)) {
+            continue;
+        }
+        if (!there) {
+            e.put_field_block(row, true_fields_[row]);
+            continue;
+        }
+        const auto block = e.fields().block(row, e.type[row]);
+        true_fields_[row].assign(block.begin(), block.end());
+        const wire::DeclaredField& first = schema->fields()[0];
+        std::vector<std::uint32_t> shifted = true_fields_[row];
+        if (first.kind == wire::DeclaredKind::kText) {
+            wire::put_value(
+                first, std::string_view("?"), wire::words_of(first, std::span(shifted)));
+        } else {
+            shifted[0] = shifted[0] < first.most ? shifted[0] + 1 : 0;
+        }
+        e.put_field_block(row, shifted);
+    }
+}
+
 void FaultyZone::hide_wider_bounds() {
     for (mailbox::StatePacket& packet : state().out.packets) {
         const auto parsed = wire::read_down_head(packet.body);
@@ -141,8 +173,10 @@ void FaultyZone::hide_wider_bounds() {
 std::uint32_t FaultyZone::replicate(const world::Visibility& sets) {
     alter_sets(sets);
     shift_positions(1.0F);
+    shift_fields(true);
     const std::uint32_t packets = Zone::replicate(altered_);
     shift_positions(-1.0F);
+    shift_fields(false);
     if (faults_.silent_bound) {
         hide_wider_bounds();
     }

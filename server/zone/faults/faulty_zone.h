@@ -4,7 +4,9 @@
 #include "server/zone/faults/fault_settings.h"
 #include "server/zone/zone.h"
 
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 namespace zoned::zone {
 
@@ -29,10 +31,12 @@ class FaultyZone final : public Zone {
     void drop_decisions();
     void alter_sets(const world::Visibility& sets);
     void shift_positions(float sign);
+    void shift_fields(bool there);
     void hide_wider_bounds();
 
     FaultSettings faults_;
     world::Visibility altered_;
+    std::vector<std::vector<std::uint32_t>> true_fields_;  // while shifted, by row
 };
 
 }  // namespace zoned::zone

@@ -73,6 +73,11 @@ mailbox::AuditEntity audit_entity(const ZoneState& state,
         a.breach_tick = std::max(
             a.breach_tick, state.replicator.breach_tick(a.entity, static_cast<std::uint8_t>(k)));
     }
+    const auto fields = e.field_values(row);
+    a.field_words.assign(fields.begin(), fields.end());
+    for (const std::uint32_t tick : e.fields().changed(row, a.type)) {
+        a.field_ticks.push_back(static_cast<Tick>(tick));
+    }
     if (state.frozen) {
         a.quantized = frozen_integers(state, row);
     }

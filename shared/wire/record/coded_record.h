@@ -9,6 +9,8 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace zoned::wire::record {
@@ -20,6 +22,8 @@ struct CodedRecord {
     std::uint8_t lod = 0;
     TypeIndex type = 0;
     bool upright = false;
+    /// 1 + index in RecordFrame::declared; 0: its type has no declared fields.
+    std::uint32_t declared = 0;
     Tick tick = 0;         ///< of the publication, at most the packet's and kOldestTicks before it
     QuantizedState state;  ///< by the level's quantisation
 };
@@ -42,7 +46,9 @@ struct LevelFormat {
 /// Constants of all packets, known to both sides.
 struct RecordFormat {
     /// `world`: the world's quantisation.
-    RecordFormat(const Quantization& world, float seconds_per_tick) : tick_s(seconds_per_tick) {
+    RecordFormat(const Quantization& world, float seconds_per_tick, FieldSchemas declared = {})
+        : tick_s(seconds_per_tick),
+          fields(std::move(declared)) {
         for (std::uint8_t lod = 0; lod < kLods; ++lod) {
             levels.emplace_back(at_lod(world, lod));
         }
@@ -50,6 +56,21 @@ struct RecordFormat {
 
     std::vector<LevelFormat> levels;  ///< kLods
     float tick_s;
+    FieldSchemas fields;  ///< by type
+};
+
+/// The declared fields of an entity as they were published.
+struct DeclaredValues {
+    std::span<const std::uint32_t> words;
+    std::span<const Tick> changed;  ///< of each field: tick of the publication that changed it
+};
+
+/// The declared fields that an encoder asks for.
+class DeclaredSource {
+  public:
+    virtual ~DeclaredSource() = default;
+    /// Of an entity whose type has some.
+    [[nodiscard]] virtual DeclaredValues declared_of(EntityId entity) const = 0;
 };
 
 /// Residuals of a field are expected to be as large as the recent ones, separately by reach, the
@@ -74,12 +95,16 @@ struct RecordFrame {
     std::array<entropy::NormalSums<1>, 2> velocity;  ///< along the ground, upwards
     std::vector<RecordBits> bits;  ///< of each record, where they are measured; the rest of the
                                    ///< code's bytes is its head and end
+    std::vector<DeclaredUpdate> declared;     ///< of decoded records
+    std::vector<DeclaredBits> declared_bits;  ///< of them, where they are measured
 
     /// Empties the lists, which keep their memory.
     void clear() {
         records.clear();
         model_updates.clear();
         bits.clear();
+        declared.clear();
+        declared_bits.clear();
         velocity = {};
     }
 };

@@ -31,7 +31,8 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
                                                          ZoneId zone,
                                                          std::span<const CodedRecord> records,
                                                          std::vector<std::uint8_t>& out,
-                                                         bool measured) {
+                                                         bool measured,
+                                                         const DeclaredSource* declared) {
     ZONED_ASSERT(records.size() <= kMostRecords, "more records than a packet holds");
     const entropy::KnowledgeHead head = acknowledged_.begin(number);
     std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
@@ -41,9 +42,14 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
               [](const CodedRecord& a, const CodedRecord& b) { return a.entity < b.entity; });
     entropy::RangeEncoder coder(out, raw_);
     entropy::write_head(coder, head);
-    RecordPass<entropy::EncodePort>(
-        format_, acknowledged_.knowledge(), {acknowledged_.common(), {}}, {coder}, measured, *frame)
-        .run();
+    RecordPass<entropy::EncodePort> pass(format_,
+                                         acknowledged_.knowledge(),
+                                         {acknowledged_.common(), {}},
+                                         {coder},
+                                         measured,
+                                         *frame);
+    pass.take_declared(declared);
+    pass.run();
     coder.finish();
     return frame;
 }
@@ -66,10 +72,12 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
         return Decoded::failure(why);
     }
     std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
-    const bool sound =
-        RecordPass<entropy::DecodePort>(
-            format_, *known.knowledge, {*known.common, known.not_common}, {coder}, measured, *frame)
-            .run();
+    RecordPass<entropy::DecodePort> pass(
+        format_, *known.knowledge, {*known.common, known.not_common}, {coder}, measured, *frame);
+    const bool sound = pass.run();
+    if (pass.fault() != DeclaredFault::kNone) {
+        return Decoded::failure(kDeclaredFaultTexts[static_cast<std::size_t>(pass.fault())]);
+    }
     if (!sound || !coder.complete()) {
         return Decoded::failure("malformed records");
     }

@@ -31,13 +31,15 @@ class RecordEncoder {
     /// Records come in any order, one per entity, at most kMostRecords. The result may be dropped,
     /// and another packet of that number encoded, as long as it was not sent(). Allocates nothing
     /// once packets have been as large and as many were in flight. `measured`: also counts the bits
-    /// of each record (RecordFrame::bits), equally in encoder and decoder.
+    /// of each record (RecordFrame::bits), equally in encoder and decoder. `declared` is needed
+    /// where the type of a record has declared fields.
     std::shared_ptr<const RecordFrame> encode(entropy::PacketNumber number,
                                               Tick tick,
                                               ZoneId zone,
                                               std::span<const CodedRecord> records,
                                               std::vector<std::uint8_t>& out,
-                                              bool measured = false);
+                                              bool measured = false,
+                                              const DeclaredSource* declared = nullptr);
 
     void sent(std::shared_ptr<const RecordFrame> frame) { acknowledged_.sent(std::move(frame)); }
 

@@ -102,6 +102,7 @@ struct RecordModels {
         kUpright,
         kSameAppearance,
         kSameLeftOut,
+        kSameDeclared,
         kBits
     };
 

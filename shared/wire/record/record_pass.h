@@ -33,6 +33,12 @@ class RecordPass {
           measured_(measured),
           frame_(frame) {}
 
+    /// Encoders only: where the declared fields of records come from.
+    void take_declared(const DeclaredSource* source) { source_ = source; }
+
+    /// What was wrong with declared fields, after run() has failed for them.
+    [[nodiscard]] DeclaredFault fault() const { return fault_; }
+
     /// False when no encoder can have written the bytes read.
     bool run() {
         std::size_t next = 0;
@@ -54,6 +60,8 @@ class RecordPass {
             }
             if constexpr (kDecodes) {
                 frame_.records.push_back(record);
+            } else {
+                frame_.records[next].declared = record.declared;
             }
             before_ = kind;
             ++next;
@@ -163,7 +171,56 @@ class RecordPass {
         }
         learn_velocity(out);
         nearby_ = record;
-        return true;
+        return code_declared_fields(record, base);
+    }
+
+    /// The declared fields that changed after the base, or that are not initial, as raw bits.
+    bool code_declared_fields(CodedRecord& record, const CodedRecord* base) {
+        const FieldSchema* schema = schema_of(format_.fields, record.type);
+        record.declared = 0;
+        if (schema == nullptr) {
+            return true;
+        }
+        DeclaredUpdate update;
+        DeclaredBits bits{};
+        update.whole = base == nullptr;
+        if constexpr (!kDecodes) {
+            ZONED_ASSERT(source_ != nullptr, "an encoder is given the declared fields");
+            const DeclaredValues values = source_->declared_of(record.entity);
+            std::copy(values.words.begin(), values.words.end(), update.words.begin());
+            update.mask = update.whole ? changed_from_initial(*schema, values.words)
+                                       : changed_after(base->tick, values.changed);
+        }
+        if (!bit(RecordModels::kSameDeclared, update.mask == 0)) {
+            fault_ = code_declared(
+                [this](std::uint32_t value, int width) { return port_.raw(value, width); },
+                *schema,
+                update.mask,
+                update.words,
+                &bits);
+            if (kDecodes && fault_ == DeclaredFault::kNone && update.whole &&
+                !is_whole(*schema, update)) {
+                fault_ = DeclaredFault::kForm;
+            }
+        }
+        measure(kDeclaredPart);
+        if (measured_) {
+            frame_.declared_bits.push_back(bits);
+            record.declared = static_cast<std::uint32_t>(frame_.declared_bits.size());
+        }
+        if constexpr (kDecodes) {
+            frame_.declared.push_back(update);
+            record.declared = static_cast<std::uint32_t>(frame_.declared.size());
+        }
+        return fault_ == DeclaredFault::kNone;
+    }
+
+    static std::uint32_t changed_after(Tick tick, std::span<const Tick> changed) {
+        std::uint32_t mask = 0;
+        for (std::size_t i = 0; i < changed.size(); ++i) {
+            mask |= changed[i] > tick ? 1U << i : 0U;
+        }
+        return mask;
     }
 
     void begin_state(const CodedRecord& record, const CodedRecord* base) {
@@ -294,7 +351,7 @@ class RecordPass {
             frame_.bits.push_back({});
         }
         const std::uint64_t bits = whole_bits();
-        frame_.bits.back()[part] = static_cast<std::uint8_t>(bits - measured_bits_);
+        frame_.bits.back()[part] = static_cast<std::uint16_t>(bits - measured_bits_);
         measured_bits_ = bits;
     }
 
@@ -357,6 +414,8 @@ class RecordPass {
     bool measured_;
     std::uint64_t measured_bits_ = 0;
     RecordFrame& frame_;
+    const DeclaredSource* source_ = nullptr;
+    DeclaredFault fault_ = DeclaredFault::kNone;
     CodedKind before_ = kKnown;
     std::uint32_t entity_before_ = 0;
     std::size_t lod_before_ = 0;

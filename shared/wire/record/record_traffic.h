@@ -14,6 +14,7 @@ template <class ReasonOf>
 void add_traffic(TrafficTable& table,
                  const RecordFrame& frame,
                  std::size_t bytes,
+                 const FieldSchemas& fields,
                  ReasonOf reason_of) {
     std::size_t rest = 8 * bytes;
     for (std::size_t i = 0; i < frame.records.size(); ++i) {
@@ -25,6 +26,10 @@ void add_traffic(TrafficTable& table,
             table.add_removal(all);
         } else {
             table.add_record(record.type, reason_of(record), bits);
+            const FieldSchema* schema = schema_of(fields, record.type);
+            if (schema != nullptr) {
+                table.add_declared(*schema, frame.declared_bits[record.declared - 1]);
+            }
         }
     }
     table.add_code_head(rest);

@@ -186,6 +186,13 @@ struct MessageEncoder {
         }
     }
 
+    void operator()(std::uint32_t number, const std::vector<std::string>& texts) {
+        for (const std::string& text : texts) {
+            out.tag(number, WireType::kDelimited);
+            out.text(text);
+        }
+    }
+
     template <class Message>
     void operator()(std::uint32_t number, const std::vector<Message>& messages) {
         for (const Message& one : messages) {
@@ -288,6 +295,16 @@ struct MessageDecoder {
             taken = true;
             const auto bytes = in.delimited();
             text.assign(bytes.begin(), bytes.end());
+        }
+    }
+
+    void operator()(std::uint32_t number, std::vector<std::string>& texts) {
+        if (delimited(number)) {
+            if (texts.size() >= kMostElements) {
+                in.fail();
+                return;
+            }
+            (*this)(number, texts.emplace_back());
         }
     }
 

@@ -238,6 +238,8 @@ struct AuditEntityMessage {
     std::int64_t breach_tick = 0;
     std::vector<std::int32_t> quantized;
     std::int64_t radii_tick = 0;
+    std::vector<std::uint32_t> field_words;
+    std::vector<std::int64_t> field_ticks;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.entity);
@@ -252,6 +254,8 @@ struct AuditEntityMessage {
         visit(10, m.breach_tick);
         visit(11, zigzag(m.quantized));
         visit(85, m.radii_tick);
+        visit(86, m.field_words);
+        visit(87, m.field_ticks);
     }
 };
 

@@ -77,6 +77,28 @@ struct CharacterLimitsMessage {
     }
 };
 
+struct DeclaredFieldMessage {
+    std::string name;
+    std::int32_t kind = 0;  ///< of an enum: an unknown one may be below 0
+    double minimum = 0.0;
+    double quantum = 0.0;
+    std::uint32_t steps = 0;
+    std::vector<std::string> values;
+    std::vector<std::uint32_t> initial;
+    std::uint32_t interval_ticks = 0;
+
+    static void fields(auto& m, auto& visit) {
+        visit(1, m.name);
+        visit(2, m.kind);
+        visit(3, m.minimum);
+        visit(4, m.quantum);
+        visit(5, m.steps);
+        visit(6, m.values);
+        visit(7, m.initial);
+        visit(8, m.interval_ticks);
+    }
+};
+
 struct EntityTypeMessage {
     std::string name;
     bool upright = false;
@@ -85,6 +107,7 @@ struct EntityTypeMessage {
     bool character = false;
     std::optional<CharacterLimitsMessage> limits;
     std::uint32_t seats = 0;
+    std::vector<DeclaredFieldMessage> declared;
 
     static void fields(auto& m, auto& visit) {
         visit(1, m.name);
@@ -94,6 +117,7 @@ struct EntityTypeMessage {
         visit(5, m.character);
         visit(6, m.limits);
         visit(7, m.seats);
+        visit(8, m.declared);
     }
 };
 

@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +23,27 @@ inline constexpr TypeIndex kGuard = 1;
 inline constexpr TypeIndex kBall = 2;
 inline constexpr TypeIndex kCrate = 3;
 
+/// What characters declare: numbers, a choice, a flag and a text.
+inline std::shared_ptr<const wire::FieldSchema> test_fields() {
+    std::vector<wire::DeclaredField> fields(5);
+    fields[0].name = "health";
+    fields[0].most = 100;
+    fields[0].initial[0] = 100;
+    fields[1].name = "kills";
+    fields[1].most = 1000;
+    fields[2].name = "mood";
+    fields[2].kind = wire::DeclaredKind::kEnum;
+    fields[2].values = {"calm", "angry"};
+    fields[3].name = "ready";
+    fields[3].kind = wire::DeclaredKind::kBool;
+    fields[4].name = "title";
+    fields[4].kind = wire::DeclaredKind::kText;
+    return *wire::FieldSchema::make(std::move(fields));
+}
+
 inline world::TypeTable test_types() {
     world::TypeTable types(4);
+    types[kPlayer].fields = test_fields();
     types[kPlayer].name = "player";
     types[kPlayer].kind = world::EntityKind::kCharacter;
     types[kPlayer].mass = 80.0F;
@@ -73,7 +94,9 @@ class FakeContext : public zone::RulesContext {
     explicit FakeContext(std::uint16_t zone_number = 1, const Vec3d& zone_origin = Vec3d::Zero())
         : zone_(zone_number),
           origin_(zone_origin),
-          next_id_(zone_number) {}
+          next_id_(zone_number) {
+        entities_.declare_fields(world::field_schemas(types_));
+    }
 
     // ---- for tests ----
 
@@ -243,6 +266,22 @@ class FakeContext : public zone::RulesContext {
 
     void set_appearance(EntityId entity, std::uint16_t appearance) override {
         entities_.appearance[owned(entity)] = appearance;
+    }
+
+    wire::FieldOutcome set_field(EntityId entity,
+                                 wire::FieldId id,
+                                 const wire::FieldValue& value) override {
+        const world::Row row = entities_.find(entity);
+        const wire::FieldSchema* schema = types_[entities_.type[row]].fields.get();
+        const wire::DeclaredField* field = schema != nullptr ? schema->find(id) : nullptr;
+        std::array<std::uint32_t, wire::kTextWords> words{};
+        const wire::FieldOutcome outcome =
+            field != nullptr ? wire::put_value(*field, value, words) : wire::FieldOutcome::kRefused;
+        if (outcome != wire::FieldOutcome::kRefused) {
+            entities_.put_field(
+                row, *field, std::span<const std::uint32_t>(words).first(field->words), now());
+        }
+        return outcome;
     }
 
     [[nodiscard]] std::optional<world::Stance> stance_named(std::string_view name) const override {

@@ -33,6 +33,26 @@ TEST(ScriptApi, SpawnsMovesHidesAndShowsEntities) {
               "true false false nil");
 }
 
+TEST(ScriptApi, SetsAndReadsDeclaredFields) {
+    ScriptZone zone(R"(function on_tick()
+        local p = spawn('player', 0, 0, 0)
+        print(field(p, 'health'), field(p, 'mood'), field(p, 'ready'), field(p, 'title'))
+        print(set_field(p, 'health', 41.6), set_field(p, 'mood', 'angry'),
+              set_field(p, 'ready', true), set_field(p, 'title', 'Ann'))
+        print(field(p, 'health'), field(p, 'mood'), field(p, 'ready'), field(p, 'title'))
+        print(set_field(p, 'health', -5), field(p, 'health'), set_field(p, 'health', 'much'),
+              set_field(p, 'mood', 'bored'), set_field(p, 'title', ('x'):rep(32)),
+              field(p, 'title'))
+        local b = spawn('ball', 0, 0, 0)
+        print(field(b, 'health'), set_field(b, 'health', 1), field(12345, 'health'))
+    end)");
+    zone.tick();
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.printed(),
+              "100.0 calm false |true true true true|42.0 angry true Ann|"
+              "true 0.0 false false false Ann|nil false nil");
+}
+
 TEST(ScriptApi, ChangesNothingOfOtherZones) {
     ScriptZone owner("", {}, 2);
     const EntityId theirs = owner.put(kBall, Vec3(1.0F, 0.0F, 0.0F));
@@ -257,6 +277,12 @@ TEST(ScriptApi, NamesTheFunctionAndTheArgumentThatIsWrong) {
              WrongCall{"publish('\\255', 16)", "#1 to 'publish' (topic: readable text is wanted"},
              WrongCall{"set_stance(1, 'dancing')",
                        "#2 to 'set_stance' (stance: the world has none"},
+             WrongCall{"set_field(1, 'stamina', 1)",
+                       "#2 to 'set_field' (field: no type declares one of that name"},
+             WrongCall{"field(1, 'stamina')",
+                       "#2 to 'field' (field: no type declares one of that name"},
+             WrongCall{"set_field(1, 'health', nil)",
+                       "#3 to 'set_field' (value: a number, true, false or a string is wanted"},
              WrongCall{"emit('dust', 0, 0, 0, 0, 0, 0, 5000)",
                        "#8 to 'emit' (count: an integer from 1 to 1000"},
              WrongCall{"note_outcome(1)",

@@ -6,6 +6,8 @@
 
 #include <fstream>
 #include <sstream>
+#include <string_view>
+#include <variant>
 
 namespace zoned::scripting::test {
 namespace {
@@ -32,6 +34,11 @@ class Arena : public ::testing::Test {
         }
     }
 
+    /// A declared field, as clients get it.
+    [[nodiscard]] double number(EntityId entity, std::string_view name) const {
+        return std::get<double>(*zone.field(entity, wire::field_id(name)));
+    }
+
     [[nodiscard]] std::string denial() const {
         const auto denials = zone.of_kind(sandbox::EVENT_DENIED);
         return denials.empty() ? "" : FakeContext::parse<sandbox::Denied>(denials.back()).reason();
@@ -47,7 +54,11 @@ class Arena : public ::testing::Test {
 TEST_F(Arena, KillsAndBringsBack) {
     shoot(3);
     EXPECT_FALSE(zone.hidden(second));
+    EXPECT_EQ(number(second, "health"), 25.0);
+    EXPECT_EQ(number(first, "kills"), 0.0);
     shoot(1);
+    EXPECT_EQ(number(second, "health"), 0.0);
+    EXPECT_EQ(number(first, "kills"), 1.0);
     EXPECT_TRUE(zone.hidden(second));
     EXPECT_TRUE(zone.rules->busy());
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_HIT).size(), 4u);
@@ -61,6 +72,7 @@ TEST_F(Arena, KillsAndBringsBack) {
     zone.tick(90);
     EXPECT_FALSE(zone.hidden(second));
     EXPECT_EQ(zone.position(second), Vec3(10.0F, 0.0F, 0.0F));
+    EXPECT_EQ(number(second, "health"), 100.0);
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_RESPAWN).size(), 1u);
     zone.tick(40);
     EXPECT_FALSE(zone.rules->busy());

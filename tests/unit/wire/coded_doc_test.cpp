@@ -1,5 +1,6 @@
 // The packets of coded records in proto/WIRE.md agree with the code's reader and writer.
 #include "tests/unit/wire/wire_document.h"
+#include "tests/unit/wire/wire_samples.h"
 #include "shared/wire/record/record_codec.h"
 
 #include <cctype>
@@ -118,6 +119,66 @@ TEST(WireDocument, HasAStreamOfCodedPacketsThatTheCodeEncodesAndDecodes) {
     EXPECT_GE(packets, 3);
     EXPECT_GE(lost, 1);
     EXPECT_GE(listings, 1);
+}
+
+/// One entity whose records say `declared`, pairs of a field and its code.
+struct DeclaredInDocument final : record::DeclaredSource {
+    explicit DeclaredInDocument(const FieldSchema& schema)
+        : fields(schema),
+          words(schema.initial().begin(), schema.initial().end()),
+          changed(schema.fields().size(), 0) {}
+
+    void follow(const Example& e) {
+        const auto pairs = e.numbers("declared");
+        for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) {
+            const auto field = static_cast<std::size_t>(pairs[i]);
+            words[fields.fields()[field].word] = static_cast<std::uint32_t>(pairs[i + 1]);
+            changed[field] = e.number("tick");
+        }
+    }
+
+    [[nodiscard]] record::DeclaredValues declared_of(EntityId /*entity*/) const override {
+        return {words, changed};
+    }
+
+    const FieldSchema& fields;
+    std::vector<std::uint32_t> words;
+    std::vector<Tick> changed;
+};
+
+TEST(WireDocument, HasCodedPacketsWithDeclaredFields) {
+    const auto fields = testing::sample_fields();
+    FieldSchemas by_type(4);
+    by_type[3] = fields;
+    const record::RecordFormat format(Quantization{}, 1.0F / 30.0F, by_type);
+    record::RecordEncoder encoder(format);
+    record::RecordDecoder decoder(format);
+    DeclaredInDocument world(*fields);
+    std::vector<std::uint32_t> known;
+    int packets = 0;
+    for (const Example& e : examples()) {
+        if (e.name != "coded-declared") {
+            continue;
+        }
+        SCOPED_TRACE("WIRE.md:" + std::to_string(e.line));
+        world.follow(e);
+        const auto number = static_cast<entropy::PacketNumber>(e.number("packet"));
+        const std::vector<record::CodedRecord> records{coded_record(e.text("record"))};
+        for (const double acknowledged : e.numbers("acknowledged")) {
+            encoder.acknowledge(static_cast<entropy::PacketNumber>(acknowledged));
+        }
+        Bytes out;
+        encoder.sent(
+            encoder.encode(number, e.number("tick"), ZoneId(3), records, out, false, &world));
+        EXPECT_EQ(out, e.bytes("hex"));
+        const auto frame = decoder.decode(number, e.number("tick"), ZoneId(3), e.bytes("hex"));
+        ASSERT_TRUE(frame) << frame.error();
+        expect_same((*frame)->records[0], records[0]);
+        apply_declared(*fields, (*frame)->declared.at(0), known);
+        EXPECT_EQ(known, world.words);
+        ++packets;
+    }
+    EXPECT_EQ(packets, 2);
 }
 
 }  // namespace

@@ -308,7 +308,7 @@ TEST(RecordCodec, TellsWhatEachRecordTookAlikeOnBothSides) {
         ASSERT_EQ(sent->bits, (*came)->bits);
         ASSERT_EQ(sent->bits.size(), records.size());
         TrafficTable table;
-        add_traffic(table, *sent, bytes.size(), [](const CodedRecord& record) {
+        add_traffic(table, *sent, bytes.size(), format.fields, [](const CodedRecord& record) {
             EXPECT_FALSE(record.remove);
             return TrafficReason::kUpdate;
         });

@@ -2,10 +2,17 @@
 #pragma once
 
 #include "shared/core/rng.h"
+#include "shared/wire/declared/declared_codec.h"
 #include "shared/wire/quantize.h"
 
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace zoned::wire::testing {
 
@@ -55,6 +62,49 @@ inline QuantizedState random_quantized(core::Rng& rng, bool upright, const Quant
     }
     const auto appearance = static_cast<std::uint16_t>((rng.next() >> 16) >> rng.below(17));
     return quantize(s, order, upright, at_rest, appearance, q);
+}
+
+/// A field of each kind, as section 5a of proto/WIRE.md has them.
+inline std::shared_ptr<const FieldSchema> sample_fields() {
+    std::vector<DeclaredField> fields(5);
+    fields[0].name = "health";
+    fields[0].most = 100;
+    fields[0].initial[0] = 100;
+    fields[1].name = "charge";
+    fields[1].minimum = -10.0;
+    fields[1].quantum = 0.00002;
+    fields[1].most = 1'000'000;
+    fields[2].name = "mood";
+    fields[2].kind = DeclaredKind::kEnum;
+    fields[2].values = {"calm", "wary", "angry"};
+    fields[3].name = "ready";
+    fields[3].kind = DeclaredKind::kBool;
+    fields[4].name = "title";
+    fields[4].kind = DeclaredKind::kText;
+    return *FieldSchema::make(std::move(fields));
+}
+
+inline std::shared_ptr<const FieldSchema> health_alone() {
+    std::vector<DeclaredField> fields(1);
+    fields[0].name = "health";
+    fields[0].most = 100;
+    fields[0].initial[0] = 100;
+    return *FieldSchema::make(std::move(fields));
+}
+
+/// Another value for one field of an entity.
+inline void change_field(core::Rng& rng,
+                         const DeclaredField& field,
+                         std::span<std::uint32_t> words) {
+    if (field.kind != DeclaredKind::kText) {
+        words[field.word] = rng.below(field.most + 1);
+        return;
+    }
+    std::string text;
+    for (std::uint32_t n = rng.below(12); n > 0; --n) {
+        text += rng.below(4) == 0 ? std::string("\xC3\xA9") : std::string(1, 'a');
+    }
+    put_value(field, std::string_view(text), words_of(field, words));
 }
 
 /// A few Quantizations: the default, a coarse one, the finest that check() lets pass.

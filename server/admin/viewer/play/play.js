@@ -24,7 +24,7 @@ const canvas = element('world');
 const entities = new Entities();
 const renderer = new Renderer(canvas);
 const clock = { shown: 0, tickSeconds: 1 / 30 };
-const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, frames: 0, items: [], behind: true, doors: '' };
+const page = { code: null, told: null, client: null, ready: false, own: null, ownType: 0, ownFields: [], frames: 0, items: [], behind: true, doors: '' };
 
 const controls = new PlayerControls(canvas, { act });
 
@@ -79,6 +79,7 @@ function buildScene() {
   renderer.setScene({ types, zones, doors: [], surfaces, ground_height_m: told.ground_height_m }, geometry);
   const player = types.findIndex(({ name }) => name === 'player');
   page.ownType = player >= 0 ? player : Math.max(0, types.findIndex(({ character }) => character));
+  page.ownFields = client.fields(page.ownType);
   page.doors = '-';
   layBoxes();
   page.ready = true;
@@ -240,6 +241,11 @@ function frame(now) {
   }
 }
 
+/** What the game declares for the own avatar, say its health. */
+function ownFields(client) {
+  return page.ownFields.map(({ name }) => `${name} ${client.field(page.own.id, name) ?? '?'}, `).join('');
+}
+
 function figures() {
   const { client } = page;
   if (!client) {
@@ -249,8 +255,10 @@ function figures() {
   const names = ['', 'connecting', 'online', 'the connection is gone, trying again', 'closed'];
   const cm = (metres) => `${(100 * metres).toFixed(2)} cm`;
   let text = names[client.state];
+  const own = page.own && page.ready ? ownFields(client) : '';
   if (client.state === ONLINE && stats) {
     text = `${entities.size} in sight, ${stats.rttMs.toFixed(0)} ms, correction ${cm(stats.correctionM)} (p99 ${cm(stats.correctionM_p99)})`;
+    text = own + text;
     if (stats.audits > 0) {
       text += `, error shown ${cm(stats.displayedM_p50)} (p99 ${cm(stats.displayedM_p99)})`;
     }

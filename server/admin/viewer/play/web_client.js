@@ -223,6 +223,31 @@ export class WebClient {
     };
   }
 
+  /** Value of an entity's declared field, by name or index: a number, a boolean or a text; null: there is none. */
+  field(entity, nameOrIndex) {
+    const named = typeof nameOrIndex === 'string';
+    const name = named ? this.#text(nameOrIndex) : 0;
+    const got = this.code.web_field(this.client, entity, named ? 0 : nameOrIndex, name, this.numbersAt);
+    if (named) {
+      this.code.web_free(name);
+    }
+    if (got !== 1) {
+      return null;
+    }
+    const [kind, number] = this.#numbers(2);
+    return [number, this.#read(this.code.web_name()), number !== 0, this.#read(this.code.web_name())][kind];
+  }
+
+  /** The fields that a type declares: name, kind (0 number, 1 enum, 2 boolean, 3 text), range. */
+  fields(type) {
+    const out = [];
+    while (this.code.web_field_info(this.client, type, out.length, this.numbersAt) === 1) {
+      const [kind, minimum, maximum, quantum, values] = this.#numbers(5);
+      out.push({ name: this.#read(this.code.web_name()), kind, minimum, maximum, quantum, values });
+    }
+    return out;
+  }
+
   /** null before the server has described the world. */
   world() {
     if (this.code.web_world(this.client, this.numbersAt) !== 1) {

@@ -1,0 +1,105 @@
+// The declared fields that a view holds: whole after each newest record, and none that are refused.
+#include "client-sim/view/view.h"
+#include "tests/unit/client/fake_server.h"
+#include "tests/unit/wire/wire_samples.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::view {
+namespace {
+
+constexpr wire::Quantization kSteps;
+
+std::shared_ptr<const WorldInfo> world_with_health() {
+    WorldInfo world = *test::read_world(test::FakeServer().world());
+    world.fields.resize(world.types.size());
+    world.fields[0] = wire::testing::health_alone();
+    return std::make_shared<const WorldInfo>(std::move(world));
+}
+
+struct ViewFields : testing::Test {
+    ViewFields()
+        : view(world_with_health(),
+               {motion::ConvergenceMethod::kLinear, true, ViewKind::kExtrapolate},
+               nullptr) {}
+
+    /// `health` below 0: the record has no declared fields. It is written as it is, in range or
+    /// not.
+    void record(bool absolute, Tick tick, int health) {
+        wire::RecordHead head;
+        head.entity = EntityId(5);
+        head.tick_low = static_cast<std::uint8_t>(tick);
+        motion::KinematicState s;
+        s.position = Vec3(1.0F, 1.0F, 0.0F);
+        const auto state =
+            wire::quantize(s, motion::PredictorOrder::kStatic, false, true, 0, kSteps);
+        std::vector<wire::DeclaredField> wider(1);  // of a server that lies about the range
+        wider[0].name = "health";
+        wider[0].most = 127;
+        wider[0].initial[0] = 100;
+        const auto schema = *wire::FieldSchema::make(std::move(wider));
+        const std::vector<std::uint32_t> words{static_cast<std::uint32_t>(std::max(health, 0))};
+        const wire::DeclaredPart part{schema.get(), words, health >= 0 ? 1U : 0U};
+        if (absolute) {
+            wire::encode_absolute(head, state, false, kSteps, records, part);
+        } else {
+            wire::encode_delta(head, state, state, false, kSteps, records, part);
+        }
+    }
+
+    void deliver(std::uint64_t sequence, Tick tick) {
+        link::OpenedPacket packet;
+        packet.sequence = sequence;
+        packet.head.tick = tick;
+        packet.head.zone = ZoneId(1);
+        packet.records = records;
+        view.apply(packet, static_cast<double>(tick) / 30.0);
+        records.clear();
+    }
+
+    [[nodiscard]] int health(Tick tick) const {
+        const Entity* entity = view.store().find(EntityId(5));
+        const auto words = entity != nullptr ? EntityStore::fields_at(*entity, tick)
+                                             : std::span<const std::uint32_t>();
+        return words.empty() ? -1 : static_cast<int>(words[0]);
+    }
+
+    View view;
+    std::vector<std::uint8_t> records;
+};
+
+TEST_F(ViewFields, AreKnownAtEachRecentTick) {
+    record(true, 100, -1);
+    deliver(1, 100);
+    EXPECT_EQ(health(99), -1);
+    EXPECT_EQ(health(100), 100);  // initial
+    record(false, 104, 60);
+    deliver(3, 104);
+    record(false, 102, 80);  // overtaken: the newer one says all that it said
+    deliver(2, 103);
+    EXPECT_EQ(health(103), 100);
+    EXPECT_EQ(health(104), 60);
+    record(false, 106, -1);
+    deliver(4, 106);
+    EXPECT_EQ(health(106), 60);
+    record(true, 108, -1);
+    deliver(5, 108);
+    EXPECT_EQ(health(107), 60);
+    EXPECT_EQ(health(108), 100);
+    EXPECT_EQ(view.stats().malformed_records, 0U);
+}
+
+TEST_F(ViewFields, BeyondTheirRangeAreRefusedAndCounted) {
+    record(true, 100, 50);
+    deliver(1, 100);
+    record(false, 102, 101);
+    deliver(2, 102);
+    EXPECT_EQ(health(102), 50);
+    EXPECT_EQ(view.stats().malformed_records, 1U);
+    EXPECT_EQ(view.stats().refused_fields[static_cast<std::size_t>(wire::DeclaredFault::kRange)],
+              1U);
+    EXPECT_EQ(view.take_reset_wish(4.0), "a declared field beyond its range");
+}
+
+}  // namespace
+}  // namespace zoned::view
