@@ -15,7 +15,7 @@
 
 namespace zoned::link {
 
-inline constexpr std::uint32_t kProtocolVersion = 5;
+inline constexpr std::uint32_t kProtocolVersion = 6;
 
 /// The login of a client. `ticket` is a serialised Ticket (proto/session.proto) or empty (a server
 /// in development mode).

@@ -220,16 +220,11 @@ class RulesContext {
         return wire::value_of(*field, wire::words_of(*field, e.field_values(row)));
     }
 
-    /// Of an owned entity. A number beyond the range is clamped; anything else that the field can
-    /// not hold is refused, and so are other zones' entities. Both are counted (StepReport).
+    /// Of an owned entity. A number beyond the range is clamped; anything else that the field
+    /// cannot hold is refused, and so are other zones' entities. Both are counted (StepReport).
     virtual wire::FieldOutcome set_field(EntityId entity,
                                          wire::FieldId id,
-                                         const wire::FieldValue& value) {
-        (void)entity;
-        (void)id;
-        (void)value;
-        return wire::FieldOutcome::kRefused;
-    }
+                                         const wire::FieldValue& value) = 0;
 
     /// The stance of that name: one of the four that every world has, or of those that the
     /// config names.

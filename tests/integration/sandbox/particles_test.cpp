@@ -85,6 +85,37 @@ TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
               "no particles that rules ask about");
 }
 
+/// Home and path are given in the world's coordinates: 40 x 20 x 40 m about (25, 20, -20) in the
+/// eastern zone. With 12 m/s and 10 m/s2 back, an animal comes out by 12 * 12 / (2 * 10) m, and by
+/// what its neighbours pull.
+TEST(ParticlesInZones, AFlockStaysAboutItsHomeInTheWorld) {
+    const config::Settings settings = weather(
+        {"particles[4]={name: \"birds\" cosmetic: false most: 100 emitter { x_m: 25 y_m: 20 z_m: "
+         "-20 spread_m: 5 rate_hz: 100 cone_deg: 180 speed_min_mps: 6 lifetime_min_s: 600 } flock "
+         "{ "
+         "min_x_m: 5 max_x_m: 45 min_y_m: 10 max_y_m: 30 min_z_m: -40 max_z_m: 0 path { x_m: 15 "
+         "z_m: -30 } path { x_m: 35 z_m: -10 } } }"});
+    app::World world(settings, 1);
+    pass_ticks(world, 600);
+    EXPECT_EQ(world.zones()[0]->state().particles.systems.size(), 1U) << "hail alone";
+    const zone::ZoneState& east = world.zones()[1]->state();
+    const auto it = std::find_if(east.particles.systems.begin(),
+                                 east.particles.systems.end(),
+                                 [](const auto& system) { return system.name == "birds"; });
+    ASSERT_NE(it, east.particles.systems.end());
+    const physics::ParticleSystem& birds = *east.particles.simulated.find(it->id);
+    EXPECT_EQ(birds.size(), 100U);
+    Vec3d mean = Vec3d::Zero();
+    for (std::size_t i = 0; i < birds.size(); ++i) {
+        const Vec3d at = birds.position(i).cast<double>() + east.settings.region().origin();
+        mean += at / static_cast<double>(birds.size());
+        EXPECT_LT((at - Vec3d(25.0, 20.0, -20.0)).cwiseAbs().maxCoeff(), 20.0 + 3.0 * 7.2)
+            << at.transpose();
+    }
+    // The path has led them to its end.
+    EXPECT_LT(std::hypot(mean.x() - 35.0, mean.z() + 10.0), 15.0) << mean.transpose();
+}
+
 TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
     const config::Settings settings = weather();
     const auto told = view::read_world(
