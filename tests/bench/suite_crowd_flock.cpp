@@ -81,12 +81,12 @@ class FlockSystem {
     Tick now_ = 0;
 };
 
-class FlockTrial final : public JudgedTrial {
+class SteeredFlockTrial final : public JudgedTrial {
   public:
-    FlockTrial(std::size_t count,
-               int threads,
-               compute::Device* device,
-               const compute::Crossover& of_flocks)
+    SteeredFlockTrial(std::size_t count,
+                      int threads,
+                      compute::Device* device,
+                      const compute::Crossover& of_flocks)
         : count_(count),
           flock_(count),
           reference_(count) {
@@ -152,7 +152,7 @@ void run_crowd_flock(Session& session) {
                               compute::Device* on,
                               const compute::Crossover& of_flocks) {
         return Method{name, "", [=] {
-                          return std::make_unique<FlockTrial>(count, threads, on, of_flocks);
+                          return std::make_unique<SteeredFlockTrial>(count, threads, on, of_flocks);
                       }};
     };
     std::vector<Method> methods{with("default", 2, nullptr, {}), with("cpu_1", 1, nullptr, {})};

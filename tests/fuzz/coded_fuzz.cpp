@@ -87,11 +87,12 @@ entropy::PacketNumber next_number(entropy::PacketNumber newest, std::uint8_t wha
 
 /// Packets from raw bytes: two bits give the step of the number, the rest of the action's byte
 /// gives the zone. No encoder need have written any of it.
-std::size_t try_record_packets(Input input, bool coarse) {
-    // Every type has declared fields: raw bytes seldom name one of a few.
-    const record::RecordFormat format(quantization_for(coarse ? 1 : 0),
-                                      1.0F / 30.0F,
-                                      FieldSchemas(65536, testing::sample_fields()));
+std::size_t try_record_packets(Input input, bool coarse, bool declared) {
+    // All types have declared fields, or none: raw bytes seldom name one of a few.
+    const record::RecordFormat format(
+        quantization_for(coarse ? 1 : 0),
+        1.0F / 30.0F,
+        declared ? FieldSchemas(65536, testing::sample_fields()) : FieldSchemas());
     RecordTwins twins(format);
     zoned::fuzz::Actions actions(input);
     entropy::PacketNumber newest = 0;
@@ -260,9 +261,10 @@ std::size_t try_coded(Input input) {
     }
     const Input rest = input.subspan(1);
     const bool coarse = (input[0] & 4) != 0;
+    const bool declared = (input[0] & 8) != 0;
     switch (input[0] % 4) {
         case kRecordPackets:
-            return try_record_packets(rest, coarse);
+            return try_record_packets(rest, coarse, declared);
         case kRecordStream:
             return try_record_stream(rest, coarse);
         case kSnapshots:
@@ -290,6 +292,13 @@ std::vector<Bytes> seeds() {
     for (const Bytes& seed : all) {
         ZONED_ASSERT(wire::fuzz::try_coded(seed) > 0, "of a seed something is accepted");
     }
+    // Random bytes seldom hold fields that are sound: most of these are refused.
+    std::size_t accepted = 0;
+    for (int i = 0; i < 64; ++i) {
+        all.push_back(wire::fuzz::coded_input(8, rng));
+        accepted += wire::fuzz::try_coded(all.back());
+    }
+    ZONED_ASSERT(accepted > 0, "of seeds with declared fields something is accepted");
     return all;
 }
 

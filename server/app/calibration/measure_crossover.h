@@ -4,7 +4,7 @@
 #include "server/compute/crossover.h"
 #include "server/compute/stages/particle_stage.h"
 #include "server/compute/team.h"
-#include "server/physics/particles/flock.h"
+#include "server/physics/particles/particle_flock.h"
 
 #include <string>
 

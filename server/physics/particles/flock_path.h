@@ -1,7 +1,7 @@
 // Flock path: the directions over the ground that lead a flock along its path.
 #pragma once
 
-#include "server/physics/particles/flock.h"
+#include "server/physics/particles/particle_flock.h"
 
 #include <vector>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/compute/stages/particle_stage.h"
-#include "server/physics/particles/flock.h"
+#include "server/physics/particles/particle_flock.h"
 #include "server/physics/particles/wind.h"
 #include "server/physics/shapes/heightfield.h"
 #include "shared/core/result.h"

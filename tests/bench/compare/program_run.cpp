@@ -65,7 +65,7 @@ int exit_code_of(std::vector<std::string> line, const std::string& errors) {
         &actions, STDERR_FILENO, errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     pid_t child = 0;
     const int failed =
-        posix_spawnp(&child, pointers[0], &actions, nullptr, pointers.data(), environ);
+        posix_spawn(&child, pointers[0], &actions, nullptr, pointers.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0) {
         throw std::runtime_error("can't start " + line[0]);

@@ -88,6 +88,9 @@ TEST(PrintedLines, MayHaveOtherNumbersAndOthersBetween) {
     EXPECT_FALSE(has_lines("b 2\na 1\n", "a 1\nb 2\n", false, missing));
     EXPECT_EQ(missing, "b 2");
     EXPECT_FALSE(has_lines("verdict: inconsistent\n", "verdict: consistent\n", true, missing));
+    EXPECT_TRUE(has_lines(
+        "verdict: consistent, with a warning: late\n", "verdict: consistent\n", true, missing));
+    EXPECT_FALSE(has_lines("verdict: consistent, no\n", "verdict: consistent\n", true, missing));
 }
 
 TEST_F(Pages, FailAtAnotherExitCode) {

@@ -1,4 +1,4 @@
-// Flock: particles that steer by their neighbours instead of falling: birds, fish, insects.
+// ParticleFlock: particles that steer by their neighbours instead of falling: birds, fish, insects.
 #pragma once
 
 #include "server/compute/stages/flock_stage.h"

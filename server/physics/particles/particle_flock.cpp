@@ -1,4 +1,4 @@
-#include "server/physics/particles/flock.h"
+#include "server/physics/particles/particle_flock.h"
 
 #include "server/physics/particles/flock_path.h"
 
