@@ -23,7 +23,7 @@ struct TlsSettings {
     ConnectionLimits limits;
     std::size_t max_connections = 25000;
     std::size_t max_connections_per_address = 64;  ///< IPv6: per /64 network. Not for loopback.
-    double max_handshakes_per_s = 500.0;  ///< those that come faster wait, network by network
+    double max_handshakes_per_s = 500.0;           ///< faster ones wait, network by network
     /// WebSockets in place of frames with length prefixes.
     std::optional<WebSocketGate> websocket = {};
     bool plain = false;             ///< no TLS: for WebSockets on a loopback address alone

@@ -336,7 +336,7 @@ void make_part_types(Config& config, Diagnostics& diagnostics) {
             Type& made = *config.add_type();
             made = whole;
             made.clear_assembly();
-            made.clear_field();  // those of the whole belong to its root
+            made.clear_field();  // the root has them
             made.set_name(whole.name() + "." + part.name());
             give_part(part, made);
         }
