@@ -238,14 +238,10 @@ bool sensible(const wire::SharedVariableMessage& v) {
         return std::isfinite(x) && std::abs(x) < 1e12;
     };
     return !v.phases.empty() && v.phases.size() <= kMaxSharedVariables && v.blend_s >= 0.0 &&
-           v.blend_s < 1e6 &&
-           std::all_of(
-               v.phases.begin(),
-               v.phases.end(),
-               [&](const auto& p) {
-                   return finite(p.value) && p.weight > 0.0 && p.weight < 1e9 && p.min_s >= 0.0 &&
-                          p.max_s >= p.min_s && p.max_s < 1e9;
-               });
+           v.blend_s < 1e6 && std::all_of(v.phases.begin(), v.phases.end(), [&](const auto& p) {
+               return finite(p.value) && p.weight > 0.0 && p.weight < 1e9 && p.min_s >= 0.0 &&
+                      p.max_s >= p.min_s && p.max_s < 1e9;
+           });
 }
 
 std::string wrong_with_environment(const wire::WorldDescriptionMessage& d) {

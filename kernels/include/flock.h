@@ -198,14 +198,20 @@ ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockKernelSum) * s,
     const Real a2 = ax * ax + ay * ay + az * az;
     const float most2 = r->most_acceleration * r->most_acceleration;
     const Real cut = zk_pick(a2 > most2, r->most_acceleration / zk_sqrt(a2), zk_splat(1.0f));
-    ax = ax * cut + flock_home(*x, r->low_x, r->high_x, r->turn_back);
-    ay = ay * cut + flock_home(*y, r->low_y, r->high_y, r->turn_back);
-    az = az * cut + flock_home(*z, r->low_z, r->high_z, r->turn_back);
+    const Real hx = flock_home(*x, r->low_x, r->high_x, r->turn_back);
+    const Real hy = flock_home(*y, r->low_y, r->high_y, r->turn_back);
+    const Real hz = flock_home(*z, r->low_z, r->high_z, r->turn_back);
+    ax = ax * cut + hx;
+    ay = ay * cut + hy;
+    az = az * cut + hz;
     const Real nx = *vx + r->h * ax;
     const Real ny = *vy + r->h * ay;
     const Real nz = *vz + r->h * az;
     const Real speed = zk_sqrt(nx * nx + ny * ny + nz * nz);
-    const Real wanted = zk_clamp(speed, zk_splat(r->least_speed), zk_splat(r->most_speed));
+    // Outside, nothing keeps up the speed: one that flies straight out could never turn.
+    const ZK_MASK outside = hx * hx + hy * hy + hz * hz > 0.0f;
+    const Real least = zk_pick(outside, zero, zk_splat(r->least_speed));
+    const Real wanted = zk_clamp(speed, least, zk_splat(r->most_speed));
     const Real scale = zk_pick(speed > 0.0f, wanted / speed, zero);
     *vx = nx * scale;
     *vy = ny * scale;

@@ -85,6 +85,7 @@ void HandshakeQueue::clear() {
     callbacks_ = {};
     waiting_.clear();
     ready_.clear();
+    ready_count_ = 0;
     turns_.clear();
     sweep_timer_.cancel();
     turn_timer_.cancel();
@@ -122,14 +123,14 @@ void HandshakeQueue::look(Number number) {
 }
 
 void HandshakeQueue::be_ready(Number number) {
-    Waiting& one = waiting_.at(number);
-    one.ready = true;
-    const NetworkKey network = network_of(one.peer);
-    std::deque<Number>& line = ready_[network];
+    auto one = waiting_.extract(number);
+    const NetworkKey network = network_of(one.mapped().peer);
+    std::deque<Waiting>& line = ready_[network];
     if (line.empty()) {
         turns_.push_back(network);
     }
-    line.push_back(number);
+    line.push_back(std::move(one.mapped()));
+    ++ready_count_;
     start_those_due();
 }
 
@@ -143,12 +144,10 @@ void HandshakeQueue::leave(Number number, Left why) {
 
 /// All wait equally long for their message, so the first to come is the first to go.
 void HandshakeQueue::arm_sweep() {
-    const auto first = std::find_if(
-        waiting_.begin(), waiting_.end(), [](const auto& one) { return !one.second.ready; });
-    if (first == waiting_.end()) {
+    if (waiting_.empty()) {
         return;
     }
-    sweep_timer_.expires_at(first->second.deadline);
+    sweep_timer_.expires_at(waiting_.begin()->second.deadline);
     sweep_timer_.async_wait([self = shared_from_this()](const asio::error_code& ec) {
         if (!ec) {
             self->sweep();
@@ -158,13 +157,8 @@ void HandshakeQueue::arm_sweep() {
 
 void HandshakeQueue::sweep() {
     const Clock::time_point now = Clock::now();
-    for (auto it = waiting_.begin(); it != waiting_.end() && it->second.deadline <= now;) {
-        const Number number = it->first;
-        const bool late = !it->second.ready;
-        ++it;
-        if (late) {
-            leave(number, Left::kTimeout);
-        }
+    while (!waiting_.empty() && waiting_.begin()->second.deadline <= now) {
+        leave(waiting_.begin()->first, Left::kTimeout);
     }
     arm_sweep();
 }
@@ -191,15 +185,14 @@ void HandshakeQueue::start_those_due() {
         const NetworkKey network = turns_.front();
         turns_.pop_front();
         const auto line = ready_.find(network);
-        const Number number = line->second.front();
+        Waiting one = std::move(line->second.front());
         line->second.pop_front();
+        --ready_count_;
         if (line->second.empty()) {
             ready_.erase(line);
         } else {
             turns_.push_back(network);
         }
-        Waiting one = std::move(waiting_.at(number));
-        waiting_.erase(number);
         if (peek(one.socket.native_handle()).ended) {
             callbacks_.left(one.peer, Left::kClosed);
             continue;

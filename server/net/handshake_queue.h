@@ -52,7 +52,7 @@ class HandshakeQueue : public std::enable_shared_from_this<HandshakeQueue> {
 
     void add(asio::ip::tcp::socket socket, const Address& peer);
 
-    [[nodiscard]] std::size_t size() const { return waiting_.size(); }
+    [[nodiscard]] std::size_t size() const { return waiting_.size() + ready_count_; }
 
     /// Closes all that wait, without callbacks. None will come any more.
     void clear();
@@ -65,7 +65,6 @@ class HandshakeQueue : public std::enable_shared_from_this<HandshakeQueue> {
         asio::ip::tcp::socket socket;
         Address peer;
         Clock::time_point deadline;
-        bool ready = false;
     };
 
     void wait_for_bytes(Number number);
@@ -82,9 +81,10 @@ class HandshakeQueue : public std::enable_shared_from_this<HandshakeQueue> {
     asio::steady_timer sweep_timer_;
     asio::steady_timer turn_timer_;
     Number last_ = 0;
-    std::map<Number, Waiting> waiting_;
-    std::map<NetworkKey, std::deque<Number>> ready_;  ///< none is empty
-    std::deque<NetworkKey> turns_;                    ///< keys of ready_
+    std::map<Number, Waiting> waiting_;                ///< for their message
+    std::map<NetworkKey, std::deque<Waiting>> ready_;  ///< none is empty
+    std::deque<NetworkKey> turns_;                     ///< keys of ready_
+    std::size_t ready_count_ = 0;
     /// When the handshakes started so far would all be due at the allowed rate.
     Clock::time_point next_start_ = Clock::now();
 };

@@ -132,7 +132,7 @@ class Entities {
         }
     }
 
-    /// Those of another zone's copy of the entity.
+    /// Takes over the fields of another zone's copy of the entity.
     void put_field_block(Row row, std::span<const std::uint32_t> words) {
         fields_.put_block(row, type[row], words);
     }

@@ -99,12 +99,16 @@ PlainFlock::Agent PlainFlock::moved(std::size_t i) {
         ay *= cut;
         az *= cut;
     }
-    a.vx += r.h * (ax + home(a.x, r.low_x, r.high_x, r.turn_back));
-    a.vy += r.h * (ay + home(a.y, r.low_y, r.high_y, r.turn_back));
-    a.vz += r.h * (az + home(a.z, r.low_z, r.high_z, r.turn_back));
+    const float hx = home(a.x, r.low_x, r.high_x, r.turn_back);
+    const float hy = home(a.y, r.low_y, r.high_y, r.turn_back);
+    const float hz = home(a.z, r.low_z, r.high_z, r.turn_back);
+    a.vx += r.h * (ax + hx);
+    a.vy += r.h * (ay + hy);
+    a.vz += r.h * (az + hz);
     const float speed = std::sqrt(a.vx * a.vx + a.vy * a.vy + a.vz * a.vz);
     if (speed > 0.0F) {
-        const float scale = std::clamp(speed, r.least_speed, r.most_speed) / speed;
+        const bool outside = hx * hx + hy * hy + hz * hz > 0.0F;
+        const float scale = std::clamp(speed, outside ? 0.0F : r.least_speed, r.most_speed) / speed;
         a.vx *= scale;
         a.vy *= scale;
         a.vz *= scale;

@@ -51,7 +51,7 @@ struct Results {
     std::string flags;                 ///< of the compiler
     bool quick = false;                ///< scenes were cut short: times hint, errors mean little
     int repeats = 0;                   ///< timed runs of each method that were asked for
-    std::vector<std::string> methods;  ///< that were asked for; empty: all
+    std::vector<std::string> methods;  ///< asked for; empty: all
     std::vector<std::string> notes;
     std::vector<SceneRun> runs;
     std::vector<Row> rows;

@@ -23,7 +23,7 @@ struct FlockDef {
     float alignment = 1.0F;           ///< 1/s: how fast velocities become that of the neighbours
     float cohesion = 0.5F;            ///< 1/s2: acceleration over the distance to their middle
     float most_acceleration = 15.0F;  ///< m/s2, of all this together, > 0
-    float least_speed = 4.0F;         ///< m/s, >= 0
+    float least_speed = 4.0F;         ///< m/s, >= 0, within the box
     float most_speed = 12.0F;         ///< m/s, >= least_speed, > 0
     Vec3d low = Vec3d::Zero();        ///< m, of the box that is its home
     Vec3d high = Vec3d::Ones();       ///< m, above low

@@ -36,7 +36,7 @@ class RecordPass {
     /// Encoders only: where the declared fields of records come from.
     void take_declared(const DeclaredSource* source) { source_ = source; }
 
-    /// What was wrong with declared fields, after run() has failed for them.
+    /// The fault in declared fields, after run() has failed for them.
     [[nodiscard]] DeclaredFault fault() const { return fault_; }
 
     /// False when no encoder can have written the bytes read.

@@ -26,9 +26,10 @@ std::vector<DefaultRatio> default_ratios(const Results& results);
 /// absolute error of the worst pass). Only rows that all passes have.
 Results baseline_of(std::span<const Results> passes);
 
-/// What got worse against a baseline. A time is named where the median over the passes lies beyond
-/// the threshold and beyond three spreads of the baseline; an error where the least over the passes
-/// is a loss beyond the worst one of the baseline. Rows that only one of the two has don't count.
+/// The findings that are worse than a baseline. A time is named where the median over the passes
+/// lies beyond the threshold and beyond three spreads of the baseline; an error where the least
+/// over the passes is a loss beyond the worst one of the baseline. Rows that only one of the two
+/// has don't count.
 std::vector<Finding> regressions(const Results& baseline,
                                  std::span<const Results> passes,
                                  const Limits& limits);

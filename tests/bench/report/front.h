@@ -10,7 +10,7 @@ namespace zoned::bench {
 
 /// Whose method a row times.
 enum class Role {
-    kDefault,  ///< what a user gets without asking
+    kDefault,  ///< a user gets it without asking
     kOwn,      ///< another method of ours
     kPeer,
 };

@@ -1,12 +1,12 @@
 #include "tests/bench/report/results_reader.h"
 
-#include <google/protobuf/struct.pb.h>
+#include "tests/bench/report/json_fields.h"
+
 #include <google/protobuf/util/json_util.h>
 
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <functional>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
@@ -17,21 +17,6 @@ namespace {
 
 using google::protobuf::Struct;
 using google::protobuf::Value;
-
-/// Goes by reflection, which runs inside the library: under the thread sanitizer the library's
-/// headers lay maps out differently from the built library.
-void for_each_member(const Struct& object,
-                     const std::function<void(const std::string&, const Value&)>& visit) {
-    const auto* map = Struct::descriptor()->FindFieldByName("fields");
-    const auto* reflection = object.GetReflection();
-    for (int i = 0; i < reflection->FieldSize(object, map); ++i) {
-        const auto& entry = reflection->GetRepeatedMessage(object, map, i);
-        const auto* parts = entry.GetReflection();
-        Value value;
-        value.CopyFrom(parts->GetMessage(entry, entry.GetDescriptor()->map_value()));
-        visit(parts->GetString(entry, entry.GetDescriptor()->map_key()), value);
-    }
-}
 
 double number_of(const Value& value) {
     return value.kind_case() == Value::kNumberValue ? value.number_value()
@@ -48,62 +33,66 @@ std::vector<std::string> texts_of(const Value& value) {
 
 Row row_of(const Value& value) {
     Row row;
-    for_each_member(value.struct_value(), [&row](const std::string& name, const Value& v) {
-        if (name == "suite") {
-            row.suite = v.string_value();
-        } else if (name == "scene") {
-            row.scene = v.string_value();
-        } else if (name == "method") {
-            row.method = v.string_value();
-        } else if (name == "parameter") {
-            row.parameter = v.string_value();
-        } else if (name == "time_us_p50") {
-            row.time_us_p50 = number_of(v);
-        } else if (name == "time_us_p99") {
-            row.time_us_p99 = number_of(v);
-        } else if (name == "error") {
-            row.error = number_of(v);
-        } else if (name == "error_unit") {
-            row.error_unit = v.string_value();
-        } else if (name == "peer") {
-            row.peer = v.string_value();
-        } else if (name == "state_hash") {
-            row.state_hash = v.string_value();
-        } else if (name == "metrics") {
-            for_each_member(v.struct_value(), [&row](const std::string& metric, const Value& m) {
-                row.metric(metric, number_of(m));
-            });
-        }
-    });
+    json_text::for_each_field(
+        value.struct_value(), [&row](const std::string& name, const Value& v) {
+            if (name == "suite") {
+                row.suite = v.string_value();
+            } else if (name == "scene") {
+                row.scene = v.string_value();
+            } else if (name == "method") {
+                row.method = v.string_value();
+            } else if (name == "parameter") {
+                row.parameter = v.string_value();
+            } else if (name == "time_us_p50") {
+                row.time_us_p50 = number_of(v);
+            } else if (name == "time_us_p99") {
+                row.time_us_p99 = number_of(v);
+            } else if (name == "error") {
+                row.error = number_of(v);
+            } else if (name == "error_unit") {
+                row.error_unit = v.string_value();
+            } else if (name == "peer") {
+                row.peer = v.string_value();
+            } else if (name == "state_hash") {
+                row.state_hash = v.string_value();
+            } else if (name == "metrics") {
+                json_text::for_each_field(v.struct_value(),
+                                          [&row](const std::string& metric, const Value& m) {
+                                              row.metric(metric, number_of(m));
+                                          });
+            }
+        });
     return row;
 }
 
 SceneRun run_of(const Value& value) {
     SceneRun run;
-    for_each_member(value.struct_value(), [&run](const std::string& name, const Value& v) {
-        if (name == "suite") {
-            run.suite = v.string_value();
-        } else if (name == "scene") {
-            run.scene = v.string_value();
-        } else if (name == "seconds") {
-            run.seconds = number_of(v);
-        } else if (name == "rows") {
-            run.rows = static_cast<std::size_t>(v.number_value());
-        } else if (name == "calibration_us") {
-            run.calibration_us = number_of(v);
-        }
-    });
+    json_text::for_each_field(value.struct_value(),
+                              [&run](const std::string& name, const Value& v) {
+                                  if (name == "suite") {
+                                      run.suite = v.string_value();
+                                  } else if (name == "scene") {
+                                      run.scene = v.string_value();
+                                  } else if (name == "seconds") {
+                                      run.seconds = number_of(v);
+                                  } else if (name == "rows") {
+                                      run.rows = static_cast<std::size_t>(v.number_value());
+                                  } else if (name == "calibration_us") {
+                                      run.calibration_us = number_of(v);
+                                  }
+                              });
     return run;
 }
 
 Drawing picture_of(const Value& value) {
     Drawing picture;
-    for_each_member(value.struct_value(), [&picture](const std::string& name, const Value& v) {
-        std::string& text = name == "name"      ? picture.name
-                            : name == "caption" ? picture.caption
-                                                : picture.svg;
-        text = v.string_value();
-    });
+    json_text::for_each_field(value.struct_value(),
+                              [&picture](const std::string& name, const Value& v) {
+                                  std::string& text = name == "name"      ? picture.name
+                                                      : name == "caption" ? picture.caption
+                                                                          : picture.svg;
+                                  text = v.string_value();
+                              });
     return picture;
 }
 
@@ -126,7 +115,7 @@ Results results_from_json(const std::string& text, const std::string& source) {
     }
     Results results;
     bool has_rows = false;
-    for_each_member(top, [&](const std::string& name, const Value& v) {
+    json_text::for_each_field(top, [&](const std::string& name, const Value& v) {
         if (name == "machine") {
             results.machine = v.string_value();
         } else if (name == "commit") {

@@ -26,11 +26,11 @@ double seconds_left(const std::vector<SceneTask>& tasks,
                     const std::vector<SceneRun>& runs);
 
 /// Takes over the rows of an earlier run's file where there is one. Throws std::runtime_error where
-/// that run was of another machine, build, commit, number of repeats or methods: their rows can't
-/// stand beside each other.
+/// the earlier run was of another machine, build, commit, number of repeats or methods: their rows
+/// can't stand beside each other.
 void take_over(Results& results, const std::string& resume_file);
 
-/// What happens beside a scene.
+/// The work beside a scene.
 struct SceneHooks {
     std::function<double()> calibrate;          ///< empty: not; else microseconds
     std::function<void(const Results&)> after;  ///< empty, or called after each scene

@@ -24,7 +24,7 @@ struct Machine {
     double row_noise = 0.04;    ///< of a row, heavy-tailed
     double drift = 0.0;         ///< growth of the logarithm from run to run
     double burst_chance = 0.0;  ///< of a suite of a run
-    double burst = 0.0;         ///< what is added to the logarithm then
+    double burst = 0.0;         ///< added to the logarithm then
     double now = 0.0;
     std::student_t_distribution<double> tail{2.0};
     std::uniform_real_distribution<double> uniform{0.0, 1.0};

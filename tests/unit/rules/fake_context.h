@@ -23,7 +23,7 @@ inline constexpr TypeIndex kGuard = 1;
 inline constexpr TypeIndex kBall = 2;
 inline constexpr TypeIndex kCrate = 3;
 
-/// What characters declare: numbers, a choice, a flag and a text.
+/// The fields that characters declare: numbers, a choice, a flag and a text.
 inline std::shared_ptr<const wire::FieldSchema> test_fields() {
     std::vector<wire::DeclaredField> fields(5);
     fields[0].name = "health";

@@ -180,6 +180,7 @@ TEST_F(Postgres, ALineThatBreaksAtACommitNeitherLosesNorDoubles) {
             EXPECT_TRUE(refused.error().fault == StoreFault::kLost ||
                         refused.error().fault == StoreFault::kBusy)
                 << refused.error().text;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
         ASSERT_EQ(proxy.cut, Cut::kNone);
     };

@@ -135,7 +135,7 @@ TEST(DeclaredFields, ComeBackFromSharedRecordsBitForBit) {
             } else {
                 encode_delta(head_of(7), state, keyframe, kUpright, q, bytes, part);
             }
-            encode_remove(EntityId(9), bytes);  // what follows is found
+            encode_remove(EntityId(9), bytes);  // the records behind it are found
 
             RecordReader measured(bytes, q);
             RecordBits bits;
@@ -288,7 +288,7 @@ TEST(DeclaredFields, ComeBackFromCodedRecordsWhateverIsLost) {
             if (rng.below(3) != 0) {
                 record::CodedRecord r;
                 r.entity = EntityId(i + 1);
-                r.type = i % 2 == 0 ? 1 : 0;  // those of type 0 have no fields
+                r.type = i % 2 == 0 ? 1 : 0;  // type 0 has no fields
                 r.upright = true;
                 r.tick = tick;
                 r.state = random_quantized(rng, true, format.levels[0].quantization);
@@ -371,7 +371,7 @@ TEST(DeclaredFields, DamagedInCodedPacketsAreRefusedOrInRange) {
     EXPECT_GT(by_fields, 0);
 }
 
-/// What the change of one value from 0 to 100 costs, in both ways of coding, beside the same values
+/// The cost of a change of one value from 0 to 100, in both ways of coding, beside the same values
 /// in the 16 bits of `appearance`.
 TEST(DeclaredFields, CostNoMoreThanABuiltInField) {
     for (const bool coded : {false, true}) {
