@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <functional>
 
 namespace {
@@ -99,7 +98,6 @@ void write_reports(const Options& options,
         write_text_file(options.report, page);
         return;
     }
-    std::filesystem::create_directories(options.report);
     write_text_file(options.report + "/index.html", page);
     for (const Drawing& picture : results.pictures) {
         write_text_file(options.report + "/" + picture.name + ".svg", picture.svg);

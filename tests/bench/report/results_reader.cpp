@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -158,6 +159,8 @@ std::string read_text_file(const std::string& path) {
 }
 
 void write_text_file(const std::string& path, const std::string& text) {
+    std::error_code refused;
+    std::filesystem::create_directories(std::filesystem::absolute(path).parent_path(), refused);
     const std::string next = path + ".new";
     std::ofstream out(next, std::ios::binary);
     out << text;

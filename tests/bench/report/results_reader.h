@@ -14,8 +14,8 @@ Results results_from_json(const std::string& text, const std::string& source);
 /// The whole of a file. Throws std::runtime_error where it can't be read.
 std::string read_text_file(const std::string& path);
 
-/// Throws std::runtime_error where the file can't be written. An interrupted call leaves the old
-/// file in place.
+/// Makes the folders above the file. Throws std::runtime_error where it can't be written. An
+/// interrupted call leaves the old file in place.
 void write_text_file(const std::string& path, const std::string& text);
 
 }  // namespace zoned::bench

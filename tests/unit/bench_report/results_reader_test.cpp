@@ -1,8 +1,10 @@
 #include "tests/bench/report/results_reader.h"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <stdexcept>
 
@@ -42,6 +44,17 @@ TEST(ResultsReader, ReadsWhatToJsonWrote) {
     EXPECT_EQ(read.rows[0].error_unit, "m");
     EXPECT_EQ(read.runs.at(0).scene, "a");
     EXPECT_TRUE(results_from_json(to_json(results), "it").pictures.empty());
+}
+
+TEST(ResultsReader, WritesIntoFoldersThatNobodyMade) {
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / ("reader" + std::to_string(getpid()));
+    std::filesystem::remove_all(folder);
+    const std::string file = (folder / "a/b/summary.svg").string();
+    write_text_file(file, "<svg/>");
+    EXPECT_EQ(read_text_file(file), "<svg/>");
+    EXPECT_THROW(write_text_file(file + "/c.svg", ""), std::runtime_error);
+    std::filesystem::remove_all(folder);
 }
 
 TEST(ResultsReader, RefusesWhatHoldsNoRowsAndNamesIt) {
