@@ -88,6 +88,9 @@ commands[CHAT] = function(client, avatar, own, payload)
     return "not your topic"
   end
   if not may_act(own, "chat", CHAT_S) then return "too fast" end
+  if chat.text:sub(1, 4) == "/go " then  -- to another world of the cluster
+    return not travel(client, chat.text:sub(5)) and "no way" or nil
+  end
   publish("world", SAID, encode({ client = client, name = own.name, text = chat.text },
     "1 int client, 2 bytes name, 3 bytes text"))
 end

@@ -408,6 +408,17 @@ class RulesContext {
 
     virtual void kick(ClientId client, std::string_view reason) = 0;
 
+    /// The player goes to another world of the cluster, to its `arrival` (empty: where it stood
+    /// there last). False where this server is in no cluster, or the client's avatar is not in this
+    /// zone. True promises a try alone: a player without an account, or whose way is closed, is
+    /// told so and stays. Who goes is told by Rules::on_leave.
+    virtual bool travel(ClientId client, std::string_view world, std::string_view arrival) {
+        (void)client;
+        (void)world;
+        (void)arrival;
+        return false;
+    }
+
     // The durable store. Rules::on_store is told of each result some ticks later, in the zone that
     // owns `target` then (none: in this zone). A number names the request; 0: it was refused at
     // once, because a name or the value is too long, or too many requests were made in this tick.

@@ -337,6 +337,14 @@ void ZoneContext::kick(ClientId client, std::string_view reason) {
     state_->out.messages.emplace_back(mailbox::Kick{client, std::string(reason)});
 }
 
+bool ZoneContext::travel(ClientId client, std::string_view world, std::string_view arrival) {
+    if (!state_->settings.in_cluster || find_client(*state_, client) < 0 || world.empty()) {
+        return false;
+    }
+    state_->out.travels.push_back({client, std::string(world), std::string(arrival)});
+    return true;
+}
+
 std::uint64_t ZoneContext::ask_store(mailbox::StoreAct act,
                                      EntityId target,
                                      const mailbox::StoreKey& key,

@@ -86,6 +86,7 @@ class ZoneContext final : public RulesContext {
     void reset_view(ClientId client) override;
     void note_outcome(bool player_succeeded) override;
     void kick(ClientId client, std::string_view reason) override;
+    bool travel(ClientId client, std::string_view world, std::string_view arrival) override;
     std::uint64_t store_get(EntityId target, const mailbox::StoreKey& key) override;
     std::uint64_t store_put(EntityId target, const mailbox::StoreKey& key, Bytes value) override;
     std::uint64_t store_remove(EntityId target, const mailbox::StoreKey& key) override;

@@ -36,6 +36,13 @@ struct ZoneClient {
     std::string name;
 };
 
+/// A player is to go to another world of the cluster.
+struct TravelWish {
+    ClientId client;
+    std::string world;
+    std::string arrival;  ///< a place of that world; empty: where the character stood there last
+};
+
 /// A joint in transfer to another zone.
 struct JointTransfer {
     EntityJoint joint;

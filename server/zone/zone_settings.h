@@ -132,6 +132,7 @@ struct ZoneSettings {
     std::shared_ptr<const clock::SharedEnvironment>
         environment;  ///< of the whole world; may be null
     AuditSettings audit;
+    bool in_cluster = false;  ///< there are other worlds to go to
 
     [[nodiscard]] const Region& region() const { return regions[id.value - 1U]; }
 

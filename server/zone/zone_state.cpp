@@ -59,6 +59,7 @@ void StepOutput::clear() {
     handoffs.clear();
     departed.clear();
     store.clear();
+    travels.clear();
 }
 
 ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules)

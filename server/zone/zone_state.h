@@ -45,6 +45,7 @@ struct StepOutput {
     std::vector<Handoff> handoffs;
     std::vector<ClientId> departed;  ///< clients that left the world for good
     std::vector<mailbox::StoreRequest> store;
+    std::vector<TravelWish> travels;
 
     void clear();
 };

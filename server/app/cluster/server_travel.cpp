@@ -62,20 +62,19 @@ void ServerCluster::wish(const TravelWish& wish) {
     if (!who || leaving_.count(wish.client) != 0) {
         return;
     }
-    const config::PortalSettings& portal = settings_.portals[wish.portal];
     if (who->account.empty()) {
         turn_back(wish.client, "only players with an account can go to another world");
         return;
     }
-    if (!seat_.lease().valid() || !redirect_to(portal.to_world, nullptr)) {
-        turn_back(wish.client, "the way to the world " + portal.to_world + " is closed");
+    if (!seat_.lease().valid() || !redirect_to(wish.world, nullptr)) {
+        turn_back(wish.client, "the way to the world " + wish.world + " is closed");
         return;
     }
     faults_.at(config::TravelStep::kWished);
     Leaving& leaving = leaving_[wish.client];
     leaving.who = *who;
-    leaving.to = portal.to_world;
-    leaving.arrival = portal.arrival;
+    leaving.to = wish.world;
+    leaving.arrival = wish.arrival;
     worker_.post([this, client = wish.client, account = who->account] { probe(client, account); });
 }
 

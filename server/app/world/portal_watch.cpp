@@ -56,7 +56,7 @@ void PortalWatch::look(const World& world, std::vector<TravelWish>& out) {
             standing.seen = now;
             if (now >= standing.wish_at) {
                 standing.wish_at = now + static_cast<Tick>(std::ceil(tick_rate_hz_));
-                out.push_back({client.client, portal});
+                out.push_back({client.client, portals_[portal].to_world, portals_[portal].arrival});
             }
         }
     }

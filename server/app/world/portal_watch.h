@@ -11,17 +11,14 @@
 
 namespace zoned::app {
 
-/// An avatar has stood in a portal for as long as that asks for.
-struct TravelWish {
-    ClientId client;
-    std::size_t portal = 0;  ///< index in the config
-};
+using zone::TravelWish;
 
 class PortalWatch {
   public:
     PortalWatch(const std::vector<config::PortalSettings>& portals, double tick_rate_hz);
 
-    /// Avatars that are to leave, again each second in which they are still there.
+    /// Those who have stood in a portal for as long as it asks for are to leave, again each second
+    /// in which they are still there.
     void look(const World& world, std::vector<TravelWish>& out);
 
   private:

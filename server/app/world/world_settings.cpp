@@ -128,6 +128,7 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.interest = settings.interest;
     z.visibility_filter = settings.visibility_filter;
     z.rewind = settings.rewind;
+    z.in_cluster = !settings.server.cluster.name.empty();
     z.stances = settings.stances;
     z.replication = settings.replication;
     z.audit = settings.audit;

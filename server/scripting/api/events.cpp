@@ -103,6 +103,18 @@ int kick(lua_State* lua) {
     return 0;
 }
 
+/// travel(client, world [, arrival]): false where the client does not play in this zone, or the
+/// server is in no cluster.
+int travel(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const ClientId client = client_argument(lua, 1);
+    const std::string world(name_argument(lua, 2, "world"));
+    const bool arrives = !lua_isnoneornil(lua, 3);
+    const std::string arrival(arrives ? name_argument(lua, 3, "arrival") : "");
+    lua_pushboolean(lua, context.travel(client, world, arrival) ? 1 : 0);
+    return 1;
+}
+
 /// print_line(...): a line of the log.
 int print_line(lua_State* lua) {
     std::string line;
@@ -130,6 +142,7 @@ void open_events(lua_State* lua) {
                                        {"message", message},
                                        {"reset_view", reset_view},
                                        {"kick", kick},
+                                       {"travel", travel},
                                        {"print", print_line},
                                        {nullptr, nullptr}};
     luaL_setfuncs(lua, kFunctions, 0);

@@ -126,6 +126,23 @@ void Realm::TearDown() {
     meadow.server.reset();
 }
 
+/// Rules that send whoever has been there for ten ticks to another world.
+std::string Realm::sends_on(const std::string& other) {
+    return "function on_join(client) state.came[client] = now() end\n"
+           "function on_leave(client, avatar) state.came[client] = nil despawn(avatar) end\n"
+           "function on_start() state.came = {} end\n"
+           "function on_tick()\n"
+           "  for client, tick in pairs(state.came) do\n"
+           "    if now() >= tick + 10 then\n"
+           "      state.came[client] = now() + 20\n"
+           "      print(travel(client, '" +
+           other + "', 'gate'), travel(client + 1000, '" + other +
+           "'))\n"
+           "    end\n"
+           "  end\n"
+           "end\n";
+}
+
 void Realm::write_config(World& world, const std::string& other, const std::string& more) {
     world.config = folder + "/" + world.name + ".txtpb";
     world.state = folder + "/" + world.name + "-state";
@@ -134,10 +151,16 @@ void Realm::write_config(World& world, const std::string& other, const std::stri
     std::ofstream out(world.config);
     out << text << "cluster { name: \"" << world.name << "\" " << cluster_lines << " }\n"
         << "arrival { name: \"gate\" x_m: 7 z_m: 7 }\n"
-        << "portal { name: \"way\" min_x_m: -49 min_z_m: -49 max_x_m: 49 max_z_m: 49 to_world: \""
-        << other << "\" arrival: \"gate\" wait_s: " << portal_wait_s << " }\n"
         << "testing { travel { journal: \"" << folder << "/journal\" } }\n"
         << more;
+    if (by_rules) {
+        std::ofstream(folder + "/" + world.name + ".lua") << sends_on(other);
+        out << "script { file: \"" << world.name << ".lua\" avatar: \"player\" }\n";
+    } else {
+        out << "portal { name: \"way\" min_x_m: -49 min_z_m: -49 max_x_m: 49 max_z_m: 49 to_world: "
+               "\""
+            << other << "\" arrival: \"gate\" wait_s: " << portal_wait_s << " }\n";
+    }
 }
 
 void Realm::start(World& world, const std::vector<std::string>& sets, bool wait) {

@@ -97,6 +97,7 @@ class Realm : public ::testing::Test {
 
     /// `more` are settings, as --set takes them.
     void write_config(World& world, const std::string& other, const std::string& more);
+    static std::string sends_on(const std::string& other);
     void start(World& world, const std::vector<std::string>& sets = {}, bool wait = true);
     void wait_until_ready(World& world);
     void stop(World& world);
@@ -125,6 +126,7 @@ class Realm : public ::testing::Test {
     std::vector<std::unique_ptr<Wanderer>> players;
     std::string cluster_lines = "lease_s: 12";
     double portal_wait_s = 0.3;
+    bool by_rules = false;  ///< send players on, in place of portals
     bool recorded = false;  ///< each server's run, in NAME.zrec
     std::string said;
     std::string complained;

@@ -126,6 +126,23 @@ TEST_F(Travel, AWorldThatPlayersLeaveAndEnterReplaysWithoutItsCluster) {
     }
 }
 
+TEST_F(Travel, RulesSendPlayersToAndFro) {
+    by_rules = true;
+    recorded = true;
+    begin(2);
+    enter_the_castle();
+    ASSERT_TRUE(play_until([&] { return travels() >= 6; }, kPatience))
+        << castle.server->errors() << meadow.server->errors();
+    settle();
+    end();
+    expect_clean(findings());
+    // The second call named a client that is not there.
+    EXPECT_NE(castle.server->errors().find("true false"), std::string::npos);
+    nats->kill();
+    EXPECT_EQ(zoned({"replay", folder + "/castle.zrec"}), 0) << said << complained;
+    EXPECT_NE(said.find("every hash agrees"), std::string::npos) << said;
+}
+
 TEST_F(Travel, TheCheckerSeesACharacterInTwoWorlds) {
     begin(3, {"testing.travel.keep_avatar=true"});
     enter_the_castle();

@@ -389,6 +389,15 @@ class FakeContext : public zone::RulesContext {
 
     void kick(ClientId /*client*/, std::string_view /*reason*/) override {}
 
+    bool travel(ClientId client, std::string_view world, std::string_view arrival) override {
+        travels.push_back(std::to_string(client.value) + " " + std::string(world) + " " +
+                          std::string(arrival));
+        return in_cluster;
+    }
+
+    std::vector<std::string> travels;
+    bool in_cluster = true;
+
   private:
     /// Rules may change only entities that this zone owns.
     [[nodiscard]] world::Row owned(EntityId entity) const {

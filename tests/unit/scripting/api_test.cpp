@@ -128,6 +128,16 @@ TEST(ScriptApi, AsksTheWorld) {
               "0 false false false nil nil|0 nil nil");
 }
 
+TEST(ScriptApi, SendsPlayersToOtherWorlds) {
+    ScriptZone zone(R"(function on_join(client, avatar)
+        print(travel(client, 'meadow', 'gate'), travel(client, 'tower'), pcall(travel, client))
+    end)");
+    zone.join(9);
+    EXPECT_EQ(zone.errors(), "");
+    EXPECT_EQ(zone.travels, (std::vector<std::string>{"9 meadow gate", "9 tower "}));
+    EXPECT_TRUE(zone.printed().starts_with("true true false ")) << zone.printed();
+}
+
 TEST(ScriptApi, SendsEvents) {
     ScriptZone zone(R"(function on_join(client, avatar)
         send(client, 100, 'one', { confirm = true })

@@ -136,6 +136,19 @@ TEST_F(Arena, CarriesItsChat) {
     EXPECT_EQ(denial(), "too fast");
 }
 
+TEST_F(Arena, SendsWhoeverSaysSoToAnotherWorld) {
+    sandbox::Chat chat;
+    chat.set_topic("world");
+    chat.set_text("/go meadow");
+    command(1, first, sandbox::COMMAND_CHAT, chat);
+    EXPECT_EQ(zone.travels, (std::vector<std::string>{"1 meadow "}));
+    EXPECT_EQ(denial(), "");
+    EXPECT_TRUE(zone.of_kind(sandbox::EVENT_CHAT).empty());
+    zone.in_cluster = false;
+    command(2, second, sandbox::COMMAND_CHAT, chat);
+    EXPECT_EQ(denial(), "no way");
+}
+
 TEST_F(Arena, DeniesWhatIsMalformed) {
     core::Rng rng(3);
     for (int i = 0; i < 3000; ++i) {
