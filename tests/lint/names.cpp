@@ -232,28 +232,61 @@ std::vector<std::string> words_of(std::string_view identifier) {
     return words;
 }
 
+namespace {
+
+/// A renamed word with its parts, and those of its exceptions.
+struct SplitWord {
+    explicit SplitWord(const RenamedWord& word) : renamed(&word), old(words_of(word.old)) {
+        for (const std::string_view other : word.exceptions) {
+            exceptions.push_back(words_of(other));
+        }
+    }
+
+    const RenamedWord* renamed;
+    std::vector<std::string> old;
+    std::vector<std::vector<std::string>> exceptions;
+};
+
+std::vector<const RenamedWord*> renamed_in(const std::vector<std::string>& words,
+                                           const std::vector<SplitWord>& renamed) {
+    std::vector<const RenamedWord*> out;
+    for (const SplitWord& word : renamed) {
+        if (hold(words, word.old) &&
+            std::none_of(word.exceptions.begin(), word.exceptions.end(), [&](const auto& other) {
+                return hold(words, other);
+            })) {
+            out.push_back(word.renamed);
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
 std::vector<Finding> check_renamed_words(const SourceFile& file,
                                          std::span<const RenamedWord> renamed) {
     std::vector<Finding> findings;
     if (!is_named(file.path)) {
         return findings;
     }
+    std::vector<SplitWord> here;
+    for (const RenamedWord& word : renamed) {
+        if (file.path.starts_with(word.place)) {
+            here.emplace_back(word);
+        }
+    }
     const std::string code = code_of(file.text, file.path.ends_with(".txtpb"));
+    std::map<std::string_view, std::vector<const RenamedWord*>> seen;  // by identifier
     for (const Token& token : tokens_of(code)) {
-        const std::vector<std::string> words = words_of(token.text);
-        for (const RenamedWord& word : renamed) {
-            const bool excepted = std::any_of(
-                word.exceptions.begin(), word.exceptions.end(), [&](std::string_view other) {
-                    return hold(words, words_of(other));
-                });
-            if (!file.path.starts_with(word.place) || excepted ||
-                !hold(words, words_of(word.old))) {
-                continue;
-            }
+        const auto [it, fresh] = seen.try_emplace(token.text);
+        if (fresh) {
+            it->second = renamed_in(words_of(token.text), here);
+        }
+        for (const RenamedWord* word : it->second) {
             findings.push_back({file.path,
                                 token.line,
-                                std::string(token.text) + ": '" + std::string(word.old) +
-                                    "' is called " + std::string(word.now) + " here"});
+                                std::string(token.text) + ": '" + std::string(word->old) +
+                                    "' is called " + std::string(word->now) + " here"});
         }
     }
     return findings;
