@@ -114,9 +114,18 @@ class Tag final : public zone::Rules {
         it_ = next;
         safe_until_ = context.now() + static_cast<Tick>(kPauseS / context.dt());
         context.set_appearance(it_, kIt);
+        count_tag(context);
         zone::RulesEvent event;
         event.kind = kTagged;
         context.announce(it_, event);  // to all who hear of that player, exactly once
+    }
+
+    // A field that world.txtpb declares: clients that hear of the player know its value.
+    void count_tag(zone::RulesContext& context) const {
+        const auto tags = context.field_named("tags");
+        if (const auto count = tags ? context.field(it_, *tags) : std::nullopt) {
+            context.set_field(it_, *tags, std::get<double>(*count) + 1.0);
+        }
     }
 
     EntityId it_;

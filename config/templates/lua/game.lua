@@ -8,6 +8,7 @@ local function tag(entity)
   state.it = entity
   state.safe_until = now() + ticks(PAUSE_S)
   set_appearance(entity, IT)
+  set_field(entity, "tags", field(entity, "tags") + 1)   -- declared in world.txtpb, known to clients
   announce(entity, TAGGED)     -- to all who hear of that player, exactly once
 end
 
