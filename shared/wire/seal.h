@@ -1,7 +1,9 @@
 // Seal: authenticated encryption of datagrams, AES-128-GCM (RFC 5116), one context per direction.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,8 +11,22 @@
 
 namespace zoned::wire {
 
-/// Key and nonce salt of one direction, taken from the TLS exporter (RFC 8446, section 7.5).
+/// Key and nonce salt of one direction, taken from the TLS exporter (RFC 8446, section 7.5). Each
+/// copy is wiped at its end.
 struct SealKey {
+    SealKey() = default;
+    SealKey(const SealKey&) = default;
+    SealKey& operator=(const SealKey&) = default;
+
+    ~SealKey() {
+        // Volatile: a compiler leaves out writes to what is about to end.
+        const auto wipe = [](volatile std::uint8_t* bytes, std::size_t count) {
+            std::fill_n(bytes, count, std::uint8_t{0});
+        };
+        wipe(key.data(), key.size());
+        wipe(salt.data(), salt.size());
+    }
+
     std::array<std::uint8_t, 16> key{};
     std::array<std::uint8_t, 12> salt{};
 };

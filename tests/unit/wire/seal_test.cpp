@@ -7,8 +7,11 @@
 #include <gtest/gtest.h>
 #include <openssl/crypto.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
+#include <new>
 #include <set>
 #include <sstream>
 #include <string>
@@ -118,6 +121,16 @@ TEST(Seal, GivesThePublishedAnswersOfAes128Gcm) {
             EXPECT_EQ(plain, v.plain) << v.name;
         }
     }
+}
+
+TEST(SealKey, LeavesNothingOfItselfBehind) {
+    alignas(SealKey) std::array<unsigned char, sizeof(SealKey)> place;
+    place.fill(0xA5);
+    auto* key = new (place.data()) SealKey();
+    key->key.fill(0x5A);
+    key->salt.fill(0x5A);
+    key->~SealKey();
+    EXPECT_EQ(std::count(place.begin(), place.end(), 0x5A), 0);
 }
 
 TEST(Seal, OpensWhatItSealedInAnyOrder) {
