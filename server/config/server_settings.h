@@ -42,6 +42,8 @@ struct ListenSettings {
     std::uint16_t tcp_port = 0;  ///< 0: any free one
     std::uint16_t udp_port = 0;
     std::uint32_t max_clients = 20000;
+    double max_load = 0.9;                       ///< beyond this share of the time nobody is let in
+    std::uint32_t max_sessions_per_address = 0;  ///< 0: any number
     std::size_t socket_buffer_bytes = 4194304;
     std::size_t max_frame_bytes = 65536;
     double silence_timeout_s = 15.0;
@@ -76,6 +78,7 @@ struct SessionSettings {
     bool dev_mode_loopback = false;
     std::optional<std::uint32_t> dev_rights;  ///< bits of proto::config::Right; none: PLAY
     std::vector<std::string> ticket_public_key_files;
+    std::uint32_t max_per_account = 0;  ///< 0: any number
     std::uint32_t max_commands_per_s = 20;
     std::uint32_t max_datagrams_per_s = 120;
     std::uint32_t max_unacked_events = 4096;

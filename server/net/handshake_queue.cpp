@@ -55,12 +55,6 @@ void wake_at(asio::ip::tcp::socket& socket, std::size_t bytes) {
 
 }  // namespace
 
-NetworkKey network_of(const Address& address) {
-    NetworkKey key{};
-    std::copy_n(address.ip, address.is_v4() ? 16 : 8, key.begin());
-    return key;
-}
-
 HandshakeQueue::HandshakeQueue(asio::io_context& io,
                                const HandshakeQueueSettings& settings,
                                Callbacks callbacks)

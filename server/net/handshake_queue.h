@@ -2,13 +2,13 @@
 // there, and then until it is their turn.
 #pragma once
 
+#include "server/mailbox/network_key.h"
 #include "server/net/socket_address.h"
 
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -18,10 +18,7 @@
 
 namespace zoned::net {
 
-/// The part of an address that limits go by: the owner of one IPv6 address has a whole /64.
-using NetworkKey = std::array<std::uint8_t, 16>;
-
-NetworkKey network_of(const Address& address);
+using mailbox::NetworkKey;
 
 struct HandshakeQueueSettings {
     bool tls = true;          ///< the first message is a TLS record; else any byte counts as one

@@ -39,6 +39,8 @@ enum class Reject : std::uint8_t {
     kLoginDigest,
     kLoginTicket,
     kLoginFull,
+    kLoginBusy,
+    kLoginAddress,
     kLoginResume,
     kLoginShutdown,
     kLoginBanned,

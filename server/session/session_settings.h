@@ -24,7 +24,10 @@ struct EventFaults {
 /// Settings of the host that may change while it runs.
 struct HostLimits {
     std::uint32_t max_sessions = 20000;
-    double grace_s = 30.0;  ///< how long a session waits for its client to come back
+    double max_load = 0.9;              ///< share of the time there is; logins beyond are refused
+    std::uint32_t max_per_address = 0;  ///< sessions of one network (network_of); 0: any number
+    std::uint32_t max_per_account = 0;  ///< a login beyond ends the oldest; 0: any number
+    double grace_s = 30.0;              ///< how long a session waits for its client to come back
     double login_timeout_s = 10.0;
     double silence_timeout_s =
         15.0;  ///< neither datagram nor frame for this long: the stream is closed, the grace begins

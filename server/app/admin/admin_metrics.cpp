@@ -193,6 +193,19 @@ void write_network(MetricsText& out, const NetworkSample& n) {
     const session::HostStats& host = n.host;
     out.single("zoned_sessions", "gauge", "Clients that are logged in.", number(host.sessions));
     out.single(
+        "zoned_load",
+        "gauge",
+        "Share of the time in which the busier of tick loop and network works, of the last second.",
+        host.load);
+    out.single("zoned_logins_refused_for_load",
+               "gauge",
+               "1 while logins are refused because of the load (network.max_load).",
+               host.refusing ? 1.0 : 0.0);
+    out.single("zoned_overload_ceiling_bytes_per_second",
+               "gauge",
+               "What a client may cost because of the load; +Inf: as ever.",
+               host.ceiling_bytes_per_s);
+    out.single(
         "zoned_connections", "gauge", "Open TCP connections of clients.", number(n.connections));
     out.family("zoned_datagrams_total", "counter", "Datagrams, by direction.");
     out.sample(number(host.packets_in), {{"direction", "in"}});

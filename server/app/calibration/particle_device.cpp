@@ -1,6 +1,7 @@
 #include "server/app/calibration/particle_device.h"
 
 #include "server/app/calibration/measure_crossover.h"
+#include "server/app/log/log.h"
 #include "server/compute/stages/particle_stage.h"
 #include "server/compute/worker_pool.h"
 #include "server/config/world/particle_config.h"
@@ -225,6 +226,16 @@ ParticleDevice open_particle_device(const config::Settings& settings,
                        "\": cannot be written, kernels are built anew at every start";
     }
     return out;
+}
+
+void log_device(const ParticleDevice& device, bool has_particles) {
+    if (has_particles) {
+        log_of(LogArea::kServer)
+            .log(device.failed ? spdlog::level::warn : spdlog::level::info, "{}", device.text);
+    }
+    if (!device.no_cache.empty()) {
+        log_of(LogArea::kServer).warn("{}", device.no_cache);
+    }
 }
 
 }  // namespace zoned::app

@@ -44,4 +44,7 @@ ParticleDevice open_particle_device(const config::Settings& settings,
                                     unsigned threads,
                                     compute::DeviceSettings with = {});
 
+/// Logs the choice where the world `has_particles`, and whatever is unusual about the device.
+void log_device(const ParticleDevice& device, bool has_particles);
+
 }  // namespace zoned::app

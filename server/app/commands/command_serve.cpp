@@ -9,6 +9,7 @@
 #include "server/app/log/log.h"
 #include "server/app/recovery/server_recovery.h"
 #include "server/app/runtime/counter_watch.h"
+#include "server/app/runtime/delivery_gate.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/live_settings.h"
 #include "server/app/runtime/network.h"
@@ -94,8 +95,10 @@ class Server {
             world_,
             loop,
             [this](TickResult result) {
+                deliveries_.enter();
                 asio::post(io_, [this, moved = std::make_shared<TickResult>(std::move(result))] {
                     cluster_.deliver(std::move(*moved));
+                    deliveries_.leave();
                 });
             },
             recorder_.get());
@@ -109,8 +112,8 @@ class Server {
     }
 
     ~Server() {
-        // Before what their threads ask goes away.
-        cluster_.stop();
+        deliveries_.open();  // nobody delivers any more
+        cluster_.stop();     // before what its threads ask goes away
         cluster_.release();
     }
 
@@ -397,20 +400,11 @@ class Server {
     }
 
     void open_device() {
-        particle_device_ = open_particle_device(settings_, world_.pool().threads());
-        if (!settings_.particles.empty()) {
-            log_of(LogArea::kServer)
-                .log(particle_device_.failed ? spdlog::level::warn : spdlog::level::info,
-                     "{}",
-                     particle_device_.text);
-        }
-        if (!particle_device_.no_cache.empty()) {
-            log_of(LogArea::kServer).warn("{}", particle_device_.no_cache);
-        }
-        if (particle_device_.device) {
-            world_.use_device(particle_device_.device.get(),
-                              particle_device_.crossover,
-                              particle_device_.of_flocks);
+        ParticleDevice& device = particle_device_;
+        device = open_particle_device(settings_, world_.pool().threads());
+        log_device(device, !settings_.particles.empty());
+        if (device.device) {
+            world_.use_device(device.device.get(), device.crossover, device.of_flocks);
         }
     }
 
@@ -440,7 +434,11 @@ class Server {
         watch_timer_.async_wait([this](const asio::error_code& error) {
             if (!error && !stopping_) {
                 cluster_.note_sessions(network_.sessions().sessions);
-                watch_.look({loop_->stats(), network_.sessions(), network_.tls(), network_.udp()},
+                watch_.look({loop_->stats(),
+                             network_.sessions(),
+                             network_.tls(),
+                             network_.udp(),
+                             deliveries_.held()},
                             steady_seconds());
                 watch();
             }
@@ -489,6 +487,7 @@ class Server {
             if (admin_) {
                 admin_->stop();
             }
+            deliveries_.open();
             loop_->stop();
             cluster_.stop();
             failed_ = store_.stop() > 0 || failed_;
@@ -511,7 +510,7 @@ class Server {
         if (reader_.joinable()) {
             reader_.join();
         }
-        std::string not_recorded;  // why
+        std::string not_recorded;
         if (recorder_) {
             const auto closed = recorder_->close(failed_);
             if (!closed.ok()) {
@@ -553,6 +552,7 @@ class Server {
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
     World world_;
+    DeliveryGate deliveries_;
     ServerRecovery recovery_;
     ServerStore store_;
     ClusterWiring cluster_;

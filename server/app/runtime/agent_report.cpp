@@ -3,7 +3,7 @@
 #include "server/ai/explain.h"
 #include "server/ai/perception/perception.h"
 #include "server/ai/steering/path_following.h"
-#include "server/app/runtime/difficulty_log.h"
+#include "server/app/log/difficulty_log.h"
 #include "server/zone/simulation/zone_agents.h"
 
 namespace zoned::app {

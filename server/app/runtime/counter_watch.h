@@ -20,6 +20,7 @@ struct WatchedCounters {
     const session::HostStats& host;
     const net::TlsStats& tls;
     const net::UdpStats& udp;
+    std::uint64_t held_ticks = 0;  ///< that waited for the network thread
 };
 
 class CounterWatch {

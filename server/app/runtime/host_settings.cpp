@@ -14,6 +14,9 @@ session::HostSettings host_settings(const config::Settings& settings) {
     const config::ListenSettings& network = settings.server.network;
     session::HostSettings host;
     host.max_sessions = network.max_clients;
+    host.max_load = network.max_load;
+    host.max_per_address = network.max_sessions_per_address;
+    host.max_per_account = from.max_per_account;
     host.grace_s = from.grace_s;
     host.login_timeout_s = from.login_timeout_s;
     host.silence_timeout_s = network.silence_timeout_s;

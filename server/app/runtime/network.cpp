@@ -1,5 +1,6 @@
 #include "server/app/runtime/network.h"
 
+#include "server/app/log/log.h"
 #include "server/app/log/session_log.h"
 #include "server/app/runtime/host_settings.h"
 
@@ -16,6 +17,22 @@ static_assert(HeldOutput::kWithdrawnEvent == proto::CORE_EVENT_WITHDRAWN);
 
 constexpr auto kTimerPeriod = std::chrono::milliseconds(50);
 constexpr double kUnixTimePeriod = 60.0;
+constexpr double kLoadEvery_s = 0.25;
+
+/// Adds its own lifetime to a sum, s.
+class TimeSum {
+  public:
+    explicit TimeSum(double& sum_s) : sum_s_(sum_s), begin_s_(steady_seconds()) {}
+
+    ~TimeSum() { sum_s_ += steady_seconds() - begin_s_; }
+
+    TimeSum(const TimeSum&) = delete;
+    TimeSum& operator=(const TimeSum&) = delete;
+
+  private:
+    double& sum_s_;
+    double begin_s_;
+};
 
 double unix_seconds() {
     using Clock = std::chrono::system_clock;
@@ -33,6 +50,7 @@ Network::Network(asio::io_context& io,
       udp_(io,
            udp_settings(settings),
            [this](std::span<const net::Datagram> datagrams) {
+               const TimeSum sum(load_.io_s);
                const double now = steady_seconds();
                // The newest first: where this thread is behind, the oldest are worth nothing.
                host_.begin_datagrams();
@@ -147,6 +165,8 @@ void Network::deliver(TickResult result) {
     if (closing_) {
         return;
     }
+    look_at_load(result.load);
+    const TimeSum sum(load_.io_s);
     tick_ = result.tick;
     clock_origin_s_ = result.clock_origin_s;
     for (const mailbox::OutboxItem& item : result.items) {
@@ -155,6 +175,40 @@ void Network::deliver(TickResult result) {
     host_.tick(steady_seconds(), tick_);
     udp_.flush();
     arm_pacing();
+}
+
+/// TLS handshakes do not count: that many come at once is no reason to refuse those who come.
+void Network::look_at_load(double loop_load) {
+    const double now = steady_seconds();
+    LoadSums& sums = load_;
+    sums.loop_load += loop_load;
+    ++sums.ticks;
+    const double since_s = now - sums.begin_s;
+    if (sums.begin_s >= 0.0 && since_s < kLoadEvery_s) {
+        return;
+    }
+    if (sums.begin_s >= 0.0) {
+        host_.measured(std::max(sums.io_s / since_s, sums.loop_load / sums.ticks), now);
+    }
+    const session::HostStats& stats = host_.stats();
+    const bool narrowed = std::isfinite(stats.ceiling_bytes_per_s);
+    if (stats.refusing != sums.refusing) {
+        log_of(LogArea::kNetwork)
+            .warn("overload{}: logins are {} (load {:.2f}, {} sessions; network.max_load)",
+                  stats.refusing ? "" : " over",
+                  stats.refusing ? "refused" : "taken again",
+                  stats.load,
+                  stats.sessions);
+    }
+    if (narrowed != sums.narrowed) {
+        log_of(LogArea::kNetwork)
+            .warn("overload{}: clients get {} (load {:.2f}, {} sessions)",
+                  narrowed ? "" : " over",
+                  narrowed ? "fewer bytes than they ask for" : "all the bytes that they may",
+                  stats.load,
+                  stats.sessions);
+    }
+    sums = {now, 0.0, 0, 0.0, stats.refusing, narrowed};
 }
 
 void Network::send(const mailbox::OutboxItem& item) {
@@ -187,6 +241,7 @@ void Network::arm_pacing() {
         if (error || closing_) {
             return;
         }
+        const TimeSum sum(load_.io_s);
         const double now = steady_seconds();
         host_.release(now, now - clock_origin_s_);
         udp_.flush();

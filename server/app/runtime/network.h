@@ -19,6 +19,16 @@
 
 namespace zoned::app {
 
+/// What a load is measured from.
+struct LoadSums {
+    double begin_s = -1.0;   ///< below 0: nothing is measured yet
+    double loop_load = 0.0;  ///< of ticks
+    unsigned ticks = 0;
+    double io_s = 0.0;      ///< time with datagrams, from clients and to them
+    bool refusing = false;  ///< as it was told
+    bool narrowed = false;  ///< the same
+};
+
 class Network {
   public:
     /// Binds; throws std::system_error or std::runtime_error with a text for the operator.
@@ -88,6 +98,8 @@ class Network {
 
   private:
     void arm_timer();
+    /// Measures the load a few times a second, and tells when it begins or ends to matter.
+    void look_at_load(double loop_load);
     void send(const mailbox::OutboxItem& item);
     /// Sends the packets that are spread over a tick, when they are due.
     void arm_pacing();
@@ -111,6 +123,7 @@ class Network {
     asio::steady_timer timer_;
     asio::steady_timer pacing_;
     Tick tick_ = 0;
+    LoadSums load_;
     HeldOutput held_;
     double clock_origin_s_ = 0.0;  ///< steady clock minus this = server time
     double unix_time_set_s_ = 0.0;

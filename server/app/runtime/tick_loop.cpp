@@ -141,6 +141,7 @@ void TickLoop::run_tick(double due_s) {
     const double begin = steady_seconds();
     const std::uint64_t cpu_begin = thread_cpu_ns() + world_.pool().cpu_ns();
     TickResult result;
+    result.load = turn_load_;
     const std::size_t known_stopped = world_.stopped().size();
     step_world(result.items);
     if (settings_.to_store && !world_.store_requests().empty()) {
@@ -173,6 +174,8 @@ void TickLoop::run_tick(double due_s) {
 void TickLoop::watch_travel(TickResult& result) {
     portals_->look(world_, result.wishes);
     for (const auto& zone : world_.zones()) {
+        const std::vector<TravelWish>& travels = zone->output().travels;
+        result.wishes.insert(result.wishes.end(), travels.begin(), travels.end());
         const std::vector<ClientId>& departed = zone->output().departed;
         result.departed.insert(result.departed.end(), departed.begin(), departed.end());
     }
@@ -208,6 +211,7 @@ void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
 }
 
 void TickLoop::count_turn(double wall_s, std::uint64_t cpu_ns) {
+    turn_load_ = std::min(kMostLoad, wall_s / schedule_.dt_s());
     turns_ms_.add(1e3 * wall_s);
     turns_cpu_ms_.add(1e-6 * static_cast<double>(cpu_ns));
     if (static_cast<double>(turns_ms_.count()) < kTurnsOver_s / schedule_.dt_s()) {

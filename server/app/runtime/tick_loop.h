@@ -2,7 +2,7 @@
 // only reader of the clock.
 #pragma once
 
-#include "server/app/runtime/difficulty_log.h"
+#include "server/app/log/difficulty_log.h"
 #include "server/app/runtime/loop_clock.h"
 #include "server/app/runtime/tick_schedule.h"
 #include "server/app/runtime/visited_world.h"
@@ -34,14 +34,18 @@ double steady_seconds();
 /// CPU time of the calling thread, ns.
 std::uint64_t thread_cpu_ns();
 
+/// A stall is no load, however long it was.
+inline constexpr double kMostLoad = 2.0;
+
 /// The output of a tick, before the network sends it.
 struct TickResult {
     Tick tick = 0;
     double server_time_s = 0.0;   ///< nominal time of the tick
     double clock_origin_s = 0.0;  ///< steady clock minus this = server time
+    double load = 0.0;            ///< time of the turn before, in periods; at most kMostLoad
     std::vector<mailbox::OutboxItem> items;
     StoreTicket store;                    ///< durable events among the items wait for it
-    std::vector<TravelWish> wishes = {};  ///< of a world with portals
+    std::vector<TravelWish> wishes = {};  ///< of a server in a cluster
     std::vector<ClientId> departed = {};  ///< clients whose avatars left; in a cluster alone
 };
 
@@ -207,6 +211,7 @@ class TickLoop final : public VisitedWorld {
     LoggedBands logged_bands_;
     TickLog log_;
     OverloadSteps::Load load_;  // of the last tick
+    double turn_load_ = 0.0;    // of the last turn
     core::Histogram turns_ms_;  // of the ten seconds that run
     core::Histogram turns_cpu_ms_;
     mutable std::mutex stats_mutex_;

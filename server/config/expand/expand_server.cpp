@@ -13,6 +13,8 @@ ListenSettings expand_network(const proto::config::Network& from) {
     out.tcp_port = static_cast<std::uint16_t>(from.tcp_port());
     out.udp_port = static_cast<std::uint16_t>(from.udp_port());
     out.max_clients = from.max_clients();
+    out.max_load = from.max_load();
+    out.max_sessions_per_address = from.max_sessions_per_address();
     out.socket_buffer_bytes = from.socket_buffer_bytes();
     out.max_frame_bytes = from.max_frame_bytes();
     out.silence_timeout_s = from.silence_timeout_s();
@@ -57,6 +59,7 @@ SessionSettings expand_session(const proto::config::Session& from,
     }
     out.ticket_public_key_files.assign(from.ticket_public_key_file().begin(),
                                        from.ticket_public_key_file().end());
+    out.max_per_account = from.max_per_account();
     out.max_commands_per_s = from.max_commands_per_s();
     out.max_datagrams_per_s = from.max_datagrams_per_s();
     out.max_unacked_events = from.max_unacked_events();

@@ -12,11 +12,14 @@ class Message;
 namespace zoned::config {
 
 /// Fields of messages that the config holds once.
-inline constexpr std::array<std::string_view, 12> kLivePaths{
+inline constexpr std::array<std::string_view, 15> kLivePaths{
     "network.max_clients",
+    "network.max_load",
+    "network.max_sessions_per_address",
     "network.silence_timeout_s",
     "session.grace_s",
     "session.login_timeout_s",
+    "session.max_per_account",
     "session.max_commands_per_s",
     "session.max_datagrams_per_s",
     "session.max_unacked_events",

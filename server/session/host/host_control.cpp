@@ -103,4 +103,23 @@ void SessionHost::set_limits(const HostLimits& limits) {
     static_cast<HostLimits&>(impl_->settings) = limits;
 }
 
+void SessionHost::measured(double load, double now_s) {
+    Impl& host = *impl_;
+    const std::uint64_t bytes = host.stats.bytes_out + host.stats.tunnelled_bytes;
+    const double since_s = now_s - host.measured_s;
+    if (host.measured_s >= 0.0 && since_s > 0.0) {
+        host.overload.measured(load,
+                               host.table.all().size(),
+                               static_cast<double>(bytes - host.measured_bytes) / since_s,
+                               host.settings.rate.floor,
+                               host.settings.max_load,
+                               now_s);
+    }
+    host.measured_bytes = bytes;
+    host.measured_s = now_s;
+    host.stats.load = host.overload.load();
+    host.stats.refusing = host.overload.refusing();
+    host.stats.ceiling_bytes_per_s = host.overload.ceiling();
+}
+
 }  // namespace zoned::session

@@ -90,11 +90,12 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
 }
 
 void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::AckUpdate& acks) {
+    const double rate = std::min(session.path.rate().bytes_per_s(), overload.ceiling());
     output.to_zones(mailbox::Acks{session.client,
                                   acks.newest,
                                   acks.bits,
                                   session.path.rtt_us(),
-                                  static_cast<std::uint32_t>(session.path.rate().bytes_per_s()),
+                                  static_cast<std::uint32_t>(rate),
                                   session.path.rtt_variation_us()});
 }
 

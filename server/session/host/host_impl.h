@@ -2,10 +2,12 @@
 // datagrams, outbox.
 #pragma once
 
+#include "server/mailbox/network_key.h"
 #include "server/session/host/session_host.h"
 #include "server/session/host/session_table.h"
 #include "server/session/login/login.h"
 #include "server/session/login/nonce_set.h"
+#include "server/session/overload_control.h"
 #include "server/session/reject.h"
 #include "shared/core/rng.h"
 
@@ -38,9 +40,14 @@ struct SessionHost::Impl {
     void log_in(StreamId stream, const proto::Hello& hello, double now_s);
     /// The server's reasons against a client that is who it says; refuses it.
     bool turn_away(StreamId stream, const Identity& identity, double now_s);
+    [[nodiscard]] std::size_t sessions_of(const mailbox::NetworkKey& network) const;
     void store_login(StreamId stream, Identity identity, double now_s);
     /// A character is in the world once.
     void end_others(const Identity& identity);
+    /// Ends sessions of an account that would have more than it may.
+    void make_room_for(const Identity& identity);
+    /// Those with a ticket, ascending.
+    [[nodiscard]] std::vector<Session*> sessions_of(const std::string& account) const;
     void let_in(StreamId stream,
                 Identity identity,
                 const std::optional<std::array<double, 3>>& place,
@@ -135,6 +142,9 @@ struct SessionHost::Impl {
     SessionTable table;
     NonceSet nonces;
     BanList bans;
+    OverloadControl overload;
+    std::uint64_t measured_bytes = 0;  ///< of states, when the load was measured last
+    double measured_s = -1.0;
     std::string draining;  ///< why logins are refused; empty: they are not
     std::unordered_map<StreamId, ClientStream> streams;
     /// In the order in which the streams opened, which is the order of their deadlines.

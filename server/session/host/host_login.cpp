@@ -78,19 +78,49 @@ void SessionHost::Impl::store_login(StreamId stream, Identity identity, double n
 }
 
 void SessionHost::Impl::end_others(const Identity& identity) {
-    std::vector<Session*> others;
-    for (const auto& session : table.all()) {
-        if (session->identity.nonce && session->identity.account == identity.account &&
-            session->identity.name == identity.name) {
-            others.push_back(session.get());
-        }
-    }
-    for (Session* session : others) {
+    std::vector<Session*> same = sessions_of(identity.account);
+    std::erase_if(same, [&](const Session* s) { return s->identity.name != identity.name; });
+    for (Session* session : same) {
         end(*session,
             proto::CLOSING_REPLACED,
             "the character logged in elsewhere",
             mailbox::LeaveReason::kKicked);
     }
+}
+
+void SessionHost::Impl::make_room_for(const Identity& identity) {
+    const std::size_t most = settings.max_per_account;
+    if (most == 0 || !identity.nonce) {
+        return;
+    }
+    std::vector<Session*> all = sessions_of(identity.account);
+    // Another session of the same character comes first, then the oldest.
+    std::stable_partition(all.begin(), all.end(), [&](const Session* s) {
+        return s->identity.name == identity.name;
+    });
+    for (std::size_t i = 0; i + most <= all.size(); ++i) {
+        end(*all[i],
+            proto::CLOSING_REPLACED,
+            "the account logged in elsewhere (session.max_per_account)",
+            mailbox::LeaveReason::kKicked);
+    }
+}
+
+std::vector<Session*> SessionHost::Impl::sessions_of(const std::string& account) const {
+    std::vector<Session*> out;
+    for (const auto& session : table.all()) {
+        if (session->identity.nonce && session->identity.account == account) {
+            out.push_back(session.get());
+        }
+    }
+    return out;
+}
+
+std::size_t SessionHost::Impl::sessions_of(const mailbox::NetworkKey& network) const {
+    return static_cast<std::size_t>(
+        std::count_if(table.all().begin(), table.all().end(), [&](const auto& session) {
+            return mailbox::network_of(session->peer) == network;
+        }));
 }
 
 void SessionHost::on_login_stored(StreamId stream,
@@ -138,6 +168,26 @@ bool SessionHost::Impl::turn_away(StreamId stream, const Identity& identity, dou
         refuse(stream, {proto::REFUSED_SHUTTING_DOWN, Reject::kLoginShutdown, draining});
         return true;
     }
+    const bool admitted = overload.admits(table.all().size(), settings.max_load);
+    stats.refusing = overload.refusing();
+    if (!admitted) {
+        refuse(stream,
+               {proto::REFUSED_FULL,
+                Reject::kLoginBusy,
+                "the server is busy: its " + std::to_string(table.all().size()) + " clients take " +
+                    std::to_string(std::lround(100.0 * overload.load())) +
+                    " % of the time there is, try again later (network.max_load)"});
+        return true;
+    }
+    if (settings.max_per_address > 0 &&
+        sessions_of(mailbox::network_of(streams.at(stream).peer)) >= settings.max_per_address) {
+        refuse(stream,
+               {proto::REFUSED_FULL,
+                Reject::kLoginAddress,
+                "all of the " + std::to_string(settings.max_per_address) +
+                    " places for one address are taken (network.max_sessions_per_address)"});
+        return true;
+    }
     if (table.all().size() >= settings.max_sessions) {
         refuse(stream,
                {proto::REFUSED_FULL,
@@ -153,6 +203,7 @@ void SessionHost::Impl::let_in(StreamId stream,
                                Identity identity,
                                const std::optional<std::array<double, 3>>& place,
                                double now_s) {
+    make_room_for(identity);
     ClientStream& state = streams.at(stream);
     Session& session = table.create(settings, state.down, state.up, stream);
     session.identity = std::move(identity);

@@ -23,6 +23,9 @@ HostSettings checked(HostSettings settings) {
                                     std::to_string(kMaxInputWindowTicks) + " ticks, not " +
                                     std::to_string(settings.input_window_ticks));
     }
+    if (!(settings.max_load > 0.0)) {
+        throw std::invalid_argument("the most load must be above 0");
+    }
     if (settings.max_commands_per_s == 0 || settings.max_datagrams_per_s == 0 ||
         settings.max_frames_per_s == 0) {
         throw std::invalid_argument(

@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -110,6 +111,10 @@ struct HostStats {
     std::uint64_t tunnelled = 0;        ///< state packets that took the stream; not in packets_out
     std::uint64_t tunnelled_bytes = 0;  ///< of them, sealed; not in bytes_out
     std::uint64_t address_changes = 0;
+    double load = 0.0;      ///< of the last second, as OverloadControl takes it
+    bool refusing = false;  ///< logins, because of the load
+    /// Bytes per second that a client may cost because of the load; infinity: as ever.
+    double ceiling_bytes_per_s = std::numeric_limits<double>::infinity();
     std::uint64_t resumed = 0;
     std::map<std::string, std::uint64_t>
         rejected;  ///< reason -> count: nothing from outside is dropped without a count
@@ -208,6 +213,9 @@ class SessionHost {
     void set_draining(const std::string& text);
     /// Holds from now on; sessions beyond a smaller number of places stay.
     void set_limits(const HostLimits& limits);
+    /// The load of this server since the last call, as OverloadControl takes it; call a few times a
+    /// second. Never called: no login is refused for it.
+    void measured(double load, double now_s);
     /// Tickets by this key of the cluster are taken too, where they name this world.
     void trust_cluster(const PublicKey& key);
 

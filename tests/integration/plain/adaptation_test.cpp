@@ -1,6 +1,6 @@
 // Difficulty in zones: each zone follows the players in it, and agents that come over take the new
 // zone's. All of it is the same for any number of threads.
-#include "server/app/runtime/difficulty_log.h"
+#include "server/app/log/difficulty_log.h"
 #include "tests/integration/plain/crowd_world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/log_text.h"

@@ -203,6 +203,40 @@ TEST_F(Admin, ChangesLiveSettingsByCtl) {
     expect_said({"nothing differs"});
 }
 
+/// The value of a metric without labels; below 0: there is none.
+double metric(const std::string& metrics, const std::string& name) {
+    const std::size_t at = metrics.find("\n" + name + " ");
+    return at == std::string::npos ? -1.0 : std::stod(metrics.substr(at + name.size() + 2));
+}
+
+TEST_F(Admin, RefusesLoginsWhileTheLoadIsMoreThanMayBe) {
+    serve();
+    join(10);
+    double load = 0.0;
+    for (int i = 0; i < 200 && load <= 0.0; ++i) {
+        load = metric(ask("/metrics"), "zoned_load");
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    ASSERT_GT(load, 0.0);
+    // Far below what ten players cost, on any machine.
+    EXPECT_EQ(ctl({"set", "network.max_load=" + std::to_string(std::max(1e-4, 0.1 * load))}), 0)
+        << complained;
+    Child refused("client-sim", play(1, 2));
+    EXPECT_NE(refused.wait(kPatience), 0);
+    EXPECT_NE(refused.output().find("the server is busy: its 10 clients"), std::string::npos)
+        << refused.output();
+    EXPECT_EQ(metric(ask("/metrics"), "zoned_logins_refused_for_load"), 1.0);
+    const std::string line = "overload: logins are refused";
+    for (int i = 0; i < 100 && server->errors().find(line) == std::string::npos; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    EXPECT_NE(server->errors().find(line), std::string::npos);
+    EXPECT_EQ(ctl({"set", "network.max_load=1000"}), 0) << complained;
+    Child taken("client-sim", play(1, 2));
+    EXPECT_EQ(taken.wait(kPatience), 0) << taken.output();
+    EXPECT_EQ(metric(ask("/metrics"), "zoned_logins_refused_for_load"), 0.0);
+}
+
 TEST_F(Admin, DrainsByCtlAndStops) {
     serve();
     join(2);

@@ -123,6 +123,47 @@ TEST(Control, ChangesLimitsLive) {
     EXPECT_EQ(host.host.stats().sessions, 0U);
 }
 
+TEST(Control, RefusesLoginsWhereTheServerIsBusyAndNotThoseWhoComeBack) {
+    TestHost host(dev_settings());
+    FakeClient first(host);
+    ASSERT_TRUE(first.log_in());
+    for (int i = 0; i < 40; ++i) {
+        host.advance(0.25);
+        host.host.measured(1.2, host.now_s);
+    }
+    EXPECT_NEAR(host.host.stats().load, 1.2, 1e-3);
+    FakeClient second(host);
+    EXPECT_FALSE(second.log_in());
+    EXPECT_EQ(host.rejected("login_busy"), 1U);
+    EXPECT_TRUE(host.host.stats().refusing);
+    first.drop();
+    EXPECT_TRUE(first.resume(0));
+    HostLimits limits = dev_settings();
+    limits.max_load = 10.0;
+    host.host.set_limits(limits);
+    EXPECT_TRUE(FakeClient(host).log_in());
+}
+
+TEST(Control, TellsZonesOfFewerBytesWhereTheServerIsBusy) {
+    TestHost host(dev_settings());
+    FakeClient client(host);
+    ASSERT_TRUE(client.log_in());
+    const double floor = dev_settings().rate.floor;
+    for (int i = 0; i < 40; ++i) {
+        host.advance(0.25);
+        host.host.measured(1.2, host.now_s);
+    }
+    EXPECT_EQ(host.host.stats().ceiling_bytes_per_s, floor);
+    client.send_datagram({});
+    client.state(1);
+    wire::UpTransport transport;
+    transport.ack_low = 1;
+    client.send_datagram({}, 1, transport);
+    const auto acks = host.take<mailbox::Acks>();
+    ASSERT_FALSE(acks.empty());
+    EXPECT_EQ(acks.back().rate_bytes_per_s, static_cast<std::uint32_t>(floor));
+}
+
 TEST(Control, NotesWhoComesAndGoes) {
     HostSettings settings = dev_settings();
     settings.max_sessions = 1;

@@ -195,6 +195,51 @@ TEST(Login, DoesNotUseUpATicketWhenTheServerIsFull) {
     EXPECT_TRUE(second.log_in(hello_with(ticket)));
 }
 
+TEST(Login, EndsTheOldestSessionsOfAnAccountThatHasTooMany) {
+    const KeyPair pair = generate_key_pair();
+    HostSettings settings = ticket_settings(pair);
+    settings.max_per_account = 2;
+    TestHost host(settings);
+    std::vector<ClientId> ids;
+    const auto come = [&](const char* account, const char* name) {
+        TicketClaims c = claims();
+        c.account = account;
+        c.name = name;
+        FakeClient client(host);
+        EXPECT_TRUE(client.log_in(hello_with(*create_ticket(c, pair.private_key))));
+        ids.push_back(client.client);
+    };
+    come("ann", "one");
+    come("bob", "one");
+    come("ann", "two");
+    EXPECT_EQ(host.host.sessions(), ids);
+    come("ann", "three");
+    EXPECT_EQ(host.host.sessions(), (std::vector{ids[1], ids[2], ids[3]}));
+    // Another session of the same character takes its own place.
+    come("ann", "two");
+    EXPECT_EQ(host.host.sessions(), (std::vector{ids[1], ids[3], ids[4]}));
+}
+
+TEST(Login, HasSoManyPlacesForAnAddress) {
+    HostSettings settings = dev_settings();
+    settings.max_per_address = 2;
+    TestHost host(settings);
+    const auto comes = [&host](std::array<std::uint8_t, 3> from) {
+        FakeClient client(host);
+        client.peer = mailbox::Address{};
+        client.peer->ip[0] = 0x20;
+        client.peer->ip[7] = from[0];   // the network
+        client.peer->ip[15] = from[1];  // a machine in it
+        client.peer->port = from[2];
+        return client.log_in();
+    };
+    EXPECT_TRUE(comes({1, 1, 1}));
+    EXPECT_TRUE(comes({1, 2, 1}));
+    EXPECT_FALSE(comes({1, 3, 2}));
+    EXPECT_EQ(host.rejected("login_address"), 1U);
+    EXPECT_TRUE(comes({2, 1, 1}));
+}
+
 TEST(Login, RefusesNamesAndTeamsThatAreNotCleanUtf8) {
     TestHost host(dev_settings());
     for (const std::string& name : {std::string(),

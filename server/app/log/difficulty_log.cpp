@@ -1,4 +1,4 @@
-#include "server/app/runtime/difficulty_log.h"
+#include "server/app/log/difficulty_log.h"
 
 #include "server/app/log/log.h"
 
