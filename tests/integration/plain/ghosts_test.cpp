@@ -17,13 +17,13 @@ namespace {
 /// Four zones with walkers, crates that sleep and crates that are pushed about.
 const char* const kText = R"(
 world { name: "ghosts" seed: 3 min_x_m: -40 min_z_m: -40 max_x_m: 40 max_z_m: 40 }
-zones { zone_grid { columns: 2 rows: 2 } ghost_margin_m: 30 handoff_hysteresis_m: 1 }
+zones { zone_grid { columns: 2 rows: 2 } ghost_margin_m: 25 handoff_hysteresis_m: 1 }
 session { dev_mode_loopback: true }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } mass_kg: 80
-  aura_m { normal: 30 } nimbus_m { normal: 30 } character { } }
-type { name: "crate" box { x_m: 0.8 y_m: 0.8 z_m: 0.8 } mass_kg: 15 aura_m { normal: 30 } }
+  aura_m { normal: 20 } nimbus_m { normal: 20 } character { } }
+type { name: "crate" box { x_m: 0.8 y_m: 0.8 z_m: 0.8 } mass_kg: 15 aura_m { normal: 20 } }
 type { name: "walker" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } mass_kg: 70
-  aura_m { normal: 30 } character { speed_mps: 3 } brain: "walk" }
+  aura_m { normal: 20 } character { speed_mps: 3 } brain: "walk" }
 brain { name: "walk"
   state { name: "walk" action: WANDER radius_m: 20
     transition { to: "rest" sensor: TIME_IN_STATE compare: ABOVE threshold: 3 } }
