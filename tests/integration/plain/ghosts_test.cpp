@@ -2,7 +2,9 @@
 // at.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
+#include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
+#include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +16,7 @@
 namespace zoned::app::ghosts_test {
 namespace {
 
-/// Four zones with walkers, crates that sleep and crates that are pushed about.
+/// Four zones with walkers, crates that sleep, and balls that are kicked about.
 const char* const kText = R"(
 world { name: "ghosts" seed: 3 min_x_m: -40 min_z_m: -40 max_x_m: 40 max_z_m: 40 }
 zones { zone_grid { columns: 2 rows: 2 } ghost_margin_m: 25 handoff_hysteresis_m: 1 }
@@ -29,12 +31,17 @@ brain { name: "walk"
     transition { to: "rest" sensor: TIME_IN_STATE compare: ABOVE threshold: 3 } }
   state { name: "rest" action: IDLE
     transition { to: "walk" sensor: TIME_IN_STATE compare: ABOVE threshold: 2 } } }
+type { name: "ball" sphere { radius_m: 0.4 } mass_kg: 5 drag_ps: 1 angular_drag_ps: 1
+  aura_m { normal: 20 } }
 scatter { type: "walker" count: 60 seed: 1 }
+scatter { type: "ball" count: 60 seed: 4 }
 scatter { type: "crate" count: 80 seed: 2 asleep: true }
 scatter { type: "crate" count: 40 seed: 3 }
 spawn { x_m: -5 z_m: 3 }
 lod { position_bound_m: 0.05 }
 )";
+
+constexpr TypeIndex kBall = 3;
 
 std::unique_ptr<World> make_world() {
     plain_log() = std::make_shared<scenario::PlainLog>();
@@ -61,6 +68,29 @@ void forget_exports(World& world) {
     }
 }
 
+/// Kicks some balls. They fall asleep while they still roll a little: then the bodies of their
+/// ghosts arrive a tick later.
+void kick(World& world, core::Rng rng) {
+    for (const auto& zone : world.zones()) {
+        zone::ZoneState& state = zone->state();
+        std::vector<EntityId> balls;
+        for (world::Row row = 0; row < state.entities.size(); ++row) {
+            if (state.entities.type[row] == kBall && !state.entities.has(row, world::kGhost)) {
+                balls.push_back(state.entities.id[row]);
+            }
+        }
+        for (int k = 0; k < 6 && !balls.empty(); ++k) {
+            const EntityId ball = balls[rng.below(static_cast<std::uint32_t>(balls.size()))];
+            const auto speed = [&rng] {
+                return static_cast<float>(rng.below(801)) * 0.01F - 4.0F;
+            };
+            const float x = speed();
+            const Vec3 change(x, 0.0F, speed());
+            zone::ZoneContext(state).add_velocity(ball, change);
+        }
+    }
+}
+
 TEST(Ghosts, ThatFollowChangesAreThoseThatFollowEverything) {
     const std::unique_ptr<World> changes = make_world();
     const std::unique_ptr<World> everything = make_world();
@@ -77,6 +107,11 @@ TEST(Ghosts, ThatFollowChangesAreThoseThatFollowEverything) {
             join.client = ClientId(1);
             join.name = "player";
             items.emplace_back(join);
+        }
+        if (t % 40 == 20) {
+            const core::Rng rng(7, static_cast<std::uint64_t>(t));
+            kick(*changes, rng);
+            kick(*everything, rng);
         }
         out.clear();
         changes->tick(items, out);
