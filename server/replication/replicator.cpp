@@ -415,6 +415,14 @@ bool Replicator::heard(EntityId entity) const {
     return impl_->streams.has(entity);
 }
 
+std::size_t Replicator::heard_count() const {
+    return impl_->streams.entities();
+}
+
+void Replicator::for_each_heard(const std::function<void(EntityId)>& visit) const {
+    impl_->streams.for_each_entity(visit);
+}
+
 const wire::TrafficTable* Replicator::traffic() const {
     return impl_->packer.traffic();
 }

@@ -12,6 +12,7 @@
 #include "shared/wire/traffic.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -135,6 +136,10 @@ class Replicator {
 
     /// Whether any client is subscribed to the entity.
     [[nodiscard]] bool heard(EntityId entity) const;
+    /// Entities that any client is subscribed to.
+    [[nodiscard]] std::size_t heard_count() const;
+    /// Calls `visit` for each of them, in no order.
+    void for_each_heard(const std::function<void(EntityId)>& visit) const;
 
     void hash(core::StateHash& hash) const;
 

@@ -158,6 +158,19 @@ class StreamTable final : public wire::record::DeclaredSource {
     /// Whether the entity has a stream.
     [[nodiscard]] bool has(EntityId entity) const { return slot_index_.contains(entity); }
 
+    /// Entities with a stream.
+    [[nodiscard]] std::size_t entities() const { return slot_index_.size(); }
+
+    /// Calls visit(entity) for each of them.
+    template <class Visit>
+    void for_each_entity(Visit&& visit) const {
+        for (const EntityStreams& slot : slots_) {
+            if (slot.entity) {
+                visit(slot.entity);
+            }
+        }
+    }
+
     /// The newest publication for a subscriber that holds keyframe `held` (0: none) of this stream:
     /// a delta where that keyframe is still kept and the delta is smaller, else absolute. Version
     /// must not be 0. The bytes stay valid until the next publish().

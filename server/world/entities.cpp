@@ -6,8 +6,6 @@ namespace zoned::world {
 
 namespace {
 
-constexpr std::uint8_t kStill = kAtRest | kDozing;
-
 template <class Column>
 void move_last_into(Column& column, Row row) {
     column[row] = column.back();
@@ -34,11 +32,15 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
     body.emplace_back();
     client.values_.emplace_back();
     command.emplace_back();
-    representation.push_back(0);
+    representation.values_.push_back(0);
     discontinuity_tick.push_back(0);
     moving_.push_back(true);
     stirring_.push_back(true);
     avatars_.push_back(false);
+    characters_.push_back((traits(entity_type) & kIsCharacter) != 0);
+    players_.push_back((traits(entity_type) & kPlayer) != 0);
+    rewindable_.push_back((traits(entity_type) & kRewindable) != 0);
+    reduced_.push_back(false);
     for (RowSet& touched : touched_) {
         touched.push_back(true);
     }
@@ -66,11 +68,15 @@ void Entities::remove(Row row) {
     move_last_into(body, row);
     move_last_into(client.values_, row);
     move_last_into(command, row);
-    move_last_into(representation, row);
+    move_last_into(representation.values_, row);
     move_last_into(discontinuity_tick, row);
     moving_.move_last_into(row);
     stirring_.move_last_into(row);
     avatars_.move_last_into(row);
+    characters_.move_last_into(row);
+    players_.move_last_into(row);
+    rewindable_.move_last_into(row);
+    reduced_.move_last_into(row);
     for (RowSet& touched : touched_) {
         touched.move_last_into(row);
     }
@@ -95,14 +101,41 @@ void Entities::set_type(Row row, TypeIndex to) {
     fields_.set_type(row, type[row], to);
     type.values_[row] = to;
     count(to, flags[row], 1);
+    put_by_type(row);
     touch(row);
+}
+
+void Entities::set_representation(Row row, std::uint8_t to) {
+    representation.values_[row] = to;
+    reduced_.put(row, to != 0);
+}
+
+void Entities::declare_types(const TypeTable& types) {
+    ZONED_ASSERT(size() == 0, "types are declared before the first row");
+    traits_.clear();
+    for (const EntityType& of : types) {
+        const bool character = of.kind == EntityKind::kCharacter;
+        std::uint8_t its = 0;
+        its |= character ? std::uint8_t{kActsAtRest | kIsCharacter} : std::uint8_t{0};
+        its |= character && of.brain == 0 ? std::uint8_t{kPlayer} : std::uint8_t{0};
+        its |= of.rewindable ? std::uint8_t{kRewindable} : std::uint8_t{0};
+        traits_.push_back(its);
+    }
+}
+
+/// The sets that follow from a row's type.
+void Entities::put_by_type(Row row) {
+    stirring_.put(row, stirs(type[row], flags[row]));
+    characters_.put(row, (traits(type[row]) & kIsCharacter) != 0);
+    players_.put(row, (traits(type[row]) & kPlayer) != 0);
+    rewindable_.put(row, (traits(type[row]) & kRewindable) != 0);
 }
 
 void Entities::change_flags(Row row, std::uint8_t to) {
     const std::uint8_t before = flags[row];
     flags.values_[row] = to;
     moving_.put(row, (to & kAtRest) == 0);
-    stirring_.put(row, (to & kStill) != kStill);
+    stirring_.put(row, stirs(type[row], to));
     if (((before ^ to) & (kGhost | kHidden)) != 0) {
         count(type[row], before, ~std::uint32_t{0});
         count(type[row], to, 1);
@@ -120,6 +153,14 @@ bool Entities::find_rows() {
                fits(discontinuity_tick, moving_, stirring_, avatars_) && fields_.fits(type.values_);
     for (const RowSet& touched : touched_) {
         fit = fit && fits(touched);
+    }
+    characters_ = players_ = rewindable_ = reduced_ = RowSet();
+    for (Row row = 0; fit && row < rows; ++row) {
+        characters_.push_back(false);
+        players_.push_back(false);
+        rewindable_.push_back(false);
+        reduced_.push_back(representation[row] != 0);
+        put_by_type(row);
     }
     row_of_.clear();
     for (Row row = 0; fit && row < rows; ++row) {

@@ -87,7 +87,7 @@ class Entities {
     std::vector<BodyId> body;     ///< in the zone's physics scene; none for hidden entities
     KeptColumn<ClientId> client;  ///< the client whose avatar this is, or none
     std::vector<motion::InputCommand> command;  ///< characters: consumed by the next movement pass
-    std::vector<std::uint8_t> representation;   ///< props: their simulated representation, see zone
+    KeptColumn<std::uint8_t> representation;    ///< props: their simulated representation, see zone
     std::vector<Tick> discontinuity_tick;       ///< last spawn, teleport or unhide: nobody can have
                                                 ///< predicted across it
 
@@ -115,6 +115,10 @@ class Entities {
     /// Before the first row: the declared fields of each type.
     void declare_fields(wire::FieldSchemas schemas) { fields_.declare(std::move(schemas)); }
 
+    /// Before the first row: what the kept sets ask of each type. Without it every type is taken
+    /// for one that may act at rest, and the sets by type stay empty.
+    void declare_types(const TypeTable& types);
+
     [[nodiscard]] const FieldColumns& fields() const { return fields_; }
 
     /// The values of the declared fields of a row; empty where its type has none.
@@ -139,21 +143,44 @@ class Entities {
 
     void set_client(Row row, ClientId to);
     void set_type(Row row, TypeIndex to);
+    void set_representation(Row row, std::uint8_t to);
 
     /// Rows without kAtRest.
     [[nodiscard]] const RowSet& moving() const { return moving_; }
 
-    /// Rows that something may happen to without a word: all but those that rest and doze.
+    /// Rows that something may happen to without a word: all but props that rest, and characters
+    /// that rest and doze.
     [[nodiscard]] const RowSet& stirring() const { return stirring_; }
 
     /// Rows with a client.
     [[nodiscard]] const RowSet& avatars() const { return avatars_; }
 
-    /// A row that rests has changed, for the hash; one that dozes, for all readers. Rows that are
-    /// added, take the place of another or change flags are touched without a word.
+    /// Rows of characters.
+    [[nodiscard]] const RowSet& characters() const { return characters_; }
+
+    /// Rows of characters without a brain: those of players.
+    [[nodiscard]] const RowSet& players() const { return players_; }
+
+    /// Rows of rewindable types.
+    [[nodiscard]] const RowSet& rewindable() const { return rewindable_; }
+
+    /// Rows with another representation than the full one.
+    [[nodiscard]] const RowSet& reduced() const { return reduced_; }
+
+    /// A character that rests has changed, for the hash; a prop that rests and an agent that dozes,
+    /// for all readers. Rows that are added, take the place of another or change flags are touched
+    /// without a word.
     void touch(Row row) {
         for (RowSet& touched : touched_) {
             touched.put(row, true);
+        }
+    }
+
+    /// A prop stirred and came to rest again within one step: for all readers but the hash, which
+    /// takes a prop in when its flags change and while it stirs.
+    void touch_passing(Row row) {
+        for (const Reader reader : {Reader::kExport, Reader::kInterest, Reader::kGrid}) {
+            touched_[static_cast<std::size_t>(reader)].put(row, true);
         }
     }
 
@@ -184,7 +211,7 @@ class Entities {
     void serialize(Archive& archive) {
         archive(id, type.values_, flags.values_, position, orientation, velocity);
         archive(angular_velocity, acceleration, yaw, appearance, stance, body, client.values_);
-        archive(command, representation, discontinuity_tick);
+        archive(command, representation.values_, discontinuity_tick);
         archive(moving_, stirring_, avatars_, touched_, counts_, fields_);
         if constexpr (Archive::kReads) {
             if (!find_rows()) {
@@ -202,6 +229,23 @@ class Entities {
     }
 
   private:
+    /// What the kept sets ask of a type.
+    enum TypeTrait : std::uint8_t {
+        kActsAtRest = 1u << 0,  ///< a command may move it without a word
+        kPlayer = 1u << 1,
+        kRewindable = 1u << 2,
+        kIsCharacter = 1u << 3,
+    };
+
+    [[nodiscard]] std::uint8_t traits(TypeIndex of) const {
+        return of < traits_.size() ? traits_[of] : std::uint8_t{kActsAtRest};
+    }
+
+    [[nodiscard]] bool stirs(TypeIndex of, std::uint8_t with) const {
+        return (with & kAtRest) == 0 || ((with & kDozing) == 0 && (traits(of) & kActsAtRest) != 0);
+    }
+
+    void put_by_type(Row row);
     void change_flags(Row row, std::uint8_t to);
     void count(TypeIndex of, std::uint8_t with, std::uint32_t more);
     /// Makes `row_of_` anew; false where the columns do not fit each other.
@@ -211,6 +255,11 @@ class Entities {
     RowSet moving_;
     RowSet stirring_;
     RowSet avatars_;
+    RowSet characters_;
+    RowSet players_;
+    RowSet rewindable_;
+    RowSet reduced_;
+    std::vector<std::uint8_t> traits_;  // TypeTrait bits by type
     std::array<RowSet, kReaders> touched_;
     std::vector<Count> counts_;
     FieldColumns fields_;

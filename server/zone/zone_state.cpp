@@ -69,6 +69,7 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       rng(settings.seed, settings.id.value),
       replicator(with_ground(settings)) {
     entities.declare_fields(world::field_schemas(*settings.types));
+    entities.declare_types(*settings.types);
     const Vec3d origin = settings.region().origin();
     points_of_interest = ai::PointsOfInterest(
         settings.ai.points_of_interest, Vec2d(origin.x(), origin.z()), settings.dt);

@@ -70,6 +70,13 @@ struct StepReport {
     std::uint32_t fields_refused = 0;  ///< values of rules that a declared field cannot hold
 };
 
+/// A ghost whose body is not yet where its owner's entity is.
+struct LedGhost {
+    EntityId entity;
+    ZoneId owner;
+    std::uint32_t place = 0;  ///< in the owner's export
+};
+
 /// An owned prop touched a neighbour's ghost.
 struct GhostContact {
     EntityId prop;
@@ -211,15 +218,21 @@ struct ZoneState {
     world::RowSet near_border;            ///< rows that neighbours heard of in the last export
     std::vector<EntityState> ghosts_out;  ///< this tick's export, ascending by row
     bool ghosts_out_changed = true;
-    std::vector<EntityId> ghost_ids;   ///< imported, ascending
-    std::vector<ZoneId> ghost_owners;  ///< of ghost_ids, in their order
+    // What the last export changed; nothing of it is saved, and the first export is all anew.
+    bool ghosts_out_anew = true;                  ///< other entities than before
+    std::vector<world::Row> ghosts_out_rows;      ///< of ghosts_out
+    std::vector<std::uint32_t> ghosts_out_fresh;  ///< else: the places in it that may have changed
+    std::vector<EntityId> ghost_ids;              ///< imported, ascending
+    std::vector<ZoneId> ghost_owners;             ///< of ghost_ids, in their order
+    std::vector<LedGhost> led_ghosts;             ///< of the last import, ascending by entity
     std::vector<GhostContact> ghost_contacts;
     bool accepted = false;                          ///< a handoff came in during this tick
     std::vector<replication::OwnInput> own_inputs;  ///< scratch of the replication pass
     std::vector<EntityContact> contacts;            ///< scratch of the contacts pass
     std::vector<Vec3> players;        ///< scratch of the representation pass: where players are
     std::vector<BodyId> bodies_near;  ///< scratch of the same
-    bool ghosts_moved = false;        ///< some imported ghost changed in the last tick
+    std::vector<world::Row> representation_rows;  ///< scratch of the same
+    bool ghosts_moved = false;                    ///< some imported ghost changed in the last tick
     std::vector<RulesMessage> messages_in;
 
     core::StateHash hash;

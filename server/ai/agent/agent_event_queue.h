@@ -18,7 +18,12 @@ class AgentEventQueue {
     using Slot = std::uint32_t;
 
     /// Makes the slots below `slots` exist; new ones have no event.
-    void grow(std::size_t slots) { nodes_.resize(std::max(nodes_.size(), slots)); }
+    void grow(std::size_t slots) {
+        nodes_.resize(std::max(nodes_.size(), slots));
+        if (heads_.empty() && slots > 0) {
+            heads_.assign(kDays, kNone);
+        }
+    }
 
     /// Replaces the slot's event; kNever: no event.
     void schedule(Slot slot, Tick at) {
@@ -78,6 +83,9 @@ class AgentEventQueue {
     void take_due(Tick now, Visit&& visit) {
         const Tick first = std::max(asked_ + 1, now - static_cast<Tick>(kDays) + 1);
         asked_ = std::max(asked_, now);
+        if (heads_.empty()) {
+            return;
+        }
         for (Tick day = first; day <= now; ++day) {
             for (Slot slot = heads_[day_of(day)]; slot != kNone;) {
                 const QueueNode node = nodes_[slot];
@@ -105,10 +113,8 @@ class AgentEventQueue {
         return static_cast<std::uint32_t>(static_cast<std::uint64_t>(at) % kDays);
     }
 
-    static std::vector<Slot> no_days() { return std::vector<Slot>(kDays, kNone); }
-
     std::vector<QueueNode> nodes_;  // by slot
-    std::vector<Slot> heads_ = no_days();
+    std::vector<Slot> heads_;       // by day; made with the first slot
     Tick asked_ = -1;
 };
 

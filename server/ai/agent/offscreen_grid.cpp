@@ -177,6 +177,9 @@ void OffscreenGrid::grow(std::size_t slots) {
     if (slots > puts_.size()) {
         puts_.resize(slots);
         nodes_.resize(slots * kMost);
+        if (heads_.empty() && slots > 0) {
+            heads_.assign(kSide * kSide + 1, kNone);
+        }
     }
 }
 

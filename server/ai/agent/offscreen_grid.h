@@ -78,7 +78,7 @@ class OffscreenGrid {
     /// change no square.
     template <class Visit>
     void visit(Cell cell, Visit&& visit) const {
-        for (Index n = heads_[cell]; n != kNone; n = nodes_[n].next) {
+        for (Index n = heads_.empty() ? kNone : heads_[cell]; n != kNone; n = nodes_[n].next) {
             visit(n / kMost);
         }
     }
@@ -136,7 +136,7 @@ class OffscreenGrid {
 
     std::vector<Put> puts_;        // by slot
     std::vector<GridNode> nodes_;  // kMost by slot
-    std::vector<Index> heads_ = std::vector<Index>(kSide * kSide + 1, kNone);
+    std::vector<Index> heads_;     // by square; made with the first slot
 };
 
 }  // namespace zoned::ai

@@ -205,7 +205,7 @@ void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const AiCont
     seen_.clear();
     rows_.clear();
     courses_.clear();
-    taken_.assign(e.size(), 0);
+    taken_.resize(std::max(taken_.size(), e.size()), 0);
     for (const AvoidingAgent& walker : walkers) {
         add_walker(walker, ai);
         taken_[walker.row] = 1;
@@ -222,6 +222,9 @@ void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const AiCont
             others_.push_back(row);
         }
     });
+    for (const AvoidingAgent& walker : walkers) {
+        taken_[walker.row] = 0;
+    }
     std::sort(others_.begin(), others_.end(), [&e](world::Row a, world::Row b) {
         return e.id[a] < e.id[b];
     });

@@ -124,6 +124,10 @@ zone::ZoneSettings zone_settings(const config::Settings& settings,
     z.particles = settings.particles;
     z.cosmetic_bursts = settings.cosmetic_bursts;
     z.physics = settings.physics;
+    // Each sleeping entity has its pair with the ground. Their number must leave room for the pairs
+    // of those that are awake.
+    z.physics.max_pairs =
+        std::max(z.physics.max_pairs, static_cast<std::uint32_t>(2 * settings.initial.size()));
     z.ai = settings.ai;
     z.interest = settings.interest;
     z.visibility_filter = settings.visibility_filter;

@@ -51,6 +51,9 @@ std::uint32_t copy_moved_bodies(ZoneState& state) {
         if (moved.asleep) {
             e.acceleration[row].setZero();
         }
+        if (moved.asleep && e.has(row, world::kAtRest)) {
+            e.touch_passing(row);
+        }
         e.set(row, world::kAtRest, moved.asleep);
         ++copied;
     }

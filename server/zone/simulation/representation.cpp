@@ -18,17 +18,50 @@ constexpr float kReturn = 0.9F;
 constexpr float kFast = 25.0F;
 constexpr float kSlack = 0.05F;
 
+/// Resting props of a lower level, so many that the surroundings of the players hold fewer.
+constexpr std::size_t kManyReduced = 512;
+
 /// Where players are: characters without an agent, ghosts too.
 void collect_players(ZoneState& state) {
     const world::Entities& e = state.entities;
     state.players.clear();
-    for (world::Row row = 0; row < e.size(); ++row) {
-        const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        if (type.kind == world::EntityKind::kCharacter && type.brain == 0 &&
-            !e.has(row, world::kHidden)) {
+    world::for_each_row(e.players(), [&](world::Row row) {
+        if (!e.has(row, world::kHidden)) {
             state.players.push_back(e.position[row]);
         }
+    });
+}
+
+/// Beyond it from all players nothing goes up a level, m.
+float farthest_return(const world::TypeTable& types) {
+    float farthest = 0.0F;
+    for (const world::EntityType& type : types) {
+        farthest = std::max({farthest, type.single_beyond_m, type.particle_beyond_m});
     }
+    return kReturn * farthest;
+}
+
+/// The rows that may go to another level now, ascending: props that move, and those of a lower
+/// level near a player. A prop that rests goes down no level, because it costs nothing.
+void list_candidates(ZoneState& state, std::vector<world::Row>& out) {
+    const world::Entities& e = state.entities;
+    out.clear();
+    if (e.reduced().count() <= kManyReduced) {
+        world::for_each_row(e.moving(), e.reduced(), [&](world::Row row) { out.push_back(row); });
+        return;
+    }
+    world::for_each_row(e.moving(), [&](world::Row row) { out.push_back(row); });
+    const float reach = farthest_return(*state.settings.types);
+    for (const Vec3& player : state.players) {
+        current_grid(state).for_each_within(
+            player.x(), player.z(), reach, [&](std::uint32_t row, float) {
+                if (e.reduced().has(row)) {
+                    out.push_back(row);
+                }
+            });
+    }
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
 }
 
 float nearest_player(const ZoneState& state, const Vec3& at) {
@@ -81,7 +114,7 @@ void become(ZoneState& state, world::Row row, Representation wanted) {
         } else if (!step_down_soft(state, row)) {
             return;
         }
-        e.representation[row] = static_cast<std::uint8_t>(wanted);
+        e.set_representation(row, static_cast<std::uint8_t>(wanted));
         return;
     }
     const BodyId body = e.body[row];
@@ -98,7 +131,7 @@ void become(ZoneState& state, world::Row row, Representation wanted) {
         const bool fits = state.scene.set_shape(body, shapes[type.solid]).ok();
         ZONED_ASSERT(fits, "shapes of types are valid");
     }
-    e.representation[row] = static_cast<std::uint8_t>(wanted);
+    e.set_representation(row, static_cast<std::uint8_t>(wanted));
 }
 
 /// Whether it is in touch with something that may push it.
@@ -117,10 +150,11 @@ std::uint32_t choose_representations(ZoneState& state) {
     collect_players(state);
     world::Entities& e = state.entities;
     std::uint32_t changed = 0;
-    for (world::Row row = 0; row < e.size(); ++row) {
+    list_candidates(state, state.representation_rows);
+    for (const world::Row row : state.representation_rows) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        const bool here = e.body[row] || soft_of(state, e.id[row]);
-        if (!type.reducible() || e.has(row, world::kGhost) || !here) {
+        if (!type.reducible() || e.has(row, world::kGhost) ||
+            !(e.body[row] || soft_of(state, e.id[row]))) {
             continue;
         }
         const auto now = static_cast<Representation>(e.representation[row]);

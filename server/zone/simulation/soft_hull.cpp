@@ -40,7 +40,7 @@ void step_up_soft(ZoneState& state, world::Row row) {
                                now.angular_velocity);
     state.scene.remove(e.body[row]);
     e.body[row] = BodyId();
-    e.representation[row] = 0;
+    e.set_representation(row, 0);
 }
 
 Quat turn_of_hull(const ZoneState& state, world::Row row, const Quat& turn) {

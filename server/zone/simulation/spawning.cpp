@@ -42,7 +42,7 @@ void add_body(ZoneState& state, world::Row row, bool asleep) {
 }
 
 void remove_body(ZoneState& state, world::Row row) {
-    state.entities.representation[row] = 0;
+    state.entities.set_representation(row, 0);
     if (state.entities.body[row]) {
         state.scene.remove(state.entities.body[row]);
         state.entities.body[row] = BodyId();

@@ -42,12 +42,11 @@ void move_characters_met(ZoneState& state, ParticlesOfZone::System& system) {
     const world::Entities& e = state.entities;
     auto& near = state.particles.near;
     near.clear();
-    for (world::Row row = 0; row < e.size(); ++row) {
-        const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        if (type.kind == world::EntityKind::kCharacter && !e.has(row, world::kHidden)) {
+    world::for_each_row(e.characters(), [&](world::Row row) {
+        if (!e.has(row, world::kHidden)) {
             near.push_back({(e.position[row] - system.focus).squaredNorm(), e.id[row], row});
         }
-    }
+    });
     const std::size_t met = std::min<std::size_t>(near.size(), system.characters_met);
     std::partial_sort(near.begin(),
                       near.begin() + static_cast<std::ptrdiff_t>(met),

@@ -45,6 +45,9 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
     e.angular_velocity[row] = asleep ? Vec3(Vec3::Zero()) : turn_rate(e.orientation[row], turn, dt);
     e.position[row] = hull.position;
     e.orientation[row] = turn;
+    if (asleep && e.has(row, world::kAtRest)) {
+        e.touch_passing(row);
+    }
     e.set(row, world::kAtRest, asleep);
 }
 

@@ -120,13 +120,30 @@ std::uint32_t record_history(ZoneState& state) {
     const world::Entities& e = state.entities;
     std::vector<std::pair<EntityId, world::Row>>& rows = state.history_rows;
     rows.clear();
-    for (world::Row row = 0; row < e.size(); ++row) {
-        if ((*state.settings.types)[e.type[row]].rewindable && !e.has(row, world::kHidden) &&
-            (e.client[row] || state.replicator.heard(e.id[row]))) {
+    const auto add = [&](world::Row row) {
+        if (!e.has(row, world::kHidden)) {
             rows.emplace_back(e.id[row], row);
         }
+    };
+    // Of all that is rewindable and all that is heard, the fewer are looked through.
+    if (e.rewindable().count() <= state.replicator.heard_count()) {
+        world::for_each_row(e.rewindable(), [&](world::Row row) {
+            if (e.client[row] || state.replicator.heard(e.id[row])) {
+                add(row);
+            }
+        });
+        std::sort(rows.begin(), rows.end());
+    } else {
+        const auto add_rewindable = [&](world::Row row) {
+            if (row != world::kNoRow && e.rewindable().has(row)) {
+                add(row);
+            }
+        };
+        world::for_each_row(e.avatars(), add_rewindable);
+        state.replicator.for_each_heard([&](EntityId id) { add_rewindable(e.find(id)); });
+        std::sort(rows.begin(), rows.end());
+        rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     }
-    std::sort(rows.begin(), rows.end());
     state.history.begin(state.now);
     for (const auto& [entity, row] : rows) {
         state.history.add(entity, {e.position[row], e.orientation[row]});
@@ -149,9 +166,10 @@ SeenHit ray_cast_as_seen(const ZoneState& state,
     best.rewound_s =
         (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) * state.settings.dt;
     const world::Entities& e = state.entities;
-    for (world::Row row = 0; row < e.size(); ++row) {
+    const world::RowSet& rows = e.rewindable();
+    for (world::Row row = rows.next(0); row != world::kNoRow; row = rows.next(row + 1)) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        if (!type.rewindable || e.id[row] == ignore) {
+        if (e.id[row] == ignore) {
             continue;
         }
         bool doubted = false;

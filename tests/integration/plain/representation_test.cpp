@@ -126,6 +126,46 @@ TEST(RepresentationByNeed, StandsWhereItFellAsABody) {
     EXPECT_NEAR(e.position[field.crate(0)].x(), 150.0F, 0.05F);
 }
 
+/// So many that lie still are looked up around the players. The choice is that of a look at each.
+TEST(RepresentationByNeed, OfAThousandThatRestIsAsNearAsThePlayer) {
+    std::vector<Vec3d> places;
+    for (int i = 0; i < 1000; ++i) {
+        places.emplace_back(-45.0 + 6.0 * (i % 40), 0.6, -75.0 + 6.0 * (i / 40));
+    }
+    Field field(true, places);
+    field.run(200);
+    const world::Entities& e = field.state().entities;
+    const auto crate_rows = [&](const auto& visit) {
+        for (world::Row row = 0; row < e.size(); ++row) {
+            if (e.type[row] == scenario::kCrate) {
+                visit(row);
+            }
+        }
+    };
+    std::size_t resting = 0;
+    crate_rows([&](world::Row row) {
+        resting += e.representation[row] != 0 && e.has(row, world::kAtRest) ? 1U : 0U;
+    });
+    ASSERT_GT(resting, 900U);
+    const Vec3 player(150, 3.0F, 20);  // falls: a world at rest checks for no players
+    field.bring_player(player);
+    field.run(zone::kRepresentationTicks);
+    std::size_t full = 0;
+    std::size_t reduced = 0;
+    crate_rows([&](world::Row row) {
+        const float distance = (e.position[row] - player).norm();
+        if (std::abs(distance - 0.9F * kFar) < 3.0F) {
+            return;  // the player has moved meanwhile
+        }
+        const bool near = distance < 0.9F * kFar;
+        EXPECT_EQ(e.representation[row] == 0, near) << distance;
+        full += near ? 1U : 0U;
+        reduced += near ? 0U : 1U;
+    });
+    EXPECT_GT(full, 100U);
+    EXPECT_GT(reduced, 100U);
+}
+
 /// A point slides to a stop by friction (v / (0.5 g), about a second for 4 m/s) and then costs
 /// nothing any more.
 TEST(RepresentationByNeed, ComesToRestAsAPoint) {

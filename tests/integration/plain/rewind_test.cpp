@@ -215,5 +215,57 @@ TEST_F(Rewinding, RemembersNothingThatNoTypeAsksFor) {
     EXPECT_FALSE(viewers_zone().report.plan.has(zone::Pass::kHistory)) << "nobody could shoot";
 }
 
+/// Poses are kept of what is heard and of players' own characters, however few of all that.
+/// `balls` are rewindable, `crates` not.
+void expect_history_of_heard(int balls, int crates) {
+    config::Settings s = scenario::small_world(1, 1, 400.0);
+    s.types[scenario::kBall].rewindable = true;
+    s.types[scenario::kPlayer].rewindable = true;
+    s.rewind.most_ticks = 12;
+    for (int k = 0; k < balls + crates; ++k) {
+        config::InitialEntity thing;
+        thing.type = k < balls ? scenario::kBall : scenario::kCrate;
+        // Balls up to the edge of the world, crates near the player.
+        thing.position =
+            k < balls ? Vec3d(190.0 * k / balls, 0.5, 5.0) : Vec3d(1.5 * (k - balls), 0.5, -5.0);
+        thing.asleep = true;
+        s.initial.push_back(thing);
+    }
+    plain_log() = std::make_shared<scenario::PlainLog>();
+    World world(s, 1);
+    mailbox::Join join;
+    join.client = kViewer;
+    join.name = "player";
+    std::vector<mailbox::OutboxItem> out;
+    for (int t = 0; t < 20; ++t) {
+        out.clear();
+        world.tick(
+            t == 0 ? std::vector<mailbox::InboxItem>{join} : std::vector<mailbox::InboxItem>(),
+            out);
+        const zone::ZoneState& state = world.zones()[0]->state();
+        const world::Entities& e = state.entities;
+        std::size_t wanted = 0;
+        for (world::Row row = 0; row < e.size(); ++row) {
+            const bool kept = (*state.settings.types)[e.type[row]].rewindable &&
+                              (e.client[row] || state.replicator.heard(e.id[row]));
+            wanted += kept ? 1U : 0U;
+            EXPECT_EQ(state.history.at(e.id[row], state.now, 0.0F).has_value(), kept) << row;
+        }
+        EXPECT_EQ(state.history.recorded(state.now), wanted);
+        if (t > 3) {
+            EXPECT_GT(wanted, 3U);
+            EXPECT_LT(wanted, static_cast<std::size_t>(balls));
+        }
+    }
+}
+
+TEST(PosesOfThePast, AreThoseOfHeardOnesWhereMostAreFarAway) {
+    expect_history_of_heard(60, 2);
+}
+
+TEST(PosesOfThePast, AreThoseOfHeardOnesWhereMuchElseIsHeard) {
+    expect_history_of_heard(20, 25);
+}
+
 }  // namespace
 }  // namespace zoned::app

@@ -35,11 +35,115 @@ TEST(RowSet, WalksItsMembersInAscendingOrder) {
     EXPECT_EQ(set.next(200), kNoRow);
 }
 
-/// The errors of the sets and counts, found by a pass over all rows; empty: none.
-std::string wrong_sets(const Entities& e) {
+/// A set of 20,000 rows, so that the summaries of words have words of their own, against a list of
+/// members.
+TEST(RowSet, IsTheSameAsAListAfterAnyChanges) {
+    core::Rng rng(11);
+    RowSet set;
+    std::vector<bool> list;
+    const auto check = [&](int step) {
+        std::vector<Row> members;
+        for (Row row = 0; row < list.size(); ++row) {
+            if (list[row]) {
+                members.push_back(row);
+            }
+        }
+        std::vector<Row> walked;
+        for_each_row(set, [&](Row row) { walked.push_back(row); });
+        std::vector<Row> united;
+        RowSet none;
+        for (std::size_t row = 0; row < list.size(); ++row) {
+            none.push_back(false);
+        }
+        for_each_row(none, set, [&](Row row) { united.push_back(row); });
+        std::vector<Row> asked;
+        for (Row row = set.next(0); row != kNoRow; row = set.next(row + 1)) {
+            asked.push_back(row);
+        }
+        ASSERT_EQ(walked, members) << "after step " << step;
+        ASSERT_EQ(united, members) << "after step " << step;
+        ASSERT_EQ(asked, members) << "after step " << step;
+        ASSERT_EQ(set.count(), members.size()) << "after step " << step;
+        ASSERT_EQ(set.size(), list.size()) << "after step " << step;
+    };
+    // Grows beyond 64 * 64 rows, and shrinks to nothing, with few members and with many.
+    for (int step = 0; step < 120'000; ++step) {
+        const bool grows = (step / 20'000) % 2 == 0;
+        const std::uint32_t what = rng.below(10);
+        if (list.empty() || (what < 6 && grows) || (what < 1 && !grows)) {
+            const bool in = rng.below(40) == 0;
+            set.push_back(in);
+            list.push_back(in);
+        } else if (what < 7) {
+            const Row row = rng.below(static_cast<std::uint32_t>(list.size()));
+            set.move_last_into(row);
+            list[row] = list.back();
+            list.pop_back();
+        } else {
+            const Row row = rng.below(static_cast<std::uint32_t>(list.size()));
+            const bool in = rng.below(3) == 0;
+            set.put(row, in);
+            list[row] = in;
+        }
+        if (step % 30'011 == 30'010) {
+            set.clear();
+            list.assign(list.size(), false);
+        }
+        if (step % 997 == 0) {
+            check(step);
+        }
+    }
+    check(-1);
+}
+
+TEST(RowSet, VisitsARowThatIsPutInAheadOfTheWalk) {
+    RowSet set;
+    for (Row row = 0; row < 10'000; ++row) {
+        set.push_back(row == 3);
+    }
+    std::vector<Row> walked;
+    for_each_row(set, [&](Row row) {
+        walked.push_back(row);
+        if (row == 3) {
+            set.put(70, true);     // another word of the same summary
+            set.put(9'000, true);  // another summary
+            set.put(5, true);      // the same word: as it was
+        }
+    });
+    EXPECT_EQ(walked, (std::vector<Row>{3, 70, 9'000}));
+}
+
+/// Props, agents and players, rewindable or not.
+TypeTable some_types() {
+    TypeTable types(6);
+    for (std::size_t k = 0; k < types.size(); ++k) {
+        types[k].kind = k < 2 ? EntityKind::kProp : EntityKind::kCharacter;
+        types[k].brain = k == 2 || k == 3 ? 1 : 0;
+        types[k].rewindable = k % 2 == 1;
+    }
+    return types;
+}
+
+/// The errors of the sets and counts, found by a pass over all rows; empty: none. `types`: as they
+/// were declared.
+std::string wrong_sets(const Entities& e, const TypeTable& types = {}) {
     std::map<TypeIndex, Entities::Count> counts;
     for (Row row = 0; row < e.size(); ++row) {
-        const bool still = e.has(row, kAtRest) && e.has(row, kDozing);
+        const EntityType* const type = types.empty() ? nullptr : &types[e.type[row]];
+        const bool prop = type != nullptr && type->kind == EntityKind::kProp;
+        const bool still = e.has(row, kAtRest) && (prop || e.has(row, kDozing));
+        if (e.characters().has(row) != (type != nullptr && !prop)) {
+            return "characters " + std::to_string(row);
+        }
+        if (e.players().has(row) != (type != nullptr && !prop && type->brain == 0)) {
+            return "players " + std::to_string(row);
+        }
+        if (e.rewindable().has(row) != (type != nullptr && type->rewindable)) {
+            return "rewindable " + std::to_string(row);
+        }
+        if (e.reduced().has(row) != (e.representation[row] != 0)) {
+            return "reduced " + std::to_string(row);
+        }
         if (e.moving().has(row) == e.has(row, kAtRest)) {
             return "moving " + std::to_string(row);
         }
@@ -64,6 +168,10 @@ std::string wrong_sets(const Entities& e) {
     for (const RowSet* set : {&e.moving(),
                               &e.stirring(),
                               &e.avatars(),
+                              &e.characters(),
+                              &e.players(),
+                              &e.rewindable(),
+                              &e.reduced(),
                               &e.touched(Reader::kHash),
                               &e.touched(Reader::kExport),
                               &e.touched(Reader::kInterest),
@@ -105,7 +213,7 @@ Row missed(const Entities& e, const std::vector<Seen>& before, Reader reader) {
 
 /// One of the changes that rows go through.
 void change(Entities& e, core::Rng& rng, std::uint32_t& next_id) {
-    const std::uint32_t what = rng.below(10);
+    const std::uint32_t what = rng.below(11);
     if (e.size() == 0 || what == 0) {
         e.add(EntityId(next_id++), static_cast<TypeIndex>(rng.below(5)));
         return;
@@ -117,6 +225,8 @@ void change(Entities& e, core::Rng& rng, std::uint32_t& next_id) {
         e.set_client(row, ClientId(rng.below(2)));
     } else if (what == 3) {
         e.set_type(row, static_cast<TypeIndex>(rng.below(6)));
+    } else if (what == 10) {
+        e.set_representation(row, static_cast<std::uint8_t>(rng.below(3)));
     } else if (what == 4) {
         e.set_flags(row, static_cast<std::uint8_t>(rng.below(32)));
     } else {
@@ -127,7 +237,9 @@ void change(Entities& e, core::Rng& rng, std::uint32_t& next_id) {
 
 TEST(KeptRows, AreThoseThatALookAtAllRowsFinds) {
     core::Rng rng(3);
+    const TypeTable types = some_types();
     Entities e;
+    e.declare_types(types);
     std::uint32_t next_id = 1;
     // Across words of 64 rows, up and down.
     while (e.size() < 300) {
@@ -141,7 +253,7 @@ TEST(KeptRows, AreThoseThatALookAtAllRowsFinds) {
                 e.remove(rng.below(static_cast<std::uint32_t>(e.size())));
             }
         }
-        ASSERT_EQ(wrong_sets(e), "") << "after change " << i;
+        ASSERT_EQ(wrong_sets(e, types), "") << "after change " << i;
         for (std::size_t r = 0; r < kReaders; ++r) {
             const auto reader = static_cast<Reader>(r);
             ASSERT_EQ(missed(e, seen[r], reader), kNoRow) << "after change " << i;
