@@ -112,6 +112,15 @@ struct MethodPlan {
         choice;  ///< where a budget asked for one
 };
 
+/// Error budgets of the whole world; 0: none.
+struct WorldBudgets {
+    double position_m = 0.0;
+    double orientation_rad = 0.0;
+    double time_s = 0.0;
+    double bytes_per_client_s = 0.0;
+    double cpu_us_per_tick = 0.0;
+};
+
 /// The value of a behaviour's parameter for a type, and its origin. A behaviour without parameters
 /// has one entry without a name.
 struct ParameterChoice {
@@ -156,7 +165,9 @@ struct Settings {
     std::vector<CosmeticSystem> cosmetics;
     std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of the systems with a burst
     physics::PhysicsSettings physics;
-    std::vector<MethodPlan> methods;          ///< origin of the methods in `physics` and `softs`
+    WorldBudgets budgets;
+    /// Origin of the methods in `physics` and `softs`, and of settings that `budgets` decide.
+    std::vector<MethodPlan> methods;
     std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
     std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedStance on
     ai::AiSettings ai;

@@ -377,7 +377,8 @@ void Replicator::shown_to(ClientId client, Tick now, std::vector<AssumedState>& 
             out.push_back({s.entity,
                            motion::predict_position(held->from, held->order, elapsed),
                            impl_->settings.lods[s.lod].position_m,
-                           s.lod});
+                           s.lod,
+                           motion::predict_orientation(held->from, held->order, elapsed)});
         }
     }
 }

@@ -109,6 +109,7 @@ class Replicator {
         Vec3 position = Vec3::Zero();  ///< predicted for the tick asked for, zone-local, m
         float bound_m = 0.0F;          ///< the promised error
         std::uint8_t lod = 0;
+        Quat orientation = Quat::Identity();  ///< predicted likewise; of upright entities no figure
     };
 
     /// The states that a client was sent, without its own avatar, ascending by entity, at `now`.

@@ -164,9 +164,10 @@ inline constexpr std::array<std::string_view, 15> kPhysicsRooms{"simd",
                                                                 "soft",
                                                                 "method_selection"};
 
-inline constexpr std::array<std::string_view, 9> kConfigRooms{"server_settings",
+inline constexpr std::array<std::string_view, 10> kConfigRooms{"server_settings",
                                                               "settings",
                                                               "text",
+                                                              "plan",
                                                               "types",
                                                               "check",
                                                               "training",

@@ -2,12 +2,15 @@
 #include "server/app/calibration/particle_device.h"
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
+#include "server/app/planner/analysis.h"
 #include "server/app/runtime/agent_report.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/world.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/npc/parameters.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -20,28 +23,6 @@ const char* name_of(ai::PathMapKind map) {
                ? "cells"
                : (map == ai::PathMapKind::kNavmesh ? "a mesh" : "waypoints");
 }
-
-void join_viewers(unsigned viewers, std::vector<mailbox::InboxItem>& items) {
-    for (unsigned i = 1; i <= viewers; ++i) {
-        mailbox::Join join;
-        join.client = ClientId(i);
-        join.name = "viewer" + std::to_string(i);
-        items.emplace_back(std::move(join));
-    }
-}
-
-/// Sums of one zone over all ticks that were measured.
-struct ZoneCost {
-    std::array<PassTotals, zone::kPasses> passes;
-
-    void add(const zone::StepReport& report) {
-        for (std::size_t p = 0; p < zone::kPasses; ++p) {
-            passes[p].ran += report.passes[p].ran ? 1 : 0;
-            passes[p].ns += report.passes[p].ns;
-            passes[p].count += report.passes[p].count;
-        }
-    }
-};
 
 void print_particles(const config::Settings& settings, const ParticleDevice& device) {
     std::printf("%s\n", device.text.c_str());
@@ -125,8 +106,8 @@ void print_zone(const config::ZoneRegion& region,
                 const replication::ReplicationSettings& replication,
                 const zone::Zone& zone,
                 const zone::StepReport& last,
-                const ZoneCost& cost,
-                unsigned ticks) {
+                const ZoneSums& sums,
+                const PassForecast& expected) {
     const zone::Census& c = last.census;
     std::printf("\nzone %u %s  x %.0f..%.0f  z %.0f..%.0f m\n",
                 static_cast<unsigned>(region.id.value),
@@ -171,24 +152,26 @@ void print_zone(const config::ZoneRegion& region,
     if (c.viewers > 0) {
         print_codec(replication, zone.state().replicator, last.replication);
     }
-    std::printf("  %-14s %-5s %10s %10s %8s  %s\n",
+    std::printf("  %-17s %-5s %10s %10s %10s %8s  %s\n",
                 "pass",
                 "plan",
                 "ran/ticks",
                 "us/tick",
+                "expected",
                 "units",
                 "because");
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
-        const PassTotals& t = cost.passes[p];
+        const PassSums& t = sums.passes[p];
         const std::string name(zone::pass_name(static_cast<zone::Pass>(p)));
         const std::string reason(last.plan.reason[p]);
-        std::printf("  %-14s %-5s %5llu/%-4u %10.1f %8.1f  %s\n",
+        std::printf("  %-17s %-5s %5.0f/%-4.0f %10.1f %10.1f %8.1f  %s\n",
                     name.c_str(),
                     last.plan.runs[p] ? "run" : "skip",
-                    static_cast<unsigned long long>(t.ran),
-                    ticks,
-                    static_cast<double>(t.ns) * 1e-3 / ticks,
-                    static_cast<double>(t.count) / ticks,
+                    t.ran,
+                    sums.ticks,
+                    t.ns * 1e-3 / sums.ticks,
+                    1e-3 * std::max(expected[p], 0.0),
+                    t.count / sums.ticks,
                     reason.c_str());
     }
 }
@@ -206,6 +189,28 @@ bool print_why(const config::Settings& settings, World& world, EntityId entity, 
     return false;
 }
 
+/// A world that has just begun drops and settles what it holds, s: a forecast from then is none.
+constexpr double kSettling_s = 6.0;
+
+unsigned ticks_of(const config::Settings& settings, double seconds) {
+    return static_cast<unsigned>(std::max(1.0, std::round(seconds * settings.tick_rate_hz)));
+}
+
+/// Lets the world settle, makes a forecast from as long a time as it then runs on, at least from
+/// the ticks of the plan.
+std::string analyze(const config::Settings& settings,
+                    const ExplainArguments& arguments,
+                    WorldProbe& probe) {
+    probe.run(ticks_of(settings, kSettling_s));
+    probe.clear();
+    probe.run(std::max(arguments.ticks, ticks_of(settings, arguments.seconds)));
+    const WorldForecast forecast = forecast_world(settings, probe);
+    probe.clear();
+    probe.run(ticks_of(settings, arguments.seconds));
+    return arguments.json ? analysis_json(settings, forecast, probe)
+                          : analysis_text(settings, forecast, probe);
+}
+
 }  // namespace
 
 int explain(const ExplainArguments& arguments) {
@@ -218,36 +223,43 @@ int explain(const ExplainArguments& arguments) {
     if (device.device) {
         world.use_device(device.device.get(), device.crossover, device.of_flocks);
     }
-    std::vector<mailbox::InboxItem> items;
-    std::vector<mailbox::OutboxItem> out;
-    join_viewers(arguments.viewers, items);
+    const ProbeCrowd crowd{arguments.viewers, arguments.bots};
+    WorldProbe probe(world, settings, crowd);
     if (settings.replication.codec == replication::Codec::kAuto) {
-        items.emplace_back(measure_codec());
+        probe.give(measure_codec());
     }
-    std::vector<ZoneCost> costs(settings.zones.size());
-    for (unsigned t = 0; t < arguments.ticks; ++t) {
-        world.tick(items, out);
-        items.clear();
-        out.clear();
-        for (std::size_t z = 0; z < costs.size(); ++z) {
-            costs[z].add(world.zones()[z]->report());
-        }
+    // What begins, settles, or learns of the world is no measure of what follows.
+    probe.run(arguments.ticks / 3);
+    std::vector<ZoneSums> sums = probe.zones();
+    probe.clear();
+    probe.run(arguments.ticks - arguments.ticks / 3);
+    for (std::size_t z = 0; z < sums.size(); ++z) {
+        sums[z].add(probe.zones()[z]);
     }
     if (arguments.entity != 0) {
         return print_why(settings, world, EntityId(arguments.entity), world.now()) ? kGood : kUsage;
     }
-    std::printf("plan of the last of %u ticks, with mean thread CPU time per tick (%u viewers)\n",
-                arguments.ticks,
-                arguments.viewers);
+    const WorldForecast forecast = forecast_world(settings, probe);
+    if (arguments.json) {
+        std::fputs(analyze(settings, arguments, probe).c_str(), stdout);
+        return kGood;
+    }
+    std::printf(
+        "plan of the last of %u ticks, with mean thread CPU time per tick (%u viewers), and what "
+        "is "
+        "expected of later ones\n",
+        arguments.ticks,
+        arguments.viewers + arguments.bots);
     print_particles(settings, device);
-    for (std::size_t z = 0; z < costs.size(); ++z) {
+    for (std::size_t z = 0; z < sums.size(); ++z) {
         print_zone(settings.zones[z],
                    settings.replication,
                    *world.zones()[z],
                    world.zones()[z]->report(),
-                   costs[z],
-                   arguments.ticks);
+                   sums[z],
+                   forecast.zones[z]);
     }
+    std::printf("\n%s", errors_text(settings, forecast).c_str());
     std::printf("\n%s", config::methods_text(settings).c_str());
     const std::string parameters = config::parameters_text(settings);
     if (!parameters.empty()) {
@@ -255,6 +267,13 @@ int explain(const ExplainArguments& arguments) {
     }
     print_store(settings.server.store);
     print_recovery(settings.server.recovery);
+    std::printf(
+        "\n%s",
+        other_budgets_text(arguments.config, arguments.sets, settings, crowd, arguments.ticks)
+            .c_str());
+    if (arguments.analyze) {
+        std::fputs(analyze(settings, arguments, probe).c_str(), stdout);
+    }
     return kGood;
 }
 

@@ -89,8 +89,16 @@ void add_explain(CLI::App& app, ExplainArguments& a, std::function<int()>& run) 
     add_sets(*c, a.sets);
     c->add_option("--viewers", a.viewers, "Let this many players stand in the world")
         ->check(CLI::Range(0U, 10000U));
+    c->add_option("--bots", a.bots, "Let this many players walk about in the world")
+        ->check(CLI::Range(0U, 10000U));
     c->add_option("--ticks", a.ticks, "Measure over this many ticks")
         ->check(CLI::Range(1U, 100000U));
+    CLI::Option* analyze =
+        c->add_flag("--analyze", a.analyze, "Run on, and print expected beside actual");
+    c->add_option("--seconds", a.seconds, "Run on for this long, of the world's time")
+        ->needs(analyze)
+        ->check(CLI::Range(0.1, 3600.0));
+    c->add_flag("--json", a.json, "Print the analysis as JSON")->needs(analyze);
     CLI::Option* diagram = c->add_option(
         "--diagram", a.diagram, "Print the diagram of this brain instead, for Graphviz");
     c->add_option("--svg", a.svg, "Have Graphviz draw it into this file")->needs(diagram);
@@ -99,6 +107,7 @@ void add_explain(CLI::App& app, ExplainArguments& a, std::function<int()>& run) 
         ->excludes(diagram);
     c->footer(
         "Examples:\n  zoned explain config/valley.txtpb --viewers 200\n"
+        "  zoned explain config/valley.txtpb --analyze --seconds 10 --bots 20\n"
         "  zoned explain config/valley.txtpb --diagram guard --svg guard.svg\n"
         "  zoned explain config/valley.txtpb --viewers 20 --ticks 300 --why 2300");
     c->callback([&] {

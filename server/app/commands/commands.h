@@ -41,7 +41,11 @@ struct ExplainArguments {
     std::string config;
     std::vector<std::string> sets;
     unsigned viewers = 0;
+    unsigned bots = 0;  ///< players who walk about
     unsigned ticks = 90;
+    bool analyze = false;      ///< goes on for `seconds`, and compares what was expected
+    double seconds = 5.0;      ///< of the world's time
+    bool json = false;         ///< of the analysis
     std::string diagram;       ///< name of a brain: its diagram in place of the plan
     std::string svg;           ///< file for it; empty: as text for Graphviz on standard output
     std::uint32_t entity = 0;  ///< explain the actions of this agent, in place of the plan

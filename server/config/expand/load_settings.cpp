@@ -13,6 +13,7 @@
 #include "server/config/npc/fuzzy_config.h"
 #include "server/config/npc/poi_config.h"
 #include "server/config/npc/policies.h"
+#include "server/config/plan/budget_plan.h"
 #include "server/config/text/config_set.h"
 #include "server/config/text/config_text.h"
 #include "server/config/text/read_text.h"
@@ -165,6 +166,10 @@ bool parse_in_folder(const std::string& text,
         apply_set(set, *config, diagnostics);
     }
     resolve_files(folder, *config);
+    std::vector<MethodPlan> budgets;
+    if (complete && diagnostics.empty()) {
+        budgets = plan_budgets(*config, diagnostics);
+    }
     check_ranges(*config, complete, diagnostics);
     Config written;
     if (complete) {
@@ -175,6 +180,8 @@ bool parse_in_folder(const std::string& text,
     if (!errors.empty()) {
         return false;
     }
+    settings.methods.insert(settings.methods.begin(), budgets.begin(), budgets.end());
+    settings.budgets = world_budgets(*config);
     google::protobuf::TextFormat::PrintToString(written, &settings.text);
     settings.digest = world_digest(settings);
     return true;

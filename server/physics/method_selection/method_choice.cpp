@@ -43,7 +43,8 @@ const MethodCandidate* MethodChoice::best() const {
 }
 
 std::string name_of(const MethodCandidate& candidate) {
-    return candidate.method + " x " + std::to_string(candidate.pieces);
+    return candidate.pieces > 0 ? candidate.method + " x " + std::to_string(candidate.pieces)
+                                : candidate.method;
 }
 
 std::string time_text(double ns) {

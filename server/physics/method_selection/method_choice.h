@@ -49,7 +49,7 @@ struct MethodChoice {
     [[nodiscard]] const MethodCandidate* best() const;
 };
 
-/// "rk4 x 2": the method and its pieces a tick.
+/// "rk4 x 2": the method and its pieces a tick; the method alone where pieces are 0.
 std::string name_of(const MethodCandidate& candidate);
 
 /// "1.2 us", "340 ns".

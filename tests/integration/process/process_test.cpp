@@ -4,7 +4,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace zoned::testing_process {
 namespace {
@@ -256,6 +259,75 @@ TEST_F(Process, ExplainsThePlanAndShowsHelp) {
     EXPECT_EQ(help.wait(kPatience), 0);
     Child nonsense("zoned", {"serve", "--no-such-option"});
     EXPECT_EQ(nonsense.wait(kPatience), 2);
+}
+
+/// Numbers of the line of `text` that begins with `name`, in order.
+std::vector<double> numbers_of(const std::string& text, const std::string& name) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t at = line.find_first_not_of(' ');
+        if (at != std::string::npos && line.compare(at, name.size(), name) == 0) {
+            std::istringstream rest(line.substr(at + name.size()));
+            std::vector<double> out;
+            for (double number = 0.0; rest >> number;) {
+                out.push_back(number);
+            }
+            return out;
+        }
+    }
+    return {};
+}
+
+TEST_F(Process, ExplainsWhatIsExpectedBesideWhatHappens) {
+    Child analysis("zoned", {"explain", minimal(), "--analyze", "--seconds", "2", "--bots", "4"});
+    EXPECT_EQ(analysis.wait(kPatience), 0) << analysis.errors();
+    const std::string text = analysis.output();
+    ASSERT_NE(text.find("expected beside actual, over 60 ticks"), std::string::npos) << text;
+    const std::string after = text.substr(text.find("expected beside actual"));
+    for (const char* name : {"cost", "downlink", "level 0 position", "level 0 orientation"}) {
+        const std::vector<double> found = numbers_of(after, name);
+        ASSERT_GE(found.size(), 3U) << name << "\n" << after;
+        EXPECT_GT(found[0], 0.0) << name;
+        EXPECT_GT(found[1], 0.0) << name;
+        EXPECT_NEAR(found[2], found[1] / found[0], 0.02 + 0.05 * found[2]) << name;
+    }
+    // Walkers turn, so their views miss by the whole bound, and by no more.
+    const std::vector<double> position = numbers_of(after, "level 0 position");
+    EXPECT_GT(position[1], 0.025);
+    EXPECT_LT(position[1], 0.05 + 0.01);
+    EXPECT_EQ(after.find("MORE"), std::string::npos) << after;
+}
+
+TEST_F(Process, ExplainsWhatOtherBudgetsWouldChange) {
+    Child budget("zoned",
+                 {"explain",
+                  minimal(),
+                  "--set",
+                  "lod[0].position_bound_m=",
+                  "--set",
+                  "lod[1].position_bound_m=",
+                  "--set",
+                  "budget.position_m=0.04",
+                  "--set",
+                  "budget.cpu_us_per_tick=1",
+                  "--bots",
+                  "4"});
+    EXPECT_EQ(budget.wait(kPatience), 0) << budget.errors();
+    const std::string text = budget.output();
+    for (const char* words : {"position: sag ",
+                              "physics.error_budget_m: ",
+                              "chosen",
+                              "lod[0].position_bound_m: ",
+                              "MORE than budget.cpu_us_per_tick 1",
+                              "0.5 x: cost ",
+                              "2 x: cost ",
+                              " -> "}) {
+        EXPECT_NE(text.find(words), std::string::npos) << words << "\n" << text;
+    }
+    Child refused("zoned", {"explain", minimal(), "--set", "budget.position_m=0.04"});
+    EXPECT_EQ(refused.wait(kPatience), 2);
+    EXPECT_NE(refused.errors().find("leaves nothing of budget.position_m"), std::string::npos)
+        << refused.errors();
 }
 
 }  // namespace
