@@ -4,6 +4,7 @@
 
 #include "server/app/planner/analysis.h"
 #include "server/app/runtime/tick_loop.h"
+#include "server/config/plan/budget_plan.h"
 #include "tests/bench/planner_worlds.h"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ namespace zoned::bench {
 namespace {
 
 constexpr std::uint64_t kWorldsSeed = 20;
-constexpr app::ProbeCrowd kCrowd{4, 4};
+constexpr app::ProbeCrowd kPlayers{4, 4};
 
 /// One way to set what the budgets leave open.
 struct Choice {
@@ -45,12 +46,18 @@ std::string set_of(const std::string& path, double value) {
     return out.str();
 }
 
-/// The settings of levels that the plan filled in, for choices that set the nearest bound.
-std::vector<std::string> farther_levels(const config::Settings& planned) {
+/// What the plan filled in besides the choices: budgets of flight and particles, and levels. A
+/// choice does not get cheaper by errors that the views of these worlds do not show.
+std::vector<std::string> other_settings(const config::Settings& planned) {
     std::vector<std::string> sets;
     const auto set = [&](const std::string& path, double value) {
         sets.push_back(set_of(path, value));
     };
+    for (const config::MethodPlan& plan : planned.methods) {
+        if (plan.subject.starts_with("budget.") && plan.reason != config::kAsConfigured) {
+            sets.push_back(plan.subject + "=" + plan.used);
+        }
+    }
     for (std::size_t l = 0; l < planned.replication.lods.size(); ++l) {
         const std::string level = "lod[" + std::to_string(l) + "].";
         if (l < planned.interest.lod_radius_m.size()) {
@@ -84,7 +91,7 @@ std::vector<Choice> choices_of(const PlannerWorld& world,
         for (const double share : shares) {
             for (const char* codec : {"SHARED", "PER_CLIENT", "AUTO"}) {
                 const double bound_m = (1.0 - share) * budget_m;
-                std::vector<std::string> sets = farther_levels(planned);
+                std::vector<std::string> sets = other_settings(planned);
                 const auto set = [&](const char* path, double value) {
                     sets.push_back(set_of(path, value));
                 };
@@ -112,7 +119,7 @@ Tried try_out(const config::Settings& settings, double seconds) {
     Tried out;
     const auto ticks = static_cast<unsigned>(seconds * settings.tick_rate_hz);
     app::World world(settings, 1, &app::thread_cpu_ns);
-    app::WorldProbe probe(world, settings, kCrowd);
+    app::WorldProbe probe(world, settings, kPlayers);
     probe.run(ticks / 4);
     probe.clear();
     probe.run(ticks);
@@ -231,7 +238,7 @@ void run_forecast(Session& session) {
         session.progress("planner forecast " + world.name);
         const config::Settings settings = settings_of(world, {});
         app::World running(settings, 1, &app::thread_cpu_ns);
-        app::WorldProbe probe(running, settings, kCrowd);
+        app::WorldProbe probe(running, settings, kPlayers);
         const auto run = [&](double seconds) {
             probe.clear();
             probe.run(static_cast<unsigned>(seconds * settings.tick_rate_hz));

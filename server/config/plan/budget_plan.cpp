@@ -1,5 +1,6 @@
 #include "server/config/plan/budget_plan.h"
 
+#include "server/config/plan/budget_load.h"
 #include "server/config/plan/error_models.h"
 #include "server/config/plan/pass_costs.h"
 #include "server/config/text/check_name.h"
@@ -8,8 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <utility>
 
 namespace zoned::config {
@@ -37,83 +36,11 @@ constexpr double kWidestTurn_rad = 1.0;
 /// Part of the time of a tick that coding for single clients, and path finding, may take.
 constexpr double kPartOfTick = 0.25;
 constexpr double kWorkUnit_us = 0.002;
-/// Of the bodies that the config places awake, so many are taken to move at a time, and each to
-/// have four points of contact.
-constexpr double kAwakeShare = 0.1;
-constexpr double kPointsOfContact = 4.0;
-/// Of those that it places asleep, so many are awake since somebody touched them.
-constexpr double kTouchedShare = 0.05;
-/// Contacts of bodies that land, are pushed or pinched carry this many times what they carry at
-/// rest, and set the substeps of their islands.
-constexpr double kImpactLoad = 8.0;
 /// Bytes of a record that all clients share, and of one that is coded for a client, with its share
 /// of headers.
 constexpr double kSharedRecord_bytes = 14.0;
 constexpr double kCodedRecord_bytes = 7.0;
 constexpr double kDatagram_bytes = 60.0;  ///< headers and seal
-
-/// What the config places.
-struct BudgetLoad {
-    double bodies = 0.0;  ///< rigid props; of those that begin asleep kTouchedShare
-    double movers = 0.0;  ///< characters, players among them
-    double heard = 0.0;   ///< of these, by one viewer
-    double viewers = 0.0;
-    double nimbus_m = 0.0;
-    Pile pile;  ///< the tallest
-};
-
-const proto::config::Type* type_named(const Config& config, const std::string& name) {
-    for (const auto& type : config.type()) {
-        if (type.name() == name) {
-            return &type;
-        }
-    }
-    return nullptr;
-}
-
-int tallest_pile(const Config& config) {
-    std::map<std::pair<long, long>, int> columns;
-    int most = 1;
-    for (const auto& entity : config.entity()) {
-        const auto* type = type_named(config, entity.type());
-        if (type != nullptr && type->kind() == proto::config::PROP && !type->has_soft()) {
-            constexpr double kCell_m = 0.1;
-            most = std::max(most,
-                            ++columns[{std::lround(entity.x_m() / kCell_m),
-                                       std::lround(entity.z_m() / kCell_m)}]);
-        }
-    }
-    return most;
-}
-
-BudgetLoad load_of(const Config& config) {
-    BudgetLoad load;
-    load.viewers = config.budget().viewers();
-    load.pile = {tallest_pile(config), config.physics().gravity_mps2()};
-    const auto add = [&](const std::string& name, double count, bool asleep) {
-        const auto* type = type_named(config, name);
-        if (type != nullptr && type->kind() == proto::config::CHARACTER) {
-            load.movers += count;
-        } else if (type != nullptr && !type->has_soft()) {
-            load.bodies += asleep ? kTouchedShare / kAwakeShare * count : count;
-        }
-    };
-    for (const auto& entity : config.entity()) {
-        add(entity.type(), 1.0, entity.asleep());
-    }
-    for (const auto& scatter : config.scatter()) {
-        add(scatter.type(), scatter.count(), scatter.asleep());
-    }
-    load.movers += load.viewers;
-    for (const auto& type : config.type()) {
-        load.nimbus_m = std::max(load.nimbus_m, type.nimbus_m().normal());
-    }
-    const auto& w = config.world();
-    const double area = (w.max_x_m() - w.min_x_m()) * (w.max_z_m() - w.min_z_m());
-    const double share = std::numbers::pi * load.nimbus_m * load.nimbus_m / std::max(area, 1.0);
-    load.heard = (load.movers + kAwakeShare * load.bodies) * std::min(1.0, share);
-    return load;
-}
 
 double price(zone::Pass pass, std::string_view unit) {
     const PassCost& cost = cost_of(pass);
@@ -146,6 +73,9 @@ class BudgetPlanner {
         }
         if (budget.bytes_per_client_s() > 0.0) {
             plan_bytes(budget.bytes_per_client_s());
+        }
+        if (budget.position_m() > 0.0 || budget.bytes_per_client_s() > 0.0) {
+            plan_codec();
         }
         if (budget.cpu_us_per_tick() > 0.0) {
             plan_cpu(budget.cpu_us_per_tick());
@@ -187,9 +117,10 @@ class BudgetPlanner {
     void plan_levels(double bound_m);
     void plan_orientation(double budget_rad);
     void plan_bytes(double budget);
+    void plan_codec();
     void plan_cpu(double budget_us);
     [[nodiscard]] double contacts_ns(double budget_m) const;
-    [[nodiscard]] double news_ns(double bound_m) const;
+    [[nodiscard]] double updates_ns(double bound_m) const;
 
     Config& config_;
     Diagnostics& diagnostics_;
@@ -208,11 +139,13 @@ double BudgetPlanner::contacts_ns(double budget_m) const {
 }
 
 /// Publications of a tick within such a bound, and their copies for viewers, ns.
-double BudgetPlanner::news_ns(double bound_m) const {
-    const double news = tick_s() * publications_ps(bound_m, kMissed_mps2, heartbeat_s(), tick_s());
+double BudgetPlanner::updates_ns(double bound_m) const {
+    const double updates =
+        tick_s() * publications_ps(bound_m, kMissed_mps2, heartbeat_s(), tick_s());
     const double movers = load_.movers + kAwakeShare * load_.bodies;
-    return news * (movers * price(zone::Pass::kReplication, "publications") +
-                   load_.viewers * load_.heard * price(zone::Pass::kReplication, "copied records"));
+    return updates *
+           (movers * price(zone::Pass::kReplication, "publications") +
+            load_.viewers * load_.heard * price(zone::Pass::kReplication, "copied records"));
 }
 
 void BudgetPlanner::plan_time(double budget_s) {
@@ -309,7 +242,7 @@ void BudgetPlanner::plan_position(double budget_m) {
              "",
              [this, part_m, bound_m, piled] {
                  return physics::method_selection::MethodTrial{
-                     part_m + bound_m, contacts_ns(part_m / piled) + news_ns(bound_m), 0.0};
+                     part_m + bound_m, contacts_ns(part_m / piled) + updates_ns(bound_m), 0.0};
              }});
     };
     const double given_part = physics.error_budget_m() * piled;
@@ -504,23 +437,30 @@ void BudgetPlanner::plan_bytes(double budget) {
                                  replication.budget_bytes_per_s(),
                                  budget));
     }
+}
+
+/// The cheapest codec whose bytes fit into what each client may get.
+void BudgetPlanner::plan_codec() {
+    auto& replication = *config_.mutable_replication();
+    const double budget = replication.budget_bytes_per_s();
     const double bound = config_.lod_size() > 0 ? config_.lod(0).position_bound_m()
                                                 : proto::config::Lod().position_bound_m();
-    const double news = load_.heard * publications_ps(bound, kMissed_mps2, heartbeat_s(), tick_s());
+    const double updates =
+        load_.heard * publications_ps(bound, kMissed_mps2, heartbeat_s(), tick_s());
     const double datagrams =
-        kDatagram_bytes * std::min(std::max(news, 2.0), config_.world().tick_rate_hz());
+        kDatagram_bytes * std::min(std::max(updates, 2.0), config_.world().tick_rate_hz());
     MethodChoice choice{
         "replication.codec",
         "bytes/s",
         budget,
-        text_of("%.3g records a second for each of %g players", news, load_.viewers),
+        text_of("%.3g records a second for each of %g players", updates, load_.viewers),
         {},
         {}};
     const auto option = [&](proto::config::Codec codec, const char* name, double bytes, double ns) {
         return physics::method_selection::MethodOption{
             codec, name, 0, 0.0, "", [=, this] {
                 return physics::method_selection::MethodTrial{
-                    datagrams + news * bytes, load_.viewers * news * tick_s() * ns, 0.0};
+                    datagrams + updates * bytes, load_.viewers * updates * tick_s() * ns, 0.0};
             }};
     };
     physics::method_selection::choose(choice,
@@ -541,7 +481,7 @@ void BudgetPlanner::plan_bytes(double budget) {
     add("replication.codec",
         proto::config::Codec_Name(replication.codec()),
         given ? kAsConfigured
-              : (choice.chosen ? "the cheapest that keeps budget.bytes_per_client_s"
+              : (choice.chosen ? "the cheapest that fits into replication.budget_bytes_per_s"
                                : "the fewest bytes; bounds widen where they do not suffice"));
     plans_.back().choice = std::move(choice);
 }
