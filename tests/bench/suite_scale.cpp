@@ -23,22 +23,52 @@ struct ScalePlan {
     int awake = 0;            ///< walkers that are simulated in full
     int side = 1;             ///< zones along each side of the world
     double entity_m2 = 25.0;  ///< of the world, for each entity
+    bool settles = false;     ///< the crates begin awake, and ticks count once they sleep
+    bool corner = false;      ///< the same corner is awake and watched, in a world of one size
 };
 
-std::string scatters(const char* type, int count, bool asleep) {
+/// A crate on level ground sleeps after a second.
+constexpr int kSettleTicks = 600;
+
+/// The corner that is awake: walkers push crates before the eyes of players.
+constexpr int kCornerThings = 150;  // walkers, and as many crates
+constexpr int kCornerViewers = 3;
+constexpr double kCorner_m = 100.0;      // its side
+constexpr double kWorldHalf_m = 2600.0;  // of its world
+
+/// `region`: as a config has it; empty: anywhere.
+std::string scatters(const char* type, int count, bool asleep, const std::string& region = {}) {
     std::string text;
     for (int seed = 1; count > 0; count -= kMostInEntry, ++seed) {
         text += "scatter { type: \"" + std::string(type) +
                 "\" count: " + std::to_string(std::min(count, kMostInEntry)) +
-                " seed: " + std::to_string(seed) + (asleep ? " asleep: true }\n" : " }\n");
+                " seed: " + std::to_string(seed) + region + (asleep ? " asleep: true }\n" : " }\n");
     }
     return text;
+}
+
+std::string region(double min_x, double min_z, double max_x, double max_z) {
+    return " region { min_x_m: " + std::to_string(min_x) + " min_z_m: " + std::to_string(min_z) +
+           " max_x_m: " + std::to_string(max_x) + " max_z_m: " + std::to_string(max_z) + " }";
+}
+
+/// The corner first, so that its entities have the same ids in each of these worlds.
+std::string corner_scatters(int asleep) {
+    const double low = -kWorldHalf_m + 1.0;
+    const double end = -kWorldHalf_m + kCorner_m;
+    const std::string awake = region(low, low, end, end);
+    // Nothing of the sleepers within hearing.
+    const double high = kWorldHalf_m - 1.0;
+    return scatters("walker", kCornerThings, false, awake) +
+           scatters("crate", kCornerThings, false, awake) +
+           scatters("crate", asleep, true, region(low, end + 100.0, high, high));
 }
 
 /// A level world, as a game designer would write it.
 std::string scale_config(const ScalePlan& plan) {
     const int entities = plan.asleep + plan.awake;
-    const double half = std::max(50.0, 0.5 * std::sqrt(plan.entity_m2 * entities));
+    const double half =
+        plan.corner ? kWorldHalf_m : std::max(50.0, 0.5 * std::sqrt(plan.entity_m2 * entities));
     const std::string low = std::to_string(-half);
     const std::string high = std::to_string(half);
     return "world { name: \"scale\" seed: 7 min_x_m: " + low + " min_z_m: " + low +
@@ -55,7 +85,9 @@ std::string scale_config(const ScalePlan& plan) {
            "70 "
            "aura_m { normal: 30 } character { speed_mps: 1.5 } brain: \"walk\" }\n"
            "brain { name: \"walk\" state { name: \"walk\" action: WANDER radius_m: 15 } }\n" +
-           scatters("crate", plan.asleep, true) + scatters("walker", plan.awake, false) +
+           (plan.corner ? corner_scatters(plan.asleep)
+                        : scatters("crate", plan.asleep, !plan.settles) +
+                              scatters("walker", plan.awake, false)) +
            "replication { quantization { horizontal_extent_m: 4096 } }\n"
            "session { dev_mode_loopback: true }\nspawn { x_m: 0 z_m: 0 }\nlod { position_bound_m: "
            "0.05 orientation_bound_rad: 0.1 }\n";
@@ -72,6 +104,19 @@ config::Settings scale_settings(const ScalePlan& plan) {
     return settings;
 }
 
+std::vector<mailbox::InboxItem> corner_joins() {
+    std::vector<mailbox::InboxItem> items;
+    for (std::uint32_t client = 1; client <= kCornerViewers; ++client) {
+        mailbox::Join join;
+        join.client = ClientId(client);
+        join.name = "viewer " + std::to_string(client);
+        join.placed = true;
+        join.spawn[0] = join.spawn[2] = -kWorldHalf_m + 20.0 * client;
+        items.emplace_back(join);
+    }
+    return items;
+}
+
 /// Ticks by CPU time of the caller, who does all of the work.
 void run_scale(Session& session, const ScalePlan& plan) {
     session.progress("scale " + plan.scene + " " + plan.parameter);
@@ -85,7 +130,17 @@ void run_scale(Session& session, const ScalePlan& plan) {
         out.clear();
         return std::max(spent, 0.0) * 1e-3;
     };
+    if (plan.corner) {
+        world.tick(corner_joins(), out);
+        out.clear();
+    }
     for (int i = 0; i < (session.quick ? 5 : 60); ++i) {
+        tick();
+    }
+    for (int i = 0; plan.settles && !world.idle(); ++i) {
+        if (i > kSettleTicks) {
+            throw std::runtime_error("scale: crates do not come to rest");
+        }
         tick();
     }
     std::vector<double> us;
@@ -111,7 +166,7 @@ void run_scale(Session& session, const ScalePlan& plan) {
     row.metric("entities", static_cast<double>(entities));
     row.metric("ghosts", static_cast<double>(ghosts));
     row.metric("awake", static_cast<double>(awake));
-    row.metric("walkers", plan.awake);
+    row.metric("walkers", plan.corner ? kCornerThings : plan.awake);
     row.metric("ticks", static_cast<double>(us.size()));
     row.metric("idle", world.idle() ? 1.0 : 0.0);
     row.metric("ns_per_entity",
@@ -131,6 +186,7 @@ std::vector<ScalePlan> scale_plans(bool quick) {
     }
     for (const int n : sizes) {
         plans.push_back({"asleep", entities_text(n), n, 0, 1});
+        plans.push_back({"settled", entities_text(n), n, 0, 1, 25.0, true});
         plans.push_back({"awake_tenth", entities_text(n), n - n / 10, n / 10, 1});
         if (n <= 10'000) {
             plans.push_back({"awake", entities_text(n), 0, n, 1});
@@ -138,6 +194,11 @@ std::vector<ScalePlan> scale_plans(bool quick) {
     }
     if (!quick) {
         plans.push_back({"asleep", entities_text(1'000'000), 1'000'000, 0, 1});
+    }
+    for (const int asleep :
+         quick ? std::vector<int>{0, 1000, 3000} : std::vector<int>{0, 10'000, 100'000, 999'000}) {
+        plans.push_back(
+            {"corner", "asleep=" + std::to_string(asleep), asleep, 0, 1, 0.0, false, true});
     }
     const int n = quick ? 1000 : 10'000;
     for (const int side : {1, 2, 4}) {
@@ -153,9 +214,9 @@ std::vector<ScalePlan> scale_plans(bool quick) {
 
 void run_scales(Session& session) {
     session.note(
-        "scale: a tick of a whole world with nobody connected, one thread; walkers are "
-        "simulated in full, crates lie asleep, 25 m2 for each (zones: 400 m2); no error is "
-        "measured");
+        "scale: a tick of a whole world, one thread; walkers are "
+        "simulated in full, crates lie asleep, 25 m2 for each (zones: 400 m2); in `corner` 150 "
+        "walkers push 150 crates before three players, and all else sleeps; no error is measured");
     if (!session.wants_method("default", "")) {
         return;
     }
@@ -166,11 +227,12 @@ void run_scales(Session& session) {
     }
 }
 
-const Registration kScale({"scale",
-                           "a whole world's tick against its entities, zones and awake share",
-                           {"empty", "asleep", "awake_tenth", "awake", "zones", "share"},
-                           {"default"},
-                           run_scales});
+const Registration kScale(
+    {"scale",
+     "a whole world's tick against its entities, zones and awake share",
+     {"empty", "asleep", "settled", "awake_tenth", "awake", "corner", "zones", "share"},
+     {"default"},
+     run_scales});
 
 }  // namespace
 
