@@ -54,7 +54,7 @@ std::string file_of(const std::string& world) {
     return ZONED_SOURCE_DIR "/config/" + world + ".txtpb";
 }
 
-std::string number(double value) {
+std::string text_of_number(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.9g", value);
     return text;
@@ -71,10 +71,11 @@ std::vector<std::string> scaled_bounds(const std::string& world, double factor) 
     for (std::size_t k = 0; k < settings.replication.lods.size() && factor != 1.0; ++k) {
         const std::string at = "lod[" + std::to_string(k) + "].";
         const auto& lod = settings.replication.lods[k];
-        sets.push_back(at +
-                       "position_bound_m=" + number(factor * static_cast<double>(lod.position_m)));
-        sets.push_back(at + "orientation_bound_rad=" +
-                       number(std::min(3.2, factor * static_cast<double>(lod.orientation_rad))));
+        sets.push_back(at + "position_bound_m=" +
+                       text_of_number(factor * static_cast<double>(lod.position_m)));
+        sets.push_back(
+            at + "orientation_bound_rad=" +
+            text_of_number(std::min(3.2, factor * static_cast<double>(lod.orientation_rad))));
     }
     return sets;
 }
