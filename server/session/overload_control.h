@@ -18,8 +18,9 @@ namespace zoned::session {
 /// *Bytes.* Halfway between `max_load` and 1 the server has more to do than it may admit. Once a
 /// second the ceiling of each client is then cut to four fifths of what clients cost on average,
 /// and grows by a quarter where the load is a tenth below `max_load`. Replication gives up what is
-/// far first, and announces the wider bounds. Cuts in proportion are what keeps such a control
-/// stable (Chiu and Jain 1989, section 3).
+/// far first, and announces the wider bounds. A load that follows its cause late is held by cuts in
+/// proportion (Chiu and Jain 1989, section 3); since one ceiling holds for all, growth may be in
+/// proportion too.
 class OverloadControl {
   public:
     static constexpr double kNoCeiling = std::numeric_limits<double>::infinity();
