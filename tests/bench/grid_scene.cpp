@@ -1,18 +1,11 @@
 #include "tests/bench/grid_scene.h"
 
+#include "tests/bench/file_text.h"
 #include "tests/bench/public_data.h"
 
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 namespace zoned::bench {
-
-std::string text_of_file(const std::string& file) {
-    std::stringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-}
 
 std::optional<GridScene> read_grid_scene(const std::string& name,
                                          std::size_t step,

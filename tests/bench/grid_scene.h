@@ -22,9 +22,6 @@ std::optional<GridScene> read_grid_scene(const std::string& name,
                                          std::size_t step,
                                          std::string& why);
 
-/// The whole text of a file; empty where it can't be read.
-std::string text_of_file(const std::string& file);
-
 /// Lengths in the scenarios have two decimals on some maps. A path that differs by more is not a
 /// best path.
 inline constexpr double kLengthTolerance = 0.011;

@@ -1,5 +1,7 @@
 #include "tests/bench/server_process.h"
 
+#include "tests/bench/file_text.h"
+
 #include <unistd.h>
 
 #include <csignal>
@@ -15,12 +17,6 @@ namespace zoned::bench {
 namespace {
 
 constexpr double kPatience_s = 60.0;
-
-std::string text_of_file(const std::string& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
-}
 
 /// Nanoseconds that a thread ran: the first number of its schedstat.
 double ran_s(const std::filesystem::path& task) {

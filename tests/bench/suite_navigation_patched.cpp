@@ -1,5 +1,6 @@
 #include "server/ai/pathfinding/grid_search/grid_planner.h"
 #include "tests/bench/cpu_clock.h"
+#include "tests/bench/file_text.h"
 #include "tests/bench/public_data.h"
 #include "tests/bench/statistics.h"
 #include "tests/bench/suite_navigation.h"

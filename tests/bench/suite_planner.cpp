@@ -6,6 +6,7 @@
 #include "server/app/runtime/tick_loop.h"
 #include "server/config/plan/budget_plan.h"
 #include "tests/bench/planner_worlds.h"
+#include "tests/bench/statistics.h"
 
 #include <algorithm>
 #include <array>
@@ -158,11 +159,6 @@ Row row_of(const std::string& world, const std::string& method, const Tried& tri
     return row;
 }
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
 /// The cheapest of all choices was picked for luck as well: both run again, by turns, until enough
 /// time was measured. Median of the ratios of neighbouring runs: others' work slows both.
 double duel(const config::Settings& own, const config::Settings& best, double seconds, bool quick) {
@@ -177,7 +173,7 @@ double duel(const config::Settings& own, const config::Settings& best, double se
         ratios.push_back(own_first ? first / second : second / first);
         spent_us += seconds * std::max(first, second);
     }
-    return median(std::move(ratios));
+    return median(ratios);
 }
 
 void run_world(Session& session, const PlannerWorld& world) {

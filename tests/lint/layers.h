@@ -165,15 +165,15 @@ inline constexpr std::array<std::string_view, 15> kPhysicsRooms{"simd",
                                                                 "method_selection"};
 
 inline constexpr std::array<std::string_view, 10> kConfigRooms{"server_settings",
-                                                              "settings",
-                                                              "text",
-                                                              "plan",
-                                                              "types",
-                                                              "check",
-                                                              "training",
-                                                              "world",
-                                                              "npc",
-                                                              "expand"};
+                                                               "settings",
+                                                               "text",
+                                                               "plan",
+                                                               "types",
+                                                               "check",
+                                                               "training",
+                                                               "world",
+                                                               "npc",
+                                                               "expand"};
 
 inline constexpr std::array kRoomOrders{RoomOrder{"server/ai", kAiRooms},
                                         RoomOrder{"server/physics", kPhysicsRooms},

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 
 namespace zoned::app {
@@ -225,10 +226,12 @@ int explain(const ExplainArguments& arguments) {
     }
     const ProbeCrowd crowd{arguments.viewers, arguments.bots};
     WorldProbe probe(world, settings, crowd);
+    std::optional<mailbox::CodecPrice> codec;
     if (settings.replication.codec == replication::Codec::kAuto) {
-        probe.give(measure_codec());
+        codec = measure_codec();
+        probe.give(*codec);
     }
-    // What begins, settles, or learns of the world is no measure of what follows.
+    // The first ticks, in which things settle, are no measure of what follows.
     probe.run(arguments.ticks / 3);
     std::vector<ZoneSums> sums = probe.zones();
     probe.clear();
@@ -267,10 +270,9 @@ int explain(const ExplainArguments& arguments) {
     }
     print_store(settings.server.store);
     print_recovery(settings.server.recovery);
-    std::printf(
-        "\n%s",
-        other_budgets_text(arguments.config, arguments.sets, settings, crowd, arguments.ticks)
-            .c_str());
+    const ProbedWorld own{
+        arguments.config, arguments.sets, settings, crowd, arguments.ticks, sums, codec};
+    std::printf("\n%s", other_budgets_text(own).c_str());
     if (arguments.analyze) {
         std::fputs(analyze(settings, arguments, probe).c_str(), stdout);
     }

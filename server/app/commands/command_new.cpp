@@ -43,10 +43,11 @@ std::string world_of(std::string text, const NewArguments& arguments) {
     const std::size_t world = text.find("world {");
     text.erase(0, world);
     replace_all(text, "name: \"minimal\"", "name: \"" + arguments.name + "\"");
-    replace_all(text,
-                "  name: \"player\"",
-                "  field { name: \"tags\" number { max: 1000 } }   # the rules count, clients see it\n"
-                "  name: \"player\"");
+    replace_all(
+        text,
+        "  name: \"player\"",
+        "  field { name: \"tags\" number { max: 1000 } }   # the rules count, clients see it\n"
+        "  name: \"player\"");
     text.insert(0,
                 "# The world of " + arguments.name +
                     ": one zone, some crates, two NPCs. The folder proto/config of zoned explains "

@@ -2,6 +2,7 @@
 
 #include "server/config/expand/load_settings.h"
 #include "server/config/plan/budget_plan.h"
+#include "server/replication/packer.h"
 #include "shared/core/json.h"
 
 #include <algorithm>
@@ -12,8 +13,6 @@ namespace zoned::app {
 
 namespace {
 
-/// UDP and IPv4 headers, connection id, sequence and tag of a datagram.
-constexpr double kDatagramBytes = 28.0 + 28.0;
 /// Passes that take less of a tick are no figures: the clock's own cost shows, ns.
 constexpr double kNotice_ns = 2000.0;
 
@@ -45,6 +44,14 @@ std::vector<PassForecast> actual_zones(const WorldProbe& probe) {
     std::vector<PassForecast> out;
     for (const ZoneSums& sums : probe.zones()) {
         out.push_back(actual_of(sums));
+    }
+    return out;
+}
+
+std::vector<PassForecast> priced_zones(const std::vector<ZoneSums>& sums) {
+    std::vector<PassForecast> out;
+    for (const ZoneSums& zone : sums) {
+        out.push_back(priced(zone));
     }
     return out;
 }
@@ -81,7 +88,7 @@ double bytes_per_client_s(const config::Settings& settings, const WorldProbe& pr
     double bytes = 0.0;
     double clients = 0.0;
     for (const ZoneSums& sums : probe.zones()) {
-        bytes += sums.bytes + kDatagramBytes * sums.packets;
+        bytes += sums.bytes + static_cast<double>(replication::kPacketOverheadBytes) * sums.packets;
         clients += sums.viewer_ticks;
     }
     return clients > 0.0 ? bytes / clients * settings.tick_rate_hz : 0.0;
@@ -136,40 +143,29 @@ std::string errors_text(const config::Settings& settings, const WorldForecast& f
     return out + "\n";
 }
 
-std::string other_budgets_text(const std::string& file,
-                               const std::vector<std::string>& sets,
-                               const config::Settings& settings,
-                               const ProbeCrowd& crowd,
-                               unsigned ticks) {
+std::string other_budgets_text(const ProbedWorld& own) {
+    const double before_ns = total_ns(priced_zones(own.sums));
     std::string out =
         "with all budgets and bounds halved or doubled (units counted in a run, "
         "prices of the table)\n";
-    double before_ns = 0.0;
-    for (const double factor : {1.0, 0.5, 2.0}) {
+    for (const double factor : {0.5, 2.0}) {
         config::Settings other;
         std::vector<config::ConfigError> errors;
-        std::vector<std::string> more = sets;
-        if (factor != 1.0) {
-            const std::vector<std::string> scaled = config::scaled_budgets(settings, factor);
-            more.insert(more.end(), scaled.begin(), scaled.end());
-        }
-        if (!config::load_settings(file, more, other, errors)) {
+        std::vector<std::string> more = own.sets;
+        const std::vector<std::string> scaled = config::scaled_budgets(own.settings, factor);
+        more.insert(more.end(), scaled.begin(), scaled.end());
+        if (!config::load_settings(own.file, more, other, errors)) {
             out += line("  %g x: refused: ", factor) +
                    (errors.empty() ? "" : errors.front().path + ": " + errors.front().text) + "\n";
             continue;
         }
         World world(other, 1);
-        WorldProbe probe(world, other, crowd);
-        probe.run(ticks);
-        std::vector<PassForecast> zones;
-        for (const ZoneSums& sums : probe.zones()) {
-            zones.push_back(priced(sums));
+        WorldProbe probe(world, other, own.crowd);
+        if (own.codec) {
+            probe.give(*own.codec);
         }
-        const double ns = total_ns(zones);
-        if (factor == 1.0) {
-            before_ns = ns;
-            continue;
-        }
+        probe.run(own.ticks);
+        const double ns = total_ns(priced_zones(probe.zones()));
         const std::vector<ErrorForecast> expected = forecast_errors(other, probe);
         out += line("  %g x: cost %.2f x, downlink %.0f bytes/s; ",
                     factor,
@@ -182,7 +178,7 @@ std::string other_budgets_text(const std::string& file,
                         error.unit.c_str(),
                         &error == &expected.back() ? "\n" : ", ");
         }
-        out += changed_methods(settings, other);
+        out += changed_methods(own.settings, other);
     }
     return out;
 }

@@ -4,6 +4,7 @@
 
 #include "server/app/planner/forecast.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,14 +30,20 @@ double bytes_per_client_s(const config::Settings& settings, const WorldProbe& pr
 /// The expected errors of a world, and whether its budgets are kept.
 std::string errors_text(const config::Settings& settings, const WorldForecast& forecast);
 
-/// What the same world would be with all its budgets halved and doubled: its methods that would be
-/// others, and its cost by units that are counted in a run of `ticks` ticks. `sets` are those that
-/// `file` was loaded with.
-std::string other_budgets_text(const std::string& file,
-                               const std::vector<std::string>& sets,
-                               const config::Settings& settings,
-                               const ProbeCrowd& crowd,
-                               unsigned ticks);
+/// A world that has run, from its beginning, and how it was loaded and run.
+struct ProbedWorld {
+    const std::string& file;
+    const std::vector<std::string>& sets;
+    const config::Settings& settings;
+    ProbeCrowd crowd;
+    unsigned ticks = 0;
+    std::vector<ZoneSums> sums;                ///< of all ticks, by zone
+    std::optional<mailbox::CodecPrice> codec;  ///< given before the first tick
+};
+
+/// The same world with all its budgets halved and doubled: its methods that would be others, and
+/// its cost by units that are counted in as many ticks.
+std::string other_budgets_text(const ProbedWorld& own);
 
 /// The forecast for a machine that was as fast as it was during `after`.
 WorldForecast at_speed_of(WorldForecast forecast, const WorldProbe& after);

@@ -3,9 +3,6 @@
 #include "server/config/plan/error_models.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
-#include <utility>
 
 namespace zoned::app {
 
@@ -13,8 +10,6 @@ namespace {
 
 /// A view that was off by less than this share of its bound in the probe is taken to stay so.
 constexpr double kSettled = 0.5;
-/// Places nearer than this are one column of a pile, m.
-constexpr double kColumn_m = 0.1;
 
 PassForecast per_tick(const ZoneSums& probed, double table_runs_speed, bool measured) {
     PassForecast out{};
@@ -40,17 +35,14 @@ PassForecast per_tick(const ZoneSums& probed, double table_runs_speed, bool meas
 
 /// Bodies that the config places above each other, at most.
 int tallest_pile(const config::Settings& settings) {
-    std::map<std::pair<long, long>, int> columns;
-    int most = 1;
+    config::PileCount piles;
     for (const config::InitialEntity& entity : settings.initial) {
         const world::EntityType& type = settings.types[entity.type];
         if (type.kind == world::EntityKind::kProp && type.shape != world::TypeShape::kSoft) {
-            most = std::max(most,
-                            ++columns[{std::lround(entity.position.x() / kColumn_m),
-                                       std::lround(entity.position.z() / kColumn_m)}]);
+            piles.add(entity.position.x(), entity.position.z());
         }
     }
-    return most;
+    return piles.most();
 }
 
 /// Give of the lowest contact of the tallest pile.

@@ -9,7 +9,7 @@
 
 namespace zoned::app {
 
-/// What a pass costs in a tick, ns of CPU time, mean over all ticks. Negative: it does not run.
+/// Cost of a pass in a tick, ns of CPU time, mean over all ticks. Negative: it does not run.
 using PassForecast = std::array<double, zone::kPasses>;
 
 /// Of a zone that was probed: by its units at the prices of the table, times `speed`, and by the
@@ -32,7 +32,7 @@ struct ErrorForecast {
 std::vector<ErrorForecast> forecast_errors(const config::Settings& settings,
                                            const WorldProbe& probe);
 
-/// What was measured; negative: nothing of the kind happened.
+/// The errors that were measured; negative: nothing of the kind happened.
 std::vector<double> actual_errors(const WorldProbe& probe);
 
 }  // namespace zoned::app

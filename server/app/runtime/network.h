@@ -19,7 +19,7 @@
 
 namespace zoned::app {
 
-/// What a load is measured from.
+/// The sums that a load is measured from.
 struct LoadSums {
     double begin_s = -1.0;   ///< below 0: nothing is measured yet
     double loop_load = 0.0;  ///< of ticks

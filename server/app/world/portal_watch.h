@@ -17,8 +17,8 @@ class PortalWatch {
   public:
     PortalWatch(const std::vector<config::PortalSettings>& portals, double tick_rate_hz);
 
-    /// Those who have stood in a portal for as long as it asks for are to leave, again each second
-    /// in which they are still there.
+    /// Avatars that have stood in a portal for as long as it asks for are to leave, again each
+    /// second in which they are still there.
     void look(const World& world, std::vector<TravelWish>& out);
 
   private:

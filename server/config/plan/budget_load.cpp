@@ -3,11 +3,8 @@
 #include "proto/config/config.pb.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <numbers>
 #include <string>
-#include <utility>
 
 namespace zoned::config {
 
@@ -25,18 +22,14 @@ const proto::config::Type* type_named(const Config& config, const std::string& n
 }
 
 int tallest_pile(const Config& config) {
-    std::map<std::pair<long, long>, int> columns;
-    int most = 1;
+    PileCount piles;
     for (const auto& entity : config.entity()) {
         const auto* type = type_named(config, entity.type());
         if (type != nullptr && type->kind() == proto::config::PROP && !type->has_soft()) {
-            constexpr double kCell_m = 0.1;
-            most = std::max(most,
-                            ++columns[{std::lround(entity.x_m() / kCell_m),
-                                       std::lround(entity.z_m() / kCell_m)}]);
+            piles.add(entity.x_m(), entity.z_m());
         }
     }
-    return most;
+    return piles.most();
 }
 
 }  // namespace

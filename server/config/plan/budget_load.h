@@ -19,7 +19,7 @@ inline constexpr double kTouchedShare = 0.05;
 /// rest, and set the substeps of their islands.
 inline constexpr double kImpactLoad = 8.0;
 
-/// What the config places.
+/// The things that the config places.
 struct BudgetLoad {
     double bodies = 0.0;  ///< rigid props; of those that begin asleep kTouchedShare
     double movers = 0.0;  ///< characters, players among them

@@ -4,6 +4,7 @@
 #include "server/config/plan/error_models.h"
 #include "server/config/plan/pass_costs.h"
 #include "server/config/text/check_name.h"
+#include "server/replication/packer.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>
@@ -15,7 +16,6 @@ namespace zoned::config {
 
 namespace {
 
-using physics::method_selection::MethodCandidate;
 using physics::method_selection::MethodChoice;
 using proto::config::Config;
 
@@ -40,7 +40,6 @@ constexpr double kWorkUnit_us = 0.002;
 /// of headers.
 constexpr double kSharedRecord_bytes = 14.0;
 constexpr double kCodedRecord_bytes = 7.0;
-constexpr double kDatagram_bytes = 60.0;  ///< headers and seal
 
 double price(zone::Pass pass, std::string_view unit) {
     const PassCost& cost = cost_of(pass);
@@ -447,8 +446,8 @@ void BudgetPlanner::plan_codec() {
                                                 : proto::config::Lod().position_bound_m();
     const double updates =
         load_.heard * publications_ps(bound, kMissed_mps2, heartbeat_s(), tick_s());
-    const double datagrams =
-        kDatagram_bytes * std::min(std::max(updates, 2.0), config_.world().tick_rate_hz());
+    const double datagrams = static_cast<double>(replication::kPacketOverheadBytes) *
+                             std::min(std::max(updates, 2.0), config_.world().tick_rate_hz());
     MethodChoice choice{
         "replication.codec",
         "bytes/s",

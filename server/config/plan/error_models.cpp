@@ -12,10 +12,15 @@ namespace zoned::config {
 
 namespace {
 
-/// As in scene_solve.cpp: no substep is longer, s.
-constexpr double kLongestSubstep_s = 1.0 / 240.0;
+/// Places nearer than this are one column of a pile, m.
+constexpr double kColumn_m = 0.1;
 
 }  // namespace
+
+void PileCount::add(double x_m, double z_m) {
+    int& column = columns_[{std::lround(x_m / kColumn_m), std::lround(z_m / kColumn_m)}];
+    most_ = std::max(most_, ++column);
+}
 
 double Pile::load_mps2() const {
     return gravity_mps2 * std::max(bodies, 2 * (bodies - 1));
@@ -29,7 +34,8 @@ double contact_give_m(double load_mps2, double substep_s) {
 int substeps_for(double budget_m, double load_mps2, double tick_s) {
     const double rate = 2.0 * std::numbers::pi * static_cast<double>(physics::kContactRateShare);
     const double need =
-        tick_s * std::max(std::sqrt(load_mps2 / budget_m) / rate, 1.0 / kLongestSubstep_s);
+        tick_s * std::max(std::sqrt(load_mps2 / budget_m) / rate,
+                          1.0 / static_cast<double>(physics::SubstepPolicy::kLongestSubstep));
     int substeps = 1;
     while (substeps < physics::SubstepPolicy::kMostSubsteps && substeps < need) {
         substeps *= 2;

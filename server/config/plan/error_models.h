@@ -1,6 +1,9 @@
 // Error models: how far off a world is, from its settings alone.
 #pragma once
 
+#include <map>
+#include <utility>
+
 namespace zoned::config {
 
 /// A pile: `bodies` equal ones, one on the other, under gravity.
@@ -11,6 +14,19 @@ struct Pile {
     /// Load of its most loaded contact: force times the inverse masses that it acts on, m/s2. The
     /// lowest body carries all on the ground; the contact above it acts on two bodies.
     [[nodiscard]] double load_mps2() const;
+};
+
+/// Counts the bodies of piles while their places come one by one.
+class PileCount {
+  public:
+    void add(double x_m, double z_m);
+
+    /// Of the tallest pile, at least 1.
+    [[nodiscard]] int most() const { return most_; }
+
+  private:
+    std::map<std::pair<long, long>, int> columns_;  // bodies by their place
+    int most_ = 1;
 };
 
 /// How far a contact gives under a load in substeps of `substep_s`, m: the spring that the solver
@@ -34,10 +50,9 @@ double pile_sag_m(const Pile& pile, int substeps, double tick_s);
 /// heartbeat, never shorter than a tick.
 double publications_ps(double bound, double missed_per_s2, double heartbeat_s, double tick_s);
 
-/// The acceleration that predictions of walkers miss on average, m/s2, and the same of turning,
-/// rad/s2: they change direction now and then. From `zoned-bench planner --scene costs`.
+/// The acceleration that predictions of walkers miss on average, m/s2: they change direction now
+/// and then. Set by hand; shares of a budget are compared by it, none is promised by it.
 inline constexpr double kMissed_mps2 = 0.5;
-inline constexpr double kMissed_rps2 = 0.5;
 
 /// Largest angle between an orientation and its smallest-three form in so many bits a component,
 /// rad.

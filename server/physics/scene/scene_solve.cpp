@@ -4,13 +4,6 @@
 
 namespace zoned::physics {
 
-namespace {
-
-/// Substeps are no longer than this, s: friction and rolling are first order in it.
-constexpr float kLongestSubstep = 1.0F / 240.0F;
-
-}  // namespace
-
 Scene::Impl::~Impl() = default;
 
 void Scene::Impl::solve(float dt) {
@@ -68,13 +61,14 @@ void Scene::Impl::mark_held() {
 
 /// Each island as its loads ask for.
 void Scene::Impl::solve_by_substep_policy(float dt) {
-    substep_policy.plan(bodies,
-                        graph,
-                        solve_list,
-                        joints,
-                        active_joints,
-                        {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
-                        *team);
+    substep_policy.plan(
+        bodies,
+        graph,
+        solve_list,
+        joints,
+        active_joints,
+        {settings.error_budget_m, SubstepPolicy::kLongestSubstep, dt, settings.gravity.norm()},
+        *team);
     substep_limited = substep_policy.substep_limited();
     torn.begin_step(substep_policy.jointed_visits(), {settings.error_budget_m, settings.gravity});
     for (std::size_t i = 0; i < SubstepPolicy::kBatches; ++i) {

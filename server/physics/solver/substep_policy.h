@@ -50,6 +50,8 @@ class SubstepPolicy {
   public:
     static constexpr std::size_t kLevels = 7;  ///< 1, 2, 4 ... 64 substeps
     static constexpr int kMostSubsteps = 1 << (kLevels - 1);
+    /// No substep is longer, s: friction and rolling are first order in it.
+    static constexpr float kLongestSubstep = 1.0F / 240.0F;
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
     /// start that is worth the name, and a stack sinks before its impulses have been found.
     static constexpr int kYoungIterations = 8;

@@ -40,7 +40,7 @@ struct SessionHost::Impl {
     void log_in(StreamId stream, const proto::Hello& hello, double now_s);
     /// The server's reasons against a client that is who it says; refuses it.
     bool turn_away(StreamId stream, const Identity& identity, double now_s);
-    [[nodiscard]] std::size_t sessions_of(const mailbox::NetworkKey& network) const;
+    [[nodiscard]] std::size_t count_from(const mailbox::NetworkKey& network) const;
     void store_login(StreamId stream, Identity identity, double now_s);
     /// A character is in the world once.
     void end_others(const Identity& identity);

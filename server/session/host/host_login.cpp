@@ -116,7 +116,7 @@ std::vector<Session*> SessionHost::Impl::sessions_of(const std::string& account)
     return out;
 }
 
-std::size_t SessionHost::Impl::sessions_of(const mailbox::NetworkKey& network) const {
+std::size_t SessionHost::Impl::count_from(const mailbox::NetworkKey& network) const {
     return static_cast<std::size_t>(
         std::count_if(table.all().begin(), table.all().end(), [&](const auto& session) {
             return mailbox::network_of(session->peer) == network;
@@ -180,7 +180,7 @@ bool SessionHost::Impl::turn_away(StreamId stream, const Identity& identity, dou
         return true;
     }
     if (settings.max_per_address > 0 &&
-        sessions_of(mailbox::network_of(streams.at(stream).peer)) >= settings.max_per_address) {
+        count_from(mailbox::network_of(streams.at(stream).peer)) >= settings.max_per_address) {
         refuse(stream,
                {proto::REFUSED_FULL,
                 Reject::kLoginAddress,
