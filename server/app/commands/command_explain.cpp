@@ -108,7 +108,8 @@ void print_zone(const config::ZoneRegion& region,
                 const zone::Zone& zone,
                 const zone::StepReport& last,
                 const ZoneSums& sums,
-                const PassForecast& expected) {
+                const PassForecast& expected,
+                const std::vector<ErrorForecast>& errors) {
     const zone::Census& c = last.census;
     std::printf("\nzone %u %s  x %.0f..%.0f  z %.0f..%.0f m\n",
                 static_cast<unsigned>(region.id.value),
@@ -153,19 +154,22 @@ void print_zone(const config::ZoneRegion& region,
     if (c.viewers > 0) {
         print_codec(replication, zone.state().replicator, last.replication);
     }
-    std::printf("  %-17s %-5s %10s %10s %10s %8s  %s\n",
+    std::printf("  %-17s %-5s %10s %10s %10s %8s %10s  %s\n",
                 "pass",
                 "plan",
                 "ran/ticks",
                 "us/tick",
                 "expected",
                 "units",
+                "error",
                 "because");
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
         const PassSums& t = sums.passes[p];
         const std::string name(zone::pass_name(static_cast<zone::Pass>(p)));
         const std::string reason(last.plan.reason[p]);
-        std::printf("  %-17s %-5s %5.0f/%-4.0f %10.1f %10.1f %8.1f  %s\n",
+        const std::string error =
+            last.plan.runs[p] ? error_of_pass(errors, static_cast<zone::Pass>(p)) : "-";
+        std::printf("  %-17s %-5s %5.0f/%-4.0f %10.1f %10.1f %8.1f %10s  %s\n",
                     name.c_str(),
                     last.plan.runs[p] ? "run" : "skip",
                     t.ran,
@@ -173,6 +177,7 @@ void print_zone(const config::ZoneRegion& region,
                     t.ns * 1e-3 / sums.ticks,
                     1e-3 * std::max(expected[p], 0.0),
                     t.count / sums.ticks,
+                    error.c_str(),
                     reason.c_str());
     }
 }
@@ -260,7 +265,8 @@ int explain(const ExplainArguments& arguments) {
                    *world.zones()[z],
                    world.zones()[z]->report(),
                    sums[z],
-                   forecast.zones[z]);
+                   forecast.zones[z],
+                   forecast.errors);
     }
     std::printf("\n%s", errors_text(settings, forecast).c_str());
     std::printf("\n%s", config::methods_text(settings).c_str());

@@ -226,7 +226,7 @@ std::string analysis_text(const config::Settings& settings,
                 bytes,
                 ratio_text(bytes, forecast.bytes_per_client_s).c_str());
     const std::vector<double> errors = actual_errors(after);
-    for (std::size_t e = 0; e < forecast.errors.size(); ++e) {
+    for (std::size_t e = 0; e < errors.size(); ++e) {
         const ErrorForecast& error = forecast.errors[e];
         if (errors[e] >= 0.0) {
             out += line("  %-22s %12.4g %12.4g %7s %s%s\n",
@@ -267,7 +267,7 @@ std::string analysis_json(const config::Settings& settings,
     }
     json.end_array().key("errors").begin_array();
     const std::vector<double> errors = actual_errors(after);
-    for (std::size_t e = 0; e < forecast.errors.size(); ++e) {
+    for (std::size_t e = 0; e < errors.size(); ++e) {
         const ErrorForecast& error = forecast.errors[e];
         if (errors[e] >= 0.0) {
             json.begin_object().field("name", error.name).field("unit", error.unit);

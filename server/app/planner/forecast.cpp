@@ -1,8 +1,12 @@
 #include "server/app/planner/forecast.h"
 
 #include "server/config/plan/error_models.h"
+#include "server/config/text/check_name.h"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
 
 namespace zoned::app {
 
@@ -59,6 +63,30 @@ double expected_give_m(const config::Settings& settings) {
            config::contact_give_m(pile.gravity_mps2 * pile.bodies, tick_s / substeps);
 }
 
+/// Passes by the beginnings of the subjects of plans.
+constexpr std::array<std::pair<std::string_view, zone::Pass>, 4> kPassOfSubject{{
+    {"bodies", zone::Pass::kPhysics},
+    {"props as points", zone::Pass::kPhysics},
+    {"particle system ", zone::Pass::kParticles},
+    {"soft type ", zone::Pass::kSoft},
+}};
+
+void add_methods(const config::Settings& settings, std::vector<ErrorForecast>& out) {
+    for (const config::MethodPlan& plan : settings.methods) {
+        for (const auto& [subject, pass] : kPassOfSubject) {
+            if (plan.choice && plan.choice->chosen && plan.subject.starts_with(subject)) {
+                const auto& choice = *plan.choice;
+                out.push_back({plan.subject,
+                               choice.unit,
+                               choice.basis,
+                               choice.candidates[*choice.chosen].error,
+                               choice.budget,
+                               pass});
+            }
+        }
+    }
+}
+
 /// News leave when a prediction misses its bound; where the probe saw none leave, it goes on so.
 double expected_view(double bound, double quantum, double probed) {
     return probed > kSettled * bound ? bound : std::max(probed, 0.5 * quantum);
@@ -95,7 +123,8 @@ std::vector<ErrorForecast> forecast_errors(const config::Settings& settings,
                                    ? "news leave when a prediction misses its bound"
                                    : "nothing misses its bound, as in the probe",
                                expected_view(bound, quantum, probed),
-                               bound + quantum});
+                               bound + quantum,
+                               zone::Pass::kReplication});
             };
         add(" position", "m", bound_m, quantum_m, views.most_m);
         add(" orientation", "rad", bound_rad, quantum_rad, views.most_rad);
@@ -106,8 +135,23 @@ std::vector<ErrorForecast> forecast_errors(const config::Settings& settings,
                    probed_m > 0.0 ? "give of bodies on the ground, as in the probe"
                                   : "give of the lowest contact of the tallest pile that is placed",
                    probed_m > 0.0 ? probed_m : expected_give_m(settings),
-                   static_cast<double>(settings.physics.error_budget_m)});
+                   static_cast<double>(settings.physics.error_budget_m),
+                   zone::Pass::kPhysics});
+    add_methods(settings, out);
     return out;
+}
+
+std::string error_of_pass(const std::vector<ErrorForecast>& errors, zone::Pass pass) {
+    const ErrorForecast* nearest = nullptr;
+    const auto share = [](const ErrorForecast& e) {
+        return e.expected / e.promised;
+    };
+    for (const ErrorForecast& error : errors) {
+        if (error.pass == pass && (nearest == nullptr || share(error) > share(*nearest))) {
+            nearest = &error;
+        }
+    }
+    return nearest == nullptr ? "-" : config::text_of("%.2g ", nearest->expected) + nearest->unit;
 }
 
 std::vector<double> actual_errors(const WorldProbe& probe) {

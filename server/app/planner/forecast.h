@@ -26,11 +26,17 @@ struct ErrorForecast {
     std::string basis;  ///< how it is expected
     double expected = 0.0;
     double promised = 0.0;  ///< what the settings promise
+    zone::Pass pass{};      ///< that makes it
 };
 
-/// In the same order as actual_errors(). Kinds that the world does not have are left out of both.
+/// In the same order as actual_errors(), and after these the errors of methods that a budget has
+/// chosen, as their trials found them. Kinds that the world does not have are left out of both.
 std::vector<ErrorForecast> forecast_errors(const config::Settings& settings,
                                            const WorldProbe& probe);
+
+/// The error that is expected of a pass, "0.05 m": the one that comes nearest to what is promised.
+/// "-": none.
+std::string error_of_pass(const std::vector<ErrorForecast>& errors, zone::Pass pass);
 
 /// The errors that were measured; negative: nothing of the kind happened.
 std::vector<double> actual_errors(const WorldProbe& probe);

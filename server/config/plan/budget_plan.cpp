@@ -66,6 +66,7 @@ class BudgetPlanner {
         }
         if (budget.position_m() > 0.0) {
             plan_position(budget.position_m());
+            name_methods();
         }
         if (budget.orientation_rad() > 0.0) {
             plan_orientation(budget.orientation_rad());
@@ -114,6 +115,7 @@ class BudgetPlanner {
     void plan_position(double budget_m);
     void plan_parts(double part_m, double bound_m);
     void plan_levels(double bound_m);
+    void name_methods();
     void plan_orientation(double budget_rad);
     void plan_bytes(double budget);
     void plan_codec();
@@ -376,6 +378,29 @@ void BudgetPlanner::plan_levels(double bound_m) {
         std::clamp(kStepShare * bound_m, 5e-4, 1.0),
         [&](double v) { q.set_position_step_m(v); },
         "a tenth of the nearest bound");
+}
+
+/// Methods that cost time and that no budget decides about, with the reason.
+void BudgetPlanner::name_methods() {
+    const auto& physics = config_.physics();
+    add("physics.method",
+        proto::config::ContactMethod_Name(physics.method()),
+        physics.has_method() ? kAsConfigured
+                             : "no other says how far off it will be: they end after so many "
+                               "passes, DIRECT with islands beyond its rows");
+    const auto& ai = config_.ai();
+    if (ai.has_pathfinding() && ai.pathfinding().map() == proto::config::Pathfinding::GRID) {
+        const auto& paths = ai.pathfinding();
+        add("ai.pathfinding.search",
+            proto::config::Pathfinding::Search_Name(paths.search()),
+            paths.has_search() ? kAsConfigured : "shortest paths, which no other finds faster");
+    }
+    if (ai.has_avoidance()) {
+        add("ai.avoidance.horizon_s",
+            text_of("%g", ai.avoidance().horizon_s()),
+            ai.avoidance().has_horizon_s() ? kAsConfigured
+                                           : "the default: people overlap with none");
+    }
 }
 
 void BudgetPlanner::plan_orientation(double budget_rad) {

@@ -54,13 +54,12 @@ PassUnits soft_units(const physics::soft::SoftStats& soft) {
 
 PassUnits physics_units(const zone::StepReport& r) {
     const physics::StepStats& p = r.physics;
-    const double substeps = p.substeps;
     return {1.0,
             static_cast<double>(p.awake),
             static_cast<double>(p.pairs),
             static_cast<double>(p.contacts),
-            p.contacts * substeps,
-            r.census.awake_bodies > 0 ? r.census.joints * substeps : 0.0};
+            static_cast<double>(p.contact_sweeps),
+            static_cast<double>(p.joint_sweeps)};
 }
 
 PassUnits replication_units(const replication::ReplicationReport& r, double viewers) {

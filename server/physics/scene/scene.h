@@ -36,7 +36,11 @@ struct StepStats {
     std::uint32_t pairs = 0;     ///< broadphase pairs
     std::uint32_t contacts = 0;  ///< contact points
     std::uint32_t islands = 0;
-    std::uint32_t substeps = 0;     ///< of the island that got most
+    std::uint32_t substeps = 0;  ///< of the island that got most
+    /// Contact points and joints, each times the passes over it: substeps of its island times
+    /// iterations. Islands that are solved exactly count once.
+    std::uint64_t contact_sweeps = 0;
+    std::uint64_t joint_sweeps = 0;
     std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
     std::uint32_t unpaired = 0;   ///< bodies whose pairs wait because of PhysicsSettings::max_pairs
     std::uint32_t particles = 0;  ///< awake after the step

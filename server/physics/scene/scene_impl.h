@@ -73,7 +73,9 @@ struct Scene::Impl {
     std::vector<BodyId> moved;
     std::vector<std::uint32_t> stopped;  ///< rows put to sleep within the step
     std::uint32_t substeps = 0;          ///< most that an island got in this step
-    std::uint32_t substep_limited = 0;   ///< of this step, see StepStats
+    std::uint64_t contact_sweeps = 0;    ///< of this step, see StepStats
+    std::uint64_t joint_sweeps = 0;      ///< the same
+    std::uint32_t substep_limited = 0;   ///< the same
     std::uint32_t far_bodies = 0;
     std::uint32_t held_back = 0;
     std::uint32_t quarantined = 0;  ///< since the last step began
@@ -219,6 +221,9 @@ struct Scene::Impl {
     void mark_held();
     void solve_by_substep_policy(float dt);
     void solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt);
+    void count_sweeps(std::span<const std::uint32_t> contacts,
+                      std::size_t joints_here,
+                      std::uint64_t passes);
     /// Solves islands with joints, those that it tears again with more substeps.
     void solve_jointed(const SubstepPolicy::SubstepBatch& batch, float dt);
     /// False, and nothing is changed, where there is no exact answer.

@@ -99,7 +99,20 @@ void Scene::Impl::solve_batch(const SubstepPolicy::SubstepBatch& batch, float dt
     parameters.relax_iterations = settings.relax_iterations;
     parameters.restitution_speed = settings.restitution_speed_mps;
     substeps = std::max(substeps, static_cast<std::uint32_t>(batch.substeps));
+    count_sweeps(batch.contacts,
+                 batch.joints.size(),
+                 static_cast<std::uint64_t>(batch.substeps) *
+                     static_cast<std::uint64_t>(parameters.iterations));
     solver.solve(bodies, graph, batch.contacts, joints, batch.joints, parameters, *team, broken);
+}
+
+void Scene::Impl::count_sweeps(std::span<const std::uint32_t> contacts,
+                               std::size_t joints_here,
+                               std::uint64_t passes) {
+    for (const std::uint32_t index : contacts) {
+        contact_sweeps += passes * graph.pair(index).count;
+    }
+    joint_sweeps += passes * joints_here;
 }
 
 void Scene::Impl::solve_jointed(const SubstepPolicy::SubstepBatch& batch, float dt) {
@@ -115,12 +128,14 @@ void Scene::Impl::solve_jointed(const SubstepPolicy::SubstepBatch& batch, float 
 }
 
 bool Scene::Impl::solve_exactly(std::span<const std::uint32_t> contacts, float dt) {
+    count_sweeps(contacts, 0, 1);
     return exact->solve_exactly({bodies, graph, contacts, joints, {}, exact_settings, dt}, broken);
 }
 
 void Scene::Impl::solve_by_variant(float dt) {
     stepper->solve({bodies, graph, solve_list, joints, active_joints, settings, dt}, broken);
     substeps = static_cast<std::uint32_t>(stepper->substeps());
+    count_sweeps(solve_list, active_joints.size(), substeps);
 }
 
 const RowSystem* Scene::problem() const {

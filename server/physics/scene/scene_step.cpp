@@ -81,6 +81,8 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
     stats.awake = bodies.awake_dynamic;
     stats.quarantined = std::exchange(quarantined, 0);
     stats.substeps = std::exchange(substeps, 0);
+    stats.contact_sweeps = std::exchange(contact_sweeps, 0);
+    stats.joint_sweeps = std::exchange(joint_sweeps, 0);
     stats.skipped = skipped;
     stats.unpaired = unpaired;
     if (stepper) {

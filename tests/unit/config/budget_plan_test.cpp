@@ -1,6 +1,7 @@
 // Budgets of a whole world: which settings they fill in, what is refused, and the models behind.
 #include "server/config/plan/budget_plan.h"
 
+#include "server/config/expand/load_settings.h"
 #include "server/config/expand/method_plan.h"
 #include "server/config/plan/error_models.h"
 #include "server/config/plan/pass_costs.h"
@@ -198,6 +199,35 @@ TEST(BudgetPlan, ScalesBudgetsThatAreGivenAndNotWhatFollowsFromThem) {
     const std::vector<std::string> plain = sets(kValid);
     EXPECT_NE(std::find(plain.begin(), plain.end(), "lod[0].position_bound_m=0.025"), plain.end());
     EXPECT_NE(std::find(plain.begin(), plain.end(), "physics.error_budget_m=0.0025"), plain.end());
+}
+
+TEST(BudgetPlan, NamesTheMethodsThatNoBudgetDecidesAbout) {
+    const std::string budget = kUnsetBounds + "budget { position_m: 0.05 }\n";
+    const Outcome plain = parse(budget);
+    ASSERT_TRUE(plain.ok) << format_errors("test", plain.errors);
+    ASSERT_NE(plan_for_path(plain, "physics.method"), nullptr);
+    EXPECT_EQ(plan_for_path(plain, "physics.method")->used, "SOFT_STEP");
+    EXPECT_EQ(plan_for_path(plain, "ai.avoidance.horizon_s"), nullptr);
+    EXPECT_EQ(plan_for_path(plain, "ai.pathfinding.search"), nullptr);
+    const Outcome given =
+        parse(budget + "physics { method: DIRECT }\nai { avoidance { horizon_s: 2 } }\n");
+    ASSERT_TRUE(given.ok) << format_errors("test", given.errors);
+    EXPECT_EQ(plan_for_path(given, "physics.method")->used, "DIRECT");
+    EXPECT_EQ(plan_for_path(given, "physics.method")->reason, kAsConfigured);
+    EXPECT_EQ(plan_for_path(given, "ai.avoidance.horizon_s")->used, "2");
+}
+
+TEST(BudgetPlan, FillsInWhatAShippedWorldLeavesToIt) {
+    Outcome out;
+    ASSERT_TRUE(
+        load_settings(ZONED_SOURCE_DIR "/config/solids.txtpb", {}, out.settings, out.errors))
+        << format_errors("solids.txtpb", out.errors);
+    EXPECT_EQ(out.settings.tick_rate_hz, 30.0);  // two ticks of 33 ms within 70 ms
+    EXPECT_LE(share_of_position(out), 0.06 * 1.00001);
+    EXPECT_GT(share_of_position(out), 0.06 * 0.99);
+    ASSERT_EQ(out.settings.replication.lods.size(), 2U);
+    EXPECT_FLOAT_EQ(out.settings.replication.lods[0].orientation_rad, 0.1F);
+    EXPECT_EQ(out.settings.replication.budget_bytes_per_s, 32000U);
 }
 
 TEST(ErrorModels, FollowTheOrdersOfTheirMethods) {

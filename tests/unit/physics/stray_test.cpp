@@ -54,7 +54,34 @@ TEST(CrowdedBodies, CostABoundedStep) {
     }
     const StepStats stats = world.scene.step(kFrame);
     EXPECT_GT(stats.contacts, 30'000U);
-    EXPECT_LE(stats.contacts * stats.substeps, 1U << 20);
+    EXPECT_LE(stats.contact_sweeps, 1U << 20);
+}
+
+TEST(Sweeps, AreCountedIslandByIsland) {
+    JointScene world(Vec3(0.0F, -kGravity, 0.0F));
+    BodyDef ground;
+    ground.kind = BodyKind::kStatic;
+    ground.shape = Shape::plane();
+    world.add(ground);
+    const Shape box = Shape::box(Vec3::Constant(0.5F));
+    for (int k = 0; k < 10; ++k) {
+        world.add(box, 1.0F, Vec3(0.0F, 0.5F + static_cast<float>(k), 0.0F));
+    }
+    const auto alone = [&] {
+        world.run(1.0F);
+        return world.scene.step(kFrame);
+    };
+    const StepStats pile = alone();
+    EXPECT_EQ(pile.contact_sweeps, std::uint64_t{pile.contacts} * pile.substeps);
+    EXPECT_EQ(pile.joint_sweeps, 0U);
+    // Nine boxes beside the pile need the fewest substeps there are at this frame, 4 of 1/240 s.
+    for (int i = 1; i < 10; ++i) {
+        world.add(box, 1.0F, Vec3(3.0F * static_cast<float>(i), 0.5F, 0.0F));
+    }
+    const StepStats both = alone();
+    EXPECT_EQ(both.contacts, pile.contacts + 36U);
+    EXPECT_EQ(both.substeps, pile.substeps);
+    EXPECT_EQ(both.contact_sweeps, pile.contact_sweeps + 36U * 4U);
 }
 
 }  // namespace
