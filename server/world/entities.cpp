@@ -16,7 +16,7 @@ void move_last_into(Column& column, Row row) {
 
 Row Entities::add(EntityId entity, TypeIndex entity_type) {
     const Row row = static_cast<Row>(size());
-    const bool is_new = row_of_.emplace(entity, row).second;
+    const bool is_new = row_of_.insert(entity, row);
     ZONED_ASSERT(entity && is_new, "an entity has one row in a zone");
     id.push_back(entity);
     type.values_.push_back(entity_type);
@@ -81,14 +81,9 @@ void Entities::remove(Row row) {
         touched.move_last_into(row);
     }
     if (row < size()) {
-        row_of_[id[row]] = row;
+        row_of_.move(id[row], row);
         touch(row);
     }
-}
-
-Row Entities::find(EntityId entity) const {
-    const auto it = row_of_.find(entity);
-    return it == row_of_.end() ? kNoRow : it->second;
 }
 
 void Entities::set_client(Row row, ClientId to) {
@@ -164,7 +159,7 @@ bool Entities::find_rows() {
     }
     row_of_.clear();
     for (Row row = 0; fit && row < rows; ++row) {
-        fit = id[row] && row_of_.emplace(id[row], row).second;
+        fit = id[row] && row_of_.insert(id[row], row);
     }
     return fit;
 }

@@ -4,6 +4,7 @@
 
 #include "server/world/entity_type.h"
 #include "server/world/field_columns.h"
+#include "server/world/row_index.h"
 #include "server/world/row_set.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
@@ -13,7 +14,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -96,8 +96,9 @@ class Entities {
     /// Adds a row with defaults; `entity` must be new.
     Row add(EntityId entity, TypeIndex entity_type);
     void remove(Row row);
+
     /// kNoRow when the entity is not here.
-    [[nodiscard]] Row find(EntityId entity) const;
+    [[nodiscard]] Row find(EntityId entity) const { return row_of_.find(entity); }
 
     [[nodiscard]] bool has(Row row, EntityFlag flag) const { return (flags[row] & flag) != 0; }
 
@@ -251,7 +252,7 @@ class Entities {
     /// Makes `row_of_` anew; false where the columns do not fit each other.
     [[nodiscard]] bool find_rows();
 
-    std::unordered_map<EntityId, Row> row_of_;
+    RowIndex row_of_;
     RowSet moving_;
     RowSet stirring_;
     RowSet avatars_;
