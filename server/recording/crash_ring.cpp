@@ -11,6 +11,7 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <limits>
 #include <vector>
 
 namespace zoned::recording {
@@ -33,6 +34,10 @@ bool holds_pieces(const std::string& folder) {
     }
     return false;
 }
+
+constexpr std::string_view kStateEnd = "-state.zrec";
+/// States that are so many lengths of the ring old are followed by no newer ones.
+constexpr Tick kStateLives = 4;
 
 /// When the folder was written last, in UTC: 20260131T235959.
 std::string time_of(const std::string& folder) {
@@ -65,6 +70,16 @@ void remove_oldest(const std::string& base) {
 }
 
 }  // namespace
+
+std::string ring_state_file(const std::string& folder, Tick tick) {
+    char name[32];
+    std::snprintf(name, sizeof(name), "/%012lld", static_cast<long long>(tick + 1));
+    return folder + name + std::string(kStateEnd);
+}
+
+bool is_ring_state(const std::string& file) {
+    return std::string_view(file).ends_with(kStateEnd);
+}
 
 CrashRing::~CrashRing() {
     if (lock_ >= 0) {
@@ -130,11 +145,7 @@ void CrashRing::flush() {
 
 void CrashRing::begin_piece(Tick tick) {
     piece_ = RecordingFile();
-    std::error_code error;
-    while (pieces_.size() > kPieces) {
-        fs::remove(pieces_.front().file, error);
-        pieces_.pop_front();
-    }
+    remove_old_pieces(tick);
     char name[32];
     std::snprintf(name, sizeof(name), "/%012lld.zrec", static_cast<long long>(tick));
     ticks_ = 0;
@@ -143,8 +154,40 @@ void CrashRing::begin_piece(Tick tick) {
     [[maybe_unused]] const Result<bool> opened = piece_.open(pieces_.back().file, header_);
 }
 
-Tick CrashRing::first_tick() const {
-    return lock_ < 0 || pieces_.empty() ? 0 : pieces_.front().first;
+void CrashRing::remove_old_pieces(Tick tick) {
+    const auto ring_ticks = static_cast<Tick>(kPieces * piece_ticks_);
+    if (state_ > 0 && tick > state_ + kStateLives * ring_ticks) {
+        state_ = 0;
+        remove_states_before(tick);
+    }
+    std::error_code error;
+    while (pieces_.size() > kPieces && (state_ == 0 || pieces_[1].first <= state_ + 1)) {
+        fs::remove(pieces_.front().file, error);
+        pieces_.pop_front();
+    }
+}
+
+void CrashRing::keep_from(Tick state) {
+    if (lock_ < 0) {
+        return;
+    }
+    state_ = state;
+    remove_states_before(state);
+}
+
+void CrashRing::remove_states_before(Tick tick) {
+    const std::string first = ring_state_file(folder_, tick);
+    std::vector<std::string> old;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder_, error)) {
+        const std::string file = entry.path().string();
+        if (is_ring_state(file) && file < first) {
+            old.push_back(file);
+        }
+    }
+    for (const std::string& file : old) {
+        fs::remove(file, error);
+    }
 }
 
 void CrashRing::restart() {
@@ -154,6 +197,8 @@ void CrashRing::restart() {
         fs::remove(piece.file, error);
     }
     pieces_.clear();
+    state_ = 0;
+    remove_states_before(std::numeric_limits<Tick>::max() - 1);
 }
 
 void CrashRing::close(bool keeps) {

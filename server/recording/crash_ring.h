@@ -10,9 +10,18 @@
 
 namespace zoned::recording {
 
-/// Pieces of a recording in a folder; together they hold at least the ticks asked for. A run that
-/// ends in good order removes them: pieces that a start finds come from a run that did not. Such a
-/// folder is kept under a name with its time, the newest three of them. Not thread-safe.
+/// The file for the state of a tick beside the pieces of a ring. Its name sorts directly before
+/// that of the piece that begins with the next tick.
+std::string ring_state_file(const std::string& folder, Tick tick);
+
+/// Whether a file is one by its name.
+bool is_ring_state(const std::string& file);
+
+/// Pieces of a recording in a folder; together they hold at least the ticks asked for. States may
+/// stand beside them, written by somebody else (ring_state_file()): the pieces then go back to the
+/// older of two states. A run that ends in good order removes all of them: pieces that a start
+/// finds come from a run that did not. Such a folder is kept under a name with its time, the newest
+/// three of them. Not thread-safe.
 class CrashRing {
   public:
     CrashRing() = default;
@@ -27,6 +36,14 @@ class CrashRing {
     /// As RecordingFile::append(). A failed write sticks until the next piece is due.
     void append(std::string_view frame, Tick tick, bool begins_tick);
     void flush();
+
+    /// A piece of its own begins with the next tick.
+    void cut() { ticks_ = piece_ticks_; }
+
+    /// A state of this tick is there, and perhaps later ones: older states go, and older pieces
+    /// where there are enough of them.
+    void keep_from(Tick state);
+
     /// What was kept is of no use after a gap in the ticks: begins anew.
     void restart();
     /// Removes the pieces, or leaves them for the next start.
@@ -37,14 +54,18 @@ class CrashRing {
     /// The folder that holds the inputs of an earlier run that did not end well; empty: none.
     [[nodiscard]] const std::string& kept() const { return kept_; }
 
-    /// The oldest tick that a piece begins with; 0: there is none.
-    [[nodiscard]] Tick first_tick() const;
+    /// From tick 1 or from a state on.
+    [[nodiscard]] bool can_be_replayed() const {
+        return lock_ >= 0 && (state_ > 0 || (!pieces_.empty() && pieces_.front().first == 1));
+    }
 
     /// Why the present piece is not written; empty: all is well.
     [[nodiscard]] const std::string& error() const { return piece_.error(); }
 
   private:
     void begin_piece(Tick tick);
+    void remove_old_pieces(Tick tick);
+    void remove_states_before(Tick tick);
     void keep_old();
 
     std::string folder_;
@@ -60,6 +81,7 @@ class CrashRing {
     };
 
     std::deque<Piece> pieces_;
+    Tick state_ = 0;  // of the oldest state that counts; 0: none
     int lock_ = -1;
 };
 

@@ -123,20 +123,28 @@ bool Recorder::push(Entry entry, bool wake) {
 
 void Recorder::begin_tick(Tick tick, std::shared_ptr<const Inputs> inputs) {
     inputs_begun.fetch_add(1, std::memory_order_relaxed);
-    push({tick, std::move(inputs), {}, false, false, nullptr}, true);
+    push({tick, std::move(inputs), {}, Upkeep::kNone, nullptr}, true);
 }
 
 void Recorder::end_tick(Tick tick, std::vector<std::uint64_t> hashes) {
     // They go to disk with the next tick: a replay needs the inputs, not these.
-    push({tick, nullptr, std::move(hashes), false, false, nullptr}, false);
+    push({tick, nullptr, std::move(hashes), Upkeep::kNone, nullptr}, false);
 }
 
 void Recorder::cut_journal(Tick last) {
-    push({last, nullptr, {}, true, false, nullptr}, false);
+    push({last, nullptr, {}, Upkeep::kCutJournal, nullptr}, false);
 }
 
 void Recorder::forget_journal(Tick through) {
-    push({through, nullptr, {}, false, true, nullptr}, false);
+    push({through, nullptr, {}, Upkeep::kForgetJournal, nullptr}, false);
+}
+
+void Recorder::cut_ring(Tick last) {
+    push({last, nullptr, {}, Upkeep::kCutRing, nullptr}, false);
+}
+
+void Recorder::keep_ring_from(Tick state) {
+    push({state, nullptr, {}, Upkeep::kKeepRing, nullptr}, false);
 }
 
 void Recorder::run() {
@@ -212,13 +220,21 @@ void Recorder::write_all(const std::vector<Entry>& entries, std::vector<Order>& 
 }
 
 void Recorder::write(const Entry& entry) {
-    if (entry.cuts) {
-        journal_.cut();
-        return;
-    }
-    if (entry.forgets) {
-        journal_.forget(entry.tick);
-        return;
+    switch (entry.upkeep) {
+        case Upkeep::kCutJournal:
+            journal_.cut();
+            return;
+        case Upkeep::kForgetJournal:
+            journal_.forget(entry.tick);
+            return;
+        case Upkeep::kCutRing:
+            ring_.cut();
+            return;
+        case Upkeep::kKeepRing:
+            ring_.keep_from(entry.tick);
+            return;
+        case Upkeep::kNone:
+            break;
     }
     if (entry.begins) {
         entry.begins->answer(begin_file(*entry.begins));

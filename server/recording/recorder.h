@@ -75,6 +75,11 @@ class Recorder {
     /// The snapshot of this tick is on disk: older inputs are of no use. From any thread.
     void forget_journal(Tick through);
 
+    /// Between two ticks, with that of a state that is being written beside the ring.
+    void cut_ring(Tick last);
+    /// States of this tick and later are beside the ring: older inputs are of no use.
+    void keep_ring_from(Tick state);
+
     // Wishes of an operator, from any thread; carried out between two ticks.
 
     /// Ends the recording of the file in good order; the ring goes on.
@@ -103,12 +108,19 @@ class Recorder {
         RecordingAnswer answer;
     };
 
+    enum class Upkeep : std::uint8_t {
+        kNone,
+        kCutJournal,     ///< before the next tick
+        kForgetJournal,  ///< what it holds up to this tick
+        kCutRing,        ///< as the journal
+        kKeepRing        ///< from the state of this tick on
+    };
+
     struct Entry {
         Tick tick = 0;
         std::shared_ptr<const Inputs> inputs;  ///< null: hashes
         std::vector<std::uint64_t> hashes;
-        bool cuts = false;                        ///< the journal, before the next tick
-        bool forgets = false;                     ///< what the journal holds up to `tick`
+        Upkeep upkeep = Upkeep::kNone;            ///< in place of inputs and hashes
         std::shared_ptr<const Beginning> begins;  ///< a file, before the next tick
     };
 

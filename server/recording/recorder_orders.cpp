@@ -12,8 +12,8 @@ namespace fs = std::filesystem;
 using core::Result;
 
 constexpr const char* kNotWhole =
-    "nothing is recorded, and recording.ring_s is shorter than the run, so that its first inputs "
-    "are not kept any more: `zoned ctl record on` begins a recording now";
+    "nothing is recorded, and the inputs of the last recording.ring_s go back neither to the first "
+    "tick nor to a state of the world: `zoned ctl record on` begins a recording now";
 
 std::string text_of(const std::string& file, Tick before, Tick last, std::uint64_t bytes) {
     if (last <= before) {
@@ -112,7 +112,7 @@ void Recorder::start_file(std::string file, RecordedState state, RecordingAnswer
     const Tick tick = state.tick;
     const auto beginning = std::make_shared<const Beginning>(
         Beginning{std::move(file), std::move(state), std::move(answer)});
-    if (!push({tick, nullptr, {}, false, false, beginning}, true)) {
+    if (!push({tick, nullptr, {}, Upkeep::kNone, beginning}, true)) {
         beginning->answer(Result<std::string>::failure("the disk is too far behind"));
     }
 }
@@ -184,7 +184,7 @@ Result<std::string> Recorder::begin_file(const Beginning& beginning) {
 void Recorder::copy_run(const Order& order) {
     const bool from_file = file_.is_open() && file_.error().empty();
     const bool has_ticks = whole_tick_ > (from_file ? before_file_ : 0);
-    if (!has_ticks || (!from_file && ring_.first_tick() != 1)) {
+    if (!has_ticks || (!from_file && !ring_.can_be_replayed())) {
         order.answer(Result<std::string>::failure(!has_ticks ? "no tick has run yet" : kNotWhole));
         return;
     }

@@ -1,5 +1,6 @@
 #include "server/recording/recording_reader.h"
 
+#include "server/recording/crash_ring.h"
 #include "server/recording/record_items.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@ namespace zoned::recording {
 namespace {
 
 using core::Result;
+namespace fs = std::filesystem;
 
 struct CloseStream {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -21,16 +23,23 @@ struct CloseStream {
 
 using Stream = std::unique_ptr<std::FILE, CloseStream>;
 
+/// Stem of the piece that begins with tick 1.
+constexpr const char* kFromTheBeginning = "000000000001";
+
 /// The pieces of a recording in their order: their names begin with the number of a tick.
 std::vector<std::string> pieces_of(const std::string& folder) {
     std::vector<std::string> files;
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
         if (entry.path().extension() == ".zrec" && entry.is_regular_file(error)) {
             files.push_back(entry.path().string());
         }
     }
     std::sort(files.begin(), files.end());
+    const auto state = std::find_if(files.begin(), files.end(), is_ring_state);
+    if (state != files.end() && fs::path(files.front()).stem() != kFromTheBeginning) {
+        files.erase(files.begin(), state);
+    }
     return files;
 }
 
@@ -192,14 +201,18 @@ Result<bool> RecordingReader::Impl::read_header() {
     header.config_text = from.config_text();
     header.config_digest = from.config_digest();
     header.seed = from.seed();
-    return file == 0 ? read_state() : Result<bool>(true);
+    return read_state();
 }
 
-/// A first piece may go on with the state of the world.
+/// A first piece may go on with the state of the world. That of a later one follows from the ticks
+/// before it.
 Result<bool> RecordingReader::Impl::read_state() {
     const Result<bool> more = peek();
     if (!more.ok() || !*more || peeked->kind != FrameKind::kState) {
         return more.ok() ? Result<bool>(true) : more;
+    }
+    if (file > 0) {
+        return skip();
     }
     const Tick tick = peeked->tick;
     const Result<bool> taken = take();
@@ -277,7 +290,7 @@ Result<bool> RecordingReader::open(const std::string& path) {
     impl_ = std::make_unique<Impl>();
     impl_->name = path;
     std::error_code error;
-    if (std::filesystem::is_directory(path, error)) {
+    if (fs::is_directory(path, error)) {
         impl_->files = pieces_of(path);
         if (impl_->files.empty()) {
             return Result<bool>::failure("the folder '" + path + "' holds no recording (*.zrec)");

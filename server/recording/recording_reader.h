@@ -11,7 +11,8 @@
 
 namespace zoned::recording {
 
-/// Reads a file, or a folder with the pieces of one (CrashRing). Not thread-safe.
+/// Reads a file, or a folder with the pieces of one (CrashRing): from its first tick where that is
+/// tick 1, else from the oldest state in it, else from its first piece. Not thread-safe.
 class RecordingReader {
   public:
     RecordingReader();

@@ -85,7 +85,7 @@ class Server {
         };
         join_cluster();
         loop.cluster = cluster_.on() ? &settings : nullptr;
-        if (recovery_.on()) {
+        if (recovery_.watches_ticks()) {
             loop.after_tick = [this](std::span<const mailbox::InboxItem> in,
                                      std::vector<mailbox::OutboxItem>& out) {
                 recovery_.after_tick(in, out, *recorder_);
@@ -510,12 +510,10 @@ class Server {
         if (reader_.joinable()) {
             reader_.join();
         }
-        std::string not_recorded;
+        core::Result<bool> recorded = true;
         if (recorder_) {
-            const auto closed = recorder_->close(failed_);
-            if (!closed.ok()) {
-                not_recorded = closed.error();
-            }
+            recovery_.stop_ring();
+            recorded = recorder_->close(failed_);
         }
         failed_ = !recovery_.end() || failed_;
         const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
@@ -526,8 +524,8 @@ class Server {
                 throw std::runtime_error(written.error());
             }
         }
-        if (!not_recorded.empty()) {
-            throw std::runtime_error(not_recorded);
+        if (!recorded.ok()) {
+            throw std::runtime_error(recorded.error());
         }
         return failed_ ? kFailed : kGood;
     }

@@ -88,7 +88,7 @@ Recovery::Recovery(const config::Settings& settings)
 }
 
 Recovery::~Recovery() {
-    stop_copy();
+    copy_.stop();
     if (lock_ >= 0) {
         ::close(lock_);
     }
@@ -252,14 +252,51 @@ void Recovery::after_tick(World& world,
         fs::remove(attempts_file(folder_), error);
     }
     look_after_copy(recorder);
-    if (copy_ == 0 && world.now() >= last_ + every_ticks_ &&
+    if (!copy_.works() && world.now() >= last_ + every_ticks_ &&
         world.now() >= started_ + every_ticks_) {
         take_snapshot(world, recorder);
     }
 }
 
+void Recovery::take_snapshot(const World& world, recording::Recorder& recorder) {
+    recorder.cut_journal(world.now());
+    started_ = world.now();
+    const std::string wrong = copy_.start([&] {
+        std::vector<std::uint8_t> buffer;
+        const std::string failed = write_snapshot(folder_, world, ledger_, buffer);
+        if (!failed.empty()) {
+            return "a snapshot failed: " + failed;
+        }
+        remove_snapshots_before(folder_, last_);
+        return std::string();
+    });
+    if (!wrong.empty()) {
+        ++figures_.failed;
+        log_of(LogArea::kServer).error("no snapshot: {}", wrong);
+    }
+}
+
+void Recovery::look_after_copy(recording::Recorder& recorder) {
+    const ProcessCopy::Outcome outcome = copy_.look();
+    if (outcome == ProcessCopy::Outcome::kFailed) {
+        ++figures_.failed;
+        log_of(LogArea::kServer)
+            .error("the snapshot of tick {} failed; the next one is due in {} ticks",
+                   started_,
+                   every_ticks_);
+    }
+    if (outcome != ProcessCopy::Outcome::kDone) {
+        return;
+    }
+    ++figures_.taken;
+    before_ = last_;
+    last_ = started_;
+    // The snapshot before is kept too, with the inputs since: a disk may lie.
+    recorder.forget_journal(before_);
+}
+
 std::string Recovery::end(const World& world) {
-    stop_copy();
+    copy_.stop();
     std::error_code error;
     if (settings_.server.recovery.over_restarts) {
         std::vector<std::uint8_t> buffer;

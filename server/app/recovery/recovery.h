@@ -2,14 +2,12 @@
 // takes: a snapshot now and then, and the inputs since (recording/journal.h).
 #pragma once
 
+#include "server/app/recovery/process_copy.h"
 #include "server/app/recovery/run_ledger.h"
 #include "server/app/recovery/snapshot_file.h"
 #include "server/app/world/world.h"
 #include "server/config/settings.h"
 #include "server/recording/recorder.h"
-#include "shared/core/histogram.h"
-
-#include <sys/types.h>
 
 #include <cstdint>
 #include <span>
@@ -31,13 +29,10 @@ struct RecoveredRun {
 struct SnapshotFigures {
     std::uint64_t taken = 0;
     std::uint64_t failed = 0;
-    core::Histogram pause_ms;  ///< of the tick loop, for each
 };
 
-/// A snapshot is taken by a copy of the process (fork), which shares its memory with the server as
-/// long as neither writes to it: the ticks go on meanwhile. (Redis saves its data so: "Redis
-/// persistence", RDB.) The state between two ticks and the inputs after it give the same world
-/// again, bit for bit.
+/// A snapshot is taken by a copy of the process: the ticks go on meanwhile. The state between two
+/// ticks and the inputs after it give the same world again, bit for bit.
 class Recovery {
   public:
     /// Takes the folder `journal` in the state folder for this process. Throws std::runtime_error
@@ -71,6 +66,9 @@ class Recovery {
     /// On the loop's thread, or when it has stopped.
     [[nodiscard]] const SnapshotFigures& figures() const { return figures_; }
 
+    /// How long the tick loop waited for each snapshot, ms.
+    [[nodiscard]] const core::Histogram& pauses_ms() const { return copy_.pauses_ms(); }
+
   private:
     void lock();
     void go_on(World& world, unsigned attempts, RecoveredRun& run);
@@ -80,7 +78,6 @@ class Recovery {
     void keep_state(const World& world);
     void take_snapshot(const World& world, recording::Recorder& recorder);
     void look_after_copy(recording::Recorder& recorder);
-    void stop_copy();
 
     const config::Settings& settings_;
     std::string folder_;
@@ -92,7 +89,7 @@ class Recovery {
     Tick last_ = 0;     // of the newest snapshot that is on disk
     Tick before_ = 0;   // of the one before it
     Tick started_ = 0;  // of the one that is being written
-    pid_t copy_ = 0;    // the process that writes it; 0: none
+    ProcessCopy copy_;  // writes it
     SnapshotFigures figures_;
 };
 

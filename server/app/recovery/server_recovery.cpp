@@ -24,7 +24,10 @@ ServerRecovery::ServerRecovery(const config::Settings& settings, World& world)
 }
 
 void ServerRecovery::keep_inputs(recording::RecorderSettings& recorder,
-                                 std::function<void(Tick)> kept) const {
+                                 std::function<void(Tick)> kept) {
+    if (recorder.ring_s > 0.0) {
+        ring_.emplace(settings_, recorder.ring_folder, recorder.header);
+    }
     if (!on()) {
         return;
     }
@@ -69,7 +72,18 @@ void ServerRecovery::stored(std::uint64_t number, const Post& post) {
 void ServerRecovery::after_tick(std::span<const mailbox::InboxItem> in,
                                 std::vector<mailbox::OutboxItem>& out,
                                 recording::Recorder& recorder) {
-    recovery_->after_tick(world_, in, out, recorder);
+    if (on()) {
+        recovery_->after_tick(world_, in, out, recorder);
+    }
+    if (ring_) {
+        ring_->after_tick(world_, recorder);
+    }
+}
+
+void ServerRecovery::stop_ring() {
+    if (ring_) {
+        ring_->stop();
+    }
 }
 
 bool ServerRecovery::end() {
@@ -81,8 +95,8 @@ bool ServerRecovery::end() {
         .info("{} snapshots, {} failed; ticks waited {:.2f} ms for one at p50, {:.2f} ms at most",
               made.taken,
               made.failed,
-              made.pause_ms.percentile(0.5),
-              made.pause_ms.max());
+              recovery_->pauses_ms().percentile(0.5),
+              recovery_->pauses_ms().max());
     const std::string wrong = recovery_->end(world_);
     if (!wrong.empty()) {
         log_of(LogArea::kServer).error("{}", wrong);

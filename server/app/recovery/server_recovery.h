@@ -1,19 +1,21 @@
-// ServerRecovery: recovery, wired to the world, the sessions, the recorder and the store of a
-// server.
+// ServerRecovery: recovery and the states beside the last inputs, wired to the world, the sessions,
+// the recorder and the store of a server.
 #pragma once
 
 #include "server/app/recovery/recovery.h"
+#include "server/app/recovery/ring_states.h"
 #include "server/app/storage/asked_ticks.h"
 #include "server/app/storage/held_output.h"
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace zoned::app {
 
-/// Does nothing in a server without recovery.
+/// Without recovery it keeps states beside the last inputs, no more.
 class ServerRecovery {
   public:
     using Post = std::function<void(mailbox::InboxItem)>;
@@ -25,7 +27,7 @@ class ServerRecovery {
     [[nodiscard]] bool on() const { return recovery_ != nullptr; }
 
     /// Has the recorder keep the inputs; `kept` as RecorderSettings::kept.
-    void keep_inputs(recording::RecorderSettings& recorder, std::function<void(Tick)> kept) const;
+    void keep_inputs(recording::RecorderSettings& recorder, std::function<void(Tick)> kept);
 
     /// Before the first tick: clients of the server before this one may come back, and the world
     /// hears of those who cannot.
@@ -39,10 +41,16 @@ class ServerRecovery {
     /// The store has come to this number; from any thread.
     void stored(std::uint64_t number, const Post& post);
 
+    /// Whether anything is to be done after ticks.
+    [[nodiscard]] bool watches_ticks() const { return on() || ring_.has_value(); }
+
     /// As Recovery::after_tick().
     void after_tick(std::span<const mailbox::InboxItem> in,
                     std::vector<mailbox::OutboxItem>& out,
                     recording::Recorder& recorder);
+
+    /// Before the recorder is closed.
+    void stop_ring();
 
     /// After a run that ends in good order; false, and a line in the log: not all was done.
     bool end();
@@ -51,6 +59,7 @@ class ServerRecovery {
     const config::Settings& settings_;
     World& world_;
     std::unique_ptr<Recovery> recovery_;  // null: a crash ends the world
+    std::optional<RingStates> ring_;
     RecoveredRun found_;
     AskedTicks asked_;
 };

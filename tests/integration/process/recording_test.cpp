@@ -76,12 +76,35 @@ TEST_F(Recorded, LastInputsOfAKilledServerAreReplayedAndKeptByTheNext) {
     EXPECT_TRUE(fs::is_empty(ring)) << "a server that ends well leaves none";
 }
 
-TEST_F(Recorded, ARingThatBeginsLateSaysWhatAReplayNeeds) {
-    const auto server = start_server({"--set", "recording.ring_s=0.5"});
-    EXPECT_EQ(server->wait(3.0), -1);
-    server->signal(SIGKILL);
-    EXPECT_EQ(server->wait(kPatience), 128 + SIGKILL);
+TEST_F(Recorded, ALongRunIsReplayedFromTheStateBesideItsLastInputs) {
     const std::string ring = scratch_folder() + "/ring";
+    {
+        const auto server = start_server({"--set", "recording.ring_s=0.5"});
+        Child client("client-sim", play(4, 30));
+        EXPECT_EQ(client.wait(5.0), -1);
+        server->signal(SIGKILL);
+        EXPECT_EQ(server->wait(kPatience), 128 + SIGKILL);
+    }
+    EXPECT_EQ(replay({ring, "--threads", "2"}), 1);
+    EXPECT_THAT(out, HasSubstr("every hash agrees")) << errors;
+    EXPECT_THAT(errors, HasSubstr("ends without an end mark"));
+    // Half a second or more, and not the 150 ticks of the whole run.
+    EXPECT_GE(number_after(out, "replayed "), 15) << out;
+    EXPECT_LT(number_after(out, "replayed "), 120) << out;
+    EXPECT_EQ(replay({ring, "--info"}), 1);
+    EXPECT_THAT(out, HasSubstr("with the state of tick")) << out;
+    std::vector<fs::path> states;
+    for (const auto& entry : fs::directory_iterator(ring)) {
+        if (entry.path().string().ends_with("-state.zrec")) {
+            states.push_back(entry.path());
+        }
+    }
+    EXPECT_GE(states.size(), 2U);
+    EXPECT_LE(states.size(), 3U) << "one may just have come";
+    // Without them.
+    for (const fs::path& state : states) {
+        fs::remove(state);
+    }
     EXPECT_EQ(replay({ring}), 1);
     EXPECT_THAT(errors, HasSubstr("begins with tick"));
     EXPECT_THAT(errors, HasSubstr("the state of the world before that tick"));

@@ -156,6 +156,49 @@ TEST_F(Recorders, KeepAtLeastTheLastSecondsInTheRing) {
     EXPECT_TRUE(next->kept_ring().empty());
 }
 
+TEST_F(Recorders, KeepTheRingBackToTheOlderOfTwoStates) {
+    RecorderSettings s = settings();
+    s.ring_s = 4.0;  // 40 ticks, in pieces of 10
+    const auto r = recorder(s);
+    ASSERT_TRUE(r->open().ok());
+    const auto put_state = [&](Tick tick) {
+        r->cut_ring(tick);
+        const RecordedState state{tick, {1, 2, 3}};
+        ASSERT_TRUE(
+            RecordingFile().open(ring_state_file(s.ring_folder, tick), s.header, &state).ok());
+    };
+    const auto begins = [&] {
+        RecordingReader reader;
+        EXPECT_TRUE(reader.open(s.ring_folder).ok());
+        return reader.state() ? reader.state()->tick : 0;
+    };
+    play(*r, 1, 64);
+    put_state(64);
+    play(*r, 65, 70);
+    r->keep_ring_from(64);
+    play(*r, 71, 124);
+    EXPECT_EQ(begins(), 64);
+    EXPECT_EQ(span_of(s.ring_folder), std::make_pair(Tick(65), Tick(124)));
+    put_state(124);
+    play(*r, 125, 130);
+    r->keep_ring_from(64);
+    play(*r, 131, 170);
+    // The second state lies on the way, and is passed over.
+    EXPECT_EQ(span_of(s.ring_folder), std::make_pair(Tick(65), Tick(170)));
+    r->keep_ring_from(124);
+    play(*r, 171, 190);
+    EXPECT_EQ(begins(), 124);
+    EXPECT_FALSE(fs::exists(ring_state_file(s.ring_folder, 64)));
+    EXPECT_EQ(span_of(s.ring_folder), std::make_pair(Tick(125), Tick(190)));
+    // No state follows: the ring is one of inputs again.
+    play(*r, 191, 400);
+    EXPECT_EQ(begins(), 0);
+    EXPECT_GE(span_of(s.ring_folder).first, 400 - 70);
+    put_state(400);
+    ASSERT_TRUE(r->close().ok());
+    EXPECT_TRUE(fs::is_empty(s.ring_folder)) << "a run that ends well needs no state";
+}
+
 TEST_F(Recorders, ShareNoRingWithAnotherServer) {
     RecorderSettings s = settings();
     s.ring_s = 4.0;
