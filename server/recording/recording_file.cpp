@@ -3,11 +3,13 @@
 #include "server/recording/record_items.h"
 
 #include <fcntl.h>
+#include <google/protobuf/arena.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 namespace zoned::recording {
 
@@ -16,6 +18,7 @@ namespace {
 using core::Result;
 
 constexpr std::size_t kBufferedBytes = 1U << 20U;
+constexpr std::size_t kFirstBlock = 1U << 12U;  ///< of memory for the messages of a tick
 
 }  // namespace
 
@@ -23,10 +26,12 @@ constexpr std::size_t kBufferedBytes = 1U << 20U;
 
 struct FrameEncoder::Impl {
     proto::RecordingHeader header;
-    proto::RecordedInputs inputs;
     proto::RecordedHashes hashes;
     proto::RecordingEnd end;
     std::string frame;
+    std::vector<char> block = std::vector<char>(kFirstBlock);
+
+    std::string_view encode_inputs(Tick tick, std::span<const mailbox::InboxItem> items);
 
     std::string_view encode(FrameKind kind, Tick tick, const google::protobuf::Message& message) {
         frame.assign(kFrameHeadBytes, '\0');
@@ -50,6 +55,30 @@ struct FrameEncoder::Impl {
     }
 };
 
+/// Thousands of small messages, which live as long as this call: in one block of memory.
+std::string_view FrameEncoder::Impl::encode_inputs(Tick tick,
+                                                   std::span<const mailbox::InboxItem> items) {
+    std::string_view out;
+    std::size_t used = 0;
+    {
+        google::protobuf::ArenaOptions options;
+        options.initial_block = block.data();
+        options.initial_block_size = block.size();
+        google::protobuf::Arena arena(options);
+        auto* inputs = google::protobuf::Arena::CreateMessage<proto::RecordedInputs>(&arena);
+        inputs->mutable_items()->Reserve(static_cast<int>(items.size()));
+        for (const mailbox::InboxItem& item : items) {
+            to_record(item, *inputs->add_items());
+        }
+        out = encode(FrameKind::kInputs, tick, *inputs);
+        used = arena.SpaceAllocated();
+    }
+    if (used > block.size()) {
+        block.resize(2 * used);
+    }
+    return out;
+}
+
 FrameEncoder::FrameEncoder() : impl_(std::make_unique<Impl>()) {
 }
 
@@ -68,11 +97,7 @@ std::string_view FrameEncoder::header(const RecordingHeader& header) {
 }
 
 std::string_view FrameEncoder::inputs(Tick tick, std::span<const mailbox::InboxItem> items) {
-    impl_->inputs.Clear();
-    for (const mailbox::InboxItem& item : items) {
-        to_record(item, *impl_->inputs.add_items());
-    }
-    return impl_->encode(FrameKind::kInputs, tick, impl_->inputs);
+    return impl_->encode_inputs(tick, items);
 }
 
 std::string_view FrameEncoder::hashes(Tick tick, std::span<const std::uint64_t> hashes) {

@@ -70,6 +70,14 @@ struct StepReport {
     std::uint32_t fields_refused = 0;  ///< values of rules that a declared field cannot hold
 };
 
+/// An entry of another zone's export, for the length of an import.
+struct GhostArrival {
+    const EntityState* state = nullptr;
+    ZoneId owner;
+    Vec3 shift = Vec3::Zero();
+    double outside_m = 0.0;  ///< of this zone's region
+};
+
 /// A ghost whose body is not yet where its owner's entity is.
 struct LedGhost {
     EntityId entity;
@@ -225,6 +233,7 @@ struct ZoneState {
     std::vector<EntityId> ghost_ids;              ///< imported, ascending
     std::vector<ZoneId> ghost_owners;             ///< of ghost_ids, in their order
     std::vector<LedGhost> led_ghosts;             ///< of the last import, ascending by entity
+    std::vector<GhostArrival> ghost_arrivals;     ///< scratch of the import
     std::vector<GhostContact> ghost_contacts;
     bool accepted = false;                          ///< a handoff came in during this tick
     std::vector<replication::OwnInput> own_inputs;  ///< scratch of the replication pass

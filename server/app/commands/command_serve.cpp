@@ -438,7 +438,8 @@ class Server {
                              network_.sessions(),
                              network_.tls(),
                              network_.udp(),
-                             deliveries_.held()},
+                             deliveries_.held(),
+                             &settings_},
                             steady_seconds());
                 watch();
             }

@@ -94,7 +94,30 @@ void CounterWatch::look(const WatchedCounters& counters, double now_s) {
         watched.told = count;
         watched.told_s = now_s;
     }
+    look_at_zones(counters, now_s);
     look_at_refusals(counters.host.rejected, now_s);
+}
+
+void CounterWatch::look_at_zones(const WatchedCounters& counters, double now_s) {
+    const config::Settings* settings = counters.settings;
+    const std::vector<ZoneSample>& zones = counters.loop.zones;
+    if (settings == nullptr || zones.size() != settings->zones.size()) {
+        return;
+    }
+    const double period_s = 1.0 / settings->tick_rate_hz;
+    const std::optional<std::size_t> full = balance_.look(zones, period_s, now_s);
+    if (!full) {
+        return;
+    }
+    log_of(LogArea::kWorld)
+        .warn(
+            "zone {} takes {:.1f} of the {:.1f} ms of a tick, the others {:.1f} ms on average: {} "
+            "players gather there; more zones, or other borders, share the work (zones)",
+            settings->zones[*full].name,
+            balance_.step_ms(*full),
+            1e3 * period_s,
+            balance_.others_ms(*full),
+            zones[*full].viewers);
 }
 
 void CounterWatch::look_at_refusals(const std::map<std::string, std::uint64_t>& rejected,

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "server/app/runtime/tick_loop.h"
+#include "server/app/runtime/zone_balance.h"
+#include "server/config/settings.h"
 #include "server/net/stream_connection.h"
 #include "server/net/udp_endpoint.h"
 #include "server/session/host/session_host.h"
@@ -20,7 +22,8 @@ struct WatchedCounters {
     const session::HostStats& host;
     const net::TlsStats& tls;
     const net::UdpStats& udp;
-    std::uint64_t held_ticks = 0;  ///< that waited for the network thread
+    std::uint64_t held_ticks = 0;                ///< that waited for the network thread
+    const config::Settings* settings = nullptr;  ///< of the world; null: zones are not compared
 };
 
 class CounterWatch {
@@ -35,9 +38,11 @@ class CounterWatch {
         double told_s = -1e9;    ///< its time
     };
 
+    void look_at_zones(const WatchedCounters& counters, double now_s);
     void look_at_refusals(const std::map<std::string, std::uint64_t>& rejected, double now_s);
 
     std::vector<Watched> watched_;
+    ZoneBalance balance_;
     std::map<std::string, std::uint64_t> rejected_told_;
     double rejected_told_s_ = -1e9;
 };

@@ -76,13 +76,6 @@ bool update_body(ZoneState& state, world::Row row, double outside_m) {
     return false;
 }
 
-struct GhostArrival {
-    const EntityState* state = nullptr;
-    ZoneId owner;
-    Vec3 shift = Vec3::Zero();
-    double outside_m = 0.0;
-};
-
 /// What the entry of another zone's export is to this zone.
 GhostArrival arrival_of(const ZoneState& state, const ZoneState& source, const EntityState& ghost) {
     const Region& region = state.settings.region();
@@ -100,9 +93,10 @@ void sort_arrivals(std::vector<GhostArrival>& arrivals) {
     });
 }
 
-std::vector<GhostArrival> collect_arrivals(const ZoneState& state,
-                                           std::span<ZoneState* const> zones) {
-    std::vector<GhostArrival> arrivals;
+void collect_arrivals(const ZoneState& state,
+                      std::span<ZoneState* const> zones,
+                      std::vector<GhostArrival>& arrivals) {
+    arrivals.clear();
     for (const ZoneState* source : zones) {
         if (source == &state) {
             continue;
@@ -115,7 +109,6 @@ std::vector<GhostArrival> collect_arrivals(const ZoneState& state,
         }
     }
     sort_arrivals(arrivals);
-    return arrivals;
 }
 
 /// Index into state.ghost_ids, or -1.
@@ -278,9 +271,10 @@ std::uint32_t import_ghosts(ZoneState& state, std::span<ZoneState* const> zones)
     if (!changed) {
         return static_cast<std::uint32_t>(state.ghost_ids.size());
     }
-    std::vector<GhostArrival> arrivals;
+    std::vector<GhostArrival>& arrivals = state.ghost_arrivals;
+    arrivals.clear();
     if (!collect_changes(state, zones, arrivals)) {
-        arrivals = collect_arrivals(state, zones);
+        collect_arrivals(state, zones, arrivals);
         remove_missing(state, arrivals);
         state.ghost_ids.clear();
         state.ghost_owners.clear();

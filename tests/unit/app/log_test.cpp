@@ -148,6 +148,38 @@ TEST(StartLog, TellsOfFaultsOnPurposeAndOfAnOpenAdminServer) {
     EXPECT_THAT(all, HasSubstr("lets other machines reach the admin server"));
 }
 
+TEST(CounterWatch, TellsOfAZoneInWhichPlayersGather) {
+    LoopStats loop;
+    const session::HostStats host;
+    const net::TlsStats tls;
+    const net::UdpStats udp;
+    config::Settings settings;
+    settings.tick_rate_hz = 20.0;
+    settings.zones.resize(4);
+    settings.zones[2].name = "market";
+    loop.zones.resize(4);
+    const auto told_within = [&](double market_ms, double others_ms, double from_s, double to_s) {
+        for (ZoneSample& zone : loop.zones) {
+            zone.step_ns = static_cast<std::uint64_t>(1e6 * others_ms);
+        }
+        loop.zones[2] = {0, 0, 0, 90, static_cast<std::uint64_t>(1e6 * market_ms), 0};
+        return logged({}, [&] {
+            CounterWatch watch;
+            for (double s = from_s; s < to_s; s += 1.0) {
+                watch.look({loop, host, tls, udp, 0, &settings}, s);
+            }
+        });
+    };
+    // A tick has 50 ms.
+    const std::string text = told_within(40.0, 5.0, 0.0, 300.0);
+    EXPECT_THAT(text, HasSubstr("zone market takes "));
+    EXPECT_THAT(text, HasSubstr("90 players gather there"));
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << "and not each second";
+    EXPECT_EQ(told_within(20.0, 1.0, 0.0, 300.0), "") << "it has time enough";
+    EXPECT_EQ(told_within(40.0, 30.0, 0.0, 300.0), "") << "all have much to do";
+    EXPECT_EQ(told_within(40.0, 5.0, 0.0, 4.0), "") << "a crowd that passes";
+}
+
 TEST(CounterWatch, TellsWhatGrowsAtOnceAndThenSeldom) {
     LoopStats loop;
     session::HostStats host;
