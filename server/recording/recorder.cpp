@@ -1,6 +1,7 @@
 #include "server/recording/recorder.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <ctime>
 #include <iterator>
 #include <utility>
@@ -16,6 +17,9 @@ constexpr double kMostBehind_s = 10.0;
 // For await_written_inputs(): a process has one recorder that matters.
 std::atomic<std::uint64_t> inputs_begun{0};
 std::atomic<std::uint64_t> inputs_written{0};
+std::atomic<sem_t*> writers_bell{nullptr};
+
+constexpr long kLongestRest_ns = 100'000'000;
 
 std::uint64_t writer_cpu_ns() {
     timespec t{};
@@ -38,6 +42,7 @@ Recorder::Recorder(RecorderSettings settings, std::function<void(const std::stri
       pool_(std::make_shared<Pool>()),
       // Inputs and hashes of a tick are an entry each.
       most_entries_(2 * static_cast<std::size_t>(kMostBehind_s * settings_.rate_hz) + 2) {
+    ::sem_init(&bell_, 0, 0);
 }
 
 Recorder::~Recorder() {
@@ -46,12 +51,15 @@ Recorder::~Recorder() {
             const std::lock_guard lock(mutex_);
             closing_ = true;
         }
-        filled_.notify_one();
+        ::sem_post(&bell_);
         thread_.join();
     }
     if (copier_.joinable()) {
         copier_.join();
     }
+    sem_t* own = &bell_;
+    writers_bell.compare_exchange_strong(own, nullptr);
+    ::sem_destroy(&bell_);
 }
 
 Result<bool> Recorder::open() {
@@ -79,6 +87,7 @@ Result<bool> Recorder::open() {
             return opened;
         }
     }
+    writers_bell.store(&bell_);
     thread_ = std::thread([this] { run(); });
     return true;
 }
@@ -116,14 +125,14 @@ bool Recorder::push(Entry entry, bool wake) {
         wake = wake || orders_wait_;
     }
     if (wake) {
-        filled_.notify_one();
+        ::sem_post(&bell_);
     }
     return true;
 }
 
 void Recorder::begin_tick(Tick tick, std::shared_ptr<const Inputs> inputs) {
     inputs_begun.fetch_add(1, std::memory_order_relaxed);
-    push({tick, std::move(inputs), {}, Upkeep::kNone, nullptr}, true);
+    push({tick, std::move(inputs), {}, Upkeep::kNone, nullptr}, journal_.is_open());
 }
 
 void Recorder::end_tick(Tick tick, std::vector<std::uint64_t> hashes) {
@@ -153,15 +162,17 @@ void Recorder::run() {
     bool closing = false;
     bool overflowed = false;
     while (!closing) {
+        rest();
         {
-            std::unique_lock lock(mutex_);
-            filled_.wait(lock,
-                         [this] { return !entries_.empty() || !orders_.empty() || closing_; });
+            const std::lock_guard lock(mutex_);
             entries.swap(entries_);
             std::move(orders_.begin(), orders_.end(), std::back_inserter(orders));
             orders_.clear();
             closing = closing_;
             overflowed = std::exchange(overflowed_, false);
+            if (entries.empty() && orders.empty() && !closing && !overflowed) {
+                continue;
+            }
             figures_.behind_ticks_max =
                 std::max<std::uint64_t>(figures_.behind_ticks_max, entries.size() / 2);
         }
@@ -185,6 +196,18 @@ void Recorder::run() {
     }
     for (const Order& order : orders) {
         order.answer(Result<std::string>::failure("the server stops"));
+    }
+}
+
+void Recorder::rest() {
+    timespec until{};
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += kLongestRest_ns;
+    until.tv_sec += until.tv_nsec / 1'000'000'000;
+    until.tv_nsec %= 1'000'000'000;
+    while (::sem_clockwait(&bell_, CLOCK_MONOTONIC, &until) != 0 && errno == EINTR) {
+    }
+    while (::sem_trywait(&bell_) == 0) {  // one look serves all who rang
     }
 }
 
@@ -289,7 +312,7 @@ Result<bool> Recorder::close(bool keeps_ring) {
             const std::lock_guard lock(mutex_);
             closing_ = true;
         }
-        filled_.notify_one();
+        ::sem_post(&bell_);
         thread_.join();
     }
     if (copier_.joinable()) {
@@ -313,6 +336,9 @@ RecorderFigures Recorder::figures() const {
 }
 
 void await_written_inputs(int most_ms) noexcept {
+    if (sem_t* bell = writers_bell.load(); bell != nullptr) {
+        ::sem_post(bell);
+    }
     const timespec pause{0, 1000000};
     for (int ms = 0; ms < most_ms; ++ms) {
         if (inputs_written.load(std::memory_order_relaxed) >=

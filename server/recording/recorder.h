@@ -6,8 +6,9 @@
 #include "server/recording/journal.h"
 #include "server/recording/recording_file.h"
 
+#include <semaphore.h>
+
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -49,9 +50,10 @@ struct RecorderFigures {
 };
 
 /// The tick loop calls begin_tick() and end_tick() and never waits for a disk; all encoding and
-/// writing is done by a thread of the recorder. Inputs are on their way to disk before the tick is
-/// simulated. A disk that is full, fails or stays ten seconds behind ends the recording of the file
-/// with one message; play goes on.
+/// writing is done by a thread of the recorder. Inputs are with the system within a tenth of a
+/// second, and before a crash that has a handler ends the process; those of a journal at once. To
+/// wake a thread for each tick costs as much as what it writes. A disk that is full, fails or stays
+/// ten seconds behind ends the recording of the file with one message; play goes on.
 class Recorder {
   public:
     /// `tell` hears each failure once, at once, on the writer's thread.
@@ -140,6 +142,8 @@ class Recorder {
     /// False: the writer is too far behind, nothing is written any more.
     bool push(Entry entry, bool wake);
     void run();
+    /// Until there is something that cannot wait, a tenth of a second at most.
+    void rest();
     void write_all(const std::vector<Entry>& entries, std::vector<Order>& orders);
     void write(const Entry& entry);
     void keep(const std::vector<Entry>& entries);
@@ -170,8 +174,8 @@ class Recorder {
     std::shared_ptr<Pool> pool_;
     std::size_t most_entries_ = 0;
 
+    sem_t bell_{};              // wakes the writer; a handler of signals may ring it
     mutable std::mutex mutex_;  // guards what follows
-    std::condition_variable filled_;
     std::vector<Entry> entries_;
     std::vector<Order> orders_;
     bool orders_wait_ = false;  ///< for the end of a tick
@@ -182,8 +186,8 @@ class Recorder {
     std::thread thread_;
 };
 
-/// For a handler of crashes: waits until the inputs that were begun last are on their way to disk,
-/// `most_ms` at most. Async-signal-safe.
+/// For a handler of crashes: wakes the writer, and waits until the inputs that were begun last are
+/// on their way to disk, `most_ms` at most. Async-signal-safe.
 void await_written_inputs(int most_ms) noexcept;
 
 }  // namespace zoned::recording

@@ -133,7 +133,7 @@ void Recorder::order(Wish wish, std::string file, RecordingAnswer answer) {
         answer(Result<std::string>::failure("the server stops"));
         return;
     }
-    filled_.notify_one();
+    ::sem_post(&bell_);
 }
 
 void Recorder::carry_out(std::vector<Order>& orders) {

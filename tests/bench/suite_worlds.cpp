@@ -60,7 +60,8 @@ std::string text_of_number(double value) {
     return text;
 }
 
-/// The world's levels of detail with other bounds.
+/// The world's levels of detail with other bounds; of a world with budgets, these, from which its
+/// bounds follow.
 std::vector<std::string> scaled_bounds(const std::string& world, double factor) {
     config::Settings settings;
     std::vector<config::ConfigError> errors;
@@ -68,7 +69,15 @@ std::vector<std::string> scaled_bounds(const std::string& world, double factor) 
         throw std::runtime_error("worlds: " + config::format_errors(world, errors));
     }
     std::vector<std::string> sets;
-    for (std::size_t k = 0; k < settings.replication.lods.size() && factor != 1.0; ++k) {
+    if (factor == 1.0) {
+        return sets;
+    }
+    if (const config::WorldBudgets& budgets = settings.budgets; budgets.position_m > 0.0) {
+        return {"budget.position_m=" + text_of_number(factor * budgets.position_m),
+                "budget.orientation_rad=" +
+                    text_of_number(std::min(3.2, factor * budgets.orientation_rad))};
+    }
+    for (std::size_t k = 0; k < settings.replication.lods.size(); ++k) {
         const std::string at = "lod[" + std::to_string(k) + "].";
         const auto& lod = settings.replication.lods[k];
         sets.push_back(at + "position_bound_m=" +
