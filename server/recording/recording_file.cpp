@@ -1,15 +1,14 @@
 #include "server/recording/recording_file.h"
 
+#include "server/recording/frequent_records.h"
 #include "server/recording/record_items.h"
 
 #include <fcntl.h>
-#include <google/protobuf/arena.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 namespace zoned::recording {
 
@@ -18,7 +17,6 @@ namespace {
 using core::Result;
 
 constexpr std::size_t kBufferedBytes = 1U << 20U;
-constexpr std::size_t kFirstBlock = 1U << 12U;  ///< of memory for the messages of a tick
 
 }  // namespace
 
@@ -26,10 +24,10 @@ constexpr std::size_t kFirstBlock = 1U << 12U;  ///< of memory for the messages 
 
 struct FrameEncoder::Impl {
     proto::RecordingHeader header;
+    proto::RecordedInputs inputs;  // one item at a time
     proto::RecordedHashes hashes;
     proto::RecordingEnd end;
     std::string frame;
-    std::vector<char> block = std::vector<char>(kFirstBlock);
 
     std::string_view encode_inputs(Tick tick, std::span<const mailbox::InboxItem> items);
 
@@ -55,28 +53,22 @@ struct FrameEncoder::Impl {
     }
 };
 
-/// Thousands of small messages, which live as long as this call: in one block of memory.
 std::string_view FrameEncoder::Impl::encode_inputs(Tick tick,
                                                    std::span<const mailbox::InboxItem> items) {
-    std::string_view out;
-    std::size_t used = 0;
-    {
-        google::protobuf::ArenaOptions options;
-        options.initial_block = block.data();
-        options.initial_block_size = block.size();
-        google::protobuf::Arena arena(options);
-        auto* inputs = google::protobuf::Arena::CreateMessage<proto::RecordedInputs>(&arena);
-        inputs->mutable_items()->Reserve(static_cast<int>(items.size()));
-        for (const mailbox::InboxItem& item : items) {
-            to_record(item, *inputs->add_items());
+    frame.assign(kFrameHeadBytes, '\0');
+    for (const mailbox::InboxItem& item : items) {
+        if (append_frequent_record(item, frame)) {
+            continue;
         }
-        out = encode(FrameKind::kInputs, tick, *inputs);
-        used = arena.SpaceAllocated();
+        inputs.Clear();
+        to_record(item, *inputs.add_items());
+        // Messages of one kind that follow each other are one message with the items of both.
+        if (!inputs.AppendToString(&frame)) {
+            return {};
+        }
     }
-    if (used > block.size()) {
-        block.resize(2 * used);
-    }
-    return out;
+    return frame.size() - kFrameHeadBytes > kMaxPayloadBytes ? std::string_view()
+                                                             : with_head(FrameKind::kInputs, tick);
 }
 
 FrameEncoder::FrameEncoder() : impl_(std::make_unique<Impl>()) {

@@ -1,7 +1,9 @@
 // Recording: every message survives a file, and a damaged file differs from a complete one.
+#include "server/recording/frequent_records.h"
 #include "server/recording/record_items.h"
 #include "server/recording/recording_file.h"
 #include "server/recording/recording_reader.h"
+#include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
 
@@ -237,6 +239,69 @@ Outcome read_all(const std::string& file) {
         }
         outcome.ticks.push_back(record);
     }
+}
+
+/// A number of any length.
+std::uint64_t any_number(core::Rng& rng) {
+    const std::uint64_t high = rng.below(0xFFFFFFFFU);
+    return (high << 32U | rng.below(0xFFFFFFFFU)) >> rng.below(64);
+}
+
+InboxItem any_frequent_item(core::Rng& rng) {
+    const ClientId client(static_cast<std::uint32_t>(any_number(rng)));
+    switch (rng.below(3)) {
+        case 0: {
+            mailbox::Input input{client, {}};
+            for (std::uint32_t n = rng.below(6); n > 0; --n) {
+                motion::InputCommand command;
+                command.tick = static_cast<Tick>(any_number(rng)) - 1000;
+                command.move_x = static_cast<std::int8_t>(any_number(rng));
+                command.move_z = static_cast<std::int8_t>(any_number(rng));
+                command.yaw = static_cast<std::uint16_t>(any_number(rng));
+                command.pitch = static_cast<std::int16_t>(any_number(rng));
+                command.buttons = static_cast<std::uint16_t>(any_number(rng));
+                input.commands.push_back(command);
+            }
+            return input;
+        }
+        case 1: {
+            mailbox::Acks acks;
+            acks.client = client;
+            acks.newest = any_number(rng);
+            acks.bits = static_cast<std::uint32_t>(any_number(rng));
+            acks.rtt_us = static_cast<std::uint32_t>(any_number(rng));
+            acks.rate_bytes_per_s = static_cast<std::uint32_t>(any_number(rng));
+            acks.rtt_variation_us = static_cast<std::uint32_t>(any_number(rng));
+            return acks;
+        }
+        default:
+            return mailbox::SessionProgress{client, any_number(rng), any_number(rng)};
+    }
+}
+
+TEST(FrequentRecords, AreTheBytesThatProtobufWrites) {
+    std::vector<InboxItem> items = every_item();
+    core::Rng rng(3);
+    for (int i = 0; i < 3000; ++i) {
+        items.push_back(any_frequent_item(rng));
+    }
+    FrameEncoder encoder;
+    proto::RecordedInputs all;
+    std::size_t frequent = 0;
+    for (const InboxItem& item : items) {
+        proto::RecordedInputs one;
+        to_record(item, *one.add_items());
+        to_record(item, *all.add_items());
+        std::string bytes = "before";
+        if (append_frequent_record(item, bytes)) {
+            ++frequent;
+            ASSERT_EQ(bytes, "before" + one.SerializeAsString()) << one.DebugString();
+        } else {
+            ASSERT_EQ(bytes, "before");
+        }
+    }
+    EXPECT_GT(frequent, 3000U);
+    EXPECT_EQ(encoder.inputs(9, items).substr(kFrameHeadBytes), all.SerializeAsString());
 }
 
 TEST(Recording, BringsEveryMessageBack) {
