@@ -51,13 +51,13 @@ std::string ProcessCopy::start(const Work& work) {
     return {};
 }
 
-ProcessCopy::Outcome ProcessCopy::look() {
+ProcessCopy::CopyEnd ProcessCopy::look() {
     int status = 0;
     if (copy_ == 0 || ::waitpid(copy_, &status, WNOHANG) != copy_) {
-        return Outcome::kNothing;
+        return CopyEnd::kNothing;
     }
     copy_ = 0;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? Outcome::kDone : Outcome::kFailed;
+    return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? CopyEnd::kDone : CopyEnd::kFailed;
 }
 
 void ProcessCopy::stop() {

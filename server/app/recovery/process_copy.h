@@ -17,7 +17,7 @@ namespace zoned::app {
 /// whole. One at a time. Not thread-safe.
 class ProcessCopy {
   public:
-    enum class Outcome {
+    enum class CopyEnd {
         kNothing,  ///< it works, or there is none
         kDone,
         kFailed
@@ -35,7 +35,7 @@ class ProcessCopy {
     std::string start(const Work& work);
 
     /// How the copy ended, said once.
-    Outcome look();
+    CopyEnd look();
 
     void stop();
 

@@ -277,15 +277,15 @@ void Recovery::take_snapshot(const World& world, recording::Recorder& recorder) 
 }
 
 void Recovery::look_after_copy(recording::Recorder& recorder) {
-    const ProcessCopy::Outcome outcome = copy_.look();
-    if (outcome == ProcessCopy::Outcome::kFailed) {
+    const ProcessCopy::CopyEnd outcome = copy_.look();
+    if (outcome == ProcessCopy::CopyEnd::kFailed) {
         ++figures_.failed;
         log_of(LogArea::kServer)
             .error("the snapshot of tick {} failed; the next one is due in {} ticks",
                    started_,
                    every_ticks_);
     }
-    if (outcome != ProcessCopy::Outcome::kDone) {
+    if (outcome != ProcessCopy::CopyEnd::kDone) {
         return;
     }
     ++figures_.taken;

@@ -46,12 +46,12 @@ RingStates::RingStates(const config::Settings& settings,
 void RingStates::after_tick(const World& world, recording::Recorder& recorder) {
     const Tick now = world.now();
     switch (copy_.look()) {
-        case ProcessCopy::Outcome::kDone:
+        case ProcessCopy::CopyEnd::kDone:
             recorder.keep_ring_from(last_ > 0 ? last_ : started_);
             last_ = started_;
             failing_ = false;
             break;
-        case ProcessCopy::Outcome::kFailed:
+        case ProcessCopy::CopyEnd::kFailed:
             if (!failing_) {
                 failing_ = true;
                 log_of(LogArea::kServer)
@@ -60,7 +60,7 @@ void RingStates::after_tick(const World& world, recording::Recorder& recorder) {
                         "replayed from tick 1 alone");
             }
             break;
-        case ProcessCopy::Outcome::kNothing:
+        case ProcessCopy::CopyEnd::kNothing:
             break;
     }
     if (due_ == 0) {
