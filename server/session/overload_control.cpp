@@ -12,6 +12,9 @@ constexpr double kMoveEvery_s = 1.0;
 constexpr double kEnds = 0.9;  // of max_load
 constexpr double kCut = 0.8;
 constexpr double kGrow = 1.25;
+/// The cost of fewer sessions than this is as much that of joining, and of whoever else uses the
+/// machine: it counts as if there were so many.
+constexpr double kFew = 16.0;
 /// So much more than clients cost before the first cut is no ceiling.
 constexpr double kRoom = 2.0;
 
@@ -45,7 +48,7 @@ void OverloadControl::measured(double load,
 }
 
 double OverloadControl::expected(std::size_t sessions) const {
-    const double per_session = std::max(0.0, load_ - idle_load_) / std::max(1.0, sessions_);
+    const double per_session = std::max(0.0, load_ - idle_load_) / std::max(kFew, sessions_);
     return load_ + per_session * (static_cast<double>(sessions) - sessions_);
 }
 

@@ -12,7 +12,8 @@ namespace zoned::session {
 ///
 /// *Admission.* Measured load, and the number of sessions that it was measured with, are smoothed
 /// by one second, so what new sessions will cost does not show at once: it is added by the cost of
-/// a session so far (the load above that of the server without sessions, divided by the sessions).
+/// a session so far (the load above that of the server without sessions, divided by the sessions,
+/// of which there are taken to be sixteen at least).
 /// Logins are refused from `max_load` on, until the load is a tenth below.
 ///
 /// *Bytes.* Halfway between `max_load` and 1 the server has more to do than it may admit. Once a

@@ -109,28 +109,35 @@ std::string hail(core::Rng& rng) {
            "most: 8000 }\n";
 }
 
-PlannerWorld shipped(const std::string& name, std::vector<std::string> sets) {
-    std::vector<std::string> all{"lod[0].position_bound_m=",
-                                 "lod[1].position_bound_m=",
-                                 "lod[0].orientation_bound_rad=",
-                                 "lod[1].orientation_bound_rad=",
-                                 "budget.viewers=8"};
-    all.insert(all.end(), sets.begin(), sets.end());
-    return {name, "", kConfigs + name + ".txtpb", std::move(all)};
+PlannerWorld with_budgets(const std::string& name, std::vector<std::string> sets) {
+    sets.push_back("budget.viewers=8");
+    return {name, "", kConfigs + name + ".txtpb", std::move(sets)};
+}
+
+/// A world that has bounds of its own, without them.
+PlannerWorld without_bounds(const std::string& name, std::vector<std::string> sets) {
+    for (const char* bound : {"lod[0].position_bound_m=",
+                              "lod[1].position_bound_m=",
+                              "lod[0].orientation_bound_rad=",
+                              "lod[1].orientation_bound_rad="}) {
+        sets.emplace_back(bound);
+    }
+    return with_budgets(name, std::move(sets));
 }
 
 }  // namespace
 
 std::vector<PlannerWorld> shipped_worlds() {
-    return {
-        shipped("minimal", {"budget.position_m=0.05", "budget.orientation_rad=0.1"}),
-        shipped("solids", {"budget.position_m=0.04", "budget.orientation_rad=0.2"}),
-        shipped("cloth",
+    return {without_bounds("minimal", {"budget.position_m=0.05", "budget.orientation_rad=0.1"}),
+            with_budgets("solids", {"budget.position_m=0.04", "budget.orientation_rad=0.2"}),
+            without_bounds(
+                "cloth",
                 {"budget.position_m=0.1", "budget.orientation_rad=0.2", "budget.soft_share=0.02"}),
-        shipped("weather",
+            without_bounds(
+                "weather",
                 {"budget.position_m=0.1", "budget.orientation_rad=0.1", "budget.particles_m=0.5"}),
-        shipped("circuit", {"budget.position_m=0.1", "budget.orientation_rad=0.2"}),
-        shipped("arena", {"budget.position_m=0.03", "budget.orientation_rad=0.1"})};
+            without_bounds("circuit", {"budget.position_m=0.1", "budget.orientation_rad=0.2"}),
+            without_bounds("arena", {"budget.position_m=0.03", "budget.orientation_rad=0.1"})};
 }
 
 std::vector<PlannerWorld> generated_worlds(std::uint64_t seed) {

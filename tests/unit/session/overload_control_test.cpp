@@ -85,6 +85,17 @@ TEST(OverloadControl, ExpectsWhatSessionsCostThatAreTooNewToShow) {
     EXPECT_NEAR(server.control.load(), 0.2, 0.01);
 }
 
+TEST(OverloadControl, ExpectsLittleOfWhatFewSessionsCost) {
+    ModelServer server;
+    server.run(5.0);
+    server.sessions = 2;
+    server.per_session = 0.17;  // they join, and somebody builds on the same machine
+    server.run(5.0);
+    EXPECT_NEAR(server.control.load(), 0.44, 0.01);
+    EXPECT_TRUE(server.control.admits(10, server.max_load));
+    EXPECT_FALSE(server.control.admits(30, server.max_load));
+}
+
 TEST(OverloadControl, RefusesUntilTheLoadIsATenthBelow) {
     ModelServer server;
     server.run(5.0);
