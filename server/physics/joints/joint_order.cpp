@@ -22,6 +22,8 @@ float straight_error(const JointEntry& entry, float error, float scale, std::siz
 
 /// A factorisation that takes more multiplications than this is not worth it.
 constexpr double kMostWork = 2.0e6;
+/// The same where no row has bounds: conjugate gradients are worth more than plain passes.
+constexpr double kMostUnboundedWork = 5.0e5;
 /// Joints of a layer that would take a further color are solved one by one.
 constexpr int kColors = 64;
 
@@ -43,6 +45,9 @@ void JointSolver::reserve(std::size_t joints) {
 void JointSolver::reserve_bodies(std::size_t bodies) {
     first_of_.reserve(bodies + 2);
     seen_.reserve(bodies + 2);
+    tied_.reserve(bodies);
+    change_.reserve(bodies + 2);
+    way_.reserve(bodies + 2);
     queue_.reserve(bodies + 2);
 }
 
@@ -177,6 +182,7 @@ void JointSolver::shape_matrix() {
     starts_.clear();
     batches_.clear();
     batch_rows_.clear();
+    tied_.clear();
     exact_ = true;
     for (JointGroup& group : groups_) {
         group.first_row = static_cast<std::uint32_t>(starts_.size());
@@ -198,7 +204,8 @@ void JointSolver::shape_matrix() {
         }
         group.end_row = static_cast<std::uint32_t>(starts_.size());
         const auto shape = std::span(starts_).subspan(group.first_row);
-        group.direct = EnvelopeSolver::cost(shape, group.first_row) <= kMostWork;
+        group.direct = EnvelopeSolver::cost(shape, group.first_row) <=
+                       (group.bounded ? kMostWork : kMostUnboundedWork);
         exact_ &= group.direct;
         if (!group.direct) {
             for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
@@ -206,6 +213,10 @@ void JointSolver::shape_matrix() {
             }
             batch_joints(group);
         }
+    }
+    if (!exact_) {
+        change_.assign(seen_.size(), Row8());
+        way_.assign(seen_.size(), Row8());
     }
     matrix_.shape(starts_);
     unknowns_.assign(starts_.size(), 0.0);
@@ -225,10 +236,24 @@ void JointSolver::batch_joints(JointGroup& group) {
         begin = end;
     }
     group.end_batch = static_cast<std::uint32_t>(batches_.size());
+    list_tied(group);
     for (std::uint32_t i = group.first_batch; i < group.end_batch; ++i) {
         batches_[i].first = static_cast<std::uint32_t>(batch_rows_.size());
         batch_rows_.resize(batch_rows_.size() + batches_[i].count);
     }
+}
+
+/// The bodies that its joints move.
+void JointSolver::list_tied(JointGroup& group) {
+    group.first_slot = static_cast<std::uint32_t>(tied_.size());
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        for (const std::uint32_t slot : {items_[i].a, items_[i].b}) {
+            if (first_of_[slot] != first_of_[slot + 1] && joints_of_[first_of_[slot]] == i) {
+                tied_.push_back(slot);
+            }
+        }
+    }
+    group.end_slot = static_cast<std::uint32_t>(tied_.size());
 }
 
 void JointSolver::batch_layer(std::uint32_t begin, std::uint32_t end) {

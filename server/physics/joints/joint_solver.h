@@ -17,10 +17,11 @@ namespace zoned::physics {
 /// weight stays together as one that carries nothing, which no number of single passes achieves
 /// (D. Baraff, "Linear-time dynamics using Lagrange multipliers", SIGGRAPH 1996). Joints are
 /// ordered by a walk over the bodies that they share, so that the matrix is narrow; where it would
-/// be too wide all the same (nets of thousands), rows are solved one after the other, in layers of
+/// be too wide all the same (nets of hundreds), rows are solved one after the other, in layers of
 /// the walk: joints of a layer that share no body are solved side by side, eight at a time (E.
 /// Anderson, Y. Saad, "Solving sparse triangular linear systems on parallel computers", Int. J.
-/// High Speed Computing 1, 1989).
+/// High Speed Computing 1, 1989). Where no row has bounds, such passes are steps of conjugate
+/// gradients.
 ///
 /// Limits and motors are rows of the same system for as long as their impulses are within bounds:
 /// the set of those that hold is carried from substep to substep and corrected by a few rounds
@@ -149,6 +150,7 @@ class JointSolver {
         std::uint32_t first = 0, end = 0;              // of items
         std::uint32_t first_row = 0, end_row = 0;      // of rows
         std::uint32_t first_batch = 0, end_batch = 0;  // where it is not solved directly
+        std::uint32_t first_slot = 0, end_slot = 0;    // its bodies there, in tied_
         bool direct = true;
         bool bounded = false;  // has rows with bounds
         bool springy = false;  // has springs
@@ -171,6 +173,11 @@ class JointSolver {
         Lanes soft{}, bias{}, undo{};
         Lanes low{}, high{};
         Lanes impulse{};
+        // Of conjugate gradients.
+        Lanes open{};  // what the row lacks
+        Lanes more{};  // impulses that a pass from end to end would add
+        Lanes way{};   // change of the impulses in a step of one
+        Lanes bend{};  // what that changes in `open`, negated
     };
 
     /// The change of a body's motion by an impulse and a moment.
@@ -205,6 +212,12 @@ class JointSolver {
     void store_impulses(const JointGroup& group);
     void solve_singly(SolverBodies& moving, const JointGroup& group);
     void solve_batch(SolverBodies& moving, const JointBatch& batch);
+    void solve_by_gradients(SolverBodies& moving, const JointGroup& group);
+    void begin_gradients(const SolverBodies& moving, const JointGroup& group);
+    float pass_forward(const JointGroup& group, float step);
+    double pass_back(const JointGroup& group);
+    double lead_way(const JointGroup& group, float keep);
+    void list_tied(JointGroup& group);
 
     [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, float arm) const;
     [[nodiscard]] float swing(const SolverBodies& moving,
@@ -269,6 +282,8 @@ class JointSolver {
     std::vector<std::uint32_t> starts_;
     std::vector<JointBatch> batches_;
     std::vector<RowLanes> batch_rows_;
+    std::vector<std::uint32_t> tied_;  // bodies of graphs that are not solved directly
+    std::vector<Row8> change_, way_;   // by slot: of the motion, by RowLanes::more and ::way
     std::vector<std::uint64_t>
         colors_;  // by slot: of the layer's joints so far; zero between calls
     std::vector<std::uint8_t> color_of_;  // of the layer's joints

@@ -353,7 +353,8 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         joints_.solve(moving_);
         solve_all<true>();
     }
-    for (int i = iterations; i < kMostTurns && joints_.close(moving_); ++i) {
+    // Joints have the last word: a contact that yields is soft, a joint that opens is torn.
+    for (int i = iterations; joints_.close(moving_) && i < kMostTurns; ++i) {
         solve_all<true>();
     }
     const float move = leaps_ && last ? 0.5F * h_ : h_;

@@ -10,8 +10,10 @@ namespace zoned::physics {
 
 namespace {
 
-/// How long an island keeps a level that it no longer needs, s.
+/// How long an island keeps a level that it no longer needs, s: a change of level disturbs stacks.
 constexpr float kPatience = 0.5F;
+/// The same with joints. A need that comes back within the step is no loss there: see TornIslands.
+constexpr float kJointedPatience = 0.1F;
 /// A joint may gape by this share of the budget: a body that it holds swings faster within the step
 /// than when the step began.
 constexpr float kJointShare = 0.02F;
@@ -218,12 +220,16 @@ void SubstepPolicy::settle(Bodies& bodies, float dt) {
             patience_[root] = std::max(patience_[root], bodies.substep_patience[row]);
         }
     }
-    const auto patience = static_cast<std::uint8_t>(std::clamp(kPatience / dt, 1.0F, 250.0F));
+    const auto patience_of = [dt](const IslandNeeds& needs) {
+        const float seconds = needs.jointed ? kJointedPatience : kPatience;
+        return static_cast<std::uint8_t>(std::clamp(seconds / dt, 1.0F, 250.0F));
+    };
     for (std::size_t i = 0; i < awake.size(); ++i) {
         if (sets_.root(static_cast<std::uint32_t>(i)) != i) {
             continue;
         }
         const IslandNeeds& needs = needs_[i];
+        const std::uint8_t patience = patience_of(needs);
         const bool fit = needs.fit_for_exact();
         const std::uint8_t most = fit ? kExactLevel : most_level(total_of(needs.level));
         const std::uint8_t needed =

@@ -26,9 +26,9 @@ namespace zoned::physics {
 /// F is the force that the contact carried in the last step: height of a stack, ratio of masses and
 /// speed of an impact all show in it. A new contact is taken to carry the heavier body. Substeps
 /// come in powers of two. An island takes at once as many as its contacts ask for. It goes down by
-/// one power when it needed less for half a second. In a large island, up to one contact in 64 may
-/// ask for up to four times as many: the few chains that carry a pile shall not set the pace for
-/// all of it. Counted, never timed.
+/// one power when it needed less for half a second, with joints for a tenth of one. In a large
+/// island, up to one contact in 64 may ask for up to four times as many: the few chains that carry
+/// a pile shall not set the pace for all of it. Counted, never timed.
 ///
 /// A joint's error is of second order. An arm r that turns at w goes in straight lines for h, and
 /// leaves its anchor by r (w h)^2 / 8. A spring that swings with w h is off by (w h)^2 / 24 in its

@@ -24,7 +24,7 @@ struct StepStart {
 /// ask for more: joints open, or bodies of a looped graph gain energy from what undoes the error.
 /// The island is then solved again from where the step began, with twice the substeps, until it
 /// holds together, more changes nothing, or there are no more. Counted, never timed: all repeats of
-/// a step visit no more contacts and joints than kLeastVisits or its first solve.
+/// a step visit no more contacts and joints than kLeastVisits or twice its first solve.
 class TornIslands {
   public:
     void reserve(std::size_t bodies, std::size_t contacts);

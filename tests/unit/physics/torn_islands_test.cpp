@@ -100,7 +100,8 @@ TEST(TornIslands, NetsThatFallOnABumpGainNoEnergy) {
 }
 
 /// A rod of ten links of unlike masses dropped on a ball: joints stay closed within a
-/// centimetre, or the step says that its effort did not suffice.
+/// centimetre, or the step says that its effort did not suffice. What opened then is undone within
+/// 50 ms of a joint that is let be, three steps.
 TEST(TornIslands, ChainsThatAreStruckStayClosed) {
     for (unsigned seed = 1; seed <= 40; ++seed) {
         std::mt19937 rng(seed);
@@ -125,9 +126,10 @@ TEST(TornIslands, ChainsThatAreStruckStayClosed) {
                   20.0F + 80.0F * unit(rng),
                   Vec3(3.6F * unit(rng), 2.0F, 0.0F),
                   Vec3(0.0F, -10.0F * unit(rng), 0.0F));
+        int gave_up = -4;
         for (int i = 0; i < 180; ++i) {
-            const StepStats stats = scene.scene.step(kFrame);
-            ASSERT_TRUE(gap_of(scene, links) <= 0.01F || stats.substep_limited > 0)
+            gave_up = scene.scene.step(kFrame).substep_limited > 0 ? i : gave_up;
+            ASSERT_TRUE(gap_of(scene, links) <= 0.01F || i <= gave_up + 3)
                 << "seed " << seed << " step " << i << " gap " << gap_of(scene, links);
         }
     }
