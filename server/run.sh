@@ -28,7 +28,8 @@ is_number() { [[ "$1" =~ ^[1-9][0-9]*$ ]]; }
 
 open=""
 client_options=()
-server_options=()
+# All bots are wanted in, however busy the machine is that they share with the server.
+server_options=(--set network.max_load=1000)
 while (($# > 0)); do
     case "$1" in
         --help | -h) usage; exit 0 ;;
@@ -82,8 +83,6 @@ trap 'stop_children; exit 143' TERM
 say "starting the server on $config (log: $run/server.log)"
 rm -f "$run/server.json" "$run/client.json" "$run/ready"
 # With a browser at hand a person may play among the bots.
-# All bots are wanted in, however busy the machine is that they share with the server.
-server_options=(--set network.max_load=1000)
 [[ -z "$open" ]] || server_options+=(--set network.websocket_port=0)
 "$build/zoned" serve --config "$config" --set "session.state_folder=\"$run\"" --report "$run/server.json" \
     ${server_options[@]+"${server_options[@]}"} >"$run/ready" 2>"$run/server.log" &
