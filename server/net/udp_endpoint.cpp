@@ -2,12 +2,16 @@
 
 #include "server/net/bind_error.h"
 
-#include <asio/ip/udp.hpp>
+#include <asio/posix/stream_descriptor.hpp>
 #include <netinet/in.h>
+#include <sys/epoll.h>
 #include <sys/uio.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -20,7 +24,74 @@ namespace {
 /// datagrams as a kernel's usual buffer of 4 MB holds, so that a turn sees all that waits.
 constexpr int kBatchesPerTurn = 96;
 
-using Socket = asio::ip::udp::socket;
+/// Room for the one time stamp that comes with a datagram.
+constexpr std::size_t kControlBytes = 64;
+static_assert(kControlBytes >= CMSG_SPACE(sizeof(timespec)));
+
+double wall_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_REALTIME, &t);  // the clock of the kernel's time stamps
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double monotonic_seconds() {
+    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double>(since_boot).count();
+}
+
+/// The same moment on the wall clock and on the monotonic one. A thread may lose its turn between
+/// the two: the second is read last, so that no arrival seems earlier than it was, and a round trip
+/// never shorter.
+std::pair<double, double> both_clocks() {
+    constexpr double kTogether_s = 20e-6;
+    constexpr int kTries = 4;
+    double before_s = monotonic_seconds();
+    for (int i = 1;; ++i) {
+        const double wall_s = wall_seconds();
+        const double now_s = monotonic_seconds();
+        if (now_s - before_s <= kTogether_s || i == kTries) {
+            return {wall_s, now_s};
+        }
+        before_s = now_s;
+    }
+}
+
+/// When a datagram reached this machine (SO_TIMESTAMPNS); `otherwise` where the kernel did not say.
+double arrival_of(msghdr& header, double otherwise) {
+    for (cmsghdr* c = CMSG_FIRSTHDR(&header); c != nullptr; c = CMSG_NXTHDR(&header, c)) {
+        if (c->cmsg_level == SOL_SOCKET && c->cmsg_type == SCM_TIMESTAMPNS) {
+            timespec t{};
+            std::memcpy(&t, CMSG_DATA(c), sizeof t);
+            return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+        }
+    }
+    return otherwise;
+}
+
+/// A file descriptor that closes itself.
+class OwnedDescriptor {
+  public:
+    OwnedDescriptor() = default;
+
+    ~OwnedDescriptor() { reset(); }
+
+    OwnedDescriptor(const OwnedDescriptor&) = delete;
+    OwnedDescriptor& operator=(const OwnedDescriptor&) = delete;
+
+    void reset(int fd = -1) {
+        if (fd_ >= 0) {
+            ::close(fd_);
+        }
+        fd_ = fd;
+    }
+
+    [[nodiscard]] int get() const { return fd_; }
+
+    [[nodiscard]] bool is_open() const { return fd_ >= 0; }
+
+  private:
+    int fd_ = -1;
+};
 
 std::system_error last_error(const Address& address) {
     return bind_error(std::error_code(errno, std::generic_category()), "UDP", address);
@@ -39,17 +110,23 @@ int granted_buffer(int fd, int option, int wanted) {
 
 struct UdpEndpoint::Impl : std::enable_shared_from_this<UdpEndpoint::Impl> {
     Impl(asio::io_context& io, OnDatagrams callback)
-        : socket(io),
+        : readiness(io),
           on_datagrams(std::move(callback)) {}
 
     void open(const UdpSettings& settings);
     void prepare();
+    void ask_for_readiness(bool on);
     void wait();
     void receive_turn();
     bool receive_batch();
     void flush();
 
-    Socket socket;
+    OwnedDescriptor socket;
+    // The reactor of an io_context wakes its thread for each datagram of a socket that it knows,
+    // whether or not a handler waits. So it knows this epoll instance in the socket's place.
+    asio::posix::stream_descriptor readiness;
+    bool held = false;
+    double turned_s = 0.0;  // when the last turn began; monotonic
     OnDatagrams on_datagrams;
     UdpStats stats;
     int family = AF_INET6;
@@ -59,12 +136,14 @@ struct UdpEndpoint::Impl : std::enable_shared_from_this<UdpEndpoint::Impl> {
         std::array<std::array<std::uint8_t, kMaxDatagram>, kBatch> bytes;
         std::array<sockaddr_storage, kBatch> addresses;
         std::array<iovec, kBatch> vectors;
+        alignas(cmsghdr) std::array<std::array<std::uint8_t, kControlBytes>, kBatch> controls;
         std::array<mmsghdr, kBatch> messages;
     };
 
     std::unique_ptr<Slots> in = std::make_unique<Slots>();
     std::unique_ptr<Slots> out = std::make_unique<Slots>();
     std::size_t queued = 0;
+    std::size_t used_slots = kBatch;  // of `in`: the kernel wrote there
     // Of one turn: the bytes of all datagrams one behind the other, and where each is.
     std::vector<std::uint8_t> arrived;
     std::vector<std::pair<std::size_t, std::size_t>> places;
@@ -77,13 +156,11 @@ void UdpEndpoint::Impl::open(const UdpSettings& settings) {
         throw std::system_error(std::make_error_code(std::errc::invalid_argument), parsed.error());
     }
     family = parsed->is_v4() ? AF_INET : AF_INET6;
-    const auto protocol = family == AF_INET ? asio::ip::udp::v4() : asio::ip::udp::v6();
-    asio::error_code ec;
-    socket.open(protocol, ec);
-    if (ec) {
-        throw bind_error(ec, "UDP", *parsed);
+    socket.reset(::socket(family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (!socket.is_open()) {
+        throw last_error(*parsed);
     }
-    const int fd = socket.native_handle();
+    const int fd = socket.get();
     if (family == AF_INET6) {
         const int off = 0;  // one socket for both families
         setsockopt(fd, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off);
@@ -101,9 +178,22 @@ void UdpEndpoint::Impl::open(const UdpSettings& settings) {
         throw last_error(*parsed);
     }
     port = from_socket_address(bound).port;
-    socket.native_non_blocking(true, ec);
+    const int on = 1;
+    setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
+    const int poller = ::epoll_create1(EPOLL_CLOEXEC);
+    if (poller < 0) {
+        throw last_error(*parsed);
+    }
+    asio::error_code ec;
+    readiness.assign(poller, ec);
     if (ec) {
+        ::close(poller);
         throw bind_error(ec, "UDP", *parsed);
+    }
+    epoll_event nothing{};
+    nothing.events = EPOLLONESHOT;
+    if (::epoll_ctl(poller, EPOLL_CTL_ADD, fd, &nothing) != 0) {
+        throw last_error(*parsed);
     }
     prepare();
 }
@@ -118,29 +208,48 @@ void UdpEndpoint::Impl::prepare() {
             slots->messages[i].msg_hdr.msg_name = &slots->addresses[i];
         }
     }
+    for (std::size_t i = 0; i < kBatch; ++i) {
+        in->messages[i].msg_hdr.msg_control = in->controls[i].data();
+    }
+}
+
+/// The next datagram, or those that wait, make `readiness` readable once.
+void UdpEndpoint::Impl::ask_for_readiness(bool on) {
+    epoll_event event{};
+    event.events = EPOLLONESHOT | (on ? static_cast<std::uint32_t>(EPOLLIN) : 0U);
+    ::epoll_ctl(readiness.native_handle(), EPOLL_CTL_MOD, socket.get(), &event);
 }
 
 void UdpEndpoint::Impl::wait() {
-    socket.async_wait(Socket::wait_read, [self = shared_from_this()](const asio::error_code& ec) {
-        if (ec) {
-            return;  // closed
-        }
-        self->receive_turn();
-        if (self->socket.is_open()) {
-            self->wait();
-        }
-    });
+    readiness.async_wait(asio::posix::stream_descriptor::wait_read,
+                         [self = shared_from_this()](const asio::error_code& ec) {
+                             if (ec || !self->socket.is_open()) {
+                                 return;  // closed
+                             }
+                             epoll_event event{};
+                             ::epoll_wait(
+                                 self->readiness.native_handle(), &event, 1, 0);  // it is heard
+                             if (!self->held) {
+                                 self->receive_turn();
+                             }
+                             if (self->socket.is_open()) {
+                                 self->wait();
+                                 self->ask_for_readiness(!self->held);
+                             }
+                         });
 }
 
 void UdpEndpoint::Impl::receive_turn() {
     arrived.clear();
     places.clear();
     delivered.clear();
+    const double turn_s = monotonic_seconds();
     for (int i = 0; i < kBatchesPerTurn; ++i) {
         if (!receive_batch()) {
             break;
         }
     }
+    turned_s = turn_s;
     for (std::size_t i = 0; i < delivered.size(); ++i) {
         delivered[i].bytes =
             std::span<const std::uint8_t>(arrived).subspan(places[i].first, places[i].second);
@@ -152,11 +261,12 @@ void UdpEndpoint::Impl::receive_turn() {
 
 /// False when the socket holds no more.
 bool UdpEndpoint::Impl::receive_batch() {
-    for (mmsghdr& message : in->messages) {
-        message.msg_hdr.msg_namelen = sizeof(sockaddr_storage);
+    for (std::size_t i = 0; i < used_slots; ++i) {
+        in->messages[i].msg_hdr.msg_namelen = sizeof(sockaddr_storage);
+        in->messages[i].msg_hdr.msg_controllen = kControlBytes;
     }
-    const int n =
-        recvmmsg(socket.native_handle(), in->messages.data(), kBatch, MSG_DONTWAIT, nullptr);
+    const int n = recvmmsg(socket.get(), in->messages.data(), kBatch, MSG_DONTWAIT, nullptr);
+    used_slots = static_cast<std::size_t>(std::max(0, n));
     if (n < 0) {
         if (errno == EINTR) {
             return true;
@@ -167,8 +277,11 @@ bool UdpEndpoint::Impl::receive_batch() {
         return false;
     }
     ++stats.receive_calls;
+    const auto [wall_s, now_s] = both_clocks();
+    // Whatever waited before the last turn was read in it; and the wall clock may be set.
+    const double most_s = std::max(0.0, now_s - turned_s);
     for (int i = 0; i < n; ++i) {
-        const mmsghdr& message = in->messages[static_cast<std::size_t>(i)];
+        mmsghdr& message = in->messages[static_cast<std::size_t>(i)];
         if ((message.msg_hdr.msg_flags & MSG_TRUNC) != 0) {
             ++stats.truncated;
             continue;
@@ -178,7 +291,9 @@ bool UdpEndpoint::Impl::receive_batch() {
         places.emplace_back(arrived.size(), message.msg_len);
         arrived.insert(
             arrived.end(), in->bytes[slot].data(), in->bytes[slot].data() + message.msg_len);
-        delivered.push_back({from_socket_address(in->addresses[slot]), {}});
+        const double waited_s =
+            std::clamp(wall_s - arrival_of(message.msg_hdr, wall_s), 0.0, most_s);
+        delivered.push_back({from_socket_address(in->addresses[slot]), {}, now_s - waited_s});
         ++stats.received;
     }
     return static_cast<std::size_t>(n) == kBatch;
@@ -187,7 +302,7 @@ bool UdpEndpoint::Impl::receive_batch() {
 void UdpEndpoint::Impl::flush() {
     std::size_t done = 0;
     while (done < queued) {
-        const int n = sendmmsg(socket.native_handle(),
+        const int n = sendmmsg(socket.get(),
                                out->messages.data() + done,
                                static_cast<unsigned>(queued - done),
                                MSG_DONTWAIT);
@@ -222,12 +337,36 @@ UdpEndpoint::~UdpEndpoint() {
 }
 
 void UdpEndpoint::start() {
+    impl_->turned_s = monotonic_seconds();
     impl_->wait();
+    watch();
+}
+
+void UdpEndpoint::hold() {
+    if (!impl_->held && impl_->socket.is_open()) {
+        impl_->held = true;
+        impl_->ask_for_readiness(false);
+    }
+}
+
+void UdpEndpoint::read() {
+    if (impl_->socket.is_open()) {
+        const std::shared_ptr<Impl> keep = impl_;  // a callback may close or destroy this
+        keep->receive_turn();
+    }
+}
+
+void UdpEndpoint::watch() {
+    if (impl_->socket.is_open()) {
+        impl_->held = false;
+        impl_->ask_for_readiness(true);
+    }
 }
 
 void UdpEndpoint::close() {
     asio::error_code ignored;
-    impl_->socket.close(ignored);
+    impl_->readiness.close(ignored);
+    impl_->socket.reset();
 }
 
 std::uint16_t UdpEndpoint::port() const {

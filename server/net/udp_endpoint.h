@@ -25,6 +25,8 @@ struct UdpSettings {
 struct Datagram {
     Address from;
     std::span<const std::uint8_t> bytes;  ///< valid during the callback
+    /// When it reached this machine by the kernel's time stamp, s of the steady clock.
+    double arrived_s = 0.0;
 };
 
 struct UdpStats {
@@ -44,6 +46,9 @@ struct UdpStats {
 
 /// Driven by one thread, that of the io_context. Never blocks; a datagram that cannot be sent at
 /// once is dropped and counted, as a network would do.
+///
+/// Datagrams are read as they come, or, while the socket is held, when the owner asks: then they
+/// wait in the kernel, and none of them wakes the thread.
 class UdpEndpoint {
   public:
     /// Gets all datagrams that waited, in order of arrival (a few thousand at most).
@@ -56,7 +61,14 @@ class UdpEndpoint {
     UdpEndpoint(const UdpEndpoint&) = delete;
     UdpEndpoint& operator=(const UdpEndpoint&) = delete;
 
+    /// Begins to read datagrams as they come.
     void start();
+    /// From now on they wait; their number is bounded by the receive buffer.
+    void hold();
+    /// Reads what waits, whether held or not.
+    void read();
+    /// As they come again, those that wait at once.
+    void watch();
     /// Closes the socket; callbacks stop. Called by the destructor too.
     void close();
 

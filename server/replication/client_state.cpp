@@ -4,6 +4,7 @@
 #include "shared/wire/resend_timeout.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace zoned::replication {
 
@@ -233,9 +234,10 @@ bool ClientState::on_acks(const mailbox::Acks& acks) {
         return false;  // nothing like that was ever sent
     }
     note_unreported(acks.newest);
-    for (std::uint64_t back = 0; back <= kAckReach && back < acks.newest; ++back) {
-        if (back != 0 && ((acks.bits >> (back - 1)) & 1u) == 0) {
-            continue;
+    for (std::uint64_t fresh = take_fresh(acks); fresh != 0; fresh &= fresh - 1) {
+        const auto back = static_cast<std::uint64_t>(std::countr_zero(fresh));
+        if (back >= acks.newest) {
+            break;
         }
         // This log does not hold the packets that another zone sent before the handoff.
         SentPacket* packet = log_.find(acks.newest - back);
@@ -263,6 +265,22 @@ bool ClientState::on_acks(const mailbox::Acks& acks) {
     set_reach(true);
     newest_acked_ = acks.newest;
     return true;
+}
+
+/// The packets that an acknowledgement is the first to name; bit i: its newest - i. Each one
+/// repeats those before it, whose packets need no look.
+std::uint64_t ClientState::take_fresh(const mailbox::Acks& acks) {
+    const std::uint64_t reported = (std::uint64_t{acks.bits} << 1U) | 1U;
+    if (acks.newest < newest_acked_) {
+        const std::uint64_t behind = newest_acked_ - acks.newest;
+        const std::uint64_t known = behind < 64 ? acked_bits_ >> behind : 0;
+        acked_bits_ |= behind < 64 ? reported << behind : 0;
+        return reported & ~known;
+    }
+    const std::uint64_t ahead = acks.newest - newest_acked_;
+    const std::uint64_t known = ahead < 64 ? acked_bits_ << ahead : 0;
+    acked_bits_ = known | reported;
+    return reported & ~known;
 }
 
 /// After a stall an acknowledgement may not reach back to all packets since the one before it.

@@ -251,6 +251,7 @@ class ClientState {
     void deliver(const SentEntry& entry);
     void lose(const SentEntry& entry);
     void note_acked(const SentPacket& packet);
+    std::uint64_t take_fresh(const mailbox::Acks& acks);
     void note_unreported(std::uint64_t newest);
     void give_up(SentPacket& packet);
     void look_for_outage(Tick now, float tick_s);
@@ -264,6 +265,7 @@ class ClientState {
     std::uint64_t first_sequence_ = 1;  // sent from here
     std::uint64_t oldest_open_ = 1;     // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
+    std::uint64_t acked_bits_ = 0;  // bit i: of newest_acked_ - i; not saved: none is known then
     AckDelay ack_delay_;
     PathLoss loss_;
     Fates fates_;

@@ -134,10 +134,10 @@ void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
     candidate.removal = false;
     for (std::uint32_t i = 0; i < client.subscriptions.size(); ++i) {
         Subscription& s = client.subscriptions[i];
-        const Stream& stream = streams[s.stream];
-        if (stream.version == s.delivered_version) {
+        if (streams.version(s.stream) == s.delivered_version) {
             continue;
         }
+        const Stream& stream = streams[s.stream];
         const float weight =
             stream.priority * (s.known ? 1.0F : kUnknownWeight) / static_cast<float>(1 + s.lod);
         if (consider(now, s.sent_version != stream.version, s.delivery, weight, candidate)) {

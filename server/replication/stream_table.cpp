@@ -75,12 +75,14 @@ StreamIndex StreamTable::subscribe(EntityId entity, std::uint8_t lod) {
         if (free_streams_.empty()) {
             free_streams_.push_back(static_cast<StreamIndex>(streams_.size()));
             streams_.emplace_back();
+            versions_.push_back(0);
         }
         index = free_streams_.back();
         free_streams_.pop_back();
         Stream& stream = streams_[index];
         stream.entity = entity;
         stream.lod = lod;
+        versions_[index] = 0;
         ++used_;
         // A subscriber that comes from another level of detail still predicts from that one's
         // publication. It shares that publication's breach.
@@ -167,6 +169,7 @@ void StreamTable::publish(Tick now,
         for (const StreamIndex index : slot.stream) {
             if (index != kNoStream) {
                 step_stream(streams_[index], now, entities, row, truth, type, fields_tick, report);
+                versions_[index] = streams_[index].version;
             }
         }
     }
@@ -560,8 +563,10 @@ bool StreamTable::find_slots() {
     };
     bool sound = below(free_streams_, streams_.size()) && below(abandoned_, streams_.size()) &&
                  below(free_slots_, slots_.size()) && used_ <= streams_.size();
+    versions_.clear();
     for (const Stream& stream : streams_) {
         sound = sound && stream.lod < settings_.lods.size();
+        versions_.push_back(stream.version);
     }
     sound = sound && below(free_published_, published_.size());
     for (const PublishedFields& published : published_) {

@@ -117,6 +117,9 @@ class StreamTable final : public wire::record::DeclaredSource {
 
     [[nodiscard]] const Stream& operator[](StreamIndex index) const { return streams_[index]; }
 
+    /// Stream::version, without a look at the stream: most have nothing new.
+    [[nodiscard]] std::uint32_t version(StreamIndex index) const { return versions_[index]; }
+
     [[nodiscard]] std::uint32_t size() const { return used_; }
 
     /// Streams that there are or were: indexes are below it.
@@ -255,6 +258,7 @@ class StreamTable final : public wire::record::DeclaredSource {
     ReplicationSettings settings_;
     std::array<wire::Quantization, wire::kLods> quantization_;  // by level of detail
     std::vector<Stream> streams_;
+    std::vector<std::uint32_t> versions_;  // of each
     std::vector<StreamIndex> free_streams_;
     std::vector<StreamIndex> abandoned_;  // reached zero subscribers since the last collect()
     std::vector<EntityStreams> slots_;

@@ -102,6 +102,7 @@ class Server {
                 });
             },
             recorder_.get());
+        network_.set_tick_begun([this] { return loop_->begun(); });
         if (settings.replication.codec == replication::Codec::kAuto) {
             loop_->post(logged(measure_codec()));
         }

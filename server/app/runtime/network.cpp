@@ -16,6 +16,7 @@ namespace {
 static_assert(HeldOutput::kWithdrawnEvent == proto::CORE_EVENT_WITHDRAWN);
 
 constexpr auto kTimerPeriod = std::chrono::milliseconds(50);
+constexpr double kSessionsEvery_s = 0.075;  ///< at least, however slow the loop is
 constexpr double kUnixTimePeriod = 60.0;
 constexpr double kLoadEvery_s = 0.25;
 
@@ -34,6 +35,12 @@ class TimeSum {
     double begin_s_;
 };
 
+std::chrono::steady_clock::time_point steady_moment(double time_s) {
+    using Clock = std::chrono::steady_clock;
+    return Clock::time_point(
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s)));
+}
+
 double unix_seconds() {
     using Clock = std::chrono::system_clock;
     return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
@@ -49,20 +56,14 @@ Network::Network(asio::io_context& io,
     : to_zones_(std::move(to_zones)),
       udp_(io,
            udp_settings(settings),
-           [this](std::span<const net::Datagram> datagrams) {
-               const TimeSum sum(load_.io_s);
-               const double now = steady_seconds();
-               // The newest first: where this thread is behind, the oldest are worth nothing.
-               host_.begin_datagrams();
-               for (auto datagram = datagrams.rbegin(); datagram != datagrams.rend(); ++datagram) {
-                   host_.on_datagram(datagram->from, datagram->bytes, now);
-               }
-               udp_.flush();
-           }),
+           [this](std::span<const net::Datagram> datagrams) { on_datagrams(datagrams); }),
       tls_(io, tls_settings(settings), callbacks()),
       host_(host_settings(settings), output(std::move(store_login), std::move(find_world))),
       timer_(io),
-      pacing_(io) {
+      pacing_(io),
+      reading_(io),
+      gathering_(static_cast<std::size_t>(std::max(0, udp_.stats().receive_buffer_bytes))),
+      tick_period_s_(1.0 / settings.tick_rate_hz) {
     host_.set_udp_port(udp_.port());
     if (settings.server.network.websocket_port) {
         origins_ = settings.server.network.websocket_origins;
@@ -155,8 +156,9 @@ void Network::arm_timer() {
             host_.set_unix_time(unix_seconds(), now);
             unix_time_set_s_ = now;
         }
-        host_.tick(now, tick_);
-        udp_.flush();
+        if (now - sessions_seen_s_ > kSessionsEvery_s) {
+            look_at_sessions();  // the loop stands still, or is slow
+        }
         arm_timer();
     });
 }
@@ -172,9 +174,63 @@ void Network::deliver(TickResult result) {
     for (const mailbox::OutboxItem& item : result.items) {
         held_.take(item, result.tick, result.store, [this](const auto& one) { send(one); });
     }
-    host_.tick(steady_seconds(), tick_);
-    udp_.flush();
+    look_at_sessions();
     arm_pacing();
+    next_tick_s_ = result.next_due_s;
+    gathering_.begin_tick(udp_.stats().received, steady_seconds());
+    gather();
+}
+
+void Network::look_at_sessions() {
+    sessions_seen_s_ = steady_seconds();
+    host_.tick(sessions_seen_s_, tick_);
+    udp_.flush();
+}
+
+void Network::on_datagrams(std::span<const net::Datagram> datagrams) {
+    const TimeSum sum(load_.io_s);
+    const double now = steady_seconds();
+    // The newest first: where this thread is behind, the oldest are worth nothing.
+    host_.begin_datagrams(gathered_s_);
+    for (auto datagram = datagrams.rbegin(); datagram != datagrams.rend(); ++datagram) {
+        host_.on_datagram(datagram->from, datagram->bytes, now, std::min(now, datagram->arrived_s));
+    }
+    udp_.flush();
+    if (gathered_s_ == 0.0 && tick_begun_ && tick_begun_() > tick_ &&
+        gathering_.are_many(tick_period_s_)) {
+        await_output();
+    }
+}
+
+void Network::gather() {
+    const double now = steady_seconds();
+    const double until = gathering_.hold_until(now, next_tick_s_);
+    if (until > now) {
+        udp_.hold();
+        read_at(until, [this] { gather(); });
+        return;
+    }
+    udp_.watch();
+}
+
+void Network::await_output() {
+    udp_.hold();
+    read_at(steady_seconds() + tick_period_s_, [this] { udp_.watch(); });  // a slow tick
+}
+
+void Network::read_at(double time_s, std::function<void()> then) {
+    const double since_s = steady_seconds();
+    reading_.expires_at(steady_moment(time_s));
+    reading_.async_wait([this, since_s, time_s, then = std::move(then)](const auto& error) {
+        if (error || closing_) {
+            return;
+        }
+        gathered_s_ = time_s - since_s;
+        udp_.read();
+        gathered_s_ = 0.0;
+        gathering_.note_reading(time_s, steady_seconds());
+        then();
+    });
 }
 
 /// TLS handshakes do not count: that many come at once is no reason to refuse those who come.
@@ -262,6 +318,7 @@ void Network::close() {
     closing_ = true;
     timer_.cancel();
     pacing_.cancel();
+    reading_.cancel();
     tls_.abort_all();
     if (web_) {
         web_->abort_all();

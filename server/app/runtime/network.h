@@ -1,6 +1,7 @@
 // Network: sockets and sessions on one thread; it exchanges only messages with the tick loop.
 #pragma once
 
+#include "server/app/runtime/gather_schedule.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/config/settings.h"
@@ -14,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,6 +46,10 @@ class Network {
     void deliver(TickResult result);
     /// The store has come to this number: durable events that waited for it leave.
     void on_durable(std::uint64_t number);
+
+    /// The newest tick that has taken its inputs; called on the network thread. Those that come
+    /// while it runs may wait for its output.
+    void set_tick_begun(std::function<Tick()> tick_begun) { tick_begun_ = std::move(tick_begun); }
 
     /// From here on what is told once waits for the journal, which holds inputs up to this tick.
     void await_journal(Tick kept) { held_.await_journal(kept); }
@@ -98,11 +104,19 @@ class Network {
 
   private:
     void arm_timer();
+    /// Times of sessions that are due.
+    void look_at_sessions();
     /// Measures the load a few times a second, and tells when it begins or ends to matter.
     void look_at_load(double loop_load);
     void send(const mailbox::OutboxItem& item);
     /// Sends the packets that are spread over a tick, when they are due.
     void arm_pacing();
+    void on_datagrams(std::span<const net::Datagram> datagrams);
+    /// Lets datagrams wait until they have to be read, again and again until the tick is due.
+    void gather();
+    /// Datagrams that come while a tick runs are for the next one, and wait for its output.
+    void await_output();
+    void read_at(double time_s, std::function<void()> then);
     session::SessionOutput output(
         std::function<void(const session::LoginToStore&)> store_login,
         std::function<std::optional<proto::Redirect>(const std::string&)> find_world);
@@ -115,6 +129,7 @@ class Network {
 
     std::function<void(mailbox::InboxItem)> to_zones_;
     std::function<void(const mailbox::OrderDone&)> order_done_;
+    std::function<Tick()> tick_begun_;
     net::UdpEndpoint udp_;
     net::TlsListener tls_;
     std::unique_ptr<net::TlsListener> web_;  ///< nullptr: no WebSockets
@@ -122,11 +137,17 @@ class Network {
     session::SessionHost host_;
     asio::steady_timer timer_;
     asio::steady_timer pacing_;
+    asio::steady_timer reading_;
+    GatherSchedule gathering_;
     Tick tick_ = 0;
     LoadSums load_;
     HeldOutput held_;
     double clock_origin_s_ = 0.0;  ///< steady clock minus this = server time
     double unix_time_set_s_ = 0.0;
+    double sessions_seen_s_ = 0.0;
+    double next_tick_s_ = 0.0;  // steady clock: when it is due
+    double tick_period_s_ = 0.0;
+    double gathered_s_ = 0.0;  // for which the datagrams being read waited on purpose
     bool closing_ = false;
 };
 

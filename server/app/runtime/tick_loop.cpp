@@ -4,6 +4,8 @@
 #include "server/app/runtime/state_flapping_report.h"
 #include "shared/core/signal_stack.h"
 
+#include <sys/prctl.h>
+
 #include <algorithm>
 #include <chrono>
 #include <ctime>
@@ -13,9 +15,9 @@ namespace zoned::app {
 
 namespace {
 
-/// A sleeping thread wakes up to this late; where precision matters, the rest is spent waiting
-/// awake.
-constexpr double kSpinSeconds = 200e-6;
+/// By so much the kernel may delay a wake-up in order to join it with others (prctl(2),
+/// PR_SET_TIMERSLACK; 50 us by default). The loop asks for precision in place of waiting awake.
+constexpr unsigned long kTimerSlack_ns = 1000;
 /// Between two looks while the loop stands still.
 constexpr auto kStandingPause = std::chrono::milliseconds(10);
 
@@ -93,6 +95,7 @@ LoopStats TickLoop::stats() const {
 
 void TickLoop::loop() {
     core::add_signal_stack();
+    ::prctl(PR_SET_TIMERSLACK, kTimerSlack_ns, 0UL, 0UL, 0UL);
     while (!stop_.load(std::memory_order_relaxed)) {
         const double scale = time_scale_.load(std::memory_order_relaxed);
         if (scale != clock_.scale()) {
@@ -112,14 +115,10 @@ void TickLoop::loop() {
 }
 
 void TickLoop::wait_until(double time_s) {
-    // An idle world needs no precision: it sleeps through, and wakes a little late.
-    const double spin = world_.idle() ? 0.0 : kSpinSeconds;
-    const double sleep = clock_.until(time_s, steady_seconds()) - spin;
-    if (sleep > 0.0) {
-        std::this_thread::sleep_for(std::chrono::duration<double>(sleep));
-    }
-    while (spin > 0.0 && clock_.time(steady_seconds()) < time_s) {
-        std::this_thread::yield();
+    double sleep_s = clock_.until(time_s, steady_seconds());
+    while (sleep_s > 0.0) {
+        std::this_thread::sleep_for(std::chrono::duration<double>(sleep_s));
+        sleep_s = clock_.until(time_s, steady_seconds());
     }
 }
 
@@ -153,6 +152,8 @@ void TickLoop::run_tick(double due_s) {
     result.tick = world_.now();
     result.server_time_s = static_cast<double>(world_.now()) * schedule_.dt_s();
     result.clock_origin_s = begin - schedule_.server_time(clock_.time(begin));
+    const double next_s = schedule_.next_due() + schedule_.dt_s();
+    result.next_due_s = clock_.runs() ? begin + clock_.until(next_s, begin) : begin;
     deliver_(std::move(result));
     const std::uint64_t cpu_end = thread_cpu_ns() + world_.pool().cpu_ns();
     const double end = steady_seconds();
@@ -195,12 +196,14 @@ void TickLoop::publish() {
 void TickLoop::step_world(std::vector<mailbox::OutboxItem>& out) {
     if (recorder_ == nullptr) {
         inbox_.take_all(items_);
+        begun_.store(world_.now() + 1, std::memory_order_relaxed);
         world_.tick(items_, out);
         world_.hash_zones(hashes_);
         return;
     }
     const std::shared_ptr<recording::Inputs> inputs = recorder_->lend();
     inbox_.take_all(*inputs);
+    begun_.store(world_.now() + 1, std::memory_order_relaxed);
     recorder_->begin_tick(world_.now() + 1, inputs);
     world_.tick(*inputs, out);
     world_.hash_zones(hashes_);

@@ -42,6 +42,7 @@ struct TickResult {
     Tick tick = 0;
     double server_time_s = 0.0;   ///< nominal time of the tick
     double clock_origin_s = 0.0;  ///< steady clock minus this = server time
+    double next_due_s = 0.0;      ///< steady clock: when the next tick is due, unless all stops
     double load = 0.0;            ///< time of the turn before, in periods; at most kMostLoad
     std::vector<mailbox::OutboxItem> items;
     StoreTicket store;                    ///< durable events among the items wait for it
@@ -175,6 +176,9 @@ class TickLoop final : public VisitedWorld {
     /// Grows with every tick, and while the loop stands still on request; from any thread.
     [[nodiscard]] std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }
 
+    /// The newest tick that has taken its inputs; from any thread.
+    [[nodiscard]] Tick begun() const { return begun_.load(std::memory_order_relaxed); }
+
     /// A copy of the sums so far; from any thread.
     [[nodiscard]] LoopStats stats() const;
 
@@ -200,6 +204,7 @@ class TickLoop final : public VisitedWorld {
     std::atomic<double> time_scale_{1.0};
     std::atomic<unsigned> steps_{0};
     std::atomic<std::uint64_t> turns_{0};
+    std::atomic<Tick> begun_{0};
     mailbox::BoundedQueue<mailbox::InboxItem> inbox_;
     std::vector<mailbox::InboxItem> items_;
     std::vector<std::uint64_t> hashes_;  // of the zones after the last tick

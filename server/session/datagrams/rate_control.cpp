@@ -1,6 +1,7 @@
 #include "server/session/datagrams/rate_control.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace zoned::session {
@@ -111,12 +112,22 @@ void RateControl::on_feedback(std::uint64_t newest,
     }
 }
 
-/// Bytes that are heard of for the first time.
+/// Bytes that are heard of for the first time. Each report repeats the ones before it: the bits
+/// that are new in it are one or two.
 double RateControl::note_arrivals(std::uint64_t newest, std::uint32_t bits) {
+    const std::uint64_t reported = (std::uint64_t{bits} << 1U) | 1U;  // bit i: newest - i
+    std::uint64_t known = 0;
+    if (newest >= reported_newest_) {
+        const std::uint64_t ahead = newest - reported_newest_;
+        known = ahead < 64 ? reported_ << ahead : 0;
+        reported_newest_ = newest;
+        reported_ = known | reported;
+    }
     double bytes = 0.0;
-    for (std::uint64_t back = 0; back <= 32 && back < newest; ++back) {
-        if (back != 0 && ((bits >> (back - 1)) & 1U) == 0) {
-            continue;
+    for (std::uint64_t fresh = reported & ~known; fresh != 0; fresh &= fresh - 1) {
+        const auto back = static_cast<std::uint64_t>(std::countr_zero(fresh));
+        if (back >= newest) {
+            break;
         }
         SentDatagram& sent = sent_[(newest - back) % kSent];
         if (sent.sequence == newest - back && !sent.arrived) {
@@ -198,10 +209,13 @@ double RateControl::scatter_s() const {
     if (n < 5) {
         return 0.0;
     }
+    std::array<double, kTrendSamples> delays{};
+    for (std::size_t i = 0; i < n; ++i) {
+        delays[i] = less_transmission_s(back(i));
+    }
     std::array<double, kTrendSamples> bends{};
     for (std::size_t i = 0; i + 2 < n; ++i) {
-        bends[i] = std::abs(less_transmission_s(back(i)) - 2.0 * less_transmission_s(back(i + 1)) +
-                            less_transmission_s(back(i + 2)));
+        bends[i] = std::abs(delays[i] - 2.0 * delays[i + 1] + delays[i + 2]);
     }
     const auto middle = bends.begin() + static_cast<std::ptrdiff_t>((n - 2) / 2);
     std::nth_element(bends.begin(), middle, bends.begin() + static_cast<std::ptrdiff_t>(n - 2));

@@ -128,6 +128,8 @@ class RateControl {
     std::array<SentDatagram, kSent> sent_{};
     std::uint64_t newest_sent_ = 0;
     std::uint64_t newest_heard_ = 0;
+    std::uint64_t reported_newest_ = 0;  // of all reports
+    std::uint64_t reported_ = 0;         // bit i: reported_newest_ - i has arrived
     double sent_bytes_ = 0.0;
     double arrived_bytes_ = 0.0;
     std::array<DelaySample, kSamples> samples_{};

@@ -26,7 +26,8 @@ bool same_host(const mailbox::Address& a, const mailbox::Address& b) {
 void SessionHost::Impl::on_datagram(const mailbox::Address* from,
                                     const Session* carrier,
                                     std::span<const std::uint8_t> datagram,
-                                    double now_s) {
+                                    double now_s,
+                                    double arrived_s) {
     if (datagram.size() > wire::kMaxDatagramBytes) {
         reject(Reject::kDatagramLong);
         return;
@@ -51,11 +52,11 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
     }
     const bool waited = from != nullptr && datagram_turn != 0;
     if (waited && session->datagram_turn == datagram_turn &&
-        session->datagrams_in_turn >= kReadPerTurn) {
+        session->datagrams_in_turn >= kReadPerTurn + gathered_s * settings.max_datagrams_per_s) {
         reject(Reject::kDatagramOvertaken);
         return;
     }
-    const auto opened = session->path.open(*header, datagram, now_s, plain);
+    const auto opened = session->path.open(*header, datagram, arrived_s, plain);
     if (!opened) {
         reject(opened.error());
         return;
@@ -78,7 +79,7 @@ void SessionHost::Impl::on_datagram(const mailbox::Address* from,
     }
     if (opened->newest) {
         // An older datagram says less of our packets than the newest has said already.
-        const auto acks = session->path.take_acks(opened->transport, now_s);
+        const auto acks = session->path.take_acks(opened->transport, arrived_s);
         if (!acks) {
             reject(acks.error());
         } else if (*acks) {

@@ -103,6 +103,7 @@ void SessionHost::Impl::on_message(Session& session,
             on_datagram(nullptr,
                         &session,
                         {reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()},
+                        now_s,
                         now_s);
             break;
         }

@@ -73,7 +73,8 @@ struct SessionHost::Impl {
     void on_datagram(const mailbox::Address* from,
                      const Session* carrier,
                      std::span<const std::uint8_t> datagram,
-                     double now_s);
+                     double now_s,
+                     double arrived_s);
     void send_acks(const Session& session, const DatagramPath::AckUpdate& acks);
     void follow_address(Session& session, const mailbox::Address* from, std::size_t bytes);
     void on_body(Session& session, std::span<const std::uint8_t> body);
@@ -153,6 +154,7 @@ struct SessionHost::Impl {
     std::vector<std::pair<double, ClientId>> releases;
     core::Rng fault_rng;
     std::uint64_t datagram_turn = 0;  ///< 0: datagrams come one by one
+    double gathered_s = 0.0;          ///< of that turn
     Tick current_tick = 0;
     double ticked_s = -1.0;  ///< when tick() last ran; below 0: never
     double unix_offset_s = 0.0;

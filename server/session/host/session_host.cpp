@@ -304,16 +304,18 @@ void SessionHost::on_stream_closed(StreamId stream, double now_s) {
     }
 }
 
-void SessionHost::begin_datagrams() {
+void SessionHost::begin_datagrams(double gathered_s) {
     ++impl_->datagram_turn;
+    impl_->gathered_s = gathered_s;
 }
 
 void SessionHost::on_datagram(const mailbox::Address& from,
                               std::span<const std::uint8_t> datagram,
-                              double now_s) {
+                              double now_s,
+                              double arrived_s) {
     ++impl_->stats.packets_in;
     impl_->stats.bytes_in += datagram.size();
-    impl_->on_datagram(&from, nullptr, datagram, now_s);
+    impl_->on_datagram(&from, nullptr, datagram, now_s, arrived_s);
 }
 
 void SessionHost::on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s) {

@@ -145,12 +145,21 @@ class SessionHost {
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
     void on_stream_closed(StreamId stream, double now_s);
     /// Datagrams follow that waited together. Of each session only the first few that authenticate
-    /// are read: given the newest first, a server that is behind spends its time on what is fresh.
-    /// Each datagram repeats the commands and acknowledgements of those before it.
-    void begin_datagrams();
+    /// are read, beside as many as it may send in the time `gathered_s` for which they were left to
+    /// wait on purpose: given the newest first, a server that is behind spends its time on what is
+    /// fresh. Each datagram repeats the commands and acknowledgements of those before it.
+    void begin_datagrams(double gathered_s = 0.0);
+    /// `arrived_s`: when it reached this machine, at most `now_s`. Round trips are measured by it.
     void on_datagram(const mailbox::Address& from,
                      std::span<const std::uint8_t> datagram,
-                     double now_s);
+                     double now_s,
+                     double arrived_s);
+
+    void on_datagram(const mailbox::Address& from,
+                     std::span<const std::uint8_t> datagram,
+                     double now_s) {
+        on_datagram(from, datagram, now_s, now_s);
+    }
 
     /// The login of SessionOutput::store_login is stored, or could not be. `place`, world
     /// coordinates in m, is where the character stood when it was here last; none: it is new.

@@ -40,7 +40,7 @@ Session& SessionTable::create(const HostSettings& settings,
     session.client = ClientId{last_client_ + 1};
     do {
         session.connection = random_nonzero_u32();
-    } while (by_connection_.count(session.connection) != 0);
+    } while (by_connection(session.connection) != nullptr);
     do {
         random_bytes(session.token);
         session.token_digest = sha256(session.token);
@@ -61,7 +61,7 @@ Session& SessionTable::restore(const HostSettings& settings,
     session.recovered = true;
     do {
         session.connection = random_nonzero_u32();
-    } while (by_connection_.count(session.connection) != 0);
+    } while (by_connection(session.connection) != nullptr);
     add(std::move(owned));
     return session;
 }
@@ -72,14 +72,14 @@ void SessionTable::add(std::unique_ptr<Session> owned) {
                  "sessions come in the order of their numbers");
     number_after(session.client);
     sessions_.push_back(std::move(owned));
-    by_client_[session.client] = &session;
-    by_connection_[session.connection] = &session;
+    by_client_.insert(session.client.value, session);
+    by_connection_.insert(session.connection, session);
     by_token_[prefix_of(session.token_digest)] = &session;
 }
 
 void SessionTable::remove(Session& session) {
     attach(session, StreamId{});
-    by_client_.erase(session.client);
+    by_client_.erase(session.client.value);
     by_connection_.erase(session.connection);
     by_token_.erase(prefix_of(session.token_digest));
     const auto it = std::lower_bound(
@@ -99,14 +99,6 @@ void SessionTable::attach(Session& session, StreamId stream) {
         ZONED_ASSERT(by_stream_.count(stream) == 0, "two sessions on one stream");
         by_stream_[stream] = &session;
     }
-}
-
-Session* SessionTable::by_client(ClientId client) const {
-    return find_in(by_client_, client);
-}
-
-Session* SessionTable::by_connection(std::uint32_t connection) const {
-    return find_in(by_connection_, connection);
 }
 
 Session* SessionTable::by_stream(StreamId stream) const {

@@ -6,6 +6,7 @@
 #include "server/session/datagrams/pacer.h"
 #include "server/session/event_queue.h"
 #include "server/session/host/session_host.h"
+#include "server/session/host/session_index.h"
 #include "server/session/input_gate.h"
 #include "server/session/login/login.h"
 #include "shared/core/token_bucket.h"
@@ -110,8 +111,14 @@ class SessionTable {
     /// Moves a session to another stream; none: it has lost its stream.
     void attach(Session& session, StreamId stream);
 
-    [[nodiscard]] Session* by_client(ClientId client) const;
-    [[nodiscard]] Session* by_connection(std::uint32_t connection) const;
+    [[nodiscard]] Session* by_client(ClientId client) const {
+        return client ? by_client_.find(client.value) : nullptr;
+    }
+
+    [[nodiscard]] Session* by_connection(std::uint32_t connection) const {
+        return connection != 0 ? by_connection_.find(connection) : nullptr;
+    }
+
     [[nodiscard]] Session* by_stream(StreamId stream) const;
     [[nodiscard]] Session* by_token(std::span<const std::uint8_t> token) const;
 
@@ -122,8 +129,8 @@ class SessionTable {
     void add(std::unique_ptr<Session> owned);
 
     std::vector<std::unique_ptr<Session>> sessions_;
-    std::unordered_map<ClientId, Session*> by_client_;
-    std::unordered_map<std::uint32_t, Session*> by_connection_;
+    SessionIndex by_client_;
+    SessionIndex by_connection_;
     std::unordered_map<StreamId, Session*> by_stream_;
     std::unordered_map<std::uint64_t, Session*> by_token_;  ///< key: the beginning of the digest
     std::uint32_t last_client_ = 0;

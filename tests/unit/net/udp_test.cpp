@@ -28,6 +28,7 @@ struct End {
               largest_batch = std::max(largest_batch, batch.size());
               for (const Datagram& d : batch) {
                   from.push_back(d.from);
+                  arrived_s.push_back(d.arrived_s);
                   payloads.emplace_back(d.bytes.begin(), d.bytes.end());
               }
           }) {
@@ -36,6 +37,7 @@ struct End {
 
     std::vector<Address> from;
     std::vector<std::string> payloads;
+    std::vector<double> arrived_s;
     std::size_t largest_batch = 0;
     UdpEndpoint endpoint;
 };
@@ -133,6 +135,44 @@ TEST(UdpEndpoint, CountsWhatItCannotSendAndGoesOn) {
     EXPECT_EQ(client.endpoint.stats().dropped_error, 3U);
     run_until(io, [&] { return server.payloads.size() == 2; });
     EXPECT_EQ(server.payloads, (std::vector<std::string>{"before", "after"}));
+}
+
+/// No datagram runs a handler meanwhile, nor makes the reactor look for one.
+TEST(UdpEndpoint, LetsDatagramsWaitWhileItIsHeldAndKnowsWhenTheyCame) {
+    asio::io_context io;
+    End server(io, local("127.0.0.1"));
+    End client(io, local("127.0.0.1"));
+    const auto to = parse_address("127.0.0.1", server.endpoint.port());
+    const auto send = [&](const std::string& text) {
+        client.endpoint.queue_send(*to, bytes_of(text));
+        client.endpoint.flush();
+    };
+    const auto now_s = [] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+            .count();
+    };
+    send("as it comes");
+    run_until(io, [&] { return server.payloads.size() == 1; });
+    server.endpoint.hold();
+    const double before_s = now_s();
+    send("held");
+    send("held too");
+    const double sent_s = now_s();
+    EXPECT_EQ(io.run_for(50ms), 0U);
+    EXPECT_EQ(server.payloads.size(), 1U);
+    server.endpoint.read();
+    ASSERT_EQ(server.payloads.size(), 3U);
+    EXPECT_EQ(server.payloads.back(), "held too");
+    EXPECT_EQ(server.largest_batch, 2U);
+    // By the kernel's stamps; the two clocks are read one after the other.
+    EXPECT_GT(server.arrived_s[1], before_s - 0.02);
+    EXPECT_LT(server.arrived_s[1], sent_s + 0.02);
+    EXPECT_LE(server.arrived_s[1], server.arrived_s[2]);
+    send("waits");
+    server.endpoint.watch();
+    run_until(io, [&] { return server.payloads.size() == 4; });
+    send("as it comes again");
+    run_until(io, [&] { return server.payloads.size() == 5; });
 }
 
 TEST(UdpEndpoint, SurvivesItsOwnEndWithinACallback) {

@@ -461,6 +461,43 @@ TEST_F(Datagrams, ThatWaitedTogetherAreReadFromTheNewestOnAndOnlyAFew) {
     EXPECT_EQ(input_ticks().size(), 1U);
 }
 
+/// A client may send as many as its limit in the time for which they were left to wait.
+TEST_F(Datagrams, ThatWereLeftToWaitAreReadAsFarAsTheLimitOfTheirTimeGoes) {
+    std::vector<Bytes> waiting;
+    for (int i = 1; i <= 20; ++i) {
+        waiting.push_back(client.make_datagram(++client.sequence, commands_at(host.tick + i, 1)));
+    }
+    const double gathered_s = 5.0 / dev_settings().max_datagrams_per_s;
+    host.host.begin_datagrams(gathered_s);
+    for (auto datagram = waiting.rbegin(); datagram != waiting.rend(); ++datagram) {
+        deliver(*datagram);
+    }
+    EXPECT_EQ(input_ticks().size(), 8U);
+    EXPECT_EQ(host.rejected("datagram_overtaken"), 12U);
+}
+
+/// Waiting in the socket is no part of the path: neither of the server's measurement nor, by the
+/// delay that it reports, of the client's.
+TEST_F(Datagrams, AreTimedByTheirArrivalAndNotByTheirReading) {
+    client.send_datagram({});
+    for (std::uint64_t sequence = 1; sequence <= 20; ++sequence) {
+        client.state(sequence);
+        wire::UpTransport transport;
+        transport.ack_low = static_cast<std::uint16_t>(sequence);
+        const Bytes datagram = client.make_datagram(++client.sequence, {}, transport);
+        host.now_s += 0.050;
+        host.host.on_datagram(test_address(1), datagram, host.now_s, host.now_s - 0.040);
+    }
+    const auto acks = host.take<mailbox::Acks>();
+    ASSERT_EQ(acks.size(), 20U);
+    EXPECT_NEAR(acks.back().rtt_us, 10'000.0, 1.0);
+    host.datagrams.clear();
+    client.state(21);
+    const auto down = client.open(host.datagrams.at(0).bytes, 21);
+    ASSERT_TRUE(down);
+    EXPECT_NEAR(down->ack_delay_10us, 4000, 1);
+}
+
 TEST_F(Datagrams, OfTheOldKeysNoLongerOpenAfterTheClientCameBack) {
     const Bytes old = client.make_datagram(++client.sequence, commands_at(host.tick, 1));
     client.drop();
