@@ -1,10 +1,10 @@
 // Network: sockets and sessions on one thread; it exchanges only messages with the tick loop.
 #pragma once
 
-#include "server/app/runtime/gather_schedule.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/config/settings.h"
+#include "server/net/gather_schedule.h"
 #include "server/net/tls_listener.h"
 #include "server/net/udp_endpoint.h"
 #include "server/session/host/session_host.h"
@@ -138,7 +138,7 @@ class Network {
     asio::steady_timer timer_;
     asio::steady_timer pacing_;
     asio::steady_timer reading_;
-    GatherSchedule gathering_;
+    net::GatherSchedule gathering_;
     Tick tick_ = 0;
     LoadSums load_;
     HeldOutput held_;

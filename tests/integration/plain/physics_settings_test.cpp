@@ -43,7 +43,9 @@ void throw_everything(zone::ZoneState& state) {
     }
 }
 
-Outcome play(const Overrides& overrides, unsigned threads) {
+Outcome play(Overrides overrides, unsigned threads) {
+    // The world's budget would choose the integrator; here each is named.
+    overrides.emplace_back("budget.position_m=");
     config::Settings settings;
     std::vector<config::ConfigError> errors;
     if (!config::load_settings(

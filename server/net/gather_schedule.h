@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace zoned::app {
+namespace zoned::net {
 
 /// Pure arithmetic over times that the caller passes, s of one monotonic clock. A datagram is of no
 /// use before the next tick begins, and a thread that wakes for each one spends more time on waking
@@ -60,7 +60,7 @@ class GatherSchedule {
     static constexpr double kKernelBytes = 4096.0;
     static constexpr double kSpare_s = 0.5e-3;
     static constexpr double kSoonest_s = 0.2e-3;  ///< a timer is not worth less
-    static constexpr double kLatest_s = 10e-3;     ///< later ones are stalls, which nothing foresees
+    static constexpr double kLatest_s = 10e-3;    ///< later ones are stalls, which nothing foresees
     static constexpr double kForget = 0.98;
 
     double most_waiting_;
@@ -70,4 +70,4 @@ class GatherSchedule {
     double late_s_ = 0.0;  // end of a reading after its due time, at most of late
 };
 
-}  // namespace zoned::app
+}  // namespace zoned::net

@@ -1,10 +1,10 @@
-#include "server/app/runtime/gather_schedule.h"
+#include "server/net/gather_schedule.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-namespace zoned::app {
+namespace zoned::net {
 namespace {
 
 constexpr double kGatherTick_s = 0.05;
@@ -77,4 +77,4 @@ TEST(GatherSchedule, LetsNothingWaitForATickThatIsLate) {
 }
 
 }  // namespace
-}  // namespace zoned::app
+}  // namespace zoned::net
