@@ -16,7 +16,7 @@ void move_last_into(Column& column, Row row) {
 
 Row Entities::add(EntityId entity, TypeIndex entity_type) {
     const Row row = static_cast<Row>(size());
-    const bool is_new = row_of_.insert(entity, row);
+    const bool is_new = row_of_.insert(entity.value, row);
     ZONED_ASSERT(entity && is_new, "an entity has one row in a zone");
     id.push_back(entity);
     type.values_.push_back(entity_type);
@@ -51,7 +51,7 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
 
 void Entities::remove(Row row) {
     ZONED_ASSERT(row < size(), "a row to remove exists");
-    row_of_.erase(id[row]);
+    row_of_.erase(id[row].value);
     count(type[row], flags[row], ~std::uint32_t{0});
     fields_.move_last_into(row, type[row]);
     move_last_into(id, row);
@@ -81,7 +81,7 @@ void Entities::remove(Row row) {
         touched.move_last_into(row);
     }
     if (row < size()) {
-        row_of_.move(id[row], row);
+        *row_of_.find(id[row].value) = row;
         touch(row);
     }
 }
@@ -159,7 +159,7 @@ bool Entities::find_rows() {
     }
     row_of_.clear();
     for (Row row = 0; fit && row < rows; ++row) {
-        fit = id[row] && row_of_.insert(id[row], row);
+        fit = id[row] && row_of_.insert(id[row].value, row);
     }
     return fit;
 }

@@ -4,8 +4,8 @@
 
 #include "server/world/entity_type.h"
 #include "server/world/field_columns.h"
-#include "server/world/row_index.h"
 #include "server/world/row_set.h"
+#include "shared/core/containers/id_table.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 #include "shared/motion/input_command.h"
@@ -98,7 +98,10 @@ class Entities {
     void remove(Row row);
 
     /// kNoRow when the entity is not here.
-    [[nodiscard]] Row find(EntityId entity) const { return row_of_.find(entity); }
+    [[nodiscard]] Row find(EntityId entity) const {
+        const Row* row = row_of_.find(entity.value);
+        return row == nullptr ? kNoRow : *row;
+    }
 
     [[nodiscard]] bool has(Row row, EntityFlag flag) const { return (flags[row] & flag) != 0; }
 
@@ -252,7 +255,7 @@ class Entities {
     /// Makes `row_of_` anew; false where the columns do not fit each other.
     [[nodiscard]] bool find_rows();
 
-    RowIndex row_of_;
+    core::IdTable<Row> row_of_;
     RowSet moving_;
     RowSet stirring_;
     RowSet avatars_;

@@ -2,7 +2,7 @@
 
 #include "server/zone/assemblies/assembly_spawning.h"
 #include "shared/core/assert.h"
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "server/physics/bodies/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/joints/joint_table.h"
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 
 #include <cstdint>
 #include <span>

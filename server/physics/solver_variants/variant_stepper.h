@@ -7,7 +7,7 @@
 #include "server/physics/solver_variants/rows/contact_rows.h"
 #include "server/physics/solver_variants/rows/joint_row_writer.h"
 #include "server/physics/solver_variants/rows/variant_bodies.h"
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 
 #include <cstdint>
 #include <span>

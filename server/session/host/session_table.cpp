@@ -11,7 +11,7 @@ namespace zoned::session {
 namespace {
 
 template <class Map, class Key>
-Session* find_in(const Map& map, const Key& key) {
+Session* find_in_map(const Map& map, const Key& key) {
     const auto it = map.find(key);
     return it == map.end() ? nullptr : it->second;
 }
@@ -72,8 +72,8 @@ void SessionTable::add(std::unique_ptr<Session> owned) {
                  "sessions come in the order of their numbers");
     number_after(session.client);
     sessions_.push_back(std::move(owned));
-    by_client_.insert(session.client.value, session);
-    by_connection_.insert(session.connection, session);
+    by_client_.insert(session.client.value, &session);
+    by_connection_.insert(session.connection, &session);
     by_token_[prefix_of(session.token_digest)] = &session;
 }
 
@@ -102,7 +102,7 @@ void SessionTable::attach(Session& session, StreamId stream) {
 }
 
 Session* SessionTable::by_stream(StreamId stream) const {
-    return find_in(by_stream_, stream);
+    return find_in_map(by_stream_, stream);
 }
 
 Session* SessionTable::by_token(std::span<const std::uint8_t> token) const {
@@ -110,7 +110,7 @@ Session* SessionTable::by_token(std::span<const std::uint8_t> token) const {
         return nullptr;
     }
     const TokenDigest digest = sha256(token);
-    Session* session = find_in(by_token_, prefix_of(digest));
+    Session* session = find_in_map(by_token_, prefix_of(digest));
     return session != nullptr && equal_in_constant_time(session->token_digest, digest) ? session
                                                                                        : nullptr;
 }

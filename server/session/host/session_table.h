@@ -6,9 +6,9 @@
 #include "server/session/datagrams/pacer.h"
 #include "server/session/event_queue.h"
 #include "server/session/host/session_host.h"
-#include "server/session/host/session_index.h"
 #include "server/session/input_gate.h"
 #include "server/session/login/login.h"
+#include "shared/core/containers/id_table.h"
 #include "shared/core/token_bucket.h"
 
 #include <algorithm>
@@ -112,11 +112,11 @@ class SessionTable {
     void attach(Session& session, StreamId stream);
 
     [[nodiscard]] Session* by_client(ClientId client) const {
-        return client ? by_client_.find(client.value) : nullptr;
+        return find_in(by_client_, client.value);
     }
 
     [[nodiscard]] Session* by_connection(std::uint32_t connection) const {
-        return connection != 0 ? by_connection_.find(connection) : nullptr;
+        return find_in(by_connection_, connection);
     }
 
     [[nodiscard]] Session* by_stream(StreamId stream) const;
@@ -129,8 +129,15 @@ class SessionTable {
     void add(std::unique_ptr<Session> owned);
 
     std::vector<std::unique_ptr<Session>> sessions_;
-    SessionIndex by_client_;
-    SessionIndex by_connection_;
+    using ByNumber = core::IdTable<Session*>;
+
+    static Session* find_in(const ByNumber& table, std::uint32_t number) {
+        Session* const* session = table.find(number);
+        return session == nullptr ? nullptr : *session;
+    }
+
+    ByNumber by_client_;
+    ByNumber by_connection_;
     std::unordered_map<StreamId, Session*> by_stream_;
     std::unordered_map<std::uint64_t, Session*> by_token_;  ///< key: the beginning of the digest
     std::uint32_t last_client_ = 0;

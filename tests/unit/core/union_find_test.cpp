@@ -1,4 +1,4 @@
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 
 #include <gtest/gtest.h>
 

@@ -37,38 +37,6 @@ std::vector<Tick> passed(InputGate& gate,
     return ticks;
 }
 
-/// Against a map, through growth, wrapped runs and holes.
-TEST(SessionIndex, FindsWhatAMapFinds) {
-    SessionTable table;
-    core::Rng rng(5);
-    SessionIndex index;
-    std::map<std::uint32_t, Session*> truth;
-    std::vector<Session*> sessions;
-    for (std::uint32_t i = 1; i <= 8; ++i) {
-        sessions.push_back(&table.create(HostSettings(), {}, {}, StreamId(i)));
-    }
-    for (int step = 0; step < 20000; ++step) {
-        // Few keys, so that they come again; some consecutive, some that differ in high bits alone.
-        const std::uint32_t small = 1 + rng.below(200);
-        const std::uint32_t key = rng.below(2) == 0 ? small : small << 24U | 1U;
-        if (truth.count(key) != 0) {
-            truth.erase(key);
-            index.erase(key);
-        } else if (truth.size() < 60 + static_cast<std::size_t>(step) / 100) {
-            Session* session = sessions[rng.below(8)];
-            truth[key] = session;
-            index.insert(key, *session);
-        }
-        const std::uint32_t asked = 1 + rng.below(250);
-        const auto it = truth.find(asked);
-        ASSERT_EQ(index.find(asked), it == truth.end() ? nullptr : it->second);
-        ASSERT_EQ(index.size(), truth.size());
-    }
-    for (const auto& [key, session] : truth) {
-        EXPECT_EQ(index.find(key), session);
-    }
-}
-
 TEST(InputGate, LetsEachTickThroughOnceAndDropsRepetitionsSilently) {
     InputGate gate;
     RejectCounters rejects;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/ai/pathfinding/grid/grid_map.h"
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "server/ai/pathfinding/grid/ground_map.h"
 
 #include "server/ai/pathfinding/grid/box_column.h"
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>

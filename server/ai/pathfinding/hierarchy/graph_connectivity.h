@@ -1,7 +1,7 @@
 // GraphConnectivity: the connected sets of node clusters, kept up to date as some clusters change.
 #pragma once
 
-#include "shared/core/union_find.h"
+#include "shared/core/containers/union_find.h"
 
 #include <cstddef>
 #include <cstdint>
