@@ -172,7 +172,7 @@ void JointSolver::solve_singly(SolverBodies& moving, const JointGroup& group) {
     store_impulses(group);
 }
 
-/// What the rows lack with the impulses as they are.
+/// Finds what the rows lack with the impulses as they are.
 void JointSolver::begin_gradients(const SolverBodies& moving, const JointGroup& group) {
     for (std::uint32_t i = group.first_batch; i < group.end_batch; ++i) {
         const JointBatch& batch = batches_[i];
@@ -217,7 +217,7 @@ float JointSolver::pass_forward(const JointGroup& group, float step) {
 }
 
 /// The same pass back, row by row in the opposite order, so that both are one symmetric matrix.
-/// What `open` and `more` are to each other.
+/// Returns the product of `open` and `more`.
 double JointSolver::pass_back(const JointGroup& group) {
     double sum = 0.0;
     for (std::uint32_t i = group.end_batch; i-- > group.first_batch;) {
@@ -239,7 +239,7 @@ double JointSolver::pass_back(const JointGroup& group) {
     return sum;
 }
 
-/// Turns the way to where the pass went, and `keep` times as far as before. What it is to itself.
+/// Turns the way to where the pass went, and `keep` times as far as before. Returns the product of the way and its bend.
 double JointSolver::lead_way(const JointGroup& group, float keep) {
     for (std::uint32_t i = group.first_slot; i < group.end_slot; ++i) {
         Lanes& way = way_[tied_[i]].at;
