@@ -239,7 +239,8 @@ double JointSolver::pass_back(const JointGroup& group) {
     return sum;
 }
 
-/// Turns the way to where the pass went, and `keep` times as far as before. Returns the product of the way and its bend.
+/// Turns the way to where the pass went, and `keep` times as far as before. Returns the product of
+/// the way and its bend.
 double JointSolver::lead_way(const JointGroup& group, float keep) {
     for (std::uint32_t i = group.first_slot; i < group.end_slot; ++i) {
         Lanes& way = way_[tied_[i]].at;
