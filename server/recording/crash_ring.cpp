@@ -181,7 +181,8 @@ void CrashRing::remove_states_before(Tick tick) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder_, error)) {
         const std::string file = entry.path().string();
-        if (is_ring_state(file) && file < first) {
+        const bool finished_or_not = file.find(kStateEnd) != std::string::npos;
+        if (finished_or_not && file < first) {
             old.push_back(file);
         }
     }

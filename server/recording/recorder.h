@@ -100,6 +100,9 @@ class Recorder {
     /// From any thread.
     [[nodiscard]] RecorderFigures figures() const;
 
+    /// The ring is this process's own, from open() to close().
+    [[nodiscard]] bool keeps_ring() const { return ring_.is_open(); }
+
     /// The folder with the last inputs of an earlier run that did not end well; empty: none.
     [[nodiscard]] const std::string& kept_ring() const { return ring_.kept(); }
 

@@ -12,7 +12,9 @@
 namespace zoned::app {
 
 /// Every recording.ring_s a copy of the process writes the state; the newest two are kept, with the
-/// inputs since the older one. A world with a part that has no saved form gets none.
+/// inputs since the older one. Where that fails it is tried half as often from time to time: a
+/// world with a part that has no saved form will never have one. Nothing is written where another
+/// server keeps its ring.
 class RingStates {
   public:
     /// `header` is that of the ring's pieces.
@@ -26,14 +28,21 @@ class RingStates {
     /// Before the ring is closed: nothing more is written into its folder.
     void stop() { copy_.stop(); }
 
+    /// How long the tick loop waited for each copy, ms.
+    [[nodiscard]] const core::Histogram& pauses_ms() const { return copy_.pauses_ms(); }
+
   private:
+    void take(const World& world, recording::Recorder& recorder);
+    void look_after_copy(recording::Recorder& recorder);
+    void fail(const std::string& why);
+
     std::string folder_;
     recording::RecordingHeader header_;
     Tick every_ticks_ = 1;
-    Tick due_ = 0;      // the next one; 0: not known yet
-    Tick started_ = 0;  // of the one that is being written
-    Tick last_ = 0;     // of the newest that is on disk; 0: none
-    bool failing_ = false;
+    Tick wait_ticks_ = 1;  // from one to the next; longer after failures
+    Tick due_ = 0;         // the next one; 0: not known yet
+    Tick started_ = 0;     // of the one that is being written
+    Tick last_ = 0;        // of the newest that is on disk; 0: none
     ProcessCopy copy_;
 };
 

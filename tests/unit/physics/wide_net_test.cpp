@@ -68,7 +68,8 @@ TEST(WideNet, SwingsDownClosed) {
     }
 }
 
-/// All impulses of joints are between two bodies.
+/// All impulses of joints are between two bodies. Some 10^4 of them change each body, rounded to
+/// 6e-8: 6e-6 of its motion in a random walk.
 TEST(WideNet, KeepsItsMomentum) {
     JointScene scene;
     add_wide_net(scene, false);
@@ -80,7 +81,7 @@ TEST(WideNet, KeepsItsMomentum) {
         const JointScene::Sums now = scene.sums();
         ASSERT_TRUE(now.finite);
         ASSERT_LE((now.linear - before.linear).norm(), 1.0e-4 * before.size) << "step " << i;
-        ASSERT_LE((now.angular - before.angular).norm(), 1.0e-3 * before.size) << "step " << i;
+        ASSERT_LE((now.angular - before.angular).norm(), 1.0e-4 * before.size) << "step " << i;
         ASSERT_LE(now.energy, 1.01 * before.energy) << "step " << i;
     }
 }

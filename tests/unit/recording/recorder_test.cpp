@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <future>
 #include <mutex>
 #include <thread>
@@ -195,6 +196,7 @@ TEST_F(Recorders, KeepTheRingBackToTheOlderOfTwoStates) {
     EXPECT_EQ(begins(), 0);
     EXPECT_GE(span_of(s.ring_folder).first, 400 - 70);
     put_state(400);
+    std::ofstream(ring_state_file(s.ring_folder, 410) + ".part") << "of a copy that was stopped";
     ASSERT_TRUE(r->close().ok());
     EXPECT_TRUE(fs::is_empty(s.ring_folder)) << "a run that ends well needs no state";
 }
@@ -207,6 +209,8 @@ TEST_F(Recorders, ShareNoRingWithAnotherServer) {
     play(*first, 1, 5);
     const auto second = recorder(s);
     EXPECT_TRUE(second->open().ok()) << "play goes on without";
+    EXPECT_TRUE(first->keeps_ring());
+    EXPECT_FALSE(second->keeps_ring());
     ASSERT_EQ(told().size(), 1U);
     EXPECT_NE(told()[0].find("another server"), std::string::npos);
     EXPECT_EQ(second->figures().failures, 1U);
