@@ -2,7 +2,6 @@
 #include "server/compute/device_impl.h"
 #include "server/compute/host_block.h"
 
-#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -45,14 +44,35 @@ core::Result<Buffer> Buffer::over(Device& device, void* host, std::size_t bytes)
     buffer.bytes_ = bytes;
     impl.memory_bytes += bytes;
     if (!mapped) {
-        buffer.staging_ = std::malloc(bytes);
-        if (buffer.staging_ == nullptr) {
-            return refuse("no memory of the host to copy back to");
+        if (const cl_int staging = buffer.make_staging(); staging != CL_SUCCESS) {
+            return refuse("no memory of the host to copy through: " + opencl_error(staging));
         }
     } else if (!buffer.map() || !device.finish()) {
         return Made::failure(device.fault());
     }
     return buffer;
+}
+
+/// Memory that the driver keeps in place, so that the device reads and writes it by itself; other
+/// memory it copies piece by piece.
+cl_int Buffer::make_staging() {
+    Device::Impl& impl = *device_->impl_;
+    cl_int code = CL_SUCCESS;
+    staging_handle_ = impl.cl->clCreateBuffer(
+        impl.context, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, bytes_, nullptr, &code);
+    if (code == CL_SUCCESS) {
+        staging_ = impl.cl->clEnqueueMapBuffer(impl.queue,
+                                               static_cast<cl_mem>(staging_handle_),
+                                               CL_TRUE,
+                                               CL_MAP_READ | CL_MAP_WRITE,
+                                               0,
+                                               bytes_,
+                                               0,
+                                               nullptr,
+                                               nullptr,
+                                               &code);
+    }
+    return code;
 }
 
 /// Queued, not waited for.
@@ -95,6 +115,7 @@ Buffer::Buffer(Buffer&& other) noexcept
     : device_(other.device_),
       handle_(std::exchange(other.handle_, nullptr)),
       host_(other.host_),
+      staging_handle_(std::exchange(other.staging_handle_, nullptr)),
       staging_(std::exchange(other.staging_, nullptr)),
       bytes_(other.bytes_),
       coming_(other.coming_),
@@ -106,6 +127,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     std::swap(device_, other.device_);
     std::swap(handle_, other.handle_);
     std::swap(host_, other.host_);
+    std::swap(staging_handle_, other.staging_handle_);
     std::swap(staging_, other.staging_);
     std::swap(bytes_, other.bytes_);
     std::swap(coming_, other.coming_);
@@ -122,12 +144,18 @@ Buffer::~Buffer() {
             impl.cl->clEnqueueUnmapMemObject(
                 impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
         }
+        if (staging_ != nullptr) {
+            impl.cl->clEnqueueUnmapMemObject(
+                impl.queue, static_cast<cl_mem>(staging_handle_), staging_, 0, nullptr, nullptr);
+        }
         // A step that was broken off may have left a copy in the queue, from memory that goes next.
         impl.cl->clFinish(impl.queue);
         impl.cl->clReleaseMemObject(static_cast<cl_mem>(handle_));
+        if (staging_handle_ != nullptr) {
+            impl.cl->clReleaseMemObject(static_cast<cl_mem>(staging_handle_));
+        }
         impl.memory_bytes -= bytes_;
     }
-    std::free(staging_);
 }
 
 Status Buffer::give(std::size_t offset, std::size_t bytes) {
@@ -139,13 +167,15 @@ Status Buffer::give(std::size_t offset, std::size_t bytes) {
     if (impl.buffers == BufferMode::kMapped) {
         return unmap();
     }
+    std::memcpy(
+        static_cast<char*>(staging_) + offset, static_cast<const char*>(host_) + offset, bytes);
     const cl_int code = impl.call([&] {
         return impl.cl->clEnqueueWriteBuffer(impl.queue,
                                              static_cast<cl_mem>(handle_),
                                              CL_FALSE,
                                              offset,
                                              bytes,
-                                             static_cast<char*>(host_) + offset,
+                                             static_cast<char*>(staging_) + offset,
                                              0,
                                              nullptr,
                                              nullptr);

@@ -189,13 +189,15 @@ class Buffer {
     };
 
     Buffer() = default;
+    int make_staging();
     Status map();
     Status unmap();
 
     Device* device_ = nullptr;
     void* handle_ = nullptr;
     void* host_ = nullptr;
-    void* staging_ = nullptr;  ///< where copies come back to, so that half of one does no harm
+    void* staging_handle_ = nullptr;
+    void* staging_ = nullptr;  ///< all copies pass through it; half of one does no harm
     std::size_t bytes_ = 0;
     std::array<BufferRange, kRanges> coming_;
     std::size_t ranges_ = 0;  ///< of them that are being transferred back

@@ -1,7 +1,9 @@
 #include "server/compute/kernel_source.h"
 
 #include <algorithm>
+#include <charconv>
 #include <set>
+#include <sstream>
 
 namespace zoned::compute {
 
@@ -73,7 +75,43 @@ class Expansion {
     std::string error_;
 };
 
+/// "kernels/particles.cl:3" of a line of an expanded text; both count from 1.
+std::string place_of(std::string_view source, std::size_t line) {
+    std::string file = "<kernel>";
+    std::size_t place = 0;
+    std::istringstream text{std::string(source)};
+    std::string content;
+    for (std::size_t at = 1; at <= line && std::getline(text, content); ++at) {
+        std::istringstream words(content);
+        std::string directive;
+        std::size_t next = 0;
+        if (words >> directive >> next && directive == "#line") {
+            const std::size_t quote = content.find('"');
+            file = content.substr(quote + 1, content.rfind('"') - quote - 1);
+            place = next - 1;
+        } else {
+            ++place;
+        }
+    }
+    return file + ":" + std::to_string(place);
+}
+
 }  // namespace
+
+std::string name_places(std::string_view log, std::string_view source) {
+    constexpr std::string_view kWhole = "<kernel>:";
+    std::string out;
+    for (std::size_t at = log.find(kWhole); at != std::string_view::npos; at = log.find(kWhole)) {
+        out += log.substr(0, at);
+        log.remove_prefix(at);
+        std::size_t line = 0;
+        const char* digits = log.data() + kWhole.size();
+        const auto end = std::from_chars(digits, log.data() + log.size(), line).ptr;
+        out += end == digits ? std::string(kWhole) : place_of(source, line);
+        log.remove_prefix(static_cast<std::size_t>(end - log.data()));
+    }
+    return out.append(log);
+}
 
 core::Result<std::string> expand_kernel(std::string_view path, const FindKernelFile& find) {
     Expansion expansion(find);

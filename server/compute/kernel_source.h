@@ -27,7 +27,11 @@ using FindKernelFile = std::function<std::optional<std::string_view>(std::string
 /// Fails with file and line of an include that is not there.
 core::Result<std::string> expand_kernel(std::string_view path, const FindKernelFile& find);
 
-/// The same from kernel_files().
+/// A compiler's log about such a text. Compilers that ignore #line (NVIDIA's) say "<kernel>:LINE"
+/// of the whole text; that becomes the file and its line.
+std::string name_places(std::string_view log, std::string_view source);
+
+/// expand_kernel from kernel_files().
 core::Result<std::string> kernel_source(std::string_view path);
 
 }  // namespace zoned::compute

@@ -76,7 +76,7 @@ core::Result<cl_program> Device::Impl::build(std::string_view file,
     std::string why = std::string(file) + " does not build for " + to_text(info) + " with \"" +
                       options + "\": " + opencl_error(code);
     if (made != nullptr) {
-        why += "\n" + build_log(*cl, made, id);
+        why += "\n" + name_places(build_log(*cl, made, id), source);
         cl->clReleaseProgram(made);
     }
     return Built::failure(std::move(why));

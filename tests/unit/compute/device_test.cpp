@@ -183,6 +183,32 @@ TEST_F(DeviceLifeTest, AKernelThatDoesNotBuildIsNamedWithFileAndLineAndTheCpuDoe
     EXPECT_FALSE(device->lost()) << "other kernels may go on";
 }
 
+TEST(KernelSource, NamesPlacesForCompilersThatCountTheWholeText) {
+    const auto source = expand_kernel("a.cl", [](std::string_view path) {
+        return path == "a.cl" ? std::optional<std::string_view>("1\n#include \"b.h\"\n3\n4\n")
+                              : std::optional<std::string_view>("first of b\nsecond of b\n");
+    });
+    ASSERT_TRUE(source.ok());
+    // Every line as a compiler would name it that counts from the top of the text.
+    std::istringstream lines(*source);
+    std::vector<std::string> found;
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+        if (line[0] != '#') {
+            found.push_back(
+                name_places("<kernel>:" + std::to_string(number) + ":2: error", *source) + " " +
+                line);
+        }
+    }
+    EXPECT_EQ(found,
+              (std::vector<std::string>{"a.cl:1:2: error 1",
+                                        "b.h:1:2: error first of b",
+                                        "b.h:2:2: error second of b",
+                                        "a.cl:3:2: error 3",
+                                        "a.cl:4:2: error 4"}));
+    EXPECT_EQ(name_places("no place; <kernel>: none", *source), "no place; <kernel>: none");
+}
+
 TEST(KernelSource, NamesThePlaceOfAnIncludeThatIsNotThere) {
     const auto source = expand_kernel("a.cl", [](std::string_view path) {
         return path == "a.cl" ? std::optional<std::string_view>("\n#include \"b.h\"\n")
@@ -436,7 +462,8 @@ TEST_F(DeviceLifeTest, AGroupThatNoColumnsFitLeavesTheWorkToTheCpu) {
     const auto device = open();
     ASSERT_NE(device, nullptr);
     Team alone;
-    for (const std::size_t group : {std::size_t{1}, std::size_t{24}, std::size_t{1000}}) {
+    // Small enough that no device cuts them to what its kernel can have.
+    for (const std::size_t group : {std::size_t{1}, std::size_t{24}, std::size_t{40}}) {
         ParticleStage stage(device.get(), {group, false});
         ParticleColumns columns = standing(2000);
         const StageRun run = stage.step(columns, 2000, falling(), alone);
