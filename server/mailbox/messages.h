@@ -3,8 +3,10 @@
 #pragma once
 
 #include "server/mailbox/store_messages.h"
+#include "shared/core/containers/inline_vector.h"
 #include "shared/core/ids.h"
 #include "shared/motion/input_command.h"
+#include "shared/wire/packet.h"
 
 #include <cstdint>
 #include <memory>
@@ -58,7 +60,7 @@ struct Leave {
 /// Commands of one input packet that passed the input gate, ascending by tick.
 struct Input {
     ClientId client;
-    std::vector<motion::InputCommand> commands;
+    core::InlineVector<motion::InputCommand, wire::kMaxCommandsPerPacket> commands;
 };
 
 /// Which state packets a client has: sequence numbers as in replication's Packet.

@@ -179,6 +179,9 @@ bool read_leave(const RecordedItem::Leave& r, mailbox::InboxItem& out) {
 bool read_input(const RecordedItem::Input& r, mailbox::InboxItem& out) {
     mailbox::Input input;
     input.client = ClientId(r.client());
+    if (static_cast<std::size_t>(r.commands_size()) > input.commands.kMost) {
+        return false;
+    }
     for (const RecordedItem::InputTick& from : r.commands()) {
         motion::InputCommand command;
         command.tick = from.tick();

@@ -36,7 +36,7 @@ void InputGate::filter(std::span<const motion::InputCommand> commands,
                        Tick current_tick,
                        Tick window_ticks,
                        RejectCounters& rejects,
-                       std::vector<motion::InputCommand>& passed) {
+                       PassedCommands& passed) {
     for (const motion::InputCommand& command : commands) {
         // The window comes first: differences of ticks from outside must not overflow.
         if (command.tick < 0 || command.tick > current_tick + window_ticks) {

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "server/session/reject.h"
+#include "shared/core/containers/inline_vector.h"
 #include "shared/core/ids.h"
 #include "shared/motion/input_command.h"
+#include "shared/wire/packet.h"
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace zoned::session {
 
@@ -21,13 +22,15 @@ inline constexpr Tick kMaxInputWindowTicks = 63 - kInputLateTicks;
 /// only ticks of a window that moves with the server's clock pass at all.
 class InputGate {
   public:
+    using PassedCommands = core::InlineVector<motion::InputCommand, wire::kMaxCommandsPerPacket>;
+
     /// Appends to `passed` the commands that may go on to the zones, ascending by tick; counts the
     /// others. `commands` ascend by tick (the codec sees to it).
     void filter(std::span<const motion::InputCommand> commands,
                 Tick current_tick,
                 Tick window_ticks,
                 RejectCounters& rejects,
-                std::vector<motion::InputCommand>& passed);
+                PassedCommands& passed);
 
   private:
     /// Whether the command of `tick` passed before. Ticks older than the mask are late anyway, as

@@ -481,6 +481,15 @@ TEST(RecordItems, RefuseNumbersThatDoNotFit) {
     record.mutable_input()->mutable_commands(0)->set_yaw(0);
     record.mutable_input()->mutable_commands(0)->set_pitch(-32769);
     EXPECT_FALSE(from_record(record, item));
+    record.mutable_input()->mutable_commands(0)->set_pitch(0);
+    const std::size_t most = wire::kMaxCommandsPerPacket;
+    while (record.input().commands_size() < static_cast<int>(most)) {
+        record.mutable_input()->add_commands();
+    }
+    ASSERT_TRUE(from_record(record, item));
+    EXPECT_EQ(std::get<mailbox::Input>(item).commands.size(), most);
+    record.mutable_input()->add_commands();
+    EXPECT_FALSE(from_record(record, item)) << "more than a packet holds";
 }
 
 }  // namespace

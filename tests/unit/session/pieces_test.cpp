@@ -28,7 +28,7 @@ std::vector<Tick> passed(InputGate& gate,
                          const std::vector<motion::InputCommand>& commands,
                          Tick now,
                          RejectCounters& rejects) {
-    std::vector<motion::InputCommand> out;
+    InputGate::PassedCommands out;
     gate.filter(commands, now, 32, rejects, out);
     std::vector<Tick> ticks;
     for (const auto& c : out) {
