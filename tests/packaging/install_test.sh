@@ -60,7 +60,7 @@ grep -q '"state_hash"' report.json || fail "no report"
 grep -q 'every hash agrees' game.log || { cat game.log; fail "the new game in Lua was not replayed"; }
 "$prefix/bin/zoned" new my_match --game capture_the_flag --test >game.log 2>&1 || { cat game.log; fail "capture the flag"; }
 # Its bots score on a running server, and the next server has the leaderboard from its store.
-for round in "60 scored [1-9]" "1 scored 0"; do
+for round in "180 scored [1-9]" "1 scored 0"; do
     my_match/build/my_match-server serve --config my_match/world.txtpb --set network.tcp_port=0 --set network.udp_port=0 >ready 2>log &
     server=$!
     started=("$server")
@@ -73,8 +73,8 @@ for round in "60 scored [1-9]" "1 scored 0"; do
     wait "$server" || fail "capture the flag ends with $?"
     started=()
 done
-grep -q ' bot-' board.60 || fail "the leaderboard is empty"
-cmp board.60 board.1 || fail "another leaderboard after a restart"
+grep -q ' bot-' board.180 || fail "the leaderboard is empty"
+cmp board.180 board.1 || fail "another leaderboard after a restart"
 if "$prefix/bin/zoned" new my_game >game.log 2>&1; then fail "a game was overwritten"; fi
 # The game's own test is checked: rules with a clock are found.
 sed -i 's/#include <stdexcept>/#include <ctime>\n&/; s/= context.now() + /&clock() % 7 + /' my_game/game.cpp
