@@ -203,4 +203,14 @@ int run(const Options& options) {
     }
 }
 
+int client_main(int argc, char** argv, const bot::MakeOwnScript& make_own_script) {
+    int exit_code = 0;
+    auto options = parse_options(argc, argv, exit_code);
+    if (!options) {
+        return exit_code;
+    }
+    options->swarm.make_own_script = make_own_script;
+    return run(*options);
+}
+
 }  // namespace zoned::app

@@ -9,4 +9,8 @@ namespace zoned::app {
 /// output, writes the report. Returns the exit code.
 int run(const Options& options);
 
+/// All of client-sim but its main(). A game of one's own gives its bots here: they play in place of
+/// --behaviour.
+int client_main(int argc, char** argv, const bot::MakeOwnScript& make_own_script = {});
+
 }  // namespace zoned::app

@@ -59,6 +59,7 @@ Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
         one.login.config_digest = settings_.config_digest;
         one.login.world = settings_.world;
         one.script = dealt[i];
+        one.make_own_script = settings_.make_own_script;
         one.seed = settings_.seed;
         one.index = i;
         one.convergence = settings_.convergence;
@@ -187,7 +188,7 @@ void Swarm::freeze(double now_s) {
 void Swarm::enter_goodbye(double now_s) {
     final_ = collector_.report(bots_, settings_.bots);
     final_.seconds = run_seconds_;
-    final_.script = describe(settings_.mix);
+    final_.script = settings_.make_own_script ? "own" : describe(settings_.mix);
     final_.convergence = name_of(settings_.convergence);
     final_.view = settings_.view == view::ViewKind::kInterpolate ? "interpolate" : "extrapolate";
     final_.predictor =

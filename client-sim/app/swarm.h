@@ -17,7 +17,8 @@ struct SwarmSettings {
     std::size_t bots = 1;
     double seconds = 10.0;  ///< length of the run itself, after the last bot was started
     std::vector<bot::Share> mix = bot::default_mix();
-    double ramp_per_s = 100.0;  ///< bots started per second
+    bot::MakeOwnScript make_own_script;  ///< plays in place of the mix; empty: the mix does
+    double ramp_per_s = 100.0;           ///< bots started per second
     std::uint64_t seed = 1;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     view::ViewKind view = view::ViewKind::kExtrapolate;

@@ -27,6 +27,9 @@ Bot::Bot(link::Transport& transport,
     : observer_(observer),
       settings_(std::move(settings)),
       script_runner_(settings_.script, settings_.seed, settings_.index, settings_.login.team),
+      own_script_(settings_.make_own_script
+                      ? settings_.make_own_script(settings_.index, settings_.login.team)
+                      : nullptr),
       player_(transport, worlds, *this, player_settings(settings_)) {
 }
 
@@ -59,11 +62,22 @@ void Bot::on_set_back() {
     observer_.on_set_back(*this);
 }
 
+motion::InputCommand Bot::decide(Tick tick, bool& changed) {
+    if (own_script_ == nullptr) {
+        return script_runner_.decide(*view(), tick, *this, changed);
+    }
+    const motion::InputCommand before =
+        std::exchange(own_command_, own_script_->decide(*view(), tick, *this));
+    own_command_.tick = tick;
+    changed = changes_course(before, own_command_);
+    return own_command_;
+}
+
 motion::InputCommand Bot::command_for(Tick tick) {
     motion::InputCommand command;
     bool changed = false;
     if (joined_ && !quiet_ && view()->own().known()) {
-        command = script_runner_.decide(*view(), tick, *this, changed);
+        command = decide(tick, changed);
     }
     if (changed) {
         observer_.on_changed_course(*this, tick);
@@ -119,6 +133,11 @@ void Bot::on_joined(const wire::JoinedMessage& joined) {
 }
 
 void Bot::on_event(const wire::EventMessage& event) {
+    if (own_script_ != nullptr) {
+        own_script_->on_event(event);  // the kinds of its game, which may be the sandbox's numbers
+        observer_.on_event(*this, event);
+        return;
+    }
     if (std::string answer; ledger_.apply(event, avatar_, answer)) {
         client().send_command(sandbox::COMMAND_AGREE, std::move(answer));
     }

@@ -35,6 +35,7 @@ class Observer {
 struct BotSettings {
     link::Login login;
     Script script = Script::kWander;
+    MakeOwnScript make_own_script;  ///< plays in place of `script`; empty: none does
     std::uint64_t seed = 1;
     std::size_t index = 0;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
@@ -122,6 +123,7 @@ class Bot final : public view::PlayerListener, public Voice {
 
   private:
     void settle();
+    motion::InputCommand decide(Tick tick, bool& changed);
     void answer_players(const wire::EventMessage& event);
     void ask_for_audit();
     [[nodiscard]] bool audited() const;
@@ -129,6 +131,8 @@ class Bot final : public view::PlayerListener, public Voice {
     Observer& observer_;
     BotSettings settings_;
     ScriptRunner script_runner_;
+    std::unique_ptr<OwnScript> own_script_;  // or none
+    motion::InputCommand own_command_;       // its newest
     link::ArrivalLog arrivals_;
     view::Player player_;
     bool quiet_ = false;

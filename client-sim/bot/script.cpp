@@ -59,6 +59,22 @@ EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::strin
     return aim.hit;
 }
 
+bool changes_course(const motion::InputCommand& before, const motion::InputCommand& after) {
+    return std::abs(before.move_x - after.move_x) + std::abs(before.move_z - after.move_z) > 64;
+}
+
+motion::InputCommand walk_towards(double x, double z) {
+    motion::InputCommand command;
+    const double length = std::hypot(x, z);
+    if (length > 0.0) {
+        const double scale = static_cast<double>(kFullSpeed) / length;
+        command.move_x = static_cast<std::int8_t>(std::lround(x * scale));
+        command.move_z = static_cast<std::int8_t>(std::lround(z * scale));
+        command.yaw = yaw_towards(static_cast<float>(x), static_cast<float>(z));
+    }
+    return command;
+}
+
 ScriptRunner::ScriptRunner(Script script, std::uint64_t seed, std::uint64_t index, std::string team)
     : script_(script),
       rng_(seed, index),
@@ -108,8 +124,7 @@ motion::InputCommand ScriptRunner::decide(const view::View& view,
             trade(view, tick, voice);
             break;
     }
-    // A change that others can see: another direction by more than rounding, or another speed.
-    changed = std::abs(before.move_x - wish_.move_x) + std::abs(before.move_z - wish_.move_z) > 64;
+    changed = changes_course(before, wish_);
     return wish_;
 }
 

@@ -5,10 +5,12 @@
 #include "shared/core/result.h"
 #include "shared/core/rng.h"
 #include "shared/motion/input_command.h"
+#include "shared/wire/session/session_messages.h"
 
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 #include <span>
 #include <string>
@@ -61,6 +63,30 @@ class Voice {
     /// Entity ids in the own inventory.
     [[nodiscard]] virtual std::span<const std::uint32_t> items() const = 0;
 };
+
+/// A bot that plays a game of its own, in place of the scripts above. Deterministic: the same
+/// calls, the same decisions, or a test with it is not the same twice.
+class OwnScript {
+  public:
+    virtual ~OwnScript() = default;
+    /// The command for `tick`, once a tick from the moment that the own avatar is known.
+    virtual motion::InputCommand decide(const view::View& view, Tick tick, Voice& voice) = 0;
+
+    /// Each event of the game, once and in its order.
+    virtual void on_event(const wire::EventMessage& event) { (void)event; }
+};
+
+/// Makes the script of a bot. `index` counts the bots of a swarm; `team` is what it logs in with.
+using MakeOwnScript =
+    std::function<std::unique_ptr<OwnScript>(std::size_t index, const std::string& team)>;
+
+/// Whether others can see the change: another direction by more than rounding, or another speed.
+[[nodiscard]] bool changes_course(const motion::InputCommand& before,
+                                  const motion::InputCommand& after);
+
+/// Full speed towards a direction of the world's plane, and looking there; its length does not
+/// matter, and none stands still.
+[[nodiscard]] motion::InputCommand walk_towards(double x, double z);
 
 /// The decisions of one bot. Seeded: same seed, same view, same decisions.
 class ScriptRunner {

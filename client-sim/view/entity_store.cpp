@@ -144,10 +144,13 @@ void EntityStore::follow_fields(Entity& entity,
     if (!known) {
         entity.fields.assign(1, {record.publication_tick, {}});
     } else if (settings_.keep_history) {
-        std::erase_if(entity.fields, [&](const FieldRow& row) {
-            return &row != &entity.fields.back() &&
-                   row.publication_tick < record.publication_tick - 2 * kHistoryTicks;
-        });
+        // A row holds until the next one: the newest of those beyond the history stays.
+        const Tick oldest = record.publication_tick - 2 * kHistoryTicks;
+        const auto recent = std::find_if(
+            entity.fields.begin() + 1, entity.fields.end(), [oldest](const FieldRow& row) {
+                return row.publication_tick > oldest;
+            });
+        entity.fields.erase(entity.fields.begin(), recent - 1);
         entity.fields.push_back(entity.fields.back());
     }
     entity.fields.back().publication_tick = record.publication_tick;

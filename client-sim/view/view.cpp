@@ -436,6 +436,21 @@ EntityStore::Record View::record_of(const link::OpenedPacket& packet, double now
     return record;
 }
 
+std::optional<wire::FieldValue> View::field(EntityId id, std::string_view name) const {
+    const Entity* const entity = store_.find(id);
+    const wire::FieldSchema* const schema =
+        entity != nullptr && entity->present() && entity->typed && !entity->fields.empty()
+            ? wire::schema_of(world_->fields, entity->type)
+            : nullptr;
+    const wire::DeclaredField* const field =
+        schema != nullptr ? schema->find(wire::field_id(name)) : nullptr;
+    if (field == nullptr || field->name != name ||
+        entity->fields.back().words.size() != schema->words()) {
+        return std::nullopt;
+    }
+    return wire::value_of(*field, wire::words_of(*field, std::span(entity->fields.back().words)));
+}
+
 void View::maintain(double now_s) {
     environment_.advance(tick_);
     store_.prune(tick_);

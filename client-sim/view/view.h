@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace zoned::view {
 
@@ -145,6 +146,11 @@ class View {
     /// The state on the screen of a displayed entity, `fraction` of a tick after tick().
     [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity,
                                                       double fraction = 0.0) const;
+
+    /// The newest known value of a declared field of a present entity, or of the own avatar; a text
+    /// is good until the next packet. None where its type has no such field, or it is not known.
+    [[nodiscard]] std::optional<wire::FieldValue> field(EntityId entity,
+                                                        std::string_view name) const;
 
     [[nodiscard]] const WorldInfo& world() const { return *world_; }
 

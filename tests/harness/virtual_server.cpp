@@ -2,6 +2,7 @@
 
 #include "server/app/runtime/host_settings.h"
 #include "server/config/expand/load_settings.h"
+#include "server/store/store_service.h"
 #include "tests/harness/virtual_transport.h"
 
 #include <algorithm>
@@ -32,6 +33,9 @@ VirtualServer::VirtualServer(const VirtualServerSettings& settings)
       world_(std::make_unique<app::World>(config_, settings.threads)),
       host_(std::make_unique<session::SessionHost>(app::host_settings(config_), output())) {
     host_->set_udp_port(1);
+    if (settings_.records == nullptr) {
+        settings_.records = std::make_shared<Records>();
+    }
 }
 
 VirtualServer::~VirtualServer() = default;
@@ -113,6 +117,35 @@ void VirtualServer::tick() {
     world_->tick(last_items_, outbox_);
     for (const mailbox::OutboxItem& item : outbox_) {
         host_->on_outbox(item, now_s_, server_time_s());
+    }
+    answer_store_requests();
+}
+
+/// As the store's writer does: a tick's writes before its reads. The answers are in the next tick.
+void VirtualServer::answer_store_requests() {
+    const auto name_of = [](const mailbox::StoreKey& key) {
+        return Records::key_type(key.scope, key.account, key.character, key.key);
+    };
+    const auto& requests = world_->store_requests();
+    for (const mailbox::StoreRequest& request : requests) {
+        if (request.act == mailbox::StoreAct::kPut) {
+            (*settings_.records)[name_of(request.key)] = request.value;
+        } else if (request.act == mailbox::StoreAct::kRemove) {
+            settings_.records->erase(name_of(request.key));
+        }
+    }
+    for (const mailbox::StoreRequest& request : requests) {
+        if (request.number == 0) {
+            continue;
+        }
+        auto answer = store::answer_to(request, mailbox::StoreStatus::kDone);
+        if (request.act == mailbox::StoreAct::kGet) {
+            const auto found = settings_.records->find(name_of(request.key));
+            const bool is_there = found != settings_.records->end();
+            answer.status = is_there ? mailbox::StoreStatus::kDone : mailbox::StoreStatus::kAbsent;
+            answer.value = is_there ? found->second : std::vector<std::uint8_t>();
+        }
+        inbox_.emplace_back(std::move(answer));
     }
 }
 

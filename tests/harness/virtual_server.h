@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace zoned::harness {
@@ -23,6 +24,10 @@ struct Span {
     double from_s = 0.0;
     double until_s = 0.0;
 };
+
+/// What a store keeps between two servers: the records by scope, account, character and key.
+using Records = std::map<std::tuple<mailbox::StoreScope, std::string, std::string, std::string>,
+                         std::vector<std::uint8_t>>;
 
 struct VirtualServerSettings {
     std::string config;  ///< a config file, or its text
@@ -36,6 +41,9 @@ struct VirtualServerSettings {
     /// The machine under the server is starved: nothing comes in, no tick runs, and server time
     /// stands still, as when ticks are dropped. Ascending, apart.
     std::vector<Span> server_stalls;
+    /// Outlives the server, as a file does: the next one finds what this one's rules stored. Null:
+    /// each server begins with an empty store.
+    std::shared_ptr<Records> records;
 };
 
 /// Same settings and calls, same run, bit for bit. Not thread-safe.
@@ -88,6 +96,7 @@ class VirtualServer {
     void deliver_up();
     void deliver_down();
     void tick();
+    void answer_store_requests();
     session::SessionOutput output();
 
     VirtualServerSettings settings_;

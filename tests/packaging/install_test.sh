@@ -58,6 +58,23 @@ grep -q '"state_hash"' report.json || fail "no report"
 "$prefix/bin/zoned" new my_game --test >game.log 2>&1 || { cat game.log; fail "a new game in C++"; }
 "$prefix/bin/zoned" new my_lua --lua --test >game.log 2>&1 || { cat game.log; fail "a new game in Lua"; }
 grep -q 'every hash agrees' game.log || { cat game.log; fail "the new game in Lua was not replayed"; }
+"$prefix/bin/zoned" new my_match --game capture_the_flag --test >game.log 2>&1 || { cat game.log; fail "capture the flag"; }
+# Its bots score on a running server, and the next server has the leaderboard from its store.
+for round in "180 scored [1-9]" "1 scored 0"; do
+    my_match/build/my_match-server serve --config my_match/world.txtpb --set network.tcp_port=0 --set network.udp_port=0 >ready 2>log &
+    server=$!
+    started=("$server")
+    wait_for 60 grep -q '^ready ' ready || { cat log; fail "capture the flag does not start"; }
+    port="$(sed -n 's/^ready tcp=\([0-9]*\).*/\1/p' ready)"
+    my_match/build/my_match-bots --connect "127.0.0.1:$port" --bots 10 --seconds "${round%% *}" >game.log 2>&1 || { cat game.log; fail "bots of capture the flag"; }
+    grep -q "${round#* }" game.log || { cat game.log; fail "not ${round#* }"; }
+    sed -n '/^leaderboard:/,$p' game.log >"board.${round%% *}"
+    kill -TERM "$server"
+    wait "$server" || fail "capture the flag ends with $?"
+    started=()
+done
+grep -q ' bot-' board.180 || fail "the leaderboard is empty"
+cmp board.180 board.1 || fail "another leaderboard after a restart"
 if "$prefix/bin/zoned" new my_game >game.log 2>&1; then fail "a game was overwritten"; fi
 # The game's own test is checked: rules with a clock are found.
 sed -i 's/#include <stdexcept>/#include <ctime>\n&/; s/= context.now() + /&clock() % 7 + /' my_game/game.cpp

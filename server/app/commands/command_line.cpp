@@ -54,13 +54,16 @@ void add_new(CLI::App& app, NewArguments& a, std::function<int()>& run) {
         "new", "Begin a game of your own: rules, world, test, image, in a folder of its own");
     c->add_option("DIR", a.folder, "Folder to make; nothing is overwritten")->required();
     c->add_option("--name", a.name, "Of the game; default: the last part of DIR");
+    c->add_option("--game", a.game, "To begin with: tag, or capture_the_flag with bots of its own")
+        ->check(CLI::IsMember({"tag", "capture_the_flag"}));
     c->add_flag("--lua", a.lua, "Rules in a script; default: in C++, linked into a server");
     c->add_flag("--test", a.test, "Then build the game and run its test");
     c->footer(
         "A game in C++ needs the package zoned-dev, or a build folder of zoned.\n"
         "Examples:\n"
         "  zoned new my_game --test\n"
-        "  zoned new my_game --lua");
+        "  zoned new my_game --lua\n"
+        "  zoned new my_game --game capture_the_flag");
     c->callback([&] {
         run = [&a] {
             return new_game(a);

@@ -94,9 +94,10 @@ Variable variable_for(bool lua) {
 
 void tell_next_steps(const NewArguments& arguments, const Variable& variable) {
     std::printf(
-        "%s holds a game of tag; its README.md says what each file is.\n"
+        "%s holds a game of %s; its README.md says what each file is.\n"
         "  cd %s\n",
         arguments.folder.c_str(),
+        arguments.game == "tag" ? "tag" : "capture the flag",
         arguments.folder.c_str());
     if (!variable.name.empty()) {
         std::printf("  export %s=%s%s\n",
@@ -146,9 +147,17 @@ int new_game(NewArguments arguments) {
                      folder.c_str());
         return kUsage;
     }
+    const bool is_capture = arguments.game == "capture_the_flag";
+    if (is_capture && arguments.lua) {
+        std::fputs("zoned: capture_the_flag is in C++: leave --lua out\n", stderr);
+        return kUsage;
+    }
+    const NewGame game = is_capture      ? NewGame::kCaptureTheFlag
+                         : arguments.lua ? NewGame::kLua
+                                         : NewGame::kCpp;
     for (const GameTemplate& file : game_templates()) {
-        if ((file.language == GameLanguage::kLua) == arguments.lua) {
-            const bool is_world = std::string_view(file.path) == "world.txtpb";
+        if (file.game == game) {
+            const bool is_world = !is_capture && std::string_view(file.path) == "world.txtpb";
             std::string text = is_world ? world_of(file.text, arguments) : file.text;
             replace_all(text, "@GAME@", arguments.name);
             write(folder / file.path, text);

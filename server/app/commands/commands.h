@@ -31,10 +31,11 @@ struct ServeArguments {
 };
 
 struct NewArguments {
-    std::string folder;  ///< not there yet, or empty
-    std::string name;    ///< of the game; empty: the folder's
-    bool lua = false;    ///< rules in a script, in place of C++
-    bool test = false;   ///< goes on as the game's test.sh
+    std::string folder;        ///< not there yet, or empty
+    std::string name;          ///< of the game; empty: the folder's
+    std::string game = "tag";  ///< or "capture_the_flag"
+    bool lua = false;          ///< rules in a script, in place of C++
+    bool test = false;         ///< goes on as the game's test.sh
 };
 
 struct ExplainArguments {

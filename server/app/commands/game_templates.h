@@ -6,13 +6,14 @@
 
 namespace zoned::app {
 
-enum class GameLanguage : std::uint8_t {
-    kCpp,
-    kLua
+enum class NewGame : std::uint8_t {
+    kCpp,             ///< tag
+    kLua,             ///< tag
+    kCaptureTheFlag,  ///< in C++
 };
 
 struct GameTemplate {
-    GameLanguage language = GameLanguage::kCpp;
+    NewGame game = NewGame::kCpp;
     const char* path = "";  ///< within the game's folder
     const char* text = "";  ///< @GAME@ stands for the game's name
 };

@@ -89,6 +89,20 @@ TEST_F(ViewFields, AreKnownAtEachRecentTick) {
     EXPECT_EQ(view.stats().malformed_records, 0U);
 }
 
+// What held before a long silence is compared with audits of the ticks just after it.
+TEST_F(ViewFields, HoldOverALongSilenceUntilTheNextChange) {
+    record(true, 100, 70);
+    deliver(1, 100);
+    constexpr Tick kLater = 100 + 3 * EntityStore::kHistoryTicks;
+    record(false, kLater, 60);
+    deliver(2, kLater);
+    record(false, kLater + 2, 50);
+    deliver(3, kLater + 2);
+    EXPECT_EQ(health(kLater - 1), 70);
+    EXPECT_EQ(health(kLater + 1), 60);
+    EXPECT_EQ(health(kLater + 2), 50);
+}
+
 TEST_F(ViewFields, BeyondTheirRangeAreRefusedAndCounted) {
     record(true, 100, 50);
     deliver(1, 100);
