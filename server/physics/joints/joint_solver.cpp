@@ -449,7 +449,9 @@ double JointSolver::share_to_bound(const Row& row, double unknown) {
 bool JointSolver::release(SolverBodies& moving, const JointGroup& group) {
     double share = 1.0;
     for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
-        share = std::min(share, share_to_bound(rows_[r], unknowns_[r]));
+        if (rows_[r].kind != RowKind::kHard) {  // most rows are, and have no bounds
+            share = std::min(share, share_to_bound(rows_[r], unknowns_[r]));
+        }
     }
     if (share >= 1.0) {
         return false;
