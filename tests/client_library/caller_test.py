@@ -1,7 +1,6 @@
 """The session over a WebSocket that the caller owns: the native library as a browser's page uses it."""
 
 import base64
-import ctypes
 import os
 import socket
 import struct
@@ -10,9 +9,7 @@ import unittest
 
 import game_server
 import zoned_client
-from zoned_client import Client, State
-
-OPEN, CLOSE = 1, 2
+from zoned_client import Client, State, StreamWish
 
 
 class WebSocket:
@@ -72,37 +69,28 @@ class Caller:
 
     def __init__(self, port, name):
         self.client = Client(name)
-        self.library = zoned_client._library
-        self.handle = self.client._client
-        self.library.zoned_client_next_frame.restype = ctypes.c_size_t
-        self.library.zoned_client_next_frame.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t]
-        self.library.zoned_client_stream_frame.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t]
-        for name in ("begin", "stream_wish", "stream_opened"):
-            getattr(self.library, f"zoned_client_{name}").argtypes = [ctypes.c_void_p]
-        self.library.zoned_client_stream_closed.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
         self.port = port
         self.socket = None
         self.opened = 0
-        self.room = ctypes.create_string_buffer(65536)
-        assert self.library.zoned_client_begin(self.handle) == 0
+        self.client.begin()
 
     def poll(self):
         state = self.client.poll()
-        while size := self.library.zoned_client_next_frame(self.handle, self.room, len(self.room)):
+        while frame := self.client.next_frame():
             if self.socket:
-                self.socket.send(self.room.raw[:size])
-        wish = self.library.zoned_client_stream_wish(self.handle)
-        if wish == OPEN:
+                self.socket.send(frame)
+        wish = self.client.stream_wish()
+        if wish == StreamWish.OPEN:
             self.opened += 1
             self.socket = WebSocket(self.port)
-            self.library.zoned_client_stream_opened(self.handle)
-        elif wish == CLOSE and self.socket:
+            self.client.stream_opened()
+        elif wish == StreamWish.CLOSE and self.socket:
             self.socket.socket.close()
             self.socket = None
         if self.socket:
             try:
                 for message in self.socket.messages():
-                    self.library.zoned_client_stream_frame(self.handle, message, len(message))
+                    self.client.stream_frame(message)
             except OSError:
                 self.cut()
         return state
@@ -110,7 +98,7 @@ class Caller:
     def cut(self):
         self.socket.socket.close()
         self.socket = None
-        self.library.zoned_client_stream_closed(self.handle, b"cut")
+        self.client.stream_closed("cut")
 
 
 class CallersWebSocket(unittest.TestCase):
@@ -144,7 +132,6 @@ class CallersWebSocket(unittest.TestCase):
         library = zoned_client._library
         for function in ("stream_wish", "stream_opened"):
             call = getattr(library, f"zoned_client_{function}")
-            call.argtypes = [ctypes.c_void_p]
             self.assertEqual(call(client._client), -1)
             self.assertEqual(call(None), -1)
 

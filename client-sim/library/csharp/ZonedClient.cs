@@ -64,6 +64,7 @@ namespace Zoned
         public Vector Position, Eye;
         public VectorF Velocity;
         public uint Reserved;
+        public long Tick;
     }
 
     [StructLayout(LayoutKind.Sequential, CharSet = CharSet.Ansi)]
@@ -132,6 +133,92 @@ namespace Zoned
         public long Tick;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
+    public struct ZoneInfo
+    {
+        internal uint Size;
+        public uint Id;
+        public double LowerX, LowerZ, UpperX, UpperZ, GroundHeight;
+        public uint Boxes, Triangles;
+    }
+
+    /// A solid box of the world.
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Box
+    {
+        internal uint Size;
+        public uint Door;
+        public Vector Centre;
+        public VectorF HalfExtents;
+        public Turn Orientation;
+        public uint Shut;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Sight
+    {
+        public uint Entity, Reserved;
+        public long Publication;
+        public Vector Position;
+    }
+
+    /// The characters along a ray: aim[0] to aim[Sights - 1], the nearest to the ray first.
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Aim
+    {
+        internal uint Size;
+        public uint Past;
+        public long Tick;
+        public double Fraction;
+        public uint Hit, Sights;
+        public double Distance;
+        private Sight s0, s1, s2, s3, s4, s5, s6, s7;
+
+        public Sight this[int index]
+        {
+            get
+            {
+                switch (index)
+                {
+                    case 0: return s0;
+                    case 1: return s1;
+                    case 2: return s2;
+                    case 3: return s3;
+                    case 4: return s4;
+                    case 5: return s5;
+                    case 6: return s6;
+                    case 7: return s7;
+                    default: throw new IndexOutOfRangeException();
+                }
+            }
+        }
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Particle
+    {
+        internal uint Size;
+        public float Age;
+        public Vector Position;
+        public VectorF Velocity;
+        public uint Reserved;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Stats
+    {
+        internal uint Size;
+        public uint Tunnelled;
+        public double RttMs, InputLeadMs;
+        public ulong PacketsIn, PacketsOut, BytesIn, BytesOut, Malformed, Resumed, Inputs, InputsMissing, EventsDropped, Corrections;
+        public double CorrectionLastM, CorrectionP99M, CorrectionMaxM;
+        public ulong Compared;
+        public double DisplayedErrorP50M, DisplayedErrorP99M, OwnErrorP99M;
+    }
+
+    /// For sessions over a WebSocket of the caller.
+    public enum StreamWish { Nothing = 0, Open = 1, Close = 2 }
+
     internal static class Native
     {
         internal const uint Abi = 1 << 16 | 2; // of zoned_client.h
@@ -145,8 +232,8 @@ namespace Zoned
             public IntPtr Name, Team, Ticket;
             public UIntPtr TicketSize;
             public IntPtr ConfigDigest;
-            public uint Trust, Reserved;
-            public IntPtr Pin, CaFile;
+            public uint Trust, Measure;
+            public IntPtr Pin, CaFile, World;
         }
 
         [DllImport(Library)]
@@ -184,6 +271,41 @@ namespace Zoned
         [DllImport(Library)]
         internal static extern int zoned_client_field_named(IntPtr client, uint entity, byte[] name, ref FieldValue value);
 
+        [DllImport(Library)]
+        internal static extern uint zoned_client_abi_version();
+        [DllImport(Library)]
+        internal static extern int zoned_client_begin(IntPtr client);
+        [DllImport(Library)]
+        internal static extern int zoned_client_stream_wish(IntPtr client);
+        [DllImport(Library)]
+        internal static extern int zoned_client_stream_opened(IntPtr client);
+        [DllImport(Library)]
+        internal static extern int zoned_client_stream_frame(IntPtr client, byte[] frame, UIntPtr size);
+        [DllImport(Library)]
+        internal static extern int zoned_client_stream_closed(IntPtr client, byte[] reason);
+        [DllImport(Library)]
+        internal static extern UIntPtr zoned_client_next_frame(IntPtr client, byte[] frame, UIntPtr capacity);
+        [DllImport(Library)]
+        internal static extern int zoned_client_get_state(IntPtr client);
+        [DllImport(Library)]
+        internal static extern int zoned_client_get_entity(IntPtr client, uint id, ref Entity entity);
+        [DllImport(Library)]
+        internal static extern int zoned_client_zone(IntPtr client, uint index, ref ZoneInfo zone);
+        [DllImport(Library)]
+        internal static extern int zoned_client_aim(IntPtr client, ref Vector eye, ref Vector direction, double range, ref Aim aim);
+        [DllImport(Library)]
+        internal static extern int zoned_client_stats(IntPtr client, ref Stats stats);
+        [DllImport(Library)]
+        internal static extern int zoned_client_shared_value(IntPtr client, byte[] name, out double value);
+        [DllImport(Library)]
+        internal static extern double zoned_client_server_time(IntPtr client);
+        [DllImport(Library)]
+        internal static extern UIntPtr zoned_client_boxes(IntPtr client, uint zone, [In, Out] Box[] boxes, UIntPtr capacity);
+        [DllImport(Library)]
+        internal static extern UIntPtr zoned_client_triangles(IntPtr client, uint zone, [In, Out] double[] corners, UIntPtr capacity);
+        [DllImport(Library)]
+        internal static extern UIntPtr zoned_client_particles(IntPtr client, [In, Out] Particle[] particles, UIntPtr capacity);
+
         /// Bytes with a closing 0.
         internal static byte[] Bytes(string text)
         {
@@ -219,10 +341,10 @@ namespace Zoned
         private byte[] payload = new byte[4096];
 
         public Client(string name, string team = "", byte[] ticket = null, Trust trust = Trust.Default,
-                      string pin = "", string caFile = "", ViewKind view = ViewKind.Extrapolate)
+                      string pin = "", string caFile = "", ViewKind view = ViewKind.Extrapolate, string world = "")
         {
             GCHandle[] pins = Array.ConvertAll(
-                new[] { Native.Bytes(name), Native.Bytes(team), ticket ?? new byte[1], Native.Bytes(""), Native.Bytes(pin), Native.Bytes(caFile) },
+                new[] { Native.Bytes(name), Native.Bytes(team), ticket ?? new byte[1], Native.Bytes(""), Native.Bytes(pin), Native.Bytes(caFile), Native.Bytes(world) },
                 bytes => GCHandle.Alloc(bytes, GCHandleType.Pinned));
             try
             {
@@ -238,6 +360,7 @@ namespace Zoned
                     Trust = (uint)trust,
                     Pin = pins[4].AddrOfPinnedObject(),
                     CaFile = pins[5].AddrOfPinnedObject(),
+                    World = pins[6].AddrOfPinnedObject(),
                 };
                 byte[] error = new byte[512];
                 client = Native.zoned_client_create(Native.Abi, ref settings, error, (UIntPtr)error.Length);
@@ -351,6 +474,108 @@ namespace Zoned
         {
             value = new FieldValue { Size = Native.SizeOf<FieldValue>() };
             return Check(Native.zoned_client_field_named(client, entity, Native.Bytes(name), ref value)) == 1;
+        }
+
+        /// ABI of the loaded library: the major version times 65536, and the minor one.
+        public static uint AbiVersion { get { return Native.zoned_client_abi_version(); } }
+
+        public ClientState State { get { return (ClientState)Native.zoned_client_get_state(client); } }
+
+        /// The server's clock, s; 0 before it is known.
+        public double ServerTime { get { return Native.zoned_client_server_time(client); } }
+
+        /// False where it is not displayed.
+        public bool Entity(uint id, out Entity entity)
+        {
+            entity = new Entity { Size = Native.SizeOf<Entity>() };
+            return Check(Native.zoned_client_get_entity(client, id, ref entity)) == 1;
+        }
+
+        public ZoneInfo Zone(uint index)
+        {
+            ZoneInfo zone = new ZoneInfo { Size = Native.SizeOf<ZoneInfo>() };
+            Check(Native.zoned_client_zone(client, index, ref zone));
+            return zone;
+        }
+
+        public Aim Aim(Vector eye, Vector direction, double range)
+        {
+            Aim aim = new Aim { Size = Native.SizeOf<Aim>() };
+            Check(Native.zoned_client_aim(client, ref eye, ref direction, range, ref aim));
+            return aim;
+        }
+
+        public Stats Stats()
+        {
+            Stats stats = new Stats { Size = Native.SizeOf<Stats>() };
+            Check(Native.zoned_client_stats(client, ref stats));
+            return stats;
+        }
+
+        public double SharedValue(string name)
+        {
+            double value;
+            Check(Native.zoned_client_shared_value(client, Native.Bytes(name), out value));
+            return value;
+        }
+
+        /// The static boxes around a zone. Allocates, like the next two: for loading, not for frames.
+        public Box[] Boxes(uint zone)
+        {
+            Box[] boxes = new Box[(int)Native.zoned_client_boxes(client, zone, null, UIntPtr.Zero)];
+            if (boxes.Length > 0)
+            {
+                boxes[0].Size = Native.SizeOf<Box>();
+                Native.zoned_client_boxes(client, zone, boxes, (UIntPtr)boxes.Length);
+            }
+            return boxes;
+        }
+
+        /// Nine numbers for each triangle.
+        public double[] Triangles(uint zone)
+        {
+            int count = (int)Native.zoned_client_triangles(client, zone, null, UIntPtr.Zero);
+            double[] corners = new double[9 * count];
+            Native.zoned_client_triangles(client, zone, corners, (UIntPtr)count);
+            return corners;
+        }
+
+        public Particle[] Particles()
+        {
+            Particle[] particles = new Particle[(int)Native.zoned_client_particles(client, null, UIntPtr.Zero)];
+            if (particles.Length > 0)
+            {
+                particles[0].Size = Native.SizeOf<Particle>();
+                Native.zoned_client_particles(client, particles, (UIntPtr)particles.Length);
+            }
+            return particles;
+        }
+
+        /// In place of Connect(): the session goes over a WebSocket of the caller.
+        public void Begin() { Check(Native.zoned_client_begin(client)); }
+
+        public StreamWish StreamWish() { return (StreamWish)Check(Native.zoned_client_stream_wish(client)); }
+
+        public void StreamOpened() { Check(Native.zoned_client_stream_opened(client)); }
+
+        public void StreamFrame(byte[] frame, int size)
+        {
+            Check(Native.zoned_client_stream_frame(client, frame, (UIntPtr)size));
+        }
+
+        public void StreamClosed(string reason)
+        {
+            Check(Native.zoned_client_stream_closed(client, Native.Bytes(reason)));
+        }
+
+        /// The oldest frame to send as one binary message; null: none waits.
+        public byte[] NextFrame()
+        {
+            int size = (int)Native.zoned_client_next_frame(client, null, UIntPtr.Zero);
+            if (size == 0) { return null; }
+            byte[] frame = new byte[size];
+            Native.zoned_client_next_frame(client, frame, (UIntPtr)size);
+            return frame;
         }
 
         private int Check(int result)

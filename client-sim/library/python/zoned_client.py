@@ -38,6 +38,12 @@ class Trust(enum.IntEnum):
     AUTHORITIES = 3
 
 
+class StreamWish(enum.IntEnum):
+    NOTHING = 0
+    OPEN = 1
+    CLOSE = 2
+
+
 class View(enum.IntEnum):
     EXTRAPOLATE = 0
     INTERPOLATE = 1
@@ -68,7 +74,7 @@ class Settings(Sized):
         ("ticket_size", ctypes.c_size_t),
         ("config_digest", ctypes.c_char_p),
         ("trust", ctypes.c_uint32),
-        ("reserved", ctypes.c_uint32),
+        ("measure", ctypes.c_uint32),
         ("pin", ctypes.c_char_p),
         ("ca_file", ctypes.c_char_p),
         ("world", ctypes.c_char_p),
@@ -142,6 +148,7 @@ class Avatar(Sized):
         ("eye", ctypes.c_double * 3),
         ("velocity", ctypes.c_float * 3),
         ("reserved", ctypes.c_uint32),
+        ("tick", ctypes.c_int64),
     ]
 
 
@@ -258,6 +265,14 @@ class Stats(Sized):
         ("inputs", ctypes.c_uint64),
         ("inputs_missing", ctypes.c_uint64),
         ("events_dropped", ctypes.c_uint64),
+        ("corrections", ctypes.c_uint64),
+        ("correction_last_m", ctypes.c_double),
+        ("correction_p99_m", ctypes.c_double),
+        ("correction_max_m", ctypes.c_double),
+        ("compared", ctypes.c_uint64),
+        ("displayed_error_p50_m", ctypes.c_double),
+        ("displayed_error_p99_m", ctypes.c_double),
+        ("own_error_p99_m", ctypes.c_double),
     ]
 
 
@@ -278,6 +293,12 @@ def _load():
             ctypes.c_size_t)
     declare("destroy", None, client)
     declare("connect", ctypes.c_int, client, ctypes.c_char_p, ctypes.c_uint16)
+    declare("begin", ctypes.c_int, client)
+    declare("stream_wish", ctypes.c_int, client)
+    declare("stream_opened", ctypes.c_int, client)
+    declare("stream_frame", ctypes.c_int, client, ctypes.c_char_p, ctypes.c_size_t)
+    declare("stream_closed", ctypes.c_int, client, ctypes.c_char_p)
+    declare("next_frame", ctypes.c_size_t, client, ctypes.c_char_p, ctypes.c_size_t)
     declare("quit", None, client)
     declare("poll", ctypes.c_int, client, ctypes.c_double)
     declare("get_state", ctypes.c_int, client)
@@ -347,6 +368,31 @@ class Client:
 
     def connect(self, host, port):
         self._check(_library.zoned_client_connect(self._client, _bytes(host), port))
+
+    def begin(self):
+        """In place of connect(): the session goes over a WebSocket of the caller."""
+        self._check(_library.zoned_client_begin(self._client))
+
+    def stream_wish(self):
+        return StreamWish(self._check(_library.zoned_client_stream_wish(self._client)))
+
+    def stream_opened(self):
+        self._check(_library.zoned_client_stream_opened(self._client))
+
+    def stream_frame(self, frame):
+        self._check(_library.zoned_client_stream_frame(self._client, frame, len(frame)))
+
+    def stream_closed(self, reason):
+        self._check(_library.zoned_client_stream_closed(self._client, _bytes(reason)))
+
+    def next_frame(self):
+        """The oldest frame to send as one binary message; None: none waits."""
+        size = _library.zoned_client_next_frame(self._client, None, 0)
+        if size == 0:
+            return None
+        frame = ctypes.create_string_buffer(size)
+        _library.zoned_client_next_frame(self._client, frame, size)
+        return frame.raw
 
     def quit(self):
         _library.zoned_client_quit(self._client)

@@ -39,14 +39,6 @@ TypeIndex type_argument(lua_State* lua, int index) {
     return static_cast<TypeIndex>(at - types.begin());
 }
 
-template <class Read>
-void read_option(lua_State* lua, int options, const char* name, Read&& read) {
-    if (lua_getfield(lua, options, name) != LUA_TNIL) {
-        read(lua_gettop(lua));
-    }
-    lua_pop(lua, 1);
-}
-
 void read_spawn_options(lua_State* lua, int options, zone::SpawnDef& def) {
     check_fields(lua, options, {"vx", "vy", "vz", "yaw", "appearance", "asleep"});
     constexpr const char* kAxes[] = {"vx", "vy", "vz"};

@@ -65,4 +65,13 @@ int push_done(lua_State* lua, bool was_done);
 /// The fields of the table at an index are among these names; a wrong word is an error.
 void check_fields(lua_State* lua, int index, std::initializer_list<std::string_view> names);
 
+/// Calls read(index of the value) where the table at `options` holds something under the name.
+template <class Read>
+void read_option(lua_State* lua, int options, const char* name, Read&& read) {
+    if (lua_getfield(lua, options, name) != LUA_TNIL) {
+        read(lua_gettop(lua));
+    }
+    lua_pop(lua, 1);
+}
+
 }  // namespace zoned::scripting

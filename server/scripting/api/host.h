@@ -18,7 +18,8 @@ struct Host {
     bool may_change = false;                ///< false while the file runs, and in may_hear
     Tick awake_until = 0;
     ScriptLog log;
-    std::vector<EntityId> found;  // scratch
+    std::vector<EntityId> found;         // scratch
+    std::vector<zone::SeenEntity> seen;  // scratch
 
     [[nodiscard]] static Host& of(lua_State* lua) {
         return *static_cast<Host*>(Interpreter::of(lua).owner());

@@ -1,5 +1,6 @@
 #include "server/scripting/api/arguments.h"
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -10,6 +11,8 @@ namespace {
 constexpr float kMaxForce = 1e9F;
 constexpr float kMaxTarget = 1e6F;
 constexpr std::int64_t kMaxSeats = 1000;
+constexpr float kMaxAnchor = 1e5F;
+constexpr std::size_t kJoinUnits = 500;
 
 zone::EntityJointId joint_argument(lua_State* lua, int index) {
     return zone::EntityJointId(static_cast<std::uint32_t>(
@@ -73,6 +76,162 @@ int joint(lua_State* lua) {
 
 int has_joints(lua_State* lua) {
     return push_done(lua, reading(lua).has_joints(entity_argument(lua, 1)));
+}
+
+physics::JointKind kind_argument(lua_State* lua, int index) {
+    constexpr std::array<std::string_view, 6> kKinds = {
+        "ball", "hinge", "slider", "fixed", "distance", "spring"};
+    const std::string_view name = name_argument(lua, index, "kind");
+    for (std::size_t i = 0; i < kKinds.size(); ++i) {
+        if (kKinds[i] == name) {
+            return static_cast<physics::JointKind>(i);
+        }
+    }
+    luaL_argerror(lua, index, "kind: ball, hinge, slider, fixed, distance or spring is wanted");
+    __builtin_unreachable();
+}
+
+void check_joint_options(lua_State* lua, int options, physics::JointKind kind) {
+    switch (kind) {
+        case physics::JointKind::kBall:
+            check_fields(lua,
+                         options,
+                         {"name",
+                          "anchor",
+                          "break_force_n",
+                          "collide",
+                          "axis",
+                          "cone_axis",
+                          "cone_rad",
+                          "lower",
+                          "upper",
+                          "friction"});
+            return;
+        case physics::JointKind::kHinge:
+        case physics::JointKind::kSlider:
+            check_fields(lua,
+                         options,
+                         {"name",
+                          "anchor",
+                          "break_force_n",
+                          "collide",
+                          "axis",
+                          "lower",
+                          "upper",
+                          "friction",
+                          "motor"});
+            return;
+        case physics::JointKind::kFixed:
+            check_fields(lua, options, {"name", "anchor", "break_force_n", "collide"});
+            return;
+        case physics::JointKind::kDistance:
+            check_fields(lua,
+                         options,
+                         {"name", "anchor", "anchor_b", "break_force_n", "collide", "length_m"});
+            return;
+        case physics::JointKind::kSpring:
+            check_fields(lua,
+                         options,
+                         {"name",
+                          "anchor",
+                          "anchor_b",
+                          "break_force_n",
+                          "collide",
+                          "length_m",
+                          "spring_hz",
+                          "spring_damping_ratio"});
+            return;
+    }
+}
+
+/// { x, y, z }
+void read_joint_vector(lua_State* lua, int options, const char* name, Vec3& out) {
+    read_option(lua, options, name, [&](int at) {
+        luaL_checktype(lua, at, LUA_TTABLE);
+        for (int axis = 1; axis <= 3; ++axis) {
+            lua_geti(lua, at, axis);
+        }
+        out = vector_argument(lua, at + 1, name, kMaxAnchor);
+        lua_pop(lua, 3);
+    });
+}
+
+/// False where it is not given.
+bool read_joint_number(lua_State* lua, int options, const char* name, float most, float& out) {
+    bool given = false;
+    read_option(lua, options, name, [&](int at) {
+        out = number_argument(lua, at, name, most);
+        given = true;
+    });
+    return given;
+}
+
+/// { speed = or position =, most =, max_speed = }
+void read_joint_motor(lua_State* lua, int motor, zone::JointPlan& plan) {
+    check_fields(lua, motor, {"speed", "position", "most", "max_speed"});
+    zone::MotorDef& out = plan.motor.emplace();
+    const bool turns = read_joint_number(lua, motor, "speed", kMaxTarget, out.target.mean);
+    out.holds_position = read_joint_number(lua, motor, "position", kMaxTarget, out.target.mean);
+    luaL_argcheck(
+        lua, turns != out.holds_position, motor, "motor: either speed or position is wanted");
+    read_joint_number(lua, motor, "most", kMaxForce, out.most);
+    luaL_argcheck(lua, out.most > 0.0F, motor, "motor: most must be above 0");
+    read_joint_number(lua, motor, "max_speed", kMaxTarget, out.max_speed);
+    luaL_argcheck(lua,
+                  !out.holds_position || out.max_speed > 0.0F,
+                  motor,
+                  "motor: with position, max_speed must be above 0");
+    luaL_argcheck(lua,
+                  !out.holds_position || !plan.def.limited ||
+                      (out.target.mean >= plan.def.lower && out.target.mean <= plan.def.upper),
+                  motor,
+                  "motor: its position is outside the limits");
+}
+
+void read_joint_options(lua_State* lua, int options, zone::JointPlan& plan) {
+    physics::JointDef& def = plan.def;
+    check_joint_options(lua, options, def.kind);
+    read_option(lua, options, "name", [&](int at) { plan.name = name_argument(lua, at, "name"); });
+    read_option(
+        lua, options, "collide", [&](int at) { def.collide = truth_argument(lua, at, "collide"); });
+    read_joint_vector(lua, options, "anchor", def.anchor);
+    read_joint_vector(lua, options, "anchor_b", def.anchor_b);
+    read_joint_vector(lua, options, "axis", def.axis);
+    read_joint_vector(lua, options, "cone_axis", def.cone_axis);
+    read_joint_number(lua, options, "break_force_n", kMaxForce, def.break_force_n);
+    read_joint_number(lua, options, "cone_rad", kMaxTarget, def.cone_rad);
+    read_joint_number(lua, options, "length_m", kMaxTarget, def.length_m);
+    read_joint_number(lua, options, "spring_hz", kMaxTarget, def.spring_hz);
+    read_joint_number(lua, options, "spring_damping_ratio", kMaxTarget, def.spring_damping_ratio);
+    def.limited = read_joint_number(lua, options, "lower", kMaxTarget, def.lower);
+    luaL_argcheck(lua,
+                  def.limited == read_joint_number(lua, options, "upper", kMaxTarget, def.upper),
+                  options,
+                  "lower and upper: give both, or none");
+    // Friction is a motor that wants to stand still.
+    def.motor = read_joint_number(lua, options, "friction", kMaxForce, def.motor_max);
+    read_option(lua, options, "motor", [&](int at) {
+        luaL_argcheck(lua, !def.motor, options, "friction: a joint has either friction or a motor");
+        read_joint_motor(lua, at, plan);
+    });
+}
+
+/// add_joint(a, b, kind [, options]): joins two entities as they are, or `b` and the world (`a`
+/// nil). Nil where one of them takes no joint; an error where a number is out of range.
+int add_joint(lua_State* lua) {
+    zone::RulesContext& context = changing(lua);
+    const EntityId a = entity_argument(lua, 1, "a");
+    const EntityId b = entity_argument(lua, 2, "b");
+    zone::JointPlan plan;
+    plan.def.kind = kind_argument(lua, 3);
+    if (!lua_isnoneornil(lua, 4)) {
+        read_joint_options(lua, 4, plan);
+    }
+    const std::string unfit = physics::why_unfit(plan.def);
+    luaL_argcheck(lua, unfit.empty(), 4, lua_pushstring(lua, unfit.c_str()));
+    Interpreter::charge(lua, kJoinUnits);
+    push_entity(lua, EntityId(context.add_joint(a, b, plan).value));
+    return 1;
 }
 
 /// remove_joint(joint): false where it is gone.
@@ -175,6 +334,7 @@ void open_joints(lua_State* lua) {
                                        {"joint_named", joint_named},
                                        {"joint", joint},
                                        {"has_joints", has_joints},
+                                       {"add_joint", add_joint},
                                        {"remove_joint", remove_joint},
                                        {"set_motor_target", set_motor_target},
                                        {"apply_force", apply_force},

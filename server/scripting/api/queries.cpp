@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <variant>
 
 namespace zoned::scripting {
@@ -12,6 +13,8 @@ namespace {
 
 constexpr float kMaxRadius = 10'000.0F;
 constexpr std::int64_t kMaxTick = std::int64_t{1} << 53U;
+constexpr lua_Integer kMostSeen = 8;
+constexpr int kHitResults = 8;
 // About what these cost, in instructions.
 constexpr std::size_t kRayUnits = 100;
 constexpr std::size_t kNearUnits = 50;
@@ -219,7 +222,7 @@ int push_hit(lua_State* lua, const zone::RayResult& hit) {
     push_entity(lua, hit.entity);
     push_vector(lua, hit.point);
     push_vector(lua, hit.normal);
-    return 8;
+    return kHitResults;
 }
 
 /// ray_cast(x, y, z, dx, dy, dz, max_distance [, ignore])
@@ -232,10 +235,44 @@ int ray_cast(lua_State* lua) {
                                           entity_argument(lua, 8, "ignore")));
 }
 
-/// The display that a client claims to have seen: { tick =, fraction =, past =, aimed = }.
+/// { entity =, x =, y =, z = [, publication =] }, zone-local.
+zone::SeenEntity seen_entity_argument(lua_State* lua, int index) {
+    check_fields(lua, index, {"entity", "x", "y", "z", "publication"});
+    zone::SeenEntity seen;
+    lua_getfield(lua, index, "entity");
+    seen.entity = entity_argument(lua, -1);
+    lua_getfield(lua, index, "x");
+    lua_getfield(lua, index, "y");
+    lua_getfield(lua, index, "z");
+    seen.position = position_argument(lua, lua_gettop(lua) - 2);
+    read_option(lua, index, "publication", [&](int at) {
+        seen.publication = integer_argument(lua, at, "publication", -1, kMaxTick);
+    });
+    lua_pop(lua, 4);
+    return seen;
+}
+
+/// The entities that a client says it displayed near the ray, into the host's scratch.
+void read_seen_entities(lua_State* lua, int list) {
+    std::vector<zone::SeenEntity>& seen = Host::of(lua).seen;
+    luaL_checktype(lua, list, LUA_TTABLE);
+    const lua_Integer count = luaL_len(lua, list);
+    luaL_argcheck(lua, count <= kMostSeen, list, "entities: at most 8 are wanted");
+    for (lua_Integer i = 1; i <= count; ++i) {
+        lua_geti(lua, list, i);
+        seen.push_back(seen_entity_argument(lua, lua_gettop(lua)));
+        lua_pop(lua, 1);
+    }
+}
+
+/// The display that a client claims to have seen:
+/// { tick = [, fraction =, past =, aimed =, entities = { { entity =, x =, y =, z = }, ... }] }.
 zone::Seen seen_argument(lua_State* lua, int index) {
-    check_fields(lua, index, {"tick", "fraction", "past", "aimed"});
+    check_fields(lua, index, {"tick", "fraction", "past", "aimed", "entities"});
     zone::Seen seen;
+    Host::of(lua).seen.clear();
+    read_option(lua, index, "entities", [&](int at) { read_seen_entities(lua, at); });
+    seen.entities = Host::of(lua).seen;
     lua_getfield(lua, index, "tick");
     seen.tick = integer_argument(lua, -1, "tick", -1, kMaxTick);
     lua_getfield(lua, index, "fraction");
@@ -251,17 +288,32 @@ zone::Seen seen_argument(lua_State* lua, int index) {
     return seen;
 }
 
-/// ray_cast_as_seen(client, seen, x, y, z, dx, dy, dz, max_distance [, ignore])
+/// ray_cast_as_seen(client, seen, x, y, z, dx, dy, dz, max_distance [, ignore]): the eight results
+/// of ray_cast, all nil where nothing is hit, and { rewound_s =, cut =, doubted =, aimed_near = }.
 int ray_cast_as_seen(lua_State* lua) {
     Interpreter::charge(lua, kRayUnits);
-    return push_hit(
-        lua,
-        reading(lua).ray_cast_as_seen(client_argument(lua, 1),
-                                      seen_argument(lua, 2),
+    const ClientId client = client_argument(lua, 1);
+    const zone::Seen seen = seen_argument(lua, 2);
+    const zone::SeenHit hit =
+        reading(lua).ray_cast_as_seen(client,
+                                      seen,
                                       position_argument(lua, 3),
                                       direction_argument(lua, 6),
                                       number_argument(lua, 9, "max_distance", kMaxRadius),
-                                      entity_argument(lua, 10, "ignore")));
+                                      entity_argument(lua, 10, "ignore"));
+    const int top = lua_gettop(lua);
+    push_hit(lua, hit);
+    lua_settop(lua, top + kHitResults);
+    lua_createtable(lua, 0, 4);
+    lua_pushnumber(lua, static_cast<lua_Number>(hit.rewound_s));
+    lua_setfield(lua, -2, "rewound_s");
+    const std::pair<const char*, bool> flags[] = {
+        {"cut", hit.cut}, {"doubted", hit.doubted}, {"aimed_near", hit.aimed_near}};
+    for (const auto& [name, value] : flags) {
+        lua_pushboolean(lua, value ? 1 : 0);
+        lua_setfield(lua, -2, name);
+    }
+    return kHitResults + 1;
 }
 
 /// position_after(entity, tick)

@@ -1,6 +1,7 @@
 // Jointed things in worlds: spawned, driven, broken, and carried across a border between zones.
 #include "server/app/world/world.h"
 #include "server/config/expand/load_settings.h"
+#include "server/scripting/script_rules.h"
 #include "server/zone/assemblies/entity_joints.h"
 #include "server/zone/zone_context.h"
 #include "tests/integration/plain/plain_log.h"
@@ -184,6 +185,41 @@ TEST_F(Joints, AreMadeReadAndRemovedByRules) {
     EXPECT_NEAR(state.entities.position[state.entities.find(a)].y(), 5.0F, 0.005F);
     EXPECT_FALSE(context.add_joint(a, a, rope));
     EXPECT_FALSE(context.add_joint(a, EntityId(999), rope));
+}
+
+TEST_F(Joints, AreMadeByAScript) {
+    World world(settings_of(machine_world(1) +
+                            "entity { name: \"a\" type: \"crate\" x_m: 0 z_m: 0 y_m: 5 }\n"
+                            "entity { name: \"b\" type: \"crate\" x_m: 2 z_m: 0 y_m: 5 }\n"
+                            "joint { name: \"hang\" b: \"a\" fixed { } }\n"),
+                1);
+    zone::ZoneState& state = world.zones()[0]->state();
+    zone::ZoneContext context(state);
+    const EntityId a = context.joint(context.joint_named(EntityId(), "hang"))->b;
+    scripting::ScriptSettings settings;
+    settings.source = R"(function on_tick()
+        local _, _, _, a = joint(joint_named(nil, 'hang'))
+        local x, y, z = position(a)
+        local b
+        for _, id in ipairs(near(x, y, z, 10, 'crate')) do if id ~= a then b = id end end
+        add_joint(a, b, 'distance', { name = 'rope', anchor = { 0, -0.25, 0 } })
+        print(add_joint(a, a, 'fixed'))
+    end)";
+    std::string log;
+    scripting::ScriptRules rules(
+        settings,
+        {},
+        *state.settings.types,
+        [&log](scripting::ScriptLine, const std::string& line) { log += line; });
+    run(world, 1);
+    rules.on_tick(context);
+    EXPECT_EQ(log, "nil") << "a body is not joined to itself";
+    ASSERT_EQ(state.assemblies.joints.size(), 2u);
+    const zone::EntityJointId rope = state.assemblies.joints.back().id;
+    ASSERT_EQ(context.joint(rope)->a, a);
+    run(world, 240);
+    EXPECT_NEAR(context.joint(rope)->position, std::hypot(2.0F, 0.25F), 0.005F);
+    EXPECT_GT(context.joint(context.joint_named(EntityId(), "hang"))->force_n, 30.0F * 9.81F);
 }
 
 TEST_F(Joints, ThatPullTooHardBreakAndRulesHearOfIt) {

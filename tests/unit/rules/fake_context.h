@@ -88,6 +88,12 @@ struct Mail {
     zone::Bytes payload;
 };
 
+struct AddedJoint {
+    EntityId a;
+    EntityId b;
+    zone::JointPlan plan;
+};
+
 /// Each zone of a test has rules of its own: see FakeZone.
 class FakeContext : public zone::RulesContext {
   public:
@@ -322,6 +328,33 @@ class FakeContext : public zone::RulesContext {
         return best;
     }
 
+    /// The ray of the present, with what as_seen says of it; the claim is kept.
+    [[nodiscard]] zone::SeenHit ray_cast_as_seen(ClientId client,
+                                                 const zone::Seen& seen,
+                                                 const Vec3& origin,
+                                                 const Vec3& direction,
+                                                 float max_distance,
+                                                 EntityId ignore) const override {
+        (void)client;
+        claims.assign(seen.entities.begin(), seen.entities.end());
+        zone::SeenHit hit = as_seen;
+        static_cast<zone::RayResult&>(hit) = ray_cast(origin, direction, max_distance, ignore);
+        return hit;
+    }
+
+    /// Entities of this zone take any joint.
+    zone::EntityJointId add_joint(EntityId a, EntityId b, const zone::JointPlan& plan) override {
+        const auto is_owned = [this](EntityId entity) {
+            const world::Row row = entities_.find(entity);
+            return row != world::kNoRow && !entities_.has(row, world::kGhost);
+        };
+        if (!is_owned(b) || (a && !is_owned(a))) {
+            return {};
+        }
+        joints.push_back({a, b, plan});
+        return zone::EntityJointId(static_cast<std::uint32_t>(joints.size()));
+    }
+
     void near(const Vec3& point, float radius, std::vector<EntityId>& out) const override {
         for (world::Row row = 0; row < entities_.size(); ++row) {
             const Vec3 offset = entities_.position[row] - point;
@@ -440,6 +473,9 @@ class FakeContext : public zone::RulesContext {
     std::vector<ClientId> resets;
     std::vector<bool> outcomes;  ///< reported to difficulty: whether a player succeeded
     float wall_x = 1e6F;
+    zone::SeenHit as_seen;                         ///< but for the hit
+    mutable std::vector<zone::SeenEntity> claims;  ///< of the last ray_cast_as_seen
+    std::vector<AddedJoint> joints;
 
   private:
     std::uint16_t zone_;
