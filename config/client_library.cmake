@@ -22,8 +22,8 @@ target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi -Os -g0 -DN
   $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Wno-subobject-linkage>)
 target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl.hpp>)
 # nodelete: the lookup of a name may outlive an unloaded library.
-# gold lets a symbol of Asio's through the map.
-target_link_options(zoned_client PRIVATE $<$<BOOL:${ZONED_GOLD}>:-fuse-ld=bfd> -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
+# gold lets a symbol of Asio's through the map, and lld does not know GCC's link-time optimization.
+target_link_options(zoned_client PRIVATE -fuse-ld=bfd -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
   -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Os -g0>)
 # Games load no sanitizer's runtime first: the library is plain in every build, and unit_client and fuzz_client run its code
 # under sanitizers.
