@@ -25,7 +25,7 @@ TEST_F(Admin, SpawnsAndMovesByCtlAndReplaysIt) {
     EXPECT_EQ(ctl({"spawn", "player", "--at", "1", "5", "2", "--yaw", "90"}), 0) << complained;
     const int walker = number_after(said, "entity ");
     EXPECT_EQ(ctl({"--json", "inspect", std::to_string(walker)}), 0) << complained;
-    expect_said({"\"yaw_rad\":1.5707"});
+    expect_said({"\"orientation\": [\n  0.7071", ",\n  0,\n  0.7071"});  // w, x, y, z
     EXPECT_EQ(ctl({"spawn", "dragon", "--at", "0", "0", "0"}), 1);
     EXPECT_NE(complained.find("no type of that name"), std::string::npos) << complained;
     EXPECT_EQ(ctl({"spawn", "crate", "--at", "900", "0", "0"}), 1);

@@ -65,11 +65,11 @@ TEST_F(ClockJumps, DisturbNobody) {
     ASSERT_TRUE(wait_for_sessions(5)) << bots.errors();
     for (const int hours : {50, -50, 0}) {
         jump(hours);
-        const std::string said = "it is " + std::to_string(hours) + " hours off";
-        EXPECT_EQ(ctl({"say", said}), 0) << complained;
-        ASSERT_TRUE(server->wait_for_errors(said, kPatience));
+        const std::string notice = "it is " + std::to_string(hours) + " hours off";
+        EXPECT_EQ(ctl({"say", notice}), 0) << complained;
+        ASSERT_TRUE(server->wait_for_errors(notice, kPatience));
         const std::string log = server->errors();
-        const std::size_t line = log.rfind('\n', log.find(said)) + 1;
+        const std::size_t line = log.rfind('\n', log.find(notice)) + 1;
         EXPECT_EQ(log.substr(line, 10), day_in(hours)) << "the clock did not jump";
         EXPECT_EQ(status_of(ask("/readyz")), 200);
         EXPECT_TRUE(wait_for_sessions(5));
