@@ -42,8 +42,6 @@ std::uint32_t Bodies::append_row() {
     velocity.emplace_back(Vec3::Zero());
     angular_velocity.emplace_back(Vec3::Zero());
     still_s.push_back(0.0F);
-    rest_position.emplace_back(Vec3::Zero());
-    rest_orientation.emplace_back(Quat::Identity());
     substep_level.push_back(0);
     substep_patience.push_back(0);
     inv_mass_scale.push_back(1.0F);
@@ -90,8 +88,6 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     angular_velocity[row] =
         def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.angular_velocity;
     still_s[row] = 0.0F;
-    rest_position[row] = def.position;
-    rest_orientation[row] = def.orientation;
     substep_level[row] = 0;
     substep_patience[row] = 0;
     inv_mass_scale[row] = 1.0F;

@@ -27,9 +27,7 @@ struct Bodies {
     std::vector<Vec3> angular_velocity;
     std::vector<Vec3> force;                  ///< of this step at the centre of mass, N, world axes
     std::vector<Vec3> torque;                 ///< of this step, N m, world axes
-    std::vector<float> still_s;               ///< how long it has been still: see Islands
-    std::vector<Vec3> rest_position;          ///< of the pose about which it has been still
-    std::vector<Quat> rest_orientation;       ///< likewise
+    std::vector<float> still_s;               ///< how long it has been slower than the sleep speeds
     std::vector<std::uint8_t> substep_level;  ///< level of its island in the last step
     std::vector<std::uint8_t> substep_patience;  ///< steps until its island may go down a level
     /// The factor by which contacts scale its inverse mass and inertia in this step: 1, or less

@@ -4,39 +4,6 @@
 
 namespace zoned::physics {
 
-namespace {
-
-bool is_slow(const Bodies& bodies, std::uint32_t row, const Islands::Limits& limits) {
-    return bodies.velocity[row].squaredNorm() < limits.speed * limits.speed &&
-           bodies.angular_velocity[row].squaredNorm() < limits.spin * limits.spin;
-}
-
-/// Has the body stayed about its pose of rest? A step that could leave and come back does not
-/// count.
-bool stays(const Bodies& bodies, std::uint32_t row, const Islands::Limits& limits) {
-    const float far = std::min(limits.stray, limits.speed * limits.after_s);
-    const float turn = std::min(limits.stray / bodies.radius[row], limits.spin * limits.after_s);
-    const float reach = std::max((bodies.position[row] - bodies.rest_position[row]).squaredNorm(),
-                                 limits.dt * limits.dt * bodies.velocity[row].squaredNorm());
-    // The vector of the quaternion between the two is the sine of half the angle.
-    const Quat between = bodies.rest_orientation[row].conjugate() * bodies.orientation[row];
-    const float turned =
-        std::max(4.0F * between.vec().squaredNorm(),
-                 limits.dt * limits.dt * bodies.angular_velocity[row].squaredNorm());
-    return reach <= far * far && turned <= turn * turn;
-}
-
-bool is_still(Bodies& bodies, std::uint32_t row, const Islands::Limits& limits) {
-    if (stays(bodies, row, limits)) {
-        return true;
-    }
-    bodies.rest_position[row] = bodies.position[row];
-    bodies.rest_orientation[row] = bodies.orientation[row];
-    return is_slow(bodies, row, limits);
-}
-
-}  // namespace
-
 void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row) {
     if (!bodies.is_dynamic(row)) {
         return;
@@ -91,8 +58,9 @@ std::uint32_t Islands::update(Bodies& bodies,
     for (std::size_t i = 0; i < list.size(); ++i) {
         const std::uint32_t row = list[i];
         bodies.solver_slot[row] = static_cast<std::uint32_t>(i);
-        bodies.still_s[row] =
-            is_still(bodies, row, limits) ? bodies.still_s[row] + limits.dt : 0.0F;
+        const bool still = bodies.velocity[row].squaredNorm() < limits.speed * limits.speed &&
+                           bodies.angular_velocity[row].squaredNorm() < limits.spin * limits.spin;
+        bodies.still_s[row] = still ? bodies.still_s[row] + limits.dt : 0.0F;
     }
     for (const std::uint32_t index : graph.active()) {
         const Pair& contact = graph.pair(index);

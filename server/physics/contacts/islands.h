@@ -25,20 +25,12 @@ class Waker {
 
 /// Builds the islands of the awake bodies. An island goes to sleep when each of its bodies has been
 /// still for long enough and touches no kinematic body that moves.
-///
-/// A body is still in a step in which it is slower than the sleep speeds, or stays about the pose
-/// that it had when it was last seen to leave one: its shift and its turn each move points by at
-/// most `stray`, and by no more than the sleep speeds do in the time that they have to last. Balls
-/// that roll to and fro in a hollow of their joints lose nothing, and a body that rocks on an edge
-/// by a hundredth of a degree is fast for a moment again and again: speeds alone would keep such
-/// islands awake for ever.
 class Islands {
   public:
     struct Limits {
         float speed = 0.0F;    ///< m/s
         float spin = 0.0F;     ///< rad/s
         float after_s = 0.0F;  ///< 0: nothing ever sleeps
-        float stray = 0.0F;    ///< m: what moves less is at rest
         float dt = 0.0F;
     };
 

@@ -91,8 +91,6 @@ void Scene::set_history(BodyId body, const BodyHistory& history) {
     const std::uint32_t row = bodies.row_of(body);
     ZONED_ASSERT(row != kNoIndex, "set_history() of a body that is not in the scene");
     bodies.still_s[row] = history.still_s;
-    bodies.rest_position[row] = bodies.position[row];
-    bodies.rest_orientation[row] = bodies.orientation[row];
     bodies.substep_level[row] = history.substep_level;
     bodies.substep_patience[row] = history.substep_patience;
 }

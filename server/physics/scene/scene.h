@@ -93,7 +93,7 @@ struct BodyState {
 
 /// The past of a body that its next steps depend on, besides its state.
 struct BodyHistory {
-    float still_s = 0.0F;               ///< how long it has been still: see Islands
+    float still_s = 0.0F;               ///< how long it has been slower than the sleep speeds
     std::uint8_t substep_level = 0;     ///< of its island in the last step
     std::uint8_t substep_patience = 0;  ///< steps until its island may go down a level
 };

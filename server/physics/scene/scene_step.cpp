@@ -46,15 +46,12 @@ StepStats Scene::Impl::step(float dt) {
     follow_bounds();
     bodies.clear_forces();
     list_moved();
-    const std::uint32_t island_count = islands.update(bodies,
-                                                      graph,
-                                                      joints,
-                                                      active_joints,
-                                                      {settings.sleep_speed_mps,
-                                                       settings.sleep_spin_rps,
-                                                       settings.sleep_after_s,
-                                                       settings.error_budget_m,
-                                                       dt});
+    const std::uint32_t island_count = islands.update(
+        bodies,
+        graph,
+        joints,
+        active_joints,
+        {settings.sleep_speed_mps, settings.sleep_spin_rps, settings.sleep_after_s, dt});
     return stats_of(false, island_count);
 }
 

@@ -520,8 +520,7 @@ void SceneInvariants::check_sleep(const Observation& now) {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         BodyWatch& watch = bodies_[i];
         const Place& p = places_[i];
-        // What was woken by a touch has time to fall asleep again.
-        if (p.asleep || (p.at - watch.rest_at).norm() > kRestShift ||
+        if ((p.at - watch.rest_at).norm() > kRestShift ||
             angle_between(p.turn, watch.rest_turn) > kRestTurn) {
             watch.rest_at = p.at;
             watch.rest_turn = p.turn;
@@ -566,8 +565,7 @@ void SceneInvariants::check_sleep(const Observation& now) {
         }
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        const bool at_rest = !bodies_[i].mover &&
-                             (places_[i].asleep || time_ - bodies_[i].rest_since >= kRestSeconds);
+        const bool at_rest = !bodies_[i].mover && time_ - bodies_[i].rest_since >= kRestSeconds;
         if (!at_rest && (bodies_[i].dynamic || bodies_[i].mover)) {
             restless[root(i)] = true;
         }

@@ -32,7 +32,7 @@ enum class Invariant : std::uint8_t {
     /// angle counts by its arc on the smaller body.
     kJoint,
     /// A body that stays within 5 mm and 0.01 rad for 10 s, with all that it may touch, is asleep
-    /// within them. Motors and movers that it may touch excuse it.
+    /// at their end. Motors and movers that it may touch excuse it.
     kSleep,
     /// No centre of a convex part goes through static boxes, spheres or the ground.
     kTunnel,

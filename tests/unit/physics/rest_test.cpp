@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 namespace zoned::physics {
 namespace {
@@ -194,52 +193,6 @@ TEST(Bounce, LosesEnergyAsRestitutionSaysWhateverTheTimeStep) {
         EXPECT_NEAR(apex_after(1.0F, dt, 10, 10.0F), 10.0F, 0.05F) << dt;
         EXPECT_NEAR(apex_after(0.8F, dt, 1, 10.0F), 6.4F, 0.01F) << dt;
         EXPECT_NEAR(apex_after(0.8F, dt, 3, 10.0F), 10.0F * std::pow(0.64F, 3.0F), 0.02F) << dt;
-    }
-}
-
-/// Does a ball that a spring without damping swings by so much either way sleep within 3 s?
-bool swinging_ball_sleeps(float amplitude, float hz) {
-    PhysicsSettings s;
-    s.gravity.setZero();
-    Scene scene(s);
-    BodyDef def;
-    def.shape = Shape::sphere(0.1F);
-    def.position = Vec3(1.0F + amplitude, 0, 0);
-    JointDef spring;
-    spring.kind = JointKind::kSpring;
-    spring.b = *scene.add(def);
-    spring.anchor = Vec3(0, 0, 0);
-    spring.anchor_b = def.position;
-    spring.length_m = 1.0F;
-    spring.spring_hz = hz;
-    spring.spring_damping_ratio = 0.0F;
-    EXPECT_TRUE(scene.add_joint(spring).ok());
-    for (int i = 0; i < 180 && scene.awake_count() > 0; ++i) {
-        scene.step(1.0F / 60.0F);
-    }
-    return scene.awake_count() == 0;
-}
-
-TEST(Sleep, ComesToWhatSwingsByLessThanTheErrorBudget) {
-    // 2 mm at 5 Hz: up to 63 mm/s, which is beyond the speed of sleep for most of each swing.
-    EXPECT_TRUE(swinging_ball_sleeps(0.002F, 5.0F));
-    // From end to end 12 mm, beyond the budget of 5 mm.
-    EXPECT_FALSE(swinging_ball_sleeps(0.006F, 5.0F));
-}
-
-TEST(Sleep, DoesNotComeToWhatTurnsOnTheSpot) {
-    for (const float spin : {0.1F, 1.0F, 60.0F, 2.0F * std::numbers::pi_v<float> * 60.0F}) {
-        PhysicsSettings s;
-        s.gravity.setZero();
-        Scene scene(s);
-        BodyDef def;
-        def.shape = Shape::sphere(0.05F);
-        def.angular_velocity = Vec3(0, spin, 0);
-        ASSERT_TRUE(scene.add(def).ok());
-        for (int i = 0; i < 120; ++i) {
-            scene.step(1.0F / 60.0F);
-        }
-        EXPECT_EQ(scene.awake_count(), 1U) << spin;
     }
 }
 
