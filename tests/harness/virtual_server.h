@@ -25,7 +25,7 @@ struct Span {
     double until_s = 0.0;
 };
 
-/// What a store keeps between two servers: the records by scope, account, character and key.
+/// A store that outlives its server: the records by scope, account, character and key.
 using Records = std::map<std::tuple<mailbox::StoreScope, std::string, std::string, std::string>,
                          std::vector<std::uint8_t>>;
 

@@ -13,7 +13,7 @@
 
 namespace capture {
 
-/// What a bot heard of the match.
+/// The match as a bot heard of it.
 struct Heard {
     unsigned taken = 0;
     unsigned dropped = 0;
@@ -34,7 +34,7 @@ class Bot final : public zoned::bot::OwnScript {
                                        zoned::bot::Voice& voice) override {
         look_round(view);
         const zoned::Vec3d me = view.own().position();
-        const auto [x, z] = goal(view);
+        const auto [x, z] = goal();
         auto command = zoned::bot::walk_towards(x - me.x(), z - me.z());
         if (opponent_m_ < 2.2 && tick >= shove_at_) {
             voice.command(kShove, {});
@@ -108,7 +108,7 @@ class Bot final : public zoned::bot::OwnScript {
         }
     }
 
-    Place goal(const zoned::view::View&) const {
+    [[nodiscard]] Place goal() const {
         const Place home{kHomeX[team_], 0.0};
         const bool own_flag_away =
             !own_flag_seen_ || std::hypot(own_flag_.x - home.x, own_flag_.z) > 1.0;

@@ -1,4 +1,4 @@
-// What the rules and the bots of @GAME@ both know.
+// Places, buttons, commands and events of @GAME@, for its rules and its bots.
 #pragma once
 
 #include <array>

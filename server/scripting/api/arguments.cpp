@@ -203,6 +203,10 @@ int push_done(lua_State* lua, bool was_done) {
 }
 
 void check_fields(lua_State* lua, int index, std::initializer_list<std::string_view> names) {
+    check_fields(lua, index, std::span(names.begin(), names.size()));
+}
+
+void check_fields(lua_State* lua, int index, std::span<const std::string_view> names) {
     luaL_checktype(lua, index, LUA_TTABLE);
     for (lua_pushnil(lua); lua_next(lua, index) != 0; lua_pop(lua, 1)) {
         std::size_t length = 0;

@@ -3,6 +3,8 @@
 
 #include "server/scripting/api/host.h"
 
+#include <initializer_list>
+#include <span>
 #include <string_view>
 
 namespace zoned::scripting {
@@ -63,6 +65,7 @@ void push_text(lua_State* lua, std::string_view text);
 int push_done(lua_State* lua, bool was_done);
 
 /// The fields of the table at an index are among these names; a wrong word is an error.
+void check_fields(lua_State* lua, int index, std::span<const std::string_view> names);
 void check_fields(lua_State* lua, int index, std::initializer_list<std::string_view> names);
 
 /// Calls read(index of the value) where the table at `options` holds something under the name.

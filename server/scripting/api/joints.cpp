@@ -2,6 +2,8 @@
 
 #include <array>
 #include <limits>
+#include <span>
+#include <string_view>
 #include <vector>
 
 namespace zoned::scripting {
@@ -91,57 +93,47 @@ physics::JointKind kind_argument(lua_State* lua, int index) {
     __builtin_unreachable();
 }
 
+constexpr unsigned bit_of(physics::JointKind kind) {
+    return 1U << static_cast<unsigned>(kind);
+}
+
+constexpr unsigned kBalls = bit_of(physics::JointKind::kBall);
+constexpr unsigned kAxles =
+    bit_of(physics::JointKind::kHinge) | bit_of(physics::JointKind::kSlider);
+constexpr unsigned kSprings = bit_of(physics::JointKind::kSpring);
+constexpr unsigned kRods = bit_of(physics::JointKind::kDistance) | kSprings;
+constexpr unsigned kAllJoints = ~0U;
+
+struct JointOption {
+    std::string_view name;
+    unsigned kinds = 0;  ///< bits of those that have it
+};
+
+constexpr std::array<JointOption, 15> kJointOptions = {{{"name", kAllJoints},
+                                                        {"anchor", kAllJoints},
+                                                        {"break_force_n", kAllJoints},
+                                                        {"collide", kAllJoints},
+                                                        {"axis", kBalls | kAxles},
+                                                        {"lower", kBalls | kAxles},
+                                                        {"upper", kBalls | kAxles},
+                                                        {"friction", kBalls | kAxles},
+                                                        {"cone_axis", kBalls},
+                                                        {"cone_rad", kBalls},
+                                                        {"motor", kAxles},
+                                                        {"anchor_b", kRods},
+                                                        {"length_m", kRods},
+                                                        {"spring_hz", kSprings},
+                                                        {"spring_damping_ratio", kSprings}}};
+
 void check_joint_options(lua_State* lua, int options, physics::JointKind kind) {
-    switch (kind) {
-        case physics::JointKind::kBall:
-            check_fields(lua,
-                         options,
-                         {"name",
-                          "anchor",
-                          "break_force_n",
-                          "collide",
-                          "axis",
-                          "cone_axis",
-                          "cone_rad",
-                          "lower",
-                          "upper",
-                          "friction"});
-            return;
-        case physics::JointKind::kHinge:
-        case physics::JointKind::kSlider:
-            check_fields(lua,
-                         options,
-                         {"name",
-                          "anchor",
-                          "break_force_n",
-                          "collide",
-                          "axis",
-                          "lower",
-                          "upper",
-                          "friction",
-                          "motor"});
-            return;
-        case physics::JointKind::kFixed:
-            check_fields(lua, options, {"name", "anchor", "break_force_n", "collide"});
-            return;
-        case physics::JointKind::kDistance:
-            check_fields(lua,
-                         options,
-                         {"name", "anchor", "anchor_b", "break_force_n", "collide", "length_m"});
-            return;
-        case physics::JointKind::kSpring:
-            check_fields(lua,
-                         options,
-                         {"name",
-                          "anchor",
-                          "anchor_b",
-                          "break_force_n",
-                          "collide",
-                          "length_m",
-                          "spring_hz",
-                          "spring_damping_ratio"});
-            return;
+    std::array<std::string_view, kJointOptions.size()> names;
+    std::size_t count = 0;
+    for (const JointOption& option : kJointOptions) {
+        if ((option.kinds & bit_of(kind)) != 0) {
+            names[count++] = option.name;
+        }
     }
+    check_fields(lua, options, std::span(names).first(count));
 }
 
 /// { x, y, z }

@@ -155,12 +155,16 @@ TEST_F(Joints, AreInTheStateHashAndInReplays) {
     EXPECT_NE(alone, other.state_hash()) << "rules set it: that is another state";
 }
 
+/// The crate "a" hangs on the joint "hang"; another one beside it falls.
+std::string hanging_and_free_crate() {
+    return machine_world(1) +
+           "entity { name: \"a\" type: \"crate\" x_m: 0 z_m: 0 y_m: 5 }\n"
+           "entity { name: \"b\" type: \"crate\" x_m: 2 z_m: 0 y_m: 5 }\n"
+           "joint { name: \"hang\" b: \"a\" fixed { } }\n";
+}
+
 TEST_F(Joints, AreMadeReadAndRemovedByRules) {
-    World world(settings_of(machine_world(1) +
-                            "entity { name: \"a\" type: \"crate\" x_m: 0 z_m: 0 y_m: 5 }\n"
-                            "entity { name: \"b\" type: \"crate\" x_m: 2 z_m: 0 y_m: 5 }\n"
-                            "joint { name: \"hang\" b: \"a\" fixed { } }\n"),
-                1);
+    World world(settings_of(hanging_and_free_crate()), 1);
     zone::ZoneState& state = world.zones()[0]->state();
     zone::ZoneContext context(state);
     const zone::EntityJointId hang = context.joint_named(EntityId(), "hang");
@@ -188,11 +192,7 @@ TEST_F(Joints, AreMadeReadAndRemovedByRules) {
 }
 
 TEST_F(Joints, AreMadeByAScript) {
-    World world(settings_of(machine_world(1) +
-                            "entity { name: \"a\" type: \"crate\" x_m: 0 z_m: 0 y_m: 5 }\n"
-                            "entity { name: \"b\" type: \"crate\" x_m: 2 z_m: 0 y_m: 5 }\n"
-                            "joint { name: \"hang\" b: \"a\" fixed { } }\n"),
-                1);
+    World world(settings_of(hanging_and_free_crate()), 1);
     zone::ZoneState& state = world.zones()[0]->state();
     zone::ZoneContext context(state);
     const EntityId a = context.joint(context.joint_named(EntityId(), "hang"))->b;

@@ -11,7 +11,7 @@ namespace {
 
 TEST_F(Admin, SpawnsAndMovesByCtlAndReplaysIt) {
     const std::string file = scratch_folder() + "/orders.zrec";
-    // What nothing pulls down is where it was put, whenever one looks.
+    // Without gravity a crate is where it was put, whenever one looks.
     serve({"--set", "recording.file=\"" + file + "\"", "--set", "physics.gravity_mps2=0"});
     EXPECT_EQ(ctl({"spawn", "crate", "--at", "3", "5", "-20"}), 0) << complained;
     expect_said({"spawned a crate: entity "});

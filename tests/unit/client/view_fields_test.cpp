@@ -89,7 +89,7 @@ TEST_F(ViewFields, AreKnownAtEachRecentTick) {
     EXPECT_EQ(view.stats().malformed_records, 0U);
 }
 
-// What held before a long silence is compared with audits of the ticks just after it.
+// Values from before a long silence are compared with audits of the ticks just after it.
 TEST_F(ViewFields, HoldOverALongSilenceUntilTheNextChange) {
     record(true, 100, 70);
     deliver(1, 100);
