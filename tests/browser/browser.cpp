@@ -195,4 +195,12 @@ void Browser::screenshot(const std::string& file) {
         << decode_base64(json_text::field(answer, "data").string_value());
 }
 
+Browser::Memory Browser::memory() {
+    command("HeapProfiler.collectGarbage", "{}");
+    const Struct heap = command("Runtime.getHeapUsage", "{}");
+    const Struct counters = command("Memory.getDOMCounters", "{}");
+    return {json_text::field(heap, "usedSize").number_value(),
+            json_text::field(counters, "nodes").number_value()};
+}
+
 }  // namespace zoned::testing_browser

@@ -36,6 +36,13 @@ class Browser {
     void set_size(int width, int height);
     void screenshot(const std::string& file);
 
+    struct Memory {
+        double heap_bytes = 0.0;  ///< of scripts, after a collection
+        double nodes = 0.0;       ///< of documents, attached or not
+    };
+
+    [[nodiscard]] Memory memory();
+
     /// What the page complained of so far: exceptions, errors on its console, failed loads.
     [[nodiscard]] const std::vector<std::string>& errors() const { return errors_; }
 

@@ -74,7 +74,7 @@ const replay = new Replay(stream);
 
 // For tests, and for a look from the browser's console.
 window.zoned = {
-  entities, renderer, clock, layers, overlay, charts, stream, replay,
+  entities, renderer, clock, layers, overlay, panel, charts, stream, replay,
   counts: () => ({
     updates: page.updates, frames: page.frames, state: page.state, chosen: page.chosen, first_picture_ms: page.firstPicture_ms,
   }),
@@ -195,6 +195,13 @@ element('login').addEventListener('submit', (event) => {
 // The same page is opened again with a token: the browser does not load it anew.
 window.addEventListener('hashchange', () => stream.restart(takeToken()));
 window.addEventListener('resize', () => { page.dirty = true; });
+// A machine that slept or a driver that fell takes all buffers away: only a new page draws again. The token is kept.
+canvas.addEventListener('webglcontextlost', (event) => {
+  event.preventDefault();
+  page.state = 'the picture is gone, waiting for the graphics card';
+  showFigures();
+});
+canvas.addEventListener('webglcontextrestored', () => location.reload());
 window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { page.dirty = true; });
 
 /** Where an entity is shown; null when it is not known. */

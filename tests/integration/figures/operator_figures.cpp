@@ -125,11 +125,12 @@ class OperatorFigures : public Admin {
 
 TEST_F(OperatorFigures, ViewerScrapesAndLogCostATickNothing) {
     serve_valley();
-    ASSERT_NO_FATAL_FAILURE(play_with(200, 240));
+    ASSERT_NO_FATAL_FAILURE(play_with(200, 600));
     std::vector<double> wall[2];
     std::vector<double> cpu[2];
-    // By turns: a machine that slows down slows both.
-    for (int round = 0; round < 3; ++round) {
+    // By turns: a machine that slows down slows both. What others do on it only ever adds time, so
+    // the lower quartile of the rounds is nearest to what the server costs.
+    for (int round = 0; round < 10; ++round) {
         for (const bool looks : {false, true}) {
             EXPECT_EQ(ctl({"log-level", looks ? "debug" : "error"}), 0) << complained;
             const auto viewer = looks ? std::make_unique<Spectator>(admin_port, token()) : nullptr;
@@ -142,9 +143,9 @@ TEST_F(OperatorFigures, ViewerScrapesAndLogCostATickNothing) {
     const auto say = [](const char* what, const std::vector<double>* p99) {
         std::printf("%s p99 without %.2f ms, with %.2f ms\n",
                     what,
-                    quantile(p99[0], 0.5),
-                    quantile(p99[1], 0.5));
-        return quantile(p99[1], 0.5) / quantile(p99[0], 0.5);
+                    quantile(p99[0], 0.25),
+                    quantile(p99[1], 0.25));
+        return quantile(p99[1], 0.25) / quantile(p99[0], 0.25);
     };
     tell("tick p99 with viewer, scrapes and log, CPU time", say("CPU", cpu), 1.05, "times");
     tell("tick p99 with viewer, scrapes and log, by the wall", say("wall", wall), 1.05, "times");

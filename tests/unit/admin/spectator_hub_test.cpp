@@ -4,7 +4,9 @@
 #include "server/world/entities.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -216,6 +218,45 @@ TEST(SpectatorHub, BeginsAnewAfterNobodyLooked) {
     hub.clear();
     EXPECT_EQ(hub.everything()->size(), SpectatorHub::kHeadBytes);
     EXPECT_EQ(hub.update(sample, {})->size(), SpectatorHub::kHeadBytes + SpectatorHub::kRowBytes);
+}
+
+/// A page that is left open costs the server as much in the evening as in the morning, whatever
+/// came and went meanwhile.
+TEST(SpectatorHub, HoldsNoMoreAfterADay) {
+    constexpr std::uint32_t kDay = 24 * 3600 * 20;
+    SpectatorHub hub;
+    SpectatorLayers layers;
+    SpectatorSample sample = sample_at(0);
+    sample.layers = kLayerSofts;
+    for (std::uint32_t id = 1; id <= 4; ++id) {
+        add(sample, id, {static_cast<float>(id), 0, 0});
+    }
+    sample.softs.push_back({EntityId(1), Vec3d::Zero(), {{0, 0, 0}}, {{{0, 0, 0}}}});
+    std::uint32_t largest_slot = 0;
+    std::size_t longest = 0;
+    std::size_t held = 0;
+    for (std::uint32_t tick = 1; tick <= kDay; ++tick) {
+        sample.tick = tick;
+        sample.zones[0].id[tick % 4] = EntityId(4 + tick);  // one goes and one comes
+        sample.softs[0].entity = sample.zones[0].id[tick % 4];
+        const SpectatorMessage message = hub.update(sample, {});
+        for (const SpectatorLayers::Message& layer : layers.update(sample, false)) {
+            longest = std::max(longest, layer.bytes->size());
+        }
+        longest = std::max(longest, message->size());
+        std::uint32_t slot = 0;  // of the row, behind the slot that was removed
+        if (tick > 1) {
+            std::memcpy(&slot, message->data() + SpectatorHub::kHeadBytes + 4, sizeof(slot));
+        }
+        largest_slot = std::max(largest_slot, slot);
+        if (tick == kDay / 100) {
+            held = ::mallinfo2().uordblks;
+        }
+    }
+    EXPECT_EQ(hub.size(), 4U);
+    EXPECT_LE(largest_slot, 4U);
+    EXPECT_LE(longest, SpectatorHub::kHeadBytes + 4 * (4 + SpectatorHub::kRowBytes));
+    EXPECT_LE(::mallinfo2().uordblks, held + 4096U);
 }
 
 TEST(SpectatorLayers, TellsFacesOnceAndPlacesAlways) {
