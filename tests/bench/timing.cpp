@@ -113,6 +113,15 @@ int group_for(double frame_us, int frames) {
     return static_cast<int>(std::min<double>(wanted, frames));
 }
 
+/// CPU time of the lanes' last runs, s.
+double last_runs_s(std::span<const Lane> lanes) {
+    double us = 0.0;
+    for (const Lane& lane : lanes) {
+        us += mean(lane.now) * lane.done;
+    }
+    return 1e-6 * us;
+}
+
 Timing summary(const Lane& lane) {
     const std::vector<double> frames = median_of_rows(lane.repeats);
     const std::vector<double> wall = median_of_rows(lane.wall_repeats);
@@ -153,10 +162,10 @@ std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
             lane.keep();  // lanes that are observed frame by frame were timed so as well
         }
     }
+    const std::size_t repeats =
+        last_runs_s(lanes) < plan.enough_s ? static_cast<std::size_t>(plan.repeats) : 1;
     while (true) {
-        std::erase_if(due, [&plan](const Lane* lane) {
-            return lane->repeats.size() >= static_cast<std::size_t>(plan.repeats);
-        });
+        std::erase_if(due, [repeats](const Lane* lane) { return lane->repeats.size() >= repeats; });
         if (due.empty()) {
             break;
         }

@@ -33,6 +33,9 @@ struct Plan {
     int warm_up = 0;  ///< frames before those that are timed
     int frames = 1;   ///< timed frames, > 0
     int repeats = 3;  ///< timed runs, > 0
+    /// Once all contenders together have taken so long, s of CPU time, none is run again: in a long
+    /// run a disturbance counts little, and repeats would take most of a full report.
+    double enough_s = 10.0;
 };
 
 /// CPU time of frames in microseconds, over the timed frames of a run. The time of a frame is its

@@ -76,6 +76,16 @@ TEST(TimeInterleaved, ObservesEveryFrameOfTheFirstRunOnly) {
     EXPECT_EQ(log.frames, 3 * 25);
 }
 
+TEST(TimeInterleaved, RunsNothingAgainThatTookLongEnough) {
+    Log log;
+    const std::vector<Contender> one{contender(log, 30.0)};
+    time_interleaved(one, {0, 20, 3, 1e-4}, [](std::size_t, Trial&) {});
+    EXPECT_EQ(log.built, 1) << "20 frames burn 600 us";
+    log.built = 0;
+    time_interleaved(one, {0, 20, 3, 1e4}, [](std::size_t, Trial&) {});
+    EXPECT_EQ(log.built, 3);
+}
+
 TEST(TimeInterleaved, GroupsFramesThatAreShortAgainstTheClock) {
     Log log;
     const std::vector<Contender> one{contender(log, 0.0)};
