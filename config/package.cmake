@@ -17,6 +17,7 @@ export(TARGETS ${ZONED_PACKAGED} NAMESPACE zoned:: FILE ${PROJECT_BINARY_DIR}/zo
 get_directory_property(ZONED_CODE_OPTIONS COMPILE_OPTIONS)
 list(FILTER ZONED_CODE_OPTIONS EXCLUDE REGEX "^(-W|--param|-fpch)")
 get_directory_property(ZONED_CODE_LINK_OPTIONS LINK_OPTIONS)
+list(FILTER ZONED_CODE_LINK_OPTIONS EXCLUDE REGEX "^(-B|-fuse-ld)")  # a user's machine need not have our linker
 configure_file(config/zoned-config.cmake.in ${PROJECT_BINARY_DIR}/zoned-config.cmake @ONLY)
 
 # The component `development`: headers and libraries, without what a debugger would read of them.

@@ -13,6 +13,9 @@ for file in bin/zoned bin/client-sim include/zoned_client.h lib/libzoned_client.
     share/doc/zoned/guides/production.md share/zoned/monitoring/alerts.yml; do
     [[ -s "$prefix/$file" ]] || fail "$file is not installed"
 done
+# Whoever builds a game has the linker of a compiler, and need not have the one that is used here.
+grep -rl --include=*.cmake --include=*.pc -e -fuse-ld "$prefix" >linkers || true
+[[ ! -s linkers ]] || fail "$(cat linkers) names a linker"
 count=0
 for world in "$worlds"/*.txtpb; do
     "$prefix/bin/zoned" check "$world" >"$scratch/check.log" 2>&1 || { cat "$scratch/check.log"; fail "zoned check $world"; }
