@@ -29,7 +29,6 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
-#include <thread>
 
 namespace zoned::app {
 
@@ -51,7 +50,6 @@ class Server {
     Server(const ServeArguments& arguments, const config::Settings& settings, ClusterSeat* seat)
         : arguments_(arguments),
           settings_(settings),
-          current_(std::shared_ptr<const config::Settings>(), &settings),
           signals_(io_, SIGINT, SIGTERM),
           reload_signal_(io_, SIGHUP),
           stop_timer_(io_),
@@ -63,6 +61,12 @@ class Server {
           store_(settings),
           cluster_(io_, store_, seat),
           network_(io_, settings, poster(), cluster_.store_login(), cluster_.find_world()),
+          live_(io_,
+                settings,
+                {[this](mailbox::NewBrains brains) { return loop_->post(std::move(brains)); },
+                 [this](const session::HostLimits& limits) {
+                     network_.host().set_limits(limits);
+                 }}),
           supervision_(io_, settings.server, [this] { return loop_->turns(); }) {
         reserve_report();
         open_recording();
@@ -215,7 +219,9 @@ class Server {
             reload(std::move(done));
         };
         actions.set = [this](const std::string& path, const std::string& value, AdminDone done) {
-            change(path, value, std::move(done));
+            live_.change(path, value, [done = std::move(done)](const LiveSettings::Taken& changes) {
+                tell_changes("", changes, done);
+            });
         };
         actions.record = [this](bool on, const std::string& name, const AdminDone& done) {
             with_recorder(done, [&](const recording::RecordingAnswer& answer) {
@@ -255,79 +261,26 @@ class Server {
         });
     }
 
-    /// Runs `read` on a thread of its own, and goes on with its result here: sockets are served
-    /// meanwhile. False when another one runs.
-    template <class Read, class Then>
-    bool read_aside(Read read, Then then) {
-        if (reloading_) {
-            return false;
-        }
-        reloading_ = true;
-        if (reader_.joinable()) {
-            reader_.join();
-        }
-        reader_ = std::thread([this, read = std::move(read), then = std::move(then)] {
-            asio::post(io_, [this, result = std::make_shared<decltype(read())>(read()), then] {
-                reloading_ = false;
-                then(*result);
-            });
-        });
-        return true;
-    }
-
     void reload(AdminDone done) {
-        const auto read = [this, running = current_] {
-            return prepare_reload(arguments_.config, arguments_.sets, *running);
-        };
-        const auto take = [this, done](const core::Result<PreparedReload>& prepared) {
-            if (admin_ && prepared.ok()) {
-                admin_->set_waiting(prepared->plan.changes);
-            }
-            take_settings(
-                arguments_.config + " is not taken, everything stays as it was: ", prepared, done);
-        };
-        if (!read_aside(read, take)) {
-            tell(Outcome::failure("the config is being read already"), done);
-        }
+        live_.reload(arguments_.config,
+                     arguments_.sets,
+                     [this, done = std::move(done)](const LiveSettings::Taken& changes) {
+                         if (admin_ && changes.ok()) {
+                             admin_->set_waiting(*changes);
+                         }
+                         tell_changes(
+                             arguments_.config + " is not taken, everything stays as it was: ",
+                             changes,
+                             done);
+                     });
     }
 
-    /// Changes a setting for as long as the process lives.
-    void change(const std::string& path, const std::string& value, AdminDone done) {
-        const auto read = [path, value, running = current_] {
-            return prepare_change(path, value, *running);
-        };
-        const auto take = [this, done](const core::Result<PreparedReload>& prepared) {
-            take_settings("", prepared, done);
-        };
-        if (!read_aside(read, take)) {
-            tell(Outcome::failure("the config is being read already; try again"), done);
-        }
-    }
-
-    /// All live changes at once, between two ticks and two messages, or none.
-    void take_settings(const std::string& refused,
-                       const core::Result<PreparedReload>& prepared,
-                       const AdminDone& done) {
-        if (!prepared.ok()) {
-            tell(Outcome::failure(refused + prepared.error()), done);
-            return;
-        }
-        const config::ReloadPlan& plan = prepared->plan;
-        if (plan.brains &&
-            !loop_->post(mailbox::NewBrains{std::make_shared<const std::string>(plan.merged->text),
-                                            plan.brains})) {
-            tell(Outcome::failure(refused + "no room for new brains in the mailbox: try again"),
-                 done);
-            return;
-        }
-        if (plan.merged) {
-            network_.host().set_limits(prepared->limits);
-            if (plan.merged->server.log.levels != current_->server.log.levels) {
-                Log::set_levels(plan.merged->server.log);
-            }
-            current_ = plan.merged;
-        }
-        tell(AdminOutcome{text_of(plan.changes), plan.changes}, done);
+    static void tell_changes(const std::string& refused,
+                             const LiveSettings::Taken& changes,
+                             const AdminDone& done) {
+        tell(changes.ok() ? Outcome(AdminOutcome{text_of(*changes), *changes})
+                          : Outcome::failure(refused + changes.error()),
+             done);
     }
 
     static void tell(const Outcome& outcome, const AdminDone& done) {
@@ -509,9 +462,7 @@ class Server {
     }
 
     int finish(double seconds) {
-        if (reader_.joinable()) {
-            reader_.join();
-        }
+        live_.finish();
         core::Result<bool> recorded = true;
         if (recorder_) {
             recovery_.stop_ring();
@@ -534,12 +485,9 @@ class Server {
 
     ServeArguments arguments_;
     const config::Settings& settings_;
-    std::shared_ptr<const config::Settings> current_;  ///< what runs, live changes included
     asio::io_context io_;
     asio::signal_set signals_;
     asio::signal_set reload_signal_;
-    std::thread reader_;  // of a config that is read anew
-    bool reloading_ = false;
     asio::steady_timer stop_timer_;
     asio::steady_timer status_timer_;
     asio::steady_timer watch_timer_;
@@ -557,6 +505,7 @@ class Server {
     ServerStore store_;
     ClusterWiring cluster_;
     Network network_;
+    LiveSettings live_;
     Supervision supervision_;
     config::AdvertiseSettings advertised_;
     recording::ReportFile report_;

@@ -1,13 +1,16 @@
 #include "server/app/runtime/live_settings.h"
 
+#include "server/app/log/log.h"
 #include "server/app/runtime/host_settings.h"
 #include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 
+#include <asio/post.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <exception>
+#include <utility>
 
 namespace zoned::app {
 
@@ -103,6 +106,66 @@ Prepared prepare_change(const std::string& path,
         }
     }
     return out;
+}
+
+LiveSettings::LiveSettings(asio::io_context& io, const config::Settings& begun, LivePorts ports)
+    : io_(io),
+      current_(std::shared_ptr<const config::Settings>(), &begun),
+      ports_(std::move(ports)) {
+}
+
+void LiveSettings::reload(const std::string& file,
+                          const std::vector<std::string>& sets,
+                          const WhenTaken& done) {
+    read_aside([file, sets, running = current_] { return prepare_reload(file, sets, *running); },
+               done);
+}
+
+void LiveSettings::change(const std::string& path,
+                          const std::string& value,
+                          const WhenTaken& done) {
+    read_aside([path, value, running = current_] { return prepare_change(path, value, *running); },
+               done);
+}
+
+void LiveSettings::finish() {
+    if (reader_.joinable()) {
+        reader_.join();
+    }
+}
+
+void LiveSettings::read_aside(std::function<Prepared()> read, const WhenTaken& done) {
+    if (reading_) {
+        done(Taken::failure("the config is being read already; try again"));
+        return;
+    }
+    reading_ = true;
+    finish();
+    reader_ = std::thread([this, read = std::move(read), done] {
+        asio::post(io_, [this, result = std::make_shared<Prepared>(read()), done] {
+            reading_ = false;
+            done(take(*result));
+        });
+    });
+}
+
+LiveSettings::Taken LiveSettings::take(const Prepared& prepared) {
+    if (!prepared.ok()) {
+        return Taken::failure(prepared.error());
+    }
+    const config::ReloadPlan& plan = prepared->plan;
+    if (plan.brains && !ports_.set_brains(mailbox::NewBrains{
+                           std::make_shared<const std::string>(plan.merged->text), plan.brains})) {
+        return Taken::failure("no room for new brains in the mailbox: try again");
+    }
+    if (plan.merged) {
+        ports_.set_limits(prepared->limits);
+        if (plan.merged->server.log.levels != current_->server.log.levels) {
+            Log::set_levels(plan.merged->server.log);
+        }
+        current_ = plan.merged;
+    }
+    return plan.changes;
 }
 
 std::string text_of(const std::vector<config::SettingChange>& changes) {
