@@ -21,6 +21,7 @@ WorldLease::WorldLease(Board& board, LeaseSettings settings, std::function<doubl
       clock_(std::move(clock)) {
     entry_.set_world(settings_.world);
     entry_.set_instance(settings_.instance);
+    entry_.set_life(settings_.life.empty() ? settings_.fresh_life : settings_.life);
     entry_.set_lease_ms(static_cast<std::uint32_t>(std::lround(1e3 * settings_.lease_s)));
 }
 
@@ -93,7 +94,14 @@ LeaseState WorldLease::claim() {
     const bool free = !readable || there.instance().empty() ||
                       there.instance() == settings_.instance ||
                       now_s - seen_s_ > 1e-3 * there.lease_ms() * (1.0 + kMargin);
-    return free ? take((*found)->revision) : LeaseState::kWaiting;
+    if (!free) {
+        return LeaseState::kWaiting;
+    }
+    if (there.life() != settings_.life) {
+        const std::lock_guard lock(mutex_);
+        entry_.set_life(settings_.fresh_life);
+    }
+    return take((*found)->revision);
 }
 
 LeaseState WorldLease::renew() {
@@ -169,6 +177,11 @@ double WorldLease::left_s() const {
 std::uint64_t WorldLease::epoch() const {
     const std::lock_guard lock(mutex_);
     return epoch_;
+}
+
+std::string WorldLease::life() const {
+    const std::lock_guard lock(mutex_);
+    return entry_.life();
 }
 
 proto::cluster::WorldEntry WorldLease::owner() const {

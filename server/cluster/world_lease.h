@@ -23,6 +23,10 @@ struct LeaseSettings {
     std::string world;
     std::string instance;  ///< 16 bytes, of a state folder that one process uses at a time
     double lease_s = 12.0;
+    /// The life of the world of which the state folder holds a state, as WorldEntry has it; empty:
+    /// it holds none.
+    std::string life;
+    std::string fresh_life;  ///< where the world has to begin anew
 };
 
 /// The owner judges by its own monotonic clock: its lease ends `lease_s` after it began to ask for
@@ -50,6 +54,9 @@ class WorldLease {
     [[nodiscard]] double left_s() const;
     /// Fencing number of the claim; grows with each.
     [[nodiscard]] std::uint64_t epoch() const;
+    /// The life of the world from this claim on: that of the settings, unless the board says that a
+    /// server had the world since which did not go on from there.
+    [[nodiscard]] std::string life() const;
     /// The entry of whoever has the world, as last seen by claim() or renew().
     [[nodiscard]] proto::cluster::WorldEntry owner() const;
     /// Why the last attempt did not reach the board; empty: it did.

@@ -32,6 +32,9 @@ class Journal {
     /// A piece of its own begins with the next tick.
     void cut() { cut_ = true; }
 
+    /// The next tick begins a piece: that the present one failed matters no more.
+    [[nodiscard]] bool is_cut() const { return cut_; }
+
     /// Removes all pieces that hold no tick after this one.
     void forget(Tick through);
     /// A gap in the ticks: nothing that follows can be replayed before the next cut().

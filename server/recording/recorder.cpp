@@ -211,12 +211,19 @@ void Recorder::rest() {
     }
 }
 
+void Recorder::sync_journal() {
+    journal_.sync(settings_.journal_for_power);
+    if (!journal_.error().empty() && !journal_.is_cut()) {
+        journal_gap_ = JournalGap::kFailed;
+    }
+}
+
 /// Tells the ticks that are in the journal now.
 void Recorder::keep(const std::vector<Entry>& entries) {
     if (!journal_.is_open()) {
         return;
     }
-    journal_.sync(settings_.journal_for_power);
+    sync_journal();
     const auto newest = std::find_if(entries.rbegin(), entries.rend(), [](const Entry& entry) {
         return entry.inputs != nullptr;
     });
@@ -245,9 +252,17 @@ void Recorder::write_all(const std::vector<Entry>& entries, std::vector<Order>& 
 void Recorder::write(const Entry& entry) {
     switch (entry.upkeep) {
         case Upkeep::kCutJournal:
+            // Nobody asks a piece that has ended whether it failed.
+            sync_journal();
             journal_.cut();
+            if (journal_gap_ == JournalGap::kFailed) {
+                journal_gap_ = JournalGap::kCut;
+            }
             return;
         case Upkeep::kForgetJournal:
+            if (journal_gap_ == JournalGap::kCut) {
+                journal_gap_ = JournalGap::kNone;
+            }
             journal_.forget(entry.tick);
             return;
         case Upkeep::kCutRing:
@@ -278,6 +293,7 @@ void Recorder::fall_behind() {
                   " s behind");
     ring_.restart();
     journal_.give_up("the disk is too slow");
+    journal_gap_ = JournalGap::kFailed;
 }
 
 void Recorder::look_for_failures() {

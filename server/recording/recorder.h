@@ -97,6 +97,10 @@ class Recorder {
     /// fault that ended the run. Fails with what went wrong with the file, at any time.
     core::Result<bool> close(bool keeps_ring = false);
 
+    /// A crash from here on would bring back all that `kept` told of. False from a failure of the
+    /// journal until a snapshot after it is on disk. From any thread.
+    [[nodiscard]] bool journal_is_whole() const { return journal_gap_ == JournalGap::kNone; }
+
     /// From any thread.
     [[nodiscard]] RecorderFigures figures() const;
 
@@ -119,6 +123,12 @@ class Recorder {
         kForgetJournal,  ///< what it holds up to this tick
         kCutRing,        ///< as the journal
         kKeepRing        ///< from the state of this tick on
+    };
+
+    enum class JournalGap : std::uint8_t {
+        kNone,
+        kFailed,
+        kCut,  ///< written again since, for a snapshot that is not on disk yet
     };
 
     struct Entry {
@@ -149,6 +159,7 @@ class Recorder {
     void rest();
     void write_all(const std::vector<Entry>& entries, std::vector<Order>& orders);
     void write(const Entry& entry);
+    void sync_journal();
     void keep(const std::vector<Entry>& entries);
     // recorder_orders.cpp
     void order(Wish wish, std::string file, RecordingAnswer answer);
@@ -164,6 +175,7 @@ class Recorder {
     std::function<void(const std::string&)> tell_;
     RecordingFile file_;  // of the writer's thread, from open() to close()
     CrashRing ring_;
+    std::atomic<JournalGap> journal_gap_{JournalGap::kNone};
     Journal journal_;
     FrameEncoder encoder_;
     Tick whole_tick_ = 0;       // the last one with hashes

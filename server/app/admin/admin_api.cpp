@@ -227,6 +227,9 @@ void AdminApi::with_sample(std::function<void(const NetworkSample&)> work) {
         sample->websockets = network_.websockets();
         sample->connections = network_.connections();
         sample->held_events = network_.held_output().waiting();
+        if (actions_.recovery) {
+            sample->recovery = actions_.recovery();
+        }
         if (actions_.cluster) {
             sample->cluster = actions_.cluster();
         }

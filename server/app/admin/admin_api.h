@@ -3,6 +3,7 @@
 
 #include "server/admin/admin_server.h"
 #include "server/app/cluster/cluster_figures.h"
+#include "server/app/recovery/recovery_figures.h"
 #include "server/app/runtime/network.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/storage/server_store.h"
@@ -46,6 +47,8 @@ struct AdminActions {
     std::function<void(const std::string& name, AdminDone)> snapshot;
     /// Empty where the server is in no cluster.
     std::function<ClusterFigures()> cluster = {};
+    /// Empty where a crash ends the world.
+    std::function<RecoveryFigures()> recovery = {};
 };
 
 /// Figures of the network thread at one moment.
@@ -59,7 +62,8 @@ struct NetworkSample {
     std::size_t held_events = 0;       ///< durable ones that wait for the store
     std::uint64_t refused_events = 0;  ///< durable ones that the store did not take
     std::size_t connections = 0;
-    std::optional<ClusterFigures> cluster = {};  ///< none: the server is in no cluster
+    std::optional<ClusterFigures> cluster = {};    ///< none: the server is in no cluster
+    std::optional<RecoveryFigures> recovery = {};  ///< none: a crash ends the world
 };
 
 /// Requests are answered on the admin server's own thread, from what the tick loop publishes.

@@ -390,6 +390,32 @@ void write_cluster(MetricsText& out, const AdminFigures& f) {
           cluster.refused);
 }
 
+void write_recovery(MetricsText& out, const AdminFigures& f) {
+    if (!f.network.recovery) {
+        return;
+    }
+    const RecoveryFigures& recovery = *f.network.recovery;
+    out.single("zoned_recoveries_total",
+               "counter",
+               "Times that the world came back after its server died, since it began anew.",
+               number(recovery.recoveries));
+    out.single("zoned_recovery_seconds",
+               "gauge",
+               "Time that this process took to bring the world back.",
+               recovery.seconds);
+    out.single("zoned_recovery_ticks",
+               "gauge",
+               "Ticks that this process simulated again.",
+               number(recovery.ticks));
+    out.single("zoned_recovery_tick",
+               "gauge",
+               "Tick after which the world went on.",
+               static_cast<double>(recovery.tick));
+    out.family("zoned_recovery_sessions", "gauge", "Sessions of the world as it came back.");
+    out.sample(number(recovery.sessions), {{"account", "here"}});
+    out.sample(number(recovery.elsewhere), {{"account", "elsewhere"}});
+}
+
 }  // namespace
 
 std::string metrics_of(const AdminFigures& f) {
@@ -400,6 +426,7 @@ std::string metrics_of(const AdminFigures& f) {
     write_recording(out, f.loop.recording);
     write_network(out, f.network);
     write_store(out, f);
+    write_recovery(out, f);
     write_cluster(out, f);
     write_traffic(out, f.loop.traffic);
     write_admin(out, f);

@@ -1,6 +1,7 @@
 #include "server/app/cluster/cluster_seat.h"
 
 #include "server/app/log/log.h"
+#include "server/app/recovery/world_life.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/cluster/cluster_url.h"
 #include "server/cluster/local_board.h"
@@ -84,12 +85,18 @@ ClusterSeat::ClusterSeat(const config::Settings& settings, const std::vector<std
     : world_(settings.server.cluster.name),
       renew_every_s_(std::min(kMostRenewEvery_s, settings.server.cluster.lease_s / kRenewals)),
       machine_(host_name()),
-      lock_(settings.server.session.state_folder),
+      lock_(settings.server.session.state_folder, settings.server.recovery.on),
       board_(connect_or_wait(settings, urls)),
       directory_(*board_) {
+    std::array<std::uint8_t, kLifeBytes> fresh{};
+    session::random_bytes(fresh);
     lease_ = std::make_unique<cluster::WorldLease>(
         *board_,
-        cluster::LeaseSettings{world_, lock_.instance(), settings.server.cluster.lease_s},
+        cluster::LeaseSettings{world_,
+                               lock_.instance(),
+                               settings.server.cluster.lease_s,
+                               settings.server.recovery.on ? kept_life(settings) : std::string(),
+                               std::string(fresh.begin(), fresh.end())},
         &steady_seconds);
     lease_->describe([&](proto::cluster::WorldEntry& entry) {
         entry.set_machine(machine_);

@@ -56,6 +56,9 @@ class ClusterSeat {
 
     [[nodiscard]] const std::string& machine() const { return machine_; }
 
+    /// See cluster::WorldLease::life().
+    [[nodiscard]] std::string life() const { return lease_->life(); }
+
     [[nodiscard]] const std::string& world() const { return world_; }
 
   private:

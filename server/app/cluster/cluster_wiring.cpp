@@ -64,7 +64,36 @@ void ClusterWiring::join(const config::Settings& settings,
     ports.store = &store_;
     ports.stop_server = std::move(stop_server);
     ports.drain = std::move(drain);
+    ports.when_kept = [this](std::function<void()> then) {
+        when_kept(std::move(then));
+    };
     cluster_ = std::make_unique<ServerCluster>(settings, *seat_, std::move(ports));
+}
+
+std::set<std::string> ClusterWiring::reclaim(const std::set<std::string>& accounts) {
+    return cluster_ ? cluster_->reclaim(accounts) : std::set<std::string>();
+}
+
+void ClusterWiring::when_kept(std::function<void()> then) {
+    if (!begun_) {
+        then();
+        return;
+    }
+    store_.settle([this, then = std::move(then)] {
+        asio::post(io_, [this, then] {
+            // All that was posted up to now is in the inbox of the tick after the one that has
+            // begun, at the latest.
+            waits_for_journal_.emplace(begun_() + 1, then);
+        });
+    });
+}
+
+void ClusterWiring::on_journaled(Tick tick) {
+    while (!waits_for_journal_.empty() && waits_for_journal_.begin()->first <= tick) {
+        const std::function<void()> then = std::move(waits_for_journal_.begin()->second);
+        waits_for_journal_.erase(waits_for_journal_.begin());
+        then();
+    }
 }
 
 /// `arrival` is where a character appears that came from another world.

@@ -10,8 +10,10 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,15 @@ class ClusterWiring {
 
     [[nodiscard]] bool on() const { return cluster_ != nullptr; }
 
+    /// What another server could undo waits for the journal from here on; `begun` is the tick that
+    /// the loop has begun, from any thread.
+    void await_journal(std::function<Tick()> begun) { begun_ = std::move(begun); }
+
+    /// A crash from here on would bring back this tick.
+    void on_journaled(Tick tick);
+    /// As ServerCluster::reclaim(); none without a cluster.
+    [[nodiscard]] std::set<std::string> reclaim(const std::set<std::string>& accounts);
+
     /// The output of a tick, to the clients and to whom it makes travel.
     void deliver(TickResult result);
     void listen(const config::AdvertiseSettings& advertised, const TickLoop& loop);
@@ -54,6 +65,7 @@ class ClusterWiring {
     [[nodiscard]] ClusterFigures figures() const { return cluster_->figures(); }
 
   private:
+    void when_kept(std::function<void()> then);
     void keep(const session::LoginToStore& login, const ServerCluster::Place& arrival);
 
     asio::io_context& io_;
@@ -61,6 +73,8 @@ class ClusterWiring {
     ClusterSeat* seat_;
     Network* network_ = nullptr;
     std::atomic<std::uint32_t> sessions_{0};
+    std::function<Tick()> begun_;  // empty: nothing is kept
+    std::multimap<Tick, std::function<void()>> waits_for_journal_;
     std::unique_ptr<ServerCluster> cluster_;
 };
 

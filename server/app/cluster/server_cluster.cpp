@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
+#include <thread>
 #include <utility>
 
 namespace zoned::app {
@@ -65,6 +67,36 @@ ServerCluster::ServerCluster(const config::Settings& settings,
 ServerCluster::~ServerCluster() {
     stop();
     release();
+}
+
+std::set<std::string> ServerCluster::reclaim(const std::set<std::string>& accounts) {
+    std::set<std::string> elsewhere;
+    for (const std::string& account : accounts) {
+        AccountClaim claim = accounts_.claim(account, seat_.lease().epoch(), true);
+        while (claim.owner == AccountClaim::Owner::kAgain || !seat_.lease().valid()) {
+            if (seat_.lease().state() == LeaseState::kLost) {
+                throw std::runtime_error("another server has taken the world " + seat_.world());
+            }
+            std::this_thread::sleep_for(std::chrono::duration<double>(kAskAgain_s));
+            claim = accounts_.claim(account, seat_.lease().epoch(), true);
+        }
+        if (claim.owner == AccountClaim::Owner::kHere) {
+            claim.entry.clear_arrival();
+            claim.entry.clear_records();
+            known_[account] = {claim.revision, std::move(claim.entry)};
+            faults_.begins(account);
+        } else {
+            // It was given away; what it brings back, if it is on its way here, is newer.
+            elsewhere.insert(account);
+        }
+    }
+    if (!accounts.empty()) {
+        log_of(LogArea::kCluster)
+            .info("of {} accounts in the world as it was, {} are in another one by now",
+                  accounts.size(),
+                  elsewhere.size());
+    }
+    return elsewhere;
 }
 
 void ServerCluster::listen(const config::AdvertiseSettings& advertised,

@@ -31,6 +31,9 @@ struct ClusterPorts {
     ServerStore* store = nullptr;
     std::function<void(const std::string&)> stop_server;  ///< on the network thread
     std::function<void(double grace_s)> drain;            ///< on the network thread
+    /// Calls back when a crash would bring back all that the world has been given so far; at once
+    /// where crashes bring nothing back. On the network thread.
+    std::function<void(std::function<void()>)> when_kept;
 };
 
 /// The way of an account from this world to another:
@@ -38,7 +41,8 @@ struct ClusterPorts {
 ///   wish    an avatar stands in a portal, and the other world is open
 ///   probe   a write shows that the board takes writes; until here nothing has changed
 ///   freeze  the avatar leaves its zone, and all sessions of the account but its own end
-///   pack    the records are read from the store, behind all that the leave wrote
+///   pack    the records are read from the store, behind all that the leave wrote; where crashes
+///           are recovered from, the journal holds the leave, and that the store has the records
 ///   commit  one compare-and-set gives the account and its records to the other world; as long as
 ///           its outcome is not known, it is tried again and nothing else happens
 ///   tell    the other server hears that somebody comes, the client hears where it goes on
@@ -53,6 +57,11 @@ class ServerCluster {
     ~ServerCluster();
 
     // On the network thread.
+
+    /// Before listen(): these accounts are in the world as it came back after a crash. The board
+    /// says which are not any more: those are returned. Waits for the board. Throws
+    /// std::runtime_error when another server has taken the world meanwhile.
+    [[nodiscard]] std::set<std::string> reclaim(const std::set<std::string>& accounts);
 
     /// Other servers send players from now on.
     void listen(const config::AdvertiseSettings& advertised,
@@ -124,6 +133,7 @@ class ServerCluster {
     void probe(ClientId client, const std::string& account);
     void freeze(ClientId client);
     void read_records(ClientId client);
+    void await_journal(ClientId client, std::shared_ptr<std::vector<store::PutRecord>> records);
     void give(ClientId client, const Leaving& leaving, std::vector<store::PutRecord> records);
     void give_again(ClientId client,
                     const std::string& account,

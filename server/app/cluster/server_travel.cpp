@@ -157,10 +157,31 @@ void ServerCluster::read_records(ClientId client) {
                     kReadAgain_s);
                 return;
             }
-            worker_.post([this, client, leaving, taken = std::move(*records)]() mutable {
-                give(client, leaving, std::move(taken));
-            });
+            ports_.on_network(
+                [this,
+                 client,
+                 taken = std::make_shared<std::vector<store::PutRecord>>(std::move(*records))] {
+                    if (leaving_.count(client) != 0) {
+                        await_journal(client, taken);
+                    }
+                });
         });
+}
+
+/// What is given away must not come back here after a crash: neither the avatar, nor a record that
+/// was put before, on top of one from a later visit. The store settles first, so that the world has
+/// been told of all that it did.
+void ServerCluster::await_journal(ClientId client,
+                                  std::shared_ptr<std::vector<store::PutRecord>> records) {
+    ports_.when_kept([this, client, records] {
+        const auto it = leaving_.find(client);
+        if (it == leaving_.end()) {
+            return;
+        }
+        worker_.post([this, client, leaving = it->second, records] {
+            give(client, leaving, std::move(*records));
+        });
+    });
 }
 
 /// On the worker's thread, as all of the board's.

@@ -1,5 +1,6 @@
 #include "server/app/cluster/state_lock.h"
 
+#include "server/app/log/log.h"
 #include "server/session/login/secrets.h"
 
 #include <fcntl.h>
@@ -7,20 +8,25 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 namespace zoned::app {
 
 namespace {
 
 constexpr std::size_t kInstanceBytes = 16;
+constexpr auto kLockLookEvery = std::chrono::milliseconds(20);
 
 }  // namespace
 
-StateLock::StateLock(const std::string& folder) {
+StateLock::StateLock(const std::string& folder, bool waits) {
     std::error_code ignored;
     std::filesystem::create_directories(folder, ignored);
     const std::string name = folder + "/cluster.instance";
@@ -28,7 +34,19 @@ StateLock::StateLock(const std::string& folder) {
     if (file_ < 0) {
         throw std::runtime_error("cannot write " + name + ": " + std::strerror(errno));
     }
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    bool told = false;
+    while (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+        if (waits && errno == EWOULDBLOCK) {
+            if (!std::exchange(told, true)) {
+                log_of(LogArea::kCluster)
+                    .info(
+                        "another server uses the state folder {}; this server waits to take its "
+                        "place",
+                        folder);
+            }
+            std::this_thread::sleep_for(kLockLookEvery);
+            continue;
+        }
         ::close(file_);
         throw std::runtime_error("another server uses the state folder " + folder +
                                  ": give each its own session.state_folder");

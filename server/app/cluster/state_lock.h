@@ -8,8 +8,9 @@ namespace zoned::app {
 /// Held until it is destroyed, or the process dies in whatever way.
 class StateLock {
   public:
-    /// Throws std::runtime_error where another process uses the folder, or it cannot be written.
-    explicit StateLock(const std::string& folder);
+    /// Where another process uses the folder it waits until that one has ended, with `waits`.
+    /// Throws std::runtime_error where it does not wait, or the folder cannot be written.
+    StateLock(const std::string& folder, bool waits);
     ~StateLock();
     StateLock(const StateLock&) = delete;
     StateLock& operator=(const StateLock&) = delete;

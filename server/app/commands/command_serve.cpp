@@ -29,6 +29,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <set>
 
 namespace zoned::app {
 
@@ -57,7 +58,7 @@ class Server {
           watch_timer_(io_),
           drain_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
-          recovery_(settings, world_),
+          recovery_(settings, world_, seat != nullptr ? seat->life() : std::string()),
           store_(settings),
           cluster_(io_, store_, seat),
           network_(io_, settings, poster(), cluster_.store_login(), cluster_.find_world()),
@@ -176,8 +177,10 @@ class Server {
     void go_on() {
         if (recovery_.on()) {
             network_.await_journal(world_.now());
-            recovery_.restore_sessions(network_.host(), poster());
-            ask_store(world_.now(), recovery_.requests_again());
+            cluster_.await_journal([this] { return loop_->begun(); });
+            const std::set<std::string> elsewhere = cluster_.reclaim(recovery_.accounts());
+            recovery_.restore_sessions(network_.host(), elsewhere, poster());
+            ask_store(world_.now(), recovery_.requests_again(elsewhere, poster()));
         }
     }
 
@@ -232,6 +235,11 @@ class Server {
                 }
             });
         };
+        if (recovery_.on()) {
+            actions.recovery = [this] {
+                return recovery_.figures();
+            };
+        }
         if (cluster_.on()) {
             actions.cluster = [this] {
                 return cluster_.figures();
@@ -323,7 +331,12 @@ class Server {
     void open_recording() {
         recording::RecorderSettings recorder = recorder_settings(settings_, world_);
         recovery_.keep_inputs(recorder, [this](Tick tick) {
-            asio::post(io_, [this, tick] { network_.on_journaled(tick); });
+            asio::post(io_, [this, tick, whole = recorder_->journal_is_whole()] {
+                network_.on_journaled(tick);
+                if (whole) {
+                    cluster_.on_journaled(tick);
+                }
+            });
         });
         if (recorder.file.empty() && recorder.ring_s <= 0.0 && !recovery_.on()) {
             return;

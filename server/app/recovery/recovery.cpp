@@ -1,6 +1,7 @@
 #include "server/app/recovery/recovery.h"
 
 #include "server/app/log/log.h"
+#include "server/app/recovery/world_life.h"
 #include "server/app/runtime/tick_loop.h"
 #include "server/app/world/replayed_tick.h"
 #include "server/recording/recording_reader.h"
@@ -69,6 +70,15 @@ void note_attempts(const std::string& folder, unsigned attempts) {
     std::ofstream(attempts_file(folder), std::ios::trunc) << attempts << '\n';
 }
 
+/// How often the world has come back, with this time; kept with it.
+std::uint64_t count_recovery(const std::string& folder) {
+    const std::string file = folder + "/recoveries";
+    std::uint64_t count = 0;
+    std::ifstream(file) >> count;
+    std::ofstream(file, std::ios::trunc) << ++count << '\n';
+    return count;
+}
+
 }  // namespace
 
 Recovery::Recovery(const config::Settings& settings)
@@ -106,17 +116,23 @@ void Recovery::lock() {
     }
 }
 
-RecoveredRun Recovery::begin(World& world) {
+RecoveredRun Recovery::begin(World& world, const std::string& life) {
     RecoveredRun run;
-    const bool goes_on = !snapshots_in(folder_).empty();
+    bool goes_on = !snapshots_in(folder_).empty();
+    if (goes_on && !life.empty() && life != kept_life(settings_)) {
+        set_aside("another server has had the world since");
+        goes_on = false;
+    }
     const unsigned attempts = goes_on ? attempts_in(folder_) + 1 : 0;
     note_attempts(folder_, attempts);
     try {
         if (attempts > kMostAttempts) {
-            set_aside();
+            set_aside(std::to_string(kMostAttempts) +
+                      " starts in a row died after they brought the world back");
         } else if (goes_on) {
             go_on(world, attempts, run);
         }
+        note_life(settings_, life);
         keep_state(world);
     } catch (...) {
         // A start that is refused is no death, however often somebody tries.
@@ -132,6 +148,7 @@ void Recovery::go_on(World& world, unsigned attempts, RecoveredRun& run) {
     replay(world, attempts >= kLeavesOutFrom, run);
     run.tick = world.now();
     run.sessions = ledger_.sessions().size();
+    run.recoveries = count_recovery(folder_);
     run.seconds = steady_seconds() - begin_s;
     run.text = "the world goes on after tick " + std::to_string(run.tick) + ": snapshot of tick " +
                std::to_string(run.snapshot) + " and " + std::to_string(run.tick - run.snapshot) +
@@ -139,20 +156,20 @@ void Recovery::go_on(World& world, unsigned attempts, RecoveredRun& run) {
                std::to_string(run.sessions) + " sessions";
 }
 
-void Recovery::set_aside() {
-    const std::string aside = folder_ + "-" + utc_now();
+void Recovery::set_aside(const std::string& why) {
+    const std::string name = folder_ + "-" + utc_now();
+    std::string aside = name;
     std::error_code error;
+    for (int i = 2; fs::exists(aside, error); ++i) {
+        aside = name + "-" + std::to_string(i);
+    }
     fs::rename(folder_, aside, error);
     if (error) {
         throw std::runtime_error("cannot rename '" + folder_ + "': " + error.message());
     }
     fs::create_directories(folder_, error);
     log_of(LogArea::kServer)
-        .error(
-            "{} starts in a row died after they brought the world back: it begins anew; what "
-            "they had lies in {}",
-            kMostAttempts,
-            aside);
+        .error("{}: it begins anew; what was kept of it lies in {}", why, aside);
 }
 
 /// The newest snapshot that can be read.

@@ -22,8 +22,9 @@ struct RecoveredRun {
     Tick snapshot = 0;     ///< of the snapshot that was loaded
     double seconds = 0.0;  ///< that it took
     std::size_t sessions = 0;
-    std::string text;     ///< for the log
-    std::string trouble;  ///< what is not as it was; empty: all is
+    std::uint64_t recoveries = 0;  ///< of this world up to this one, since it began anew
+    std::string text;              ///< for the log
+    std::string trouble;           ///< what is not as it was; empty: all is
 };
 
 struct SnapshotFigures {
@@ -44,8 +45,9 @@ class Recovery {
 
     /// Before the first tick. Into a world before its first tick goes what a server left that died,
     /// if one did; from there on the world can be brought back. Throws std::runtime_error that says
-    /// what to do.
-    RecoveredRun begin(World& world);
+    /// what to do. `life` is that of the world by the word of its cluster, empty without one: what
+    /// lies there of another life is set aside, as a server had the world since.
+    RecoveredRun begin(World& world, const std::string& life);
 
     /// Sessions and requests as they were in the last tick.
     [[nodiscard]] RunLedger& ledger() { return ledger_; }
@@ -72,7 +74,7 @@ class Recovery {
   private:
     void lock();
     void go_on(World& world, unsigned attempts, RecoveredRun& run);
-    void set_aside();
+    void set_aside(const std::string& why);
     void load(World& world, RecoveredRun& run);
     void replay(World& world, bool leaves_out_last, RecoveredRun& run);
     void keep_state(const World& world);

@@ -7,14 +7,16 @@
 
 namespace zoned::app {
 
-ServerRecovery::ServerRecovery(const config::Settings& settings, World& world)
+ServerRecovery::ServerRecovery(const config::Settings& settings,
+                               World& world,
+                               const std::string& life)
     : settings_(settings),
       world_(world) {
     if (!settings.server.recovery.on) {
         return;
     }
     recovery_ = std::make_unique<Recovery>(settings);
-    found_ = recovery_->begin(world);
+    found_ = recovery_->begin(world, life);
     if (!found_.text.empty()) {
         log_of(LogArea::kServer).warn("{}", found_.text);
     }
@@ -37,12 +39,31 @@ void ServerRecovery::keep_inputs(recording::RecorderSettings& recorder,
     recorder.kept = std::move(kept);
 }
 
-void ServerRecovery::restore_sessions(session::SessionHost& host, const Post& post) {
+std::set<std::string> ServerRecovery::accounts() const {
+    std::set<std::string> out;
+    if (on()) {
+        for (const session::KeptSession& kept : recovery_->ledger().sessions()) {
+            if (kept.begun.ticketed) {
+                out.insert(kept.begun.account);
+            }
+        }
+    }
+    return out;
+}
+
+void ServerRecovery::restore_sessions(session::SessionHost& host,
+                                      const std::set<std::string>& elsewhere,
+                                      const Post& post) {
     if (!on()) {
         return;
     }
     host.number_sessions_after(recovery_->ledger().newest_client());
     for (session::KeptSession& kept : recovery_->ledger().sessions()) {
+        if (kept.begun.ticketed && elsewhere.count(kept.begun.account) != 0) {
+            post(mailbox::Leave{kept.begun.client, mailbox::LeaveReason::kKicked});
+            ++elsewhere_;
+            continue;
+        }
         // Its client has seen states of which this process knows nothing.
         post(mailbox::ViewReset{kept.begun.client});
         host.restore(std::move(kept), steady_seconds());
@@ -52,9 +73,30 @@ void ServerRecovery::restore_sessions(session::SessionHost& host, const Post& po
     }
 }
 
-std::vector<mailbox::StoreRequest> ServerRecovery::requests_again() {
-    return on() ? recovery_->ledger().ask_again(world_.now())
-                : std::vector<mailbox::StoreRequest>();
+std::vector<mailbox::StoreRequest> ServerRecovery::requests_again(
+    const std::set<std::string>& elsewhere,
+    const Post& post) {
+    if (!on()) {
+        return {};
+    }
+    std::vector<mailbox::StoreRequest> out = recovery_->ledger().ask_again(world_.now());
+    const auto dropped = std::erase_if(out, [&](const mailbox::StoreRequest& request) {
+        return request.act != mailbox::StoreAct::kEvent &&
+               elsewhere.count(request.key.account) != 0;
+    });
+    if (dropped > 0 && out.empty()) {
+        post(mailbox::StoreKept{world_.now()});
+    }
+    return out;
+}
+
+RecoveryFigures ServerRecovery::figures() const {
+    return {found_.recoveries,
+            found_.seconds,
+            static_cast<std::uint64_t>(found_.tick - found_.snapshot),
+            found_.tick,
+            found_.sessions - elsewhere_,
+            elsewhere_};
 }
 
 void ServerRecovery::asked(Tick tick, const StoreTicket& ticket, const Post& post) {

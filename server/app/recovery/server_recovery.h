@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/app/recovery/recovery.h"
+#include "server/app/recovery/recovery_figures.h"
 #include "server/app/recovery/ring_states.h"
 #include "server/app/storage/asked_ticks.h"
 #include "server/app/storage/held_output.h"
@@ -10,7 +11,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::app {
@@ -21,20 +24,30 @@ class ServerRecovery {
     using Post = std::function<void(mailbox::InboxItem)>;
 
     /// Brings back what a server left that died, if one did, and logs it. Throws
-    /// std::runtime_error that says what to do.
-    ServerRecovery(const config::Settings& settings, World& world);
+    /// std::runtime_error that says what to do. `life` as in Recovery::begin().
+    ServerRecovery(const config::Settings& settings, World& world, const std::string& life);
 
     [[nodiscard]] bool on() const { return recovery_ != nullptr; }
 
     /// Has the recorder keep the inputs; `kept` as RecorderSettings::kept.
     void keep_inputs(recording::RecorderSettings& recorder, std::function<void(Tick)> kept);
 
-    /// Before the first tick: clients of the server before this one may come back, and the world
-    /// hears of those who cannot.
-    void restore_sessions(session::SessionHost& host, const Post& post);
+    /// Accounts with a ticket whose clients were in the world.
+    [[nodiscard]] std::set<std::string> accounts() const;
 
-    /// Requests of which the store may not have heard.
-    [[nodiscard]] std::vector<mailbox::StoreRequest> requests_again();
+    /// Before the first tick: clients of the server before this one may come back, and the world
+    /// hears of those who cannot. Accounts that are `elsewhere` leave it.
+    void restore_sessions(session::SessionHost& host,
+                          const std::set<std::string>& elsewhere,
+                          const Post& post);
+
+    /// Requests of which the store may not have heard; without those for accounts that are
+    /// elsewhere, whose records are the other world's.
+    [[nodiscard]] std::vector<mailbox::StoreRequest> requests_again(
+        const std::set<std::string>& elsewhere,
+        const Post& post);
+
+    [[nodiscard]] RecoveryFigures figures() const;
 
     /// Requests of a tick were given to the store.
     void asked(Tick tick, const StoreTicket& ticket, const Post& post);
@@ -61,6 +74,7 @@ class ServerRecovery {
     std::unique_ptr<Recovery> recovery_;  // null: a crash ends the world
     std::optional<RingStates> ring_;
     RecoveredRun found_;
+    std::uint64_t elsewhere_ = 0;
     AskedTicks asked_;
 };
 

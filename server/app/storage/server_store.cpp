@@ -133,6 +133,18 @@ void ServerStore::read_records(
     }
 }
 
+void ServerStore::settle(std::function<void()> done) {
+    if (!service_) {
+        done();
+        return;
+    }
+    // Of a batch all jobs are answered before it is told of. So the first may come too early; what
+    // is asked from within its answer belongs to a later batch.
+    service_->submit({}, [this, done = std::move(done)](bool) mutable {
+        service_->submit({}, [done = std::move(done)](bool) { done(); });
+    });
+}
+
 void ServerStore::replace_records(const std::string& account,
                                   std::vector<store::PutRecord> records,
                                   std::function<void(bool)> done) {

@@ -47,6 +47,9 @@ class ServerStore {
     /// cannot be read. Without a store there are none. `done` is called from any thread.
     void read_records(const std::string& account,
                       std::function<void(std::optional<std::vector<store::PutRecord>>)> done);
+    /// `done` is called, from any thread, when Output::durable has told of all that was asked
+    /// before.
+    void settle(std::function<void()> done);
     /// In place of all records of the account. `done` gets false where the store takes no more.
     void replace_records(const std::string& account,
                          std::vector<store::PutRecord> records,

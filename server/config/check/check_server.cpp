@@ -323,11 +323,6 @@ void check_cluster(const proto::config::Config& config,
     }
     check_cluster_name(cluster.name(), "cluster.name", out);
     check_cluster_name(cluster.realm(), "cluster.realm", out);
-    if (config.recovery().on()) {
-        out.add("recovery.on",
-                "cannot be kept together with cluster.name yet: a world that goes on from before a "
-                "crash would have characters that travelled meanwhile");
-    }
     if (config.portal_size() > 0 && config.session().ticket_public_key_file_size() == 0) {
         out.add("portal[0]",
                 "leads nowhere: only clients with a ticket can travel, and "

@@ -1,6 +1,7 @@
 // Recovery: a run that ended at any moment goes on bit for bit.
 #include "server/app/recovery/recovery.h"
 
+#include "server/app/recovery/world_life.h"
 #include "server/config/expand/load_settings.h"
 #include "server/recording/recording_reader.h"
 #include "shared/core/rng.h"
@@ -71,10 +72,10 @@ class Recovered : public testing::Test {
 
     /// A server without sockets.
     struct Run {
-        explicit Run(const config::Settings& of)
+        explicit Run(const config::Settings& of, const std::string& life = "")
             : world(of, 1),
               recovery(std::make_unique<Recovery>(of)),
-              found(recovery->begin(world)) {
+              found(recovery->begin(world, life)) {
             recording::RecorderSettings s;
             s.journal_folder = recovery->folder();
             s.journal_for_power = false;
@@ -137,6 +138,14 @@ class Recovered : public testing::Test {
             }
         }
         return newest;
+    }
+
+    /// Folders with what is not gone on from.
+    [[nodiscard]] std::ptrdiff_t set_aside() const {
+        const fs::directory_iterator entries(folder);
+        return std::count_if(fs::begin(entries), fs::end(entries), [](const auto& entry) {
+            return entry.path().filename().string().starts_with("journal-");
+        });
     }
 
     std::string folder;
@@ -306,11 +315,7 @@ TEST_F(Recovered, LeavesOutTheTickThatKillsItAndAtLastBeginsAnew) {
     EXPECT_EQ(start(1), 11);
     EXPECT_EQ(start(2), 10) << "the third start";
     EXPECT_EQ(start(5), 0) << "the sixth";
-    bool aside = false;
-    for (const auto& entry : fs::directory_iterator(folder)) {
-        aside = aside || entry.path().filename().string().starts_with("journal-");
-    }
-    EXPECT_TRUE(aside) << "what was there is kept";
+    EXPECT_EQ(set_aside(), 1) << "what was there is kept";
 }
 
 TEST_F(Recovered, AStopInGoodOrderBeginsAnewUnlessAskedNotTo) {
@@ -332,6 +337,50 @@ TEST_F(Recovered, AStopInGoodOrderBeginsAnewUnlessAskedNotTo) {
     const Run run(settings);
     EXPECT_EQ(run.found.tick, 50);
     EXPECT_EQ(run.world.state_hash(), hash_at(50));
+}
+
+TEST_F(Recovered, GoesOnInItsOwnLifeAlone) {
+    const std::string first(kLifeBytes, '\x01');
+    const std::string second(kLifeBytes, '\x02');
+    EXPECT_EQ(kept_life(settings), "") << "there is no state";
+    Run(settings, first).go(10);
+    EXPECT_EQ(kept_life(settings), first);
+    {
+        Run run(settings, first);
+        EXPECT_EQ(run.found.tick, 10);
+        EXPECT_EQ(run.found.recoveries, 1U);
+        run.go(15);
+    }
+    {
+        // Another server has had the world.
+        Run run(settings, second);
+        EXPECT_EQ(run.found.tick, 0);
+        EXPECT_EQ(run.found.sessions, 0U);
+        EXPECT_EQ(set_aside(), 1);
+        EXPECT_EQ(kept_life(settings), second);
+        run.go(5);
+    }
+    {
+        Run run(settings, second);
+        EXPECT_EQ(run.found.tick, 5) << "what it kept since is the world's";
+        EXPECT_EQ(run.found.recoveries, 1U) << "since it began anew";
+    }
+    EXPECT_EQ(Run(settings).found.tick, 5) << "without a cluster nobody else can have had it";
+    EXPECT_EQ(set_aside(), 1);
+}
+
+TEST_F(Recovered, GoesOnFromNoStateWhoseLifeCannotBeRead) {
+    const std::string life(kLifeBytes, '\xfe');
+    Run(settings, life).go(10);
+    for (const char* damaged : {"", "fe\n", "no hexadecimal digits at all here\n"}) {
+        std::ofstream(journal() + "/life", std::ios::trunc) << damaged;
+        EXPECT_EQ(kept_life(settings), "") << damaged;
+    }
+    EXPECT_EQ(Run(settings, life).found.tick, 0);
+    EXPECT_EQ(set_aside(), 1);
+    fs::remove(journal() + "/life");
+    fs::create_directories(journal() + "/life.part");
+    EXPECT_THROW(note_life(settings, life), std::runtime_error);
 }
 
 TEST_F(Recovered, IsForOneServerAtATime) {

@@ -18,9 +18,15 @@ class Leases : public ::testing::Test {
         test::DoubtfulBoard board;
         WorldLease lease;
 
-        Server(Leases& test, const std::string& instance)
+        /// `life` is that of the state in its folder; with `fresh` it would begin anew.
+        Server(Leases& test,
+               const std::string& instance,
+               const std::string& life = "",
+               const std::string& fresh = "")
             : board(make_local_board(test.hub)),
-              lease(board, {"castle", instance, 10.0}, [&test] { return test.now_s; }) {}
+              lease(board, {"castle", instance, 10.0, life, fresh}, [&test] {
+                  return test.now_s;
+              }) {}
     };
 
     std::shared_ptr<LocalHub> hub = make_local_hub();
@@ -108,6 +114,55 @@ TEST_F(Leases, TheNextProcessOfAStateFolderNeedNotWait) {
     Server again{*this, "aaaaaaaaaaaaaaaa"};
     EXPECT_EQ(again.lease.claim(), LeaseState::kHeld);
     EXPECT_GT(again.lease.epoch(), epoch);
+}
+
+TEST_F(Leases, AWorldKeepsItsLifeAsLongAsEachServerGoesOnFromTheOneBefore) {
+    Server first{*this, "aaaaaaaaaaaaaaaa", "", "life 1"};
+    ASSERT_EQ(first.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(first.lease.life(), "life 1");
+    ASSERT_EQ(first.lease.renew(), LeaseState::kHeld);
+    Server again{*this, "aaaaaaaaaaaaaaaa", "life 1", "life 2"};
+    ASSERT_EQ(again.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(again.lease.life(), "life 1");
+    again.lease.release();
+    Server later{*this, "aaaaaaaaaaaaaaaa", "life 1", "life 3"};
+    ASSERT_EQ(later.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(later.lease.life(), "life 1") << "nobody had it in between";
+}
+
+TEST_F(Leases, AServerThatGoesOnFromNothingEndsTheLifeOfAWorld) {
+    Server first{*this, "aaaaaaaaaaaaaaaa", "", "life 1"};
+    ASSERT_EQ(first.lease.claim(), LeaseState::kHeld);
+    first.lease.release();
+    Server other{*this, "bbbbbbbbbbbbbbbb", "", "life 2"};
+    ASSERT_EQ(other.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(other.lease.life(), "life 2");
+    other.lease.release();
+    Server again{*this, "aaaaaaaaaaaaaaaa", "life 1", "life 3"};
+    ASSERT_EQ(again.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(again.lease.life(), "life 3") << "what it kept is not the world any more";
+    Server mute{*this, "aaaaaaaaaaaaaaaa", "", "life 4"};
+    ASSERT_EQ(mute.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(mute.lease.life(), "life 4") << "its folder has lost its state";
+}
+
+TEST_F(Leases, ALostAnswerDoesNotChangeALife) {
+    Server first{*this, "aaaaaaaaaaaaaaaa", "", "life 1"};
+    ASSERT_EQ(first.lease.claim(), LeaseState::kHeld);
+    for (const auto& [kept, life] : {std::pair{"life 1", "life 1"}, std::pair{"", "fresh"}}) {
+        Server again{*this, "aaaaaaaaaaaaaaaa", kept, "fresh"};
+        again.board.mood = Mood::kLosesAnswer;
+        ASSERT_EQ(again.lease.claim(), LeaseState::kWaiting);
+        again.board.mood = Mood::kGood;
+        ASSERT_EQ(again.lease.claim(), LeaseState::kHeld);
+        EXPECT_EQ(again.lease.life(), life);
+    }
+}
+
+TEST_F(Leases, AWorldThatTheBoardHasForgottenKeepsItsLife) {
+    Server alone{*this, "aaaaaaaaaaaaaaaa", "life 1", "life 2"};
+    ASSERT_EQ(alone.lease.claim(), LeaseState::kHeld);
+    EXPECT_EQ(alone.lease.life(), "life 1");
 }
 
 TEST_F(Leases, AnEntryThatNobodyCanReadIsNobodys) {

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <mutex>
 #include <thread>
 
@@ -35,6 +36,9 @@ class Journals : public testing::Test {
         s.rate_hz = 10.0;
         s.journal_folder = in;
         s.kept = [this](Tick tick) {
+            held = true;
+            const std::lock_guard waits(hold);
+            held = false;
             EXPECT_GT(tick, kept.load()) << "in their order";
             kept.store(tick);
         };
@@ -55,6 +59,21 @@ class Journals : public testing::Test {
             wait_until_kept(tick);
             recorder.end_tick(tick, {static_cast<std::uint64_t>(tick)});
         }
+    }
+
+    /// What was pushed is with the writer, without the inputs of a tick behind it.
+    static void write_now(Recorder& recorder) {
+        std::promise<void> answered;
+        recorder.stop_file([&](const core::Result<std::string>&) { answered.set_value(); });
+        answered.get_future().wait();
+    }
+
+    /// The writer waits for `hold`.
+    void wait_until_held() {
+        for (int i = 0; i < 20000 && !held; ++i) {
+            std::this_thread::sleep_for(std::chrono::microseconds(500));
+        }
+        ASSERT_TRUE(held);
     }
 
     void wait_until_kept(Tick tick) {
@@ -87,6 +106,8 @@ class Journals : public testing::Test {
 
     std::string folder;
     std::atomic<Tick> kept{0};
+    std::mutex hold;  ///< the writer waits for it before it tells that a tick is kept
+    std::atomic<bool> held{false};
     std::mutex mutex;
     std::vector<std::string> told;
 };
@@ -168,6 +189,51 @@ TEST_F(Journals, ADiskThatTakesNoMoreHoldsNobodyUpAndTheNextSnapshotBeginsAnew) 
     play(*r, 61, 75);
     EXPECT_EQ(pieces(), 1U);
     EXPECT_EQ(span_of(folder), std::make_pair(Tick(61), Tick(75)));
+}
+
+TEST_F(Journals, AreWholeAgainWhenASnapshotAfterAFailureIsOnDisk) {
+    const FileLimit limit(64U << 10U);
+    const auto r = open(folder);
+    play(*r, 1, 3, 8000);
+    EXPECT_TRUE(r->journal_is_whole());
+    r->cut_journal(3);  // for a snapshot that is on disk after the failure, and is older
+    play(*r, 4, 20, 8000);
+    EXPECT_FALSE(r->journal_is_whole());
+    r->forget_journal(3);
+    play(*r, 21, 22, 8000);
+    EXPECT_FALSE(r->journal_is_whole()) << "ticks after that snapshot are lost";
+    r->cut_journal(22);
+    write_now(*r);
+    play(*r, 23, 25, 10);
+    EXPECT_FALSE(r->journal_is_whole()) << "no snapshot has what was lost";
+    r->forget_journal(22);
+    play(*r, 26, 27, 10);
+    EXPECT_TRUE(r->journal_is_whole());
+    EXPECT_EQ(span_of(folder), std::make_pair(Tick(23), Tick(27)));
+}
+
+TEST_F(Journals, AreNotWholeWhereTheTickBeforeACutFailed) {
+    const FileLimit limit(64U << 10U);
+    const auto r = open(folder);
+    play(*r, 1, 3, 8000);
+    const auto inputs = r->lend();
+    inputs->push_back(mailbox::Command{ClientId(1), 3, mailbox::Bytes(100000, 1), 0});
+    {
+        // The writer gets the tick and the cut behind it at once.
+        const std::unique_lock lock(hold);
+        const auto blocking = r->lend();
+        r->begin_tick(4, blocking);
+        wait_until_held();
+        r->end_tick(4, {4});
+        r->begin_tick(5, inputs);
+        r->end_tick(5, {5});
+        r->cut_journal(5);
+    }
+    wait_until_kept(5);
+    EXPECT_FALSE(r->journal_is_whole()) << "the snapshot of tick 5 is not on disk";
+    r->forget_journal(5);
+    play(*r, 6, 7, 10);
+    EXPECT_TRUE(r->journal_is_whole());
 }
 
 }  // namespace
