@@ -32,19 +32,6 @@ sockaddr_in loopback(std::uint16_t port) {
     return address;
 }
 
-std::uint16_t free_port() {
-    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address = loopback(0);
-    socklen_t size = sizeof(address);
-    const bool good = ::bind(socket, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
-                      ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-    ::close(socket);
-    if (!good) {
-        throw std::runtime_error("no free port for nats-server");
-    }
-    return ntohs(address.sin_port);
-}
-
 /// Whether the log says so behind its first `from` bytes. JetStream comes after the port.
 bool is_ready(const std::string& log, std::uintmax_t from) {
     std::ifstream file(log);
@@ -54,6 +41,19 @@ bool is_ready(const std::string& log, std::uintmax_t from) {
 }
 
 }  // namespace
+
+std::uint16_t free_port() {
+    const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address = loopback(0);
+    socklen_t size = sizeof(address);
+    const bool good = ::bind(socket, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
+                      ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+    ::close(socket);
+    if (!good) {
+        throw std::runtime_error("no free port");
+    }
+    return ntohs(address.sin_port);
+}
 
 bool NatsServer::installed() {
     return std::filesystem::exists(kProgram);
@@ -74,6 +74,11 @@ NatsServer::~NatsServer() {
     kill();
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
+}
+
+std::string NatsServer::log() const {
+    std::ifstream file(folder_ + "/log");
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 void NatsServer::start() {

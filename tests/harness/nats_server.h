@@ -10,6 +10,9 @@
 
 namespace zoned::test {
 
+/// A port of this machine that nobody used a moment ago. Throws std::runtime_error.
+[[nodiscard]] std::uint16_t free_port();
+
 class NatsServer {
   public:
     /// Where the package is not installed, nothing else may be called.
@@ -25,6 +28,8 @@ class NatsServer {
     [[nodiscard]] std::string url() const { return "nats://127.0.0.1:" + std::to_string(port_); }
 
     [[nodiscard]] std::uint16_t port() const { return port_; }
+
+    [[nodiscard]] std::string log() const;
 
     /// By SIGKILL: what it had not written is gone.
     void kill();

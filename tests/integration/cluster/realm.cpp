@@ -74,6 +74,7 @@ void Wanderer::enter(std::uint16_t port) {
     }
     if (client_) {
         travels += client_->stats().travels;
+        recovered += client_->stats().recovered;
     }
     next_login_s_ = now_s() + kLoginEvery_s;
     joined_ = false;
@@ -90,6 +91,12 @@ void Wanderer::enter(std::uint16_t port) {
 }
 
 void Wanderer::advance() {
+    if (plays() && gone_s_ >= 0.0) {
+        gaps_s.push_back(now_s() - gone_s_);
+        gone_s_ = -1.0;
+    } else if (!plays() && gone_s_ < 0.0 && joins > 0) {
+        gone_s_ = now_s();
+    }
     if (closed()) {
         return;
     }
@@ -167,7 +174,8 @@ void Realm::start(World& world, const std::vector<std::string>& sets, bool wait)
     if (world.config.empty()) {
         write_config(world, &world == &castle ? meadow.name : castle.name, "");
     }
-    std::vector<std::string> arguments{"serve", "--config", world.config, "--cluster", nats->url()};
+    std::vector<std::string> arguments{
+        "serve", "--config", world.config, "--cluster", board_urls()};
     const auto set = [&](const std::string& text) {
         arguments.insert(arguments.end(), {"--set", text});
     };
@@ -177,6 +185,10 @@ void Realm::start(World& world, const std::vector<std::string>& sets, bool wait)
     set("store.durability=DURABLE_PROCESS");
     set("network.tcp_port=" + std::to_string(world.port));
     set("recording.ring_s=0");
+    if (recovers) {
+        set("recovery.on=true");
+        set("recovery.durability=DURABLE_PROCESS");
+    }
     if (recorded) {
         set("recording.file=\"" + folder + "/" + world.name + ".zrec\"");
     }
@@ -187,6 +199,14 @@ void Realm::start(World& world, const std::vector<std::string>& sets, bool wait)
     if (wait) {
         wait_until_ready(world);
     }
+}
+
+std::string Realm::board_urls() const {
+    std::string out = nats->url();
+    for (const auto& one : more_nats) {
+        out += "," + one->url();
+    }
+    return out;
 }
 
 void Realm::wait_until_ready(World& world) {
@@ -251,8 +271,17 @@ void Realm::give_tokens(const World& world, const std::vector<std::string>& acco
     ASSERT_TRUE((*opened)->commit(changes).ok());
 }
 
-std::vector<std::string> Realm::findings() {
-    std::vector<std::string> out;
+std::unique_ptr<cluster::Board> Realm::board() const {
+    cluster::NatsSettings settings;
+    settings.urls = {nats->url()};
+    auto connected = cluster::connect_nats_board(settings);
+    EXPECT_TRUE(connected.ok()) << connected.error();
+    return connected.ok() ? std::move(*connected) : nullptr;
+}
+
+std::vector<TravelFinding> Realm::findings() {
+    using Wrong = TravelFinding::Wrong;
+    std::vector<TravelFinding> out;
     // Two owners: one begins to have an account that another one has not let go.
     std::map<std::string, std::string> holder;
     std::vector<JournalLine> lines = read_journal(folder + "/journal");
@@ -261,35 +290,32 @@ std::vector<std::string> Realm::findings() {
     for (const JournalLine& line : lines) {
         std::string& held = holder[line.account];
         if (!held.empty() && held != line.world) {
-            out.push_back(line.account + " is in two worlds: " + held + " has it, and " +
-                          line.world + " writes " + line.what);
+            out.push_back({Wrong::kTwoOwners,
+                           line.account + " is in two worlds: " + held + " has it, and " +
+                               line.world + " writes " + line.what});
         }
         held = line.what == "begin" ? line.world : "";
     }
-    // Lost or doubled: the owner has the token, and has it once.
-    cluster::NatsSettings settings;
-    settings.urls = {nats->url()};
-    const auto board = cluster::connect_nats_board(settings);
-    if (!board.ok()) {
-        return {board.error()};
-    }
+    const auto asked = board();
     std::map<std::string, std::unique_ptr<store::Store>> stores;
     for (const World* world : {&castle, &meadow}) {
         auto opened = store::open_sqlite_store(
             world->state + "/store.db", store::Durability::kProcess, store::StoreUse::kInspect);
-        if (!opened.ok()) {
-            return {opened.error().text};
+        if (!asked || !opened.ok()) {
+            out.push_back({Wrong::kUnknown, "the board or the store of " + world->name});
+            return out;
         }
         stores[world->name] = std::move(*opened);
     }
     for (const auto& player : players) {
         const std::string& account = player->account();
-        const auto found = (*board)->get(cluster::Accounts::key_of(account));
+        const auto found = asked->get(cluster::Accounts::key_of(account));
         proto::cluster::AccountEntry entry;
         if (!found.ok() || !*found || !entry.ParseFromString((*found)->value)) {
-            out.push_back(account + " is nowhere");
+            out.push_back({Wrong::kLost, account + " is nowhere"});
             continue;
         }
+        // The owner has the token, and has it once.
         std::vector<store::StoredBytes> tokens;
         if (entry.state() == proto::cluster::ACCOUNT_ON_ITS_WAY) {
             for (const auto& record : entry.records()) {
@@ -301,9 +327,12 @@ std::vector<std::string> Realm::findings() {
                    value.ok() && *value) {
             tokens.push_back(**value);
         }
-        if (tokens != std::vector<store::StoredBytes>{token_of(account)}) {
-            out.push_back(account + " has " + std::to_string(tokens.size()) +
-                          " good tokens in the world " + entry.world());
+        const auto good = std::count(tokens.begin(), tokens.end(), token_of(account));
+        if (good != 1 || tokens.size() != 1) {
+            out.push_back({good == 0 ? Wrong::kLost : Wrong::kDoubled,
+                           account + " has " + std::to_string(tokens.size()) + " tokens, " +
+                               std::to_string(good) + " of them its own, in the world " +
+                               entry.world()});
         }
     }
     return out;
@@ -312,9 +341,72 @@ std::vector<std::string> Realm::findings() {
 std::uint64_t Realm::travels() const {
     std::uint64_t sum = 0;
     for (const auto& player : players) {
-        sum += player->travels + (player->closed() ? 0 : player->stats().travels);
+        sum += player->total(&link::SessionStats::travels, player->travels);
     }
     return sum;
+}
+
+std::uint64_t Realm::recovered() const {
+    std::uint64_t sum = 0;
+    for (const auto& player : players) {
+        sum += player->total(&link::SessionStats::recovered, player->recovered);
+    }
+    return sum;
+}
+
+void Realm::expect_clean() {
+    for (const TravelFinding& finding : findings()) {
+        ADD_FAILURE() << finding.text;
+    }
+}
+
+void Realm::begin(int count, const std::vector<std::string>& sets) {
+    write_config(castle, "meadow", "");
+    write_config(meadow, "castle", "");
+    if (recovers) {
+        // A world comes back under its very config, and the port is part of that.
+        castle.port = test::free_port();
+        meadow.port = test::free_port();
+    }
+    std::vector<std::string> accounts;
+    for (int i = 0; i < count; ++i) {
+        accounts.push_back("player" + std::to_string(i));
+        add(accounts.back());
+    }
+    give_tokens(castle, accounts);
+    start(castle, sets, false);
+    start(meadow, sets, false);
+    wait_until_ready(castle);
+    wait_until_ready(meadow);
+}
+
+bool Realm::all_play() const {
+    return std::all_of(players.begin(), players.end(), [](const auto& p) { return p->plays(); });
+}
+
+void Realm::enter_the_castle() {
+    const std::uint16_t port = meadow.port;
+    meadow.port = 0;
+    ASSERT_TRUE(play_until(
+        [&] {
+            return std::all_of(
+                players.begin(), players.end(), [](const auto& p) { return p->joins > 0; });
+        },
+        kPatience))
+        << castle.server->errors();
+    meadow.port = port;
+}
+
+void Realm::settle() {
+    EXPECT_TRUE(play_until([&] { return all_play(); }, kPatience));
+}
+
+void Realm::end() {
+    for (const auto& player : players) {
+        player->quit();
+    }
+    stop(castle);
+    stop(meadow);
 }
 
 int Realm::zoned(const std::vector<std::string>& arguments) {

@@ -3,6 +3,7 @@
 
 #include "client-sim/link/client.h"
 #include "client-sim/link/socket_transport.h"
+#include "server/cluster/board.h"
 #include "server/session/login/ticket.h"
 #include "tests/harness/nats_server.h"
 #include "tests/integration/process/child.h"
@@ -49,6 +50,12 @@ class Wanderer final : public link::SessionHandler {
 
     [[nodiscard]] const link::SessionStats& stats() const { return client_->stats(); }
 
+    /// With those of the sessions before the one that it has or had last.
+    [[nodiscard]] std::uint64_t total(std::uint64_t link::SessionStats::*of,
+                                      std::uint64_t before) const {
+        return before + (client_ ? client_->stats().*of : 0);
+    }
+
     void on_welcome(const wire::WelcomeMessage& welcome) override {
         joined_ = joined_ && welcome.resumed;
         world = welcome.world_name;
@@ -68,6 +75,8 @@ class Wanderer final : public link::SessionHandler {
     std::string world;  ///< the one it is in, or was in last
     int joins = 0;
     std::uint64_t travels = 0;  ///< of sessions before this one
+    std::uint64_t recovered = 0;
+    /// Each time without an avatar in a world, from the end of the one before.
     std::vector<double> gaps_s;
 
   private:
@@ -77,8 +86,22 @@ class Wanderer final : public link::SessionHandler {
     std::unique_ptr<link::SocketTransport> transport_;
     std::unique_ptr<link::Client> client_;
     bool joined_ = false;
+    double gone_s_ = -1.0;  // since when it has no avatar; below 0: it has one, or never had
     double next_input_s_ = 0.0;
     double next_login_s_ = 0.0;
+};
+
+/// What the checker of travel holds against a run.
+struct TravelFinding {
+    enum class Wrong : std::uint8_t {
+        kTwoOwners,
+        kLost,
+        kDoubled,
+        kUnknown
+    };
+
+    Wrong wrong = Wrong::kUnknown;
+    std::string text;
 };
 
 /// The worlds "castle" and "meadow", whose players go to and fro.
@@ -112,14 +135,34 @@ class Realm : public ::testing::Test {
     void give_tokens(const World& world, const std::vector<std::string>& accounts);
     /// Faults of owners by the journal, and with records by the board and the stores of
     /// servers that have stopped; empty: nothing.
-    std::vector<std::string> findings();
+    std::vector<TravelFinding> findings();
+
+    /// Each finding is a failure of the test.
+    void expect_clean();
+    std::unique_ptr<cluster::Board> board() const;
+
+    /// Both servers, and that many players whose tokens the castle's store has.
+    void begin(int count, const std::vector<std::string>& sets = {});
+    [[nodiscard]] bool all_play() const;
+    /// The first login is in the castle, whose store has the tokens.
+    void enter_the_castle();
+    /// `all_play` and nothing more to travel: portals stay, so it is a moment.
+    void settle();
+    /// All players quit, and both servers stop in good order.
+    void end();
 
     [[nodiscard]] std::uint64_t travels() const;
+    /// Returns to sessions of a server that had died.
+    [[nodiscard]] std::uint64_t recovered() const;
 
     int zoned(const std::vector<std::string>& arguments);
 
     std::string folder;
+    /// Of the NATS servers, as --cluster takes them.
+    [[nodiscard]] std::string board_urls() const;
+
     std::unique_ptr<test::NatsServer> nats;
+    std::vector<std::unique_ptr<test::NatsServer>> more_nats;  ///< of one group with it
     session::KeyPair keys;
     World castle{"castle", {}, {}, 0, nullptr};
     World meadow{"meadow", {}, {}, 0, nullptr};
@@ -127,6 +170,7 @@ class Realm : public ::testing::Test {
     std::string cluster_lines = "lease_s: 12";
     double portal_wait_s = 0.3;
     bool by_rules = false;  ///< send players on, in place of portals
+    bool recovers = false;  ///< worlds come back after a crash
     bool recorded = false;  ///< each server's run, in NAME.zrec
     std::string said;
     std::string complained;
