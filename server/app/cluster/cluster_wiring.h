@@ -41,8 +41,8 @@ class ClusterWiring {
 
     [[nodiscard]] bool on() const { return cluster_ != nullptr; }
 
-    /// What another server could undo waits for the journal from here on; `begun` is the tick that
-    /// the loop has begun, from any thread.
+    /// From here on, whatever another server could undo waits for the journal; `begun` is the tick
+    /// that the loop has begun, from any thread.
     void await_journal(std::function<Tick()> begun) { begun_ = std::move(begun); }
 
     /// A crash from here on would bring back this tick.

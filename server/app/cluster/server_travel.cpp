@@ -168,7 +168,7 @@ void ServerCluster::read_records(ClientId client) {
         });
 }
 
-/// What is given away must not come back here after a crash: neither the avatar, nor a record that
+/// Nothing given away may come back here after a crash: neither the avatar, nor a record that
 /// was put before, on top of one from a later visit. The store settles first, so that the world has
 /// been told of all that it did.
 void ServerCluster::await_journal(ClientId client,

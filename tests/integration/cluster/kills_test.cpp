@@ -99,7 +99,7 @@ class Kills : public Realm {
 
     static bool ended(const World& world) { return world.server->wait(0.0) != -1; }
 
-    /// What the run came to. Each finding is a failure.
+    /// Prints the result of the run. Each finding is a failure.
     void report(const char* name, int leaders) {
         std::map<TravelFinding::Wrong, int> count;
         for (const TravelFinding& finding : findings()) {

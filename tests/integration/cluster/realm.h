@@ -91,7 +91,7 @@ class Wanderer final : public link::SessionHandler {
     double next_login_s_ = 0.0;
 };
 
-/// What the checker of travel holds against a run.
+/// Findings of the checker of travel about a run.
 struct TravelFinding {
     enum class Wrong : std::uint8_t {
         kTwoOwners,

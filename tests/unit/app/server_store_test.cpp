@@ -51,7 +51,7 @@ TEST(ServerStores, AreSettledWhenAllThatWasAskedBeforeWasTold) {
     };
     ASSERT_NE(put(1), 0U);
     begun.get_future().wait();
-    // What is asked from here on is one batch of the writer, which waits in the answer.
+    // Requests from here on are one batch of the writer, which waits in the answer.
     const std::uint64_t asked = put(0);
     ASSERT_NE(asked, 0U);
     std::promise<std::uint64_t> settled;

@@ -61,7 +61,7 @@ class Journals : public testing::Test {
         }
     }
 
-    /// What was pushed is with the writer, without the inputs of a tick behind it.
+    /// All that was pushed is with the writer, without the inputs of a tick behind it.
     static void write_now(Recorder& recorder) {
         std::promise<void> answered;
         recorder.stop_file([&](const core::Result<std::string>&) { answered.set_value(); });
