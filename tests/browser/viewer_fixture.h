@@ -86,6 +86,7 @@ class ViewerFixture : public testing_process::Process {
 
     /// A recording of the world that runs, shown in its place.
     void replay(const std::string& file) {
+        browser->open("about:blank");  // a page that is open would complain that its server is gone
         server->signal(SIGTERM);
         EXPECT_EQ(server->wait(testing_process::kPatience), 0) << server->errors();
         server = std::make_unique<testing_process::Child>(

@@ -310,9 +310,11 @@ TEST_F(Viewer, DrawsTheFlowFieldToAGoalThatManyShare) {
                       " l.querySelector('input').click()); })()");
     ASSERT_TRUE(browser->wait_until("zoned.overlay.flow.length > 6000", kPatience))
         << browser->evaluate("document.getElementById('facts').textContent");
-    EXPECT_NE(
-        browser->evaluate("document.getElementById('facts').textContent").find("leads to its goal"),
-        std::string::npos);
+    const std::string said =
+        "document.getElementById('facts').textContent.includes('leads to its goal')";
+    EXPECT_TRUE(browser->wait_until(said));
+    // It stays there while the panel is filled anew.
+    EXPECT_FALSE(browser->wait_until("!" + said, 2.0));
     // Left of the wall the steps lead right, through the gate.
     EXPECT_EQ(browser->evaluate("(() => { const f = zoned.overlay.flow; let [right, all] = [0, 0];"
                                 " for (let i = 0; i < f.length; i += 6) { if (f[i] > -15 && f[i] <"

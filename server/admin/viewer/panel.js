@@ -22,6 +22,7 @@ export class Panel {
   constructor() {
     this.element = element('details');
     this.before = null; // what was shown before: { id, tick, bytes }
+    this.flow = null; // { id, shared }
     this.tickSeconds = 1 / 30;
   }
 
@@ -65,6 +66,9 @@ export class Panel {
     if (d.agent) {
       row(table, 'brain', d.agent.brain);
     }
+    if (this.flow?.id === d.id) {
+      row(table, 'flow field', this.flow.shared ? 'leads to its goal' : 'none: its path was planned alone');
+    }
     element('facts').replaceChildren(...table.rows);
     element('explained').hidden = !d.agent;
     const text = d.agent ? d.agent.text : '';
@@ -73,11 +77,12 @@ export class Panel {
     }
   }
 
-  /** Whether agents with the same goal share a flow field; said in words, since nothing is drawn where they do not. */
-  showFlow(shared) {
-    const table = document.createElement('tbody');
-    row(table, 'flow field', shared ? 'leads to its goal' : 'none: its path was planned alone');
-    element('facts').append(...table.rows);
+  /**
+   * Whether the entity's flow field is shared with others that have its goal, from the next `show` on; null: nobody asked.
+   * Said in words, since nothing is drawn where it is not.
+   */
+  noteFlow(id, shared) {
+    this.flow = shared === null ? null : { id, shared };
   }
 
   /** Bytes a second since it was chosen. */

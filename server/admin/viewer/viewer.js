@@ -145,8 +145,8 @@ async function describe() {
   if (overlay.shown.flow) {
     const lines = details.agent && (await stream.get(`api/v1/flow/${id}?reach=60`));
     overlay.flow = new Float32Array(lines ? await lines.arrayBuffer() : 0);
-    panel.showFlow(overlay.flow.length > 0);
   }
+  panel.noteFlow(id, overlay.shown.flow ? overlay.flow.length > 0 : null);
 }
 
 function toggleAbove() {
