@@ -46,19 +46,23 @@ TEST_F(Viewer, ShowsAWorldThatMoves) {
 
 TEST_F(Viewer, ExplainsWhatIsClicked) {
     look();
-    // Close to the wanderer, so that nothing else is under the pointer.
+    // Close to the wanderer, so that nothing else is under the pointer. On a busy machine it has
+    // walked away from where the click goes to: then it is clicked again, as people do.
     const std::string wanderer = place_of(first_of("wanderer"));
-    browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = " + wanderer +
-                      "; c.distance = 8; c.pitch = 1.2; })()");
-    const std::string place =
-        "(() => { const a = zoned.renderer.project(" + wanderer + "); return a.x + ' ' + a.y; })()";
-    std::istringstream numbers(browser->evaluate(place));
-    double x = 0.0;
-    double y = 0.0;
-    ASSERT_TRUE(numbers >> x >> y);
-    browser->click(x, y);
-    EXPECT_TRUE(browser->wait_until(
-        "/^wanderer \\d+$/.test(document.getElementById('chosen').textContent)"))
+    const std::string chosen =
+        "/^wanderer \\d+$/.test(document.getElementById('chosen').textContent)";
+    for (int i = 0; i < 10 && browser->evaluate(chosen) != "true"; ++i) {
+        browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = " + wanderer +
+                          "; c.distance = 8; c.pitch = 1.2; })()");
+        std::istringstream numbers(browser->evaluate("(() => { const a = zoned.renderer.project(" +
+                                                     wanderer + "); return a.x + ' ' + a.y; })()"));
+        double x = 0.0;
+        double y = 0.0;
+        ASSERT_TRUE(numbers >> x >> y);
+        browser->click(x, y);
+        browser->wait_until(chosen, 2.0);
+    }
+    EXPECT_EQ(browser->evaluate(chosen), "true")
         << browser->evaluate("document.getElementById('details').textContent");
     EXPECT_TRUE(
         browser->wait_until("document.getElementById('explain').textContent.includes('walk')"));

@@ -84,12 +84,14 @@ std::size_t simulate(const std::string& folder, std::unique_ptr<app::World>& wor
 TEST_F(RealmRecovery, PlayersComeBackToWorldsThatOthersLeaveAndEnter) {
     begin(8);
     enter_the_castle();
-    for (int i = 0; i < 2; ++i) {
+    // Each world once, and again where all were in the other one just then.
+    for (int i = 0; i < 6 && (i < 2 || recovered() == 0); ++i) {
         World& world = i % 2 == 0 ? castle : meadow;
         play(1.3 + 0.21 * i);
         kill(world);
         start(world);
         expect_back(world);
+        play_until([&] { return all_play(); }, kPatience);
     }
     EXPECT_GT(recovered(), 0U) << "some were there when it died";
     const std::uint64_t before = travels();
