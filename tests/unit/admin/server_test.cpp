@@ -322,6 +322,8 @@ class Spectated : public Served {
         server_->start();
     }
 
+    void TearDown() override { server_.reset(); }  // its thread fills samples to the end
+
     void fill(SpectatorSample& sample) {
         sample.tick = ++samples_;
         sample.zones.resize(1);
