@@ -5,10 +5,13 @@
 #include "server/session/session_settings.h"
 #include "shared/core/hex.h"
 
+#include <asio/io_context.hpp>
+#include <asio/signal_set.hpp>
+
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 namespace zoned::app {
@@ -31,6 +34,29 @@ constexpr double kWriteAgain_s = 0.1;
 constexpr double kWaitForTravel_s = 0.02;
 constexpr std::int64_t kTicketValid_s = 120;
 constexpr std::int64_t kClocksDiffer_s = 60;
+
+/// A wait during the start, when the server's own loop does not hear signals yet.
+class StartPause {
+  public:
+    StartPause() {
+        signals_.async_wait([this](const asio::error_code& error, int) { asked_ = !error; });
+    }
+
+    /// Throws std::runtime_error when the process is asked to stop.
+    void wait(double seconds) {
+        io_.run_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
+            std::chrono::duration<double>(seconds)));
+        if (asked_) {
+            throw std::runtime_error(
+                "asked to stop while the world waited for the board; what is kept of it stays");
+        }
+    }
+
+  private:
+    asio::io_context io_;
+    asio::signal_set signals_{io_, SIGINT, SIGTERM};
+    bool asked_ = false;
+};
 
 std::int64_t unix_now_s() {
     using namespace std::chrono;
@@ -71,13 +97,20 @@ ServerCluster::~ServerCluster() {
 
 std::set<std::string> ServerCluster::reclaim(const std::set<std::string>& accounts) {
     std::set<std::string> elsewhere;
+    StartPause pause;
+    bool told = false;
     for (const std::string& account : accounts) {
         AccountClaim claim = accounts_.claim(account, seat_.lease().epoch(), true);
         while (claim.owner == AccountClaim::Owner::kAgain || !seat_.lease().valid()) {
             if (seat_.lease().state() == LeaseState::kLost) {
                 throw std::runtime_error("another server has taken the world " + seat_.world());
             }
-            std::this_thread::sleep_for(std::chrono::duration<double>(kAskAgain_s));
+            if (!std::exchange(told, true)) {
+                log_of(LogArea::kCluster)
+                    .warn("the world waits for the board to say who is still in it: {}",
+                          claim.trouble);
+            }
+            pause.wait(kAskAgain_s);
             claim = accounts_.claim(account, seat_.lease().epoch(), true);
         }
         if (claim.owner == AccountClaim::Owner::kHere) {

@@ -60,7 +60,8 @@ class ServerCluster {
 
     /// Before listen(): these accounts are in the world as it came back after a crash. The board
     /// says which are not any more: those are returned. Waits for the board. Throws
-    /// std::runtime_error when another server has taken the world meanwhile.
+    /// std::runtime_error when another server has taken the world meanwhile, or the process is
+    /// asked to stop.
     [[nodiscard]] std::set<std::string> reclaim(const std::set<std::string>& accounts);
 
     /// Other servers send players from now on.

@@ -173,12 +173,21 @@ class Server {
         };
     }
 
+    std::set<std::string> reclaim() {
+        try {
+            return cluster_.reclaim(recovery_.accounts());
+        } catch (...) {
+            recovery_.refused();
+            throw;
+        }
+    }
+
     /// With what a server left that died, if one did.
     void go_on() {
         if (recovery_.on()) {
             network_.await_journal(world_.now());
             cluster_.await_journal([this] { return loop_->begun(); });
-            const std::set<std::string> elsewhere = cluster_.reclaim(recovery_.accounts());
+            const std::set<std::string> elsewhere = reclaim();
             recovery_.restore_sessions(network_.host(), elsewhere, poster());
             ask_store(world_.now(), recovery_.requests_again(elsewhere, poster()));
         }

@@ -123,29 +123,32 @@ RecoveredRun Recovery::begin(World& world, const std::string& life) {
         set_aside("another server has had the world since");
         goes_on = false;
     }
-    const unsigned attempts = goes_on ? attempts_in(folder_) + 1 : 0;
-    note_attempts(folder_, attempts);
+    attempts_ = goes_on ? attempts_in(folder_) + 1 : 0;
+    note_attempts(folder_, attempts_);
     try {
-        if (attempts > kMostAttempts) {
+        if (attempts_ > kMostAttempts) {
             set_aside(std::to_string(kMostAttempts) +
                       " starts in a row died after they brought the world back");
         } else if (goes_on) {
-            go_on(world, attempts, run);
+            go_on(world, run);
         }
         note_life(settings_, life);
         keep_state(world);
     } catch (...) {
-        // A start that is refused is no death, however often somebody tries.
-        note_attempts(folder_, attempts > 0 ? attempts - 1 : 0);
+        refused();
         throw;
     }
     return run;
 }
 
-void Recovery::go_on(World& world, unsigned attempts, RecoveredRun& run) {
+void Recovery::refused() const {
+    note_attempts(folder_, attempts_ > 0 ? attempts_ - 1 : 0);
+}
+
+void Recovery::go_on(World& world, RecoveredRun& run) {
     const double begin_s = steady_seconds();
     load(world, run);
-    replay(world, attempts >= kLeavesOutFrom, run);
+    replay(world, attempts_ >= kLeavesOutFrom, run);
     run.tick = world.now();
     run.sessions = ledger_.sessions().size();
     run.recoveries = count_recovery(folder_);

@@ -49,6 +49,9 @@ class Recovery {
     /// lies there of another life is set aside, as a server had the world since.
     RecoveredRun begin(World& world, const std::string& life);
 
+    /// The start is refused after begin(): that is no death, however often somebody tries.
+    void refused() const;
+
     /// Sessions and requests as they were in the last tick.
     [[nodiscard]] RunLedger& ledger() { return ledger_; }
 
@@ -73,7 +76,7 @@ class Recovery {
 
   private:
     void lock();
-    void go_on(World& world, unsigned attempts, RecoveredRun& run);
+    void go_on(World& world, RecoveredRun& run);
     void set_aside(const std::string& why);
     void load(World& world, RecoveredRun& run);
     void replay(World& world, bool leaves_out_last, RecoveredRun& run);
@@ -84,6 +87,7 @@ class Recovery {
     const config::Settings& settings_;
     std::string folder_;
     int lock_ = -1;
+    unsigned attempts_ = 0;  // starts in a row that tried to go on, with this one
     Tick every_ticks_ = 1;
     Tick lives_ticks_ = 1;  // a start that comes so far is no vain attempt
     Tick begun_ = 0;        // the world's tick at the start

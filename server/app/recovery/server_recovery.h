@@ -35,6 +35,9 @@ class ServerRecovery {
     /// Accounts with a ticket whose clients were in the world.
     [[nodiscard]] std::set<std::string> accounts() const;
 
+    /// As Recovery::refused().
+    void refused() const { recovery_->refused(); }
+
     /// Before the first tick: clients of the server before this one may come back, and the world
     /// hears of those who cannot. Accounts that are `elsewhere` leave it.
     void restore_sessions(session::SessionHost& host,

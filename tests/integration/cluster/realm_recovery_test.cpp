@@ -192,6 +192,37 @@ TEST_F(RealmRecovery, NobodyIsGivenAwayWhileTheJournalFails) {
     expect_clean();
 }
 
+/// However often: starts that were asked to stop are no deaths, after which a world begins anew.
+TEST_F(RealmRecovery, AServerThatWaitsForTheBoardCanBeStoppedAndItsWorldStays) {
+    begin_without_travel(2);
+    kill(castle);
+    const auto realm = board();
+    ASSERT_TRUE(realm);
+    const std::string key = cluster::Accounts::key_of(players[0]->account());
+    const auto good = realm->get(key);
+    ASSERT_TRUE(good.ok() && *good);
+    const auto bad = realm->put_if(key, (*good)->revision, "no entry at all");
+    ASSERT_TRUE(bad.ok());
+    for (int i = 0; i < 6; ++i) {
+        start(castle, {}, false);
+        ASSERT_TRUE(castle.server->wait_for_errors("cannot be read", kPatience))
+            << castle.server->errors();
+        castle.server->signal(i % 2 == 0 ? SIGTERM : SIGINT);
+        EXPECT_EQ(castle.server->wait(kPatience), 3) << castle.server->errors();
+        EXPECT_NE(castle.server->errors().find("what is kept of it stays"), std::string::npos)
+            << castle.server->errors();
+    }
+    const auto now = realm->get(key);
+    ASSERT_TRUE(now.ok() && *now);
+    ASSERT_TRUE(realm->put_if(key, (*now)->revision, (*good)->value).ok());
+    start(castle);
+    expect_back(castle);
+    EXPECT_TRUE(play_until([&] { return recovered() == 2; }, kPatience));
+    settle();
+    end();
+    expect_clean();
+}
+
 TEST_F(RealmRecovery, AStandbyOfTheSameStateFolderGoesOnAtTheVeryTick) {
     begin_without_travel(4);
     World standby{"castle", castle.config, castle.state, castle.port, nullptr};

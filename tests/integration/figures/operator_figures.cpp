@@ -99,6 +99,11 @@ class Spectator {
 
 class OperatorFigures : public Admin {
   protected:
+    void TearDown() override {
+        stay_on_cores(0, static_cast<int>(std::thread::hardware_concurrency()));
+        Admin::TearDown();
+    }
+
     void serve_valley(std::vector<std::string> more = {}) {
         more.insert(more.end(), {"--report", report()});
         serve(std::move(more), ZONED_SOURCE_DIR "/config/valley.txtpb");
