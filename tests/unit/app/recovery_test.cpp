@@ -102,10 +102,11 @@ class Recovered : public testing::Test {
             }
         }
 
+        static constexpr Tick kPatience_ticks = 2000;  ///< most that rest() goes on
+
         /// Until the copies that write snapshots are done.
         void rest(std::uint64_t snapshots) {
-            std::vector<mailbox::OutboxItem> out;
-            for (int i = 0; i < 2000 && recovery->figures().taken < snapshots; ++i) {
+            for (Tick i = 0; i < kPatience_ticks && recovery->figures().taken < snapshots; ++i) {
                 ::usleep(5000);
                 go(world.now() + 1);
             }
@@ -174,12 +175,16 @@ TEST_F(Recovered, GoesOnAtTheTickAtWhichItEndedHoweverOften) {
 }
 
 TEST_F(Recovered, ForgetsWhatOlderSnapshotsNeeded) {
+    // So seldom that no fourth one begins while the third is waited for.
+    load({"recovery.snapshot_every_s=70"});
+    const Tick apart = 70 * 30;
+    ASSERT_GT(apart, Run::kPatience_ticks + 3);
     Run run(settings);
-    run.go(40);
+    run.go(apart + 1);
     run.rest(1);
-    run.go(run.world.now() + 40);
+    run.go(run.world.now() + apart);
     run.rest(2);
-    run.go(run.world.now() + 40);
+    run.go(run.world.now() + apart);
     run.rest(3);
     EXPECT_EQ(snapshots_in(journal()).size(), 2U) << "the newest and the one before it";
     EXPECT_EQ(run.recovery->figures().failed, 0U);
