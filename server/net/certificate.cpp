@@ -1,8 +1,8 @@
 #include "server/net/certificate.h"
 
 #include "shared/core/hex.h"
+#include "shared/core/replace_file.h"
 
-#include <fcntl.h>
 #include <openssl/err.h>
 #include <openssl/evp.h>
 #include <openssl/pem.h>
@@ -87,22 +87,14 @@ X509Ptr self_signed(EVP_PKEY* key) {
     return certificate;
 }
 
-/// Writes beside the goal first and renames, so that no half file is ever found there.
 void write_private(const std::string& path, BIO* content) {
     char* data = nullptr;
     const long size = BIO_get_mem_data(content, &data);
-    const std::string part = path + ".part";
-    ::unlink(part.c_str());
-    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (fd < 0) {
-        fail("cannot write " + part + ": " + std::strerror(errno) +
+    const auto written =
+        core::replace_file(path, std::string_view(data, static_cast<std::size_t>(size)), 0600);
+    if (!written) {
+        fail(written.error() +
              "; make the state folder writable, or configure certificate and key files");
-    }
-    const bool written = ::write(fd, data, static_cast<std::size_t>(size)) == size;
-    const bool synced = ::fsync(fd) == 0;
-    ::close(fd);
-    if (!written || !synced || ::rename(part.c_str(), path.c_str()) != 0) {
-        fail("cannot write " + path + ": " + std::strerror(errno));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "server/recording/journal.h"
 
+#include "shared/core/replace_file.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -58,7 +60,7 @@ void Journal::begin_piece(Tick tick) {
     // A failure stays in error(); the next piece tries again.
     const Result<bool> opened = piece_.open(pieces_.back().file, header_);
     open_error_ = opened.ok() ? "" : opened.error();
-    sync_folder(folder_);
+    core::sync_folder(folder_);
 }
 
 void Journal::sync(bool power) {

@@ -78,7 +78,4 @@ class RecordingFile {
     std::uint64_t ticks_ = 0;
 };
 
-/// Names of files that were made, renamed or removed there survive the loss of power.
-void sync_folder(const std::string& folder);
-
 }  // namespace zoned::recording

@@ -1,5 +1,7 @@
 #include "server/recording/report_file.h"
 
+#include "shared/core/replace_file.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -18,31 +20,6 @@ using core::Result;
 
 /// More than the report of a world with hundreds of zones takes.
 constexpr off_t kReservedBytes = 256 << 10;
-
-bool write_all(int fd, std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t n = ::write(fd, text.data(), text.size());
-        if (n < 0 && errno == EINTR) {
-            continue;
-        }
-        if (n <= 0) {
-            return false;
-        }
-        text.remove_prefix(static_cast<std::size_t>(n));
-    }
-    return true;
-}
-
-/// A name is on disk when its folder is.
-void sync_folder_of(const std::string& file) {
-    const auto folder = std::filesystem::path(file).parent_path();
-    const int fd =
-        ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0) {
-        [[maybe_unused]] const int synced = ::fsync(fd);
-        ::close(fd);
-    }
-}
 
 }  // namespace
 
@@ -87,7 +64,7 @@ Result<bool> ReportFile::commit(std::string_view text) {
     if (fd_ < 0) {
         return Result<bool>::failure("no report is open");
     }
-    if (!write_all(fd_, text)) {
+    if (!core::write_whole(fd_, text)) {
         return failure();
     }
     if (part_.empty()) {
@@ -102,7 +79,7 @@ Result<bool> ReportFile::commit(std::string_view text) {
     if (std::rename(part_.c_str(), file_.c_str()) != 0) {
         return failure();
     }
-    sync_folder_of(file_);
+    core::sync_folder(std::filesystem::path(file_).parent_path().string());
     return true;
 }
 

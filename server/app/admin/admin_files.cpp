@@ -1,15 +1,14 @@
 #include "server/app/admin/admin_files.h"
 
 #include "server/session/login/secrets.h"
+#include "shared/core/hex.h"
+#include "shared/core/replace_file.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -26,29 +25,10 @@ constexpr std::size_t kMostCertificateBytes = 1U << 20U;
     throw std::runtime_error(file + ": " + what);
 }
 
-/// Write, sync, rename: never half a file.
-void replace_file(const std::string& path, const std::string& text, mode_t mode) {
-    const std::string fresh = path + ".new";
-    const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
-    if (fd < 0) {
-        fail(fresh, std::string("cannot be written: ") + std::strerror(errno));
-    }
-    std::size_t done = 0;
-    bool good = true;
-    while (good && done < text.size()) {
-        const ssize_t wrote = ::write(fd, text.data() + done, text.size() - done);
-        good = wrote > 0 || (wrote < 0 && errno == EINTR);
-        done += wrote > 0 ? static_cast<std::size_t>(wrote) : 0;
-    }
-    good = good && ::fsync(fd) == 0;
-    const int error = errno;
-    ::close(fd);
-    if (!good) {
-        ::unlink(fresh.c_str());
-        fail(path, std::string("cannot be written: ") + std::strerror(error));
-    }
-    if (std::rename(fresh.c_str(), path.c_str()) != 0) {
-        fail(path, std::string("cannot be replaced: ") + std::strerror(errno));
+void replace_or_throw(const std::string& path, const std::string& text, unsigned mode) {
+    const auto written = core::replace_file(path, text, mode);
+    if (!written) {
+        throw std::runtime_error(written.error());
     }
 }
 
@@ -63,12 +43,7 @@ bool is_token(const std::string& text) {
 std::string new_admin_token() {
     std::array<std::uint8_t, kTokenDigits / 2> bytes{};
     session::random_bytes(bytes);
-    std::string out;
-    for (const std::uint8_t byte : bytes) {
-        out += "0123456789abcdef"[byte >> 4U];
-        out += "0123456789abcdef"[byte & 15U];
-    }
-    return out;
+    return core::to_hex(bytes);
 }
 
 std::string read_small_file(const std::string& path, std::size_t most_bytes) {
@@ -93,7 +68,7 @@ std::string admin_token(const std::string& folder) {
     struct stat status {};
 
     if (::stat(path.c_str(), &status) != 0) {
-        replace_file(path, new_admin_token() + "\n", 0600);
+        replace_or_throw(path, new_admin_token() + "\n", 0600);
         return admin_token(folder);
     }
     if ((status.st_mode & 0077U) != 0) {
@@ -108,13 +83,13 @@ std::string admin_token(const std::string& folder) {
 }
 
 void write_admin_address(const std::string& folder, const std::string& address) {
-    replace_file(folder + "/admin.address", address + "\n", 0644);
+    replace_or_throw(folder + "/admin.address", address + "\n", 0644);
 }
 
 void write_admin_certificate(const std::string& folder, const std::string& certificate_file) {
-    replace_file(folder + "/admin.certificate",
-                 read_small_file(certificate_file, kMostCertificateBytes),
-                 0644);
+    replace_or_throw(folder + "/admin.certificate",
+                     read_small_file(certificate_file, kMostCertificateBytes),
+                     0644);
 }
 
 }  // namespace zoned::app

@@ -2,16 +2,12 @@
 
 #include "server/recording/recording_file.h"
 #include "shared/core/archive/field_archive.h"
-
-#include <fcntl.h>
-#include <unistd.h>
+#include "shared/core/replace_file.h"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -36,40 +32,6 @@ std::string path_of(const std::string& folder, Tick tick) {
 
 std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
     return recording::checksum_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
-/// The system's text for a failed call; empty: all is written and on disk.
-std::string put(int fd, std::span<const std::uint8_t> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-        if (n < 0 && errno == EINTR) {
-            continue;
-        }
-        if (n <= 0) {
-            return std::strerror(errno);
-        }
-        bytes = bytes.subspan(static_cast<std::size_t>(n));
-    }
-    return ::fsync(fd) == 0 ? "" : std::strerror(errno);
-}
-
-std::string put_file(const std::string& path, std::span<const std::uint8_t> bytes) {
-    const std::string part = path + ".part";
-    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640);
-    if (fd < 0) {
-        return "cannot create '" + part + "': " + std::strerror(errno);
-    }
-    std::string wrong = put(fd, bytes);
-    ::close(fd);
-    if (wrong.empty() && ::rename(part.c_str(), path.c_str()) != 0) {
-        wrong = std::strerror(errno);
-    }
-    if (!wrong.empty()) {
-        ::unlink(part.c_str());
-        return "cannot write '" + path + "': " + wrong;
-    }
-    recording::sync_folder(fs::path(path).parent_path().string());
-    return {};
 }
 
 }  // namespace
@@ -109,7 +71,11 @@ std::string write_snapshot(const std::string& folder,
     core::FieldWriter again(head);
     again(magic, checksum);
     std::copy(head.begin(), head.end(), buffer.begin());
-    return put_file(path_of(folder, world.now()), buffer);
+    const auto written =
+        core::replace_file(path_of(folder, world.now()),
+                           {reinterpret_cast<const char*>(buffer.data()), buffer.size()},
+                           0640);
+    return written ? "" : written.error();
 }
 
 core::Result<std::vector<std::uint8_t>> read_snapshot(const SnapshotFile& file) {
