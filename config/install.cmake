@@ -3,7 +3,7 @@
 install(TARGETS zoned client-sim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 file(GLOB WORLDS CONFIGURE_DEPENDS config/*.txtpb)
 install(FILES ${WORLDS} DESTINATION ${ZONED_DATA_DIR}/worlds)
-install(DIRECTORY config/geometry config/scripts config/training DESTINATION ${ZONED_DATA_DIR}/worlds)
+install(DIRECTORY config/geometry config/methods config/scripts config/training DESTINATION ${ZONED_DATA_DIR}/worlds)
 # The schema explains every setting.
 install(DIRECTORY proto/config DESTINATION ${ZONED_DATA_DIR}/proto FILES_MATCHING PATTERN "*.proto")
 install(DIRECTORY docker/monitoring DESTINATION ${ZONED_DATA_DIR})

@@ -61,7 +61,7 @@ image run "$bots" -- client-sim --connect "127.0.0.1:$port" --bots 5 --seconds 3
 code=0
 wait "$process" || code=$?
 ((code == 0)) || fail "the server ends with $code"
-for world in $(image run "$server" -- sh -c 'ls /usr/share/zoned/worlds/*.txtpb'); do
+for world in $(image run "$server" -- sh -c 'ls /usr/share/zoned/worlds/*.txtpb /usr/share/zoned/worlds/methods/*.txtpb'); do
     image run "$server" -- zoned check "$world" >/dev/null || fail "zoned check $world"
 done
 image run "$server" -- sh -c '! zoned serve --config /nonexistent 2>/dev/null' || fail "a missing world is no failure"

@@ -17,11 +17,11 @@ done
 grep -rl --include=*.cmake --include=*.pc -e -fuse-ld "$prefix" >linkers || true
 [[ ! -s linkers ]] || fail "$(cat linkers) names a linker"
 count=0
-for world in "$worlds"/*.txtpb; do
+for world in "$worlds"/*.txtpb "$worlds"/methods/*.txtpb; do
     "$prefix/bin/zoned" check "$world" >"$scratch/check.log" 2>&1 || { cat "$scratch/check.log"; fail "zoned check $world"; }
     count=$((count + 1))
 done
-((count >= 14)) || fail "only $count worlds are installed"
+((count >= 25)) || fail "only $count worlds are installed"
 # The checker is checked: without its geometry a world is no good.
 mv "$worlds/geometry" "$worlds/geometry.away"
 if "$prefix/bin/zoned" check "$worlds/hills.txtpb" >/dev/null 2>&1; then fail "hills is good without its geometry"; fi

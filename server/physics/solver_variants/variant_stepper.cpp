@@ -180,7 +180,8 @@ void VariantStepper::solve_velocities(const VariantStep& step, double h) {
     }
 }
 
-/// Velocities that exist for this solve alone carry the bodies out of their overlaps.
+/// Velocities that exist for this solve alone carry the bodies out of their overlaps. Impulses have
+/// no solve of their own: Gauss-Seidel's stands in.
 void VariantStepper::split_positions(const VariantStep& step, double h) {
     kept_ = system_.bodies;
     for (RowBody& body : system_.bodies) {
@@ -191,7 +192,9 @@ void VariantStepper::split_positions(const VariantStep& step, double h) {
     IterationLimits limits = limits_of(step.settings.methods);
     limits.measure = false;
     const double residual_before = stats_.residual_mps;
-    count(solve_rows(step.settings.method, system_, limits), stats_);
+    const bool rows = solves_rows(step.settings.method);
+    count(solve_rows(rows ? step.settings.method : SolverVariant::kGaussSeidel, system_, limits),
+          stats_);
     stats_.residual_mps = residual_before;
     moving_.displace(h, system_.bodies);
     system_.bodies = kept_;
@@ -216,9 +219,7 @@ void VariantStepper::substep(const VariantStep& step, double h, int index) {
     }
     solve_velocities(step, h);
     store(step, h, index);
-    const bool split = step.settings.methods.stabilisation == Stabilisation::kSplit &&
-                       solves_rows(step.settings.method);
-    if (split) {
+    if (step.settings.methods.stabilisation == Stabilisation::kSplit) {
         split_positions(step, h);
     }
     moving_.move(step.bodies, h, true, system_);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -35,12 +36,29 @@ constexpr SnapshotWorld kWorlds[] = {
     {"town", 3, 30, 40, nullptr},
     {"valley", 6, 40, 60, nullptr},
     {"weather", 3, 40, 60, nullptr},
+    {"methods/conjugate_gradient", 3, 40, 60, nullptr},
+    {"methods/direct", 3, 40, 60, nullptr},
+    {"methods/distances", 3, 40, 60, nullptr},
+    {"methods/fabric", 3, 40, 60, nullptr},
+    {"methods/gauss_seidel", 3, 40, 60, nullptr},
+    {"methods/impulses", 3, 40, 60, nullptr},
+    {"methods/jacobi", 3, 40, 60, nullptr},
+    {"methods/over_relaxation", 3, 40, 60, nullptr},
+    {"methods/penalty", 3, 40, 60, nullptr},
+    {"methods/projection", 3, 40, 60, nullptr},
 };
 
 /// Their maps take minutes to make: the target snapshots_long runs them.
 constexpr SnapshotWorld kLargeWorlds[] = {
     {"city", 3, 30, 40, nullptr},
 };
+
+/// "methods/jacobi" as a name of a test.
+std::string test_name(const SnapshotWorld& world) {
+    std::string name = world.name;
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+}
 
 void PrintTo(const SnapshotWorld& world, std::ostream* out) {
     *out << world.name;
@@ -97,12 +115,12 @@ TEST_P(SnapshotOfWorld, GoesOnBitForBit) {
 INSTANTIATE_TEST_SUITE_P(Shipped,
                          SnapshotOfWorld,
                          ::testing::ValuesIn(kWorlds),
-                         [](const auto& world) { return std::string(world.param.name); });
+                         [](const auto& world) { return test_name(world.param); });
 
 INSTANTIATE_TEST_SUITE_P(Large,
                          SnapshotOfWorld,
                          ::testing::ValuesIn(kLargeWorlds),
-                         [](const auto& world) { return std::string(world.param.name); });
+                         [](const auto& world) { return test_name(world.param); });
 
 /// Prints the cost of a snapshot of a crowd; the target snapshots_long runs it.
 TEST(LargeSnapshot, OfACrowdGoesOnToo) {
@@ -132,9 +150,12 @@ TEST(SnapshotWorlds, AreAllThatAreShipped) {
     for (const SnapshotWorld& world : kLargeWorlds) {
         named.insert(world.name);
     }
-    for (const auto& entry : std::filesystem::directory_iterator(ZONED_SOURCE_DIR "/config")) {
-        if (entry.path().extension() == ".txtpb") {
-            EXPECT_TRUE(named.contains(entry.path().stem().string())) << entry.path();
+    const std::filesystem::path config = ZONED_SOURCE_DIR "/config";
+    for (const std::string folder : {"", "methods/"}) {
+        for (const auto& entry : std::filesystem::directory_iterator(config / folder)) {
+            if (entry.path().extension() == ".txtpb") {
+                EXPECT_TRUE(named.contains(folder + entry.path().stem().string())) << entry.path();
+            }
         }
     }
 }

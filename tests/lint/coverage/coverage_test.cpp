@@ -274,9 +274,12 @@ void for_each_source(const fs::path& folder, Visit&& visit) {
 
 CoverageFacts facts_of(const fs::path& root) {
     CoverageFacts facts;
-    for (const fs::directory_entry& entry : fs::directory_iterator(root / "config")) {
-        if (entry.path().extension() == ".txtpb") {
-            facts.worlds[entry.path().stem().string()] = config_of(file_text(entry.path()));
+    for (const std::string folder : {"", "methods/"}) {
+        for (const fs::directory_entry& entry : fs::directory_iterator(root / "config" / folder)) {
+            if (entry.path().extension() == ".txtpb") {
+                facts.worlds[folder + entry.path().stem().string()] =
+                    config_of(file_text(entry.path()));
+            }
         }
     }
     for_each_source(root / "tests",
@@ -303,6 +306,7 @@ TEST(Coverage, IsCheckedAgainstWhatTheRepositoryHolds) {
     // A wrong folder would leave facts out, and each of them is missed by some row.
     const CoverageFacts facts = facts_of(ZONED_SOURCE_DIR);
     EXPECT_TRUE(facts.worlds.contains("valley"));
+    EXPECT_TRUE(facts.worlds.contains("methods/jacobi"));
     EXPECT_TRUE(facts.tests.contains("CheckCoverage.PassesATableThatIsTrue"));
     EXPECT_TRUE(facts.tests.contains("Names/FaultInATable.IsFoundWithItsLineAndReason"));
     EXPECT_FALSE(facts.tests.contains("One.First")) << "a text of this file";

@@ -15,6 +15,9 @@ namespace {
 /// Points that will be this much farther apart than the nearest carry nothing of a divided load, m.
 constexpr double kSpread = 0.005;
 
+/// Spread over (w h)^2 of one contact's rocking at a spread of 1 m; see ContactRows::spread_of.
+constexpr double kRockingMargin = 1.5;
+
 }  // namespace
 
 /// A contact as it stands in this substep.
@@ -31,8 +34,10 @@ struct ContactRows::Site {
     Vec3d rub = Vec3d::Zero();  // friction of the last solve
     double twist = 0.0;
     double friction = 0.0, restitution = 0.0;
-    double pull = 0.0;    // acceleration of b relative to a along the normal
-    double weight = 0.0;  // of the lighter of the bodies that move, kg
+    double pull = 0.0;              // acceleration of b relative to a along the normal
+    double weight = 0.0;            // of the lighter of the bodies that move, kg
+    double load = 0.0;              // impulse of the last solve as it would be in this substep, N s
+    Mat3d inverse = Mat3d::Zero();  // of the inertias, summed over both bodies
 };
 
 void ContactRows::place(const Bodies& bodies,
@@ -59,6 +64,7 @@ void ContactRows::place(const Bodies& bodies,
     site.spin_b = from_b.spin;
     const double heaviest = std::max(p.inv_mass, q.inv_mass);
     site.weight = heaviest > 0.0 ? 1.0 / heaviest : 0.0;
+    site.inverse = p.inverse + q.inverse;
     // The same point in space for both bodies, wherever they went.
     const Vec3d offset = contact.lead.cast<double>() + from_b.shift - from_a.shift;
     const double follow = static_cast<double>(
@@ -77,9 +83,35 @@ void ContactRows::place(const Bodies& bodies,
     }
 }
 
+/// A load F on points at levers l rights a body that leans by q with the moment
+/// F mean(l^2) q / spread: a spring of w^2 = F mean(l^2) I^-1 / spread. As it is judged by the gaps
+/// that forces alone would leave at the end of the substep, it has a damper of w^2 h as well.
+/// Semi-implicit Euler bears the two up to (w h)^2 = 4/3 (Jury's conditions, see penalty_limit). In
+/// a stack the sum over a body's contacts is at most 2 / kRockingMargin (Gershgorin). Whether so
+/// soft a spring still rights a body depends on its load: a light body under a heavy one falls.
+double ContactRows::spread_of(const Site& site, double h) {
+    const auto count = static_cast<double>(site.count);
+    Vec3d middle = Vec3d::Zero();
+    for (std::size_t i = 0; i < site.count; ++i) {
+        middle += site.arm_a[i] / count;
+    }
+    double along = 0.0;
+    double across = 0.0;
+    for (std::size_t i = 0; i < site.count; ++i) {
+        const double x = site.tangent1.dot(site.arm_a[i] - middle);
+        const double y = site.tangent2.dot(site.arm_a[i] - middle);
+        along += x * x / count;
+        across += y * y / count;
+    }
+    const double rocking = std::max(along * site.tangent2.dot(site.inverse * site.tangent2),
+                                    across * site.tangent1.dot(site.inverse * site.tangent1));
+    return std::max(kSpread, kRockingMargin * h * site.load * rocking);
+}
+
 /// How a load on the whole manifold presses on its points: the nearer a point will be, the more.
 /// Equal parts would not resist a body that tips over.
 void ContactRows::share_load(const Site& site, const RowParameters& parameters, ContactSpan& span) {
+    const double spread = span.divided ? spread_of(site, parameters.h) : kSpread;
     std::array<double, kMaxManifoldPoints> reach{};
     double least = INFINITY;
     for (std::size_t i = 0; i < site.count; ++i) {
@@ -88,7 +120,7 @@ void ContactRows::share_load(const Site& site, const RowParameters& parameters, 
     }
     double sum = 0.0;
     for (std::size_t i = 0; i < site.count; ++i) {
-        span.share[i] = std::max(0.0, 1.0 - (reach[i] - least) / kSpread);
+        span.share[i] = std::max(0.0, 1.0 - (reach[i] - least) / spread);
         sum += span.share[i];
     }
     Vec3d middle = Vec3d::Zero();
@@ -111,11 +143,12 @@ void ContactRows::write(const Bodies& bodies,
     const Contact& contact = graph[index];
     Site site;
     place(bodies, pair, contact, moving, system, site);
-    const double scale = parameters.guess && contact.substep_s > 0.0F
-                             ? parameters.h / static_cast<double>(contact.substep_s)
-                             : 0.0;
+    const double shorter =
+        contact.substep_s > 0.0F ? parameters.h / static_cast<double>(contact.substep_s) : 0.0;
+    const double scale = parameters.guess ? shorter : 0.0;
     for (std::size_t i = 0; i < site.count; ++i) {
         site.guess[i] = scale * static_cast<double>(contact.points[i].impulse);
+        site.load += shorter * static_cast<double>(contact.points[i].impulse);
     }
     site.rub = scale * contact.friction.cast<double>();
     site.twist = scale * static_cast<double>(contact.twist);

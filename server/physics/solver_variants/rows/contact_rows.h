@@ -61,6 +61,8 @@ class ContactRows {
                       const VariantBodies& moving,
                       const RowSystem& system,
                       Site& site);
+    /// Over which distance, m, a divided load goes over from the nearest point to all.
+    static double spread_of(const Site& site, double h);
     static void share_load(const Site& site, const RowParameters& parameters, ContactSpan& span);
     static void write_normal(const Site& site,
                              const Vec3d& arm_a,
