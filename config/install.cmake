@@ -3,6 +3,8 @@
 install(TARGETS zoned client-sim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 file(GLOB WORLDS CONFIGURE_DEPENDS config/*.txtpb)
 install(FILES ${WORLDS} DESTINATION ${ZONED_DATA_DIR}/worlds)
+file(GLOB METHOD_WORLDS CONFIGURE_DEPENDS config/methods/*.txtpb)
+install(FILES ${METHOD_WORLDS} DESTINATION ${ZONED_DATA_DIR}/worlds/methods)
 install(DIRECTORY config/geometry config/scripts config/training DESTINATION ${ZONED_DATA_DIR}/worlds)
 # The schema explains every setting.
 install(DIRECTORY proto/config DESTINATION ${ZONED_DATA_DIR}/proto FILES_MATCHING PATTERN "*.proto")

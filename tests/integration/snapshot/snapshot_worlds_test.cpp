@@ -31,6 +31,8 @@ constexpr SnapshotWorld kWorlds[] = {
     {"hills", 3, 40, 60, nullptr},
     {"learned", 3, 40, 60, nullptr},
     {"machines", 3, 40, 60, nullptr},
+    {"methods/ai_gates", 3, 40, 60, nullptr},
+    {"methods/ai_roads", 3, 40, 60, nullptr},
     {"solids", 3, 40, 60, nullptr},
     {"town", 3, 30, 40, nullptr},
     {"valley", 6, 40, 60, nullptr},
@@ -50,6 +52,12 @@ void PrintTo(const SnapshotWorld& world, std::ostream* out) {
 int length() {
     const char* text = std::getenv("ZONED_SNAPSHOT_LENGTH");
     return text != nullptr ? std::max(1, std::atoi(text)) : 1;
+}
+
+/// "methods/ai_roads" as "methods_ai_roads".
+std::string test_name(std::string world) {
+    std::replace(world.begin(), world.end(), '/', '_');
+    return world;
 }
 
 class SnapshotOfWorld : public ::testing::TestWithParam<SnapshotWorld> {};
@@ -97,12 +105,12 @@ TEST_P(SnapshotOfWorld, GoesOnBitForBit) {
 INSTANTIATE_TEST_SUITE_P(Shipped,
                          SnapshotOfWorld,
                          ::testing::ValuesIn(kWorlds),
-                         [](const auto& world) { return std::string(world.param.name); });
+                         [](const auto& world) { return test_name(world.param.name); });
 
 INSTANTIATE_TEST_SUITE_P(Large,
                          SnapshotOfWorld,
                          ::testing::ValuesIn(kLargeWorlds),
-                         [](const auto& world) { return std::string(world.param.name); });
+                         [](const auto& world) { return test_name(world.param.name); });
 
 /// Prints the cost of a snapshot of a crowd; the target snapshots_long runs it.
 TEST(LargeSnapshot, OfACrowdGoesOnToo) {
@@ -132,9 +140,12 @@ TEST(SnapshotWorlds, AreAllThatAreShipped) {
     for (const SnapshotWorld& world : kLargeWorlds) {
         named.insert(world.name);
     }
-    for (const auto& entry : std::filesystem::directory_iterator(ZONED_SOURCE_DIR "/config")) {
-        if (entry.path().extension() == ".txtpb") {
-            EXPECT_TRUE(named.contains(entry.path().stem().string())) << entry.path();
+    for (const std::string folder : {"", "methods/"}) {
+        for (const auto& entry :
+             std::filesystem::directory_iterator(ZONED_SOURCE_DIR "/config/" + folder)) {
+            if (entry.path().extension() == ".txtpb") {
+                EXPECT_TRUE(named.contains(folder + entry.path().stem().string())) << entry.path();
+            }
         }
     }
 }

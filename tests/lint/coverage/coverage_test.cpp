@@ -274,9 +274,12 @@ void for_each_source(const fs::path& folder, Visit&& visit) {
 
 CoverageFacts facts_of(const fs::path& root) {
     CoverageFacts facts;
-    for (const fs::directory_entry& entry : fs::directory_iterator(root / "config")) {
-        if (entry.path().extension() == ".txtpb") {
-            facts.worlds[entry.path().stem().string()] = config_of(file_text(entry.path()));
+    for (const std::string folder : {"", "methods/"}) {
+        for (const fs::directory_entry& entry : fs::directory_iterator(root / "config" / folder)) {
+            if (entry.path().extension() == ".txtpb") {
+                facts.worlds[folder + entry.path().stem().string()] =
+                    config_of(file_text(entry.path()));
+            }
         }
     }
     for_each_source(root / "tests",
