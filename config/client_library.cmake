@@ -18,7 +18,7 @@ set_target_properties(zoned_client PROPERTIES
 target_include_directories(zoned_client PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_link_libraries(zoned_client PRIVATE Eigen3::Eigen zoned_asio OpenSSL::SSL OpenSSL::Crypto)
 # A PC without AVX2 must be able to load it, and a game must not wait for a download.
-target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi -Os -g0 -DNDEBUG -ffunction-sections -fdata-sections
+target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi $<IF:$<CXX_COMPILER_ID:Clang>,-Oz,-Os> -g0 -DNDEBUG -ffunction-sections -fdata-sections
   $<$<CXX_COMPILER_ID:GNU>:-flto=auto -Wno-subobject-linkage>)
 target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl.hpp>)
 # nodelete: the lookup of a name may outlive an unloaded library.

@@ -143,10 +143,10 @@ struct SoftMatter {
 /// The last answer for one viewer and an entity that may be concealed.
 struct FilteredPair {
     EntityId entity;
-    Tick asked = -1;        ///< -1: never
-    bool answer = false;    ///< of then
-    Tick known = -1;        ///< newest tick in which it was to be known; -1: never
-    bool notified = false;  ///< in the viewer's set
+    Tick asked = -1;      ///< -1: never
+    bool answer = false;  ///< of then
+    Tick known = -1;      ///< newest tick in which it was to be known; -1: never
+    Tick since = -1;      ///< in the viewer's set since this tick; -1: not in it
 };
 
 struct ViewerFilter {

@@ -75,7 +75,8 @@ void add(std::vector<Bytes>& all, const std::string& bytes) {
 
 std::vector<Bytes> seeds() {
     std::vector<Bytes> all;
-    for (const char* name : {"arena.txtpb", "cart_pole.txtpb", "arena.policy"}) {
+    for (const char* name :
+         {"arena.txtpb", "cart_pole.txtpb", "hunter.txtpb", "arena.policy", "arena_neat.policy"}) {
         std::ifstream in(std::string(ZONED_SOURCE_DIR "/config/training/") + name,
                          std::ios::binary);
         all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace zoned::ai::learning {
 
@@ -14,6 +15,8 @@ struct RubberBand {
     float least = 0.8F;       ///< lower cap on the factor, > 0, at most 1
     float most = 1.2F;        ///< upper cap on the factor, at least 1
     float rate_per_s = 0.1F;  ///< fastest change of the factor, > 0
+    /// On a track: so many of its type, the nearest to the player, are held near; 0: all are.
+    std::uint32_t rivals = 0;
 };
 
 /// The factor of speed after `dt` s at a distance of `gap_m`, m, from the prey; `factor` is the one
@@ -25,6 +28,23 @@ inline float banded(const RubberBand& band, float factor, float gap_m, float dt)
     const float before = std::isfinite(factor) ? std::clamp(factor, band.least, band.most) : 1.0F;
     const float step = std::isfinite(dt) ? std::max(0.0F, band.rate_per_s * dt) : 0.0F;
     return before + std::clamp(wish - before, -step, step);
+}
+
+/// On a track: the distance that banded() gets for a player `ahead_m` ahead along the track, m;
+/// below 0: behind. Within gap_m on either side a follower goes at its own speed. Beyond, it slows
+/// down where it leads and speeds up where it lags. With `keeps_off` it is one rival too many. It
+/// then lets the player go, or draws away, up to twice gap_m.
+///
+/// In balance with a player at v times the follower's own speed, within the caps, a follower is
+/// gap_m (1 + |v - 1| / gain) away, and one that keeps off is gap_m (2 - |v - 1| / gain) away. So
+/// 1.5 gap_m part the two where no cap is farther than gain / 2 from 1. Source: Jimenez, "The Pure
+/// Advantage: Advanced Racing Game AI", Gamasutra, 2009: groups of rivals at distances from the
+/// player, each of which goes faster or slower towards its group's distance.
+inline float gap_on_track(const RubberBand& band, float ahead_m, bool keeps_off) {
+    const float apart = std::abs(ahead_m);
+    const float pull =
+        keeps_off ? -std::max(0.0F, 2.0F * band.gap_m - apart) : std::max(0.0F, apart - band.gap_m);
+    return band.gap_m + (ahead_m < 0.0F ? -pull : pull);
 }
 
 /// A difficulty that follows how often players succeed. A success makes it harder by `step` times

@@ -229,7 +229,8 @@ bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
     // A policy acts a little differently at each tick.
     const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
-    return even && !agent.prey && !agent.ward;
+    // A rubber band that goes back to 1 changes the speed at each tick.
+    return even && !agent.prey && !agent.ward && agent.band == 1.0F;
 }
 
 void suspend(Agent& agent, const CompiledBrain& brain, const AiContext& ai, world::Row row) {

@@ -145,7 +145,7 @@ Lane::NearestOnLane Lane::refine(const Vec2d& here, double s, double step) const
     return best;
 }
 
-Lane::NearestOnLane Lane::nearest(const Vec2d& here) const {
+std::size_t Lane::nearest_station(const Vec2d& here) const {
     std::size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < place_.size(); ++i) {
@@ -155,7 +155,30 @@ Lane::NearestOnLane Lane::nearest(const Vec2d& here) const {
             best = i;
         }
     }
-    return refine(here, station_m_ * static_cast<double>(best), station_m_);
+    return best;
+}
+
+Lane::NearestOnLane Lane::nearest(const Vec2d& here) const {
+    return refine(here, station_m_ * static_cast<double>(nearest_station(here)), station_m_);
+}
+
+Lane::NearestOnLane Lane::nearest_by_chords(const Vec2d& here) const {
+    const std::size_t count = place_.size();
+    const std::size_t station = nearest_station(here);
+    NearestOnLane best;
+    for (const std::size_t next : {station, station + 1}) {
+        if (!closed() && (next == 0 || next == count)) {
+            continue;
+        }
+        const Vec2d& from = place_[(next + count - 1) % count];
+        const Vec2d chord = place_[next % count] - from;
+        const double share = std::clamp((here - from).dot(chord) / chord.squaredNorm(), 0.0, 1.0);
+        const double apart = (from + share * chord - here).norm();
+        if (apart < best.distance_m) {
+            best = {on_lane(station_m_ * (static_cast<double>(next) - 1.0 + share)), apart};
+        }
+    }
+    return best;
 }
 
 Lane::NearestOnLane Lane::nearest(const Vec2d& here, double about, double reach_m) const {

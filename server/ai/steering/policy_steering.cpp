@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace zoned::ai {
 
@@ -100,21 +99,6 @@ void steer_by_policy(Agent& agent,
     if (!keep || !repeats(agent.aim, command, guard)) {
         agent.aim = command;
     }
-}
-
-void follow_band(Agent& agent, const BrainState& state, const Surroundings& around) {
-    if (!state.rubber_band) {
-        agent.band = 1.0F;
-        return;
-    }
-    const learning::Situation s = situation_of(agent, around);
-    float gap = s.has_target ? (s.target - s.here).norm()
-                             : std::numeric_limits<float>::quiet_NaN();  // back towards 1
-    if (state.action == ActionKind::kFlee) {
-        // The one ahead slows down when the other falls behind.
-        gap = 2.0F * state.rubber_band->gap_m - gap;
-    }
-    agent.band = learning::banded(*state.rubber_band, agent.band, gap, around.ai.dt);
 }
 
 }  // namespace zoned::ai

@@ -1,4 +1,4 @@
-// Policy steering: steers an agent by a learned policy, and applies a chase's rubber band.
+// Policy steering: steers an agent by a learned policy.
 #pragma once
 
 #include "server/ai/steering/steering.h"
@@ -17,10 +17,5 @@ void steer_by_policy(Agent& agent,
                      const BrainState& state,
                      const PolicyChoice& choice,
                      const Surroundings& around);
-
-/// Updates agent.band from the distance to its prey, once per tick that steers. A chaser becomes
-/// faster the farther off its prey is; an agent that flees becomes slower. It is 1 in states
-/// without a rubber band.
-void follow_band(Agent& agent, const BrainState& state, const Surroundings& around);
 
 }  // namespace zoned::ai

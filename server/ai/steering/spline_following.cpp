@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace zoned::ai {
 
@@ -37,6 +38,8 @@ constexpr double kLeastShare = 0.8;
 constexpr double kTimetableShare = 0.98;
 /// Times a direction is looked for that allows for the turn into it.
 constexpr int kTurnTries = 3;
+/// Under a rubber band a segment lasts no longer than this, s: the speed follows the band.
+constexpr double kBandedS = 1.0;
 /// For blends: the agent heads for a place this far ahead, s, and at least so many m.
 constexpr double kAheadS = 1.0;
 constexpr double kAheadM = 2.0;
@@ -103,9 +106,9 @@ double top_speed_of(const BrainState& state, const Surroundings& around) {
 }
 
 /// The speed of the timetable, m/s.
-double timetable_speed(const BrainState& state, const Surroundings& around) {
+double timetable_speed(const Agent& agent, const BrainState& state, const Surroundings& around) {
     return top_speed_of(state, around) *
-           std::min(static_cast<double>(state.speed_factor), kTimetableShare);
+           std::min(static_cast<double>(state.speed_factor * agent.band), kTimetableShare);
 }
 
 /// From the end of the last tick to where the timetable has the end of the segment, s.
@@ -213,7 +216,10 @@ bool go_on_to_next(Agent& agent, const Vec2d& end, const SplineView& view) {
 }
 
 /// The limits of a segment that starts at the end of the last one.
-splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
+splines::SegmentLimits limits_of(const Lane& lane,
+                                 double speed,
+                                 bool banded,
+                                 const Surroundings& around) {
     const double error = lane.error_m();
     const double acceleration = static_cast<double>(body_of(around).acceleration);
     const double step_m = speed * static_cast<double>(around.ai.dt);
@@ -227,11 +233,15 @@ splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundi
             std::min(limits.turn, 0.5 * std::sqrt(2.0 * kTurnShare * error * acceleration) / speed);
     }
     limits.most_m = static_cast<double>(OffscreenGrid::kPiece_m);
+    if (banded) {
+        limits.most_m = std::min(limits.most_m, kBandedS * speed);
+    }
     return limits;
 }
 
 /// The length of the next segment, m; at least so long that it lasts some ticks.
 double next_segment_m(const Agent& agent,
+                      const BrainState& state,
                       const SplineView& view,
                       double speed,
                       const Surroundings& around) {
@@ -240,9 +250,10 @@ double next_segment_m(const Agent& agent,
     const double at_least =
         std::max(Lane::kLeast_m, kLeastTicks * speed * static_cast<double>(around.ai.dt));
     const double s = static_cast<double>(walk.s);
+    const bool banded = state.rubber_band && (agent.prey || agent.band != 1.0F);
     if (!changes_lanes(agent)) {
         const double left = lane.closed() ? lane.length() : lane.length() - s;
-        double most = std::max(lane.segment_m(s, limits_of(lane, speed, around)), at_least);
+        double most = std::max(lane.segment_m(s, limits_of(lane, speed, banded, around)), at_least);
         if (view.def().change_every_m > 0.0F) {
             most = std::min(most, std::max(static_cast<double>(walk.to_change), at_least));
         }
@@ -251,10 +262,11 @@ double next_segment_m(const Agent& agent,
     const double changed = static_cast<double>(walk.changed);
     const double blend = static_cast<double>(view.def().blend_m);
     const Lane& from = view.lane(walk.from);
-    const double segment = std::min({blend / kChangeSegments,
-                                     lane.segment_m(s + changed, limits_of(lane, speed, around)),
-                                     from.segment_m(static_cast<double>(walk.from_s) + changed,
-                                                    limits_of(from, speed, around))});
+    const double segment =
+        std::min({blend / kChangeSegments,
+                  lane.segment_m(s + changed, limits_of(lane, speed, banded, around)),
+                  from.segment_m(static_cast<double>(walk.from_s) + changed,
+                                 limits_of(from, speed, banded, around))});
     return std::min(std::max(segment, at_least), blend - changed);
 }
 
@@ -335,8 +347,8 @@ void set_next_segment(Agent& agent,
                       const SplineView& view,
                       const Surroundings& around) {
     const double top = top_speed_of(state, around);
-    const double speed = timetable_speed(state, around);
-    const double path = next_segment_m(agent, view, speed, around);
+    const double speed = timetable_speed(agent, state, around);
+    const double path = next_segment_m(agent, state, view, speed, around);
     const Vec2 goal = view.local(place_after(agent, view, path));
     const double straight = static_cast<double>((goal - around.at).norm());
     double time = time_to_due(agent, around) + path / speed;
@@ -370,7 +382,7 @@ void begin_spline(Agent& agent, const BrainState& state, const Surroundings& aro
 
 bool follow_spline(Agent& agent, const BrainState& state, const Surroundings& around) {
     const SplineView view(*state.follow, around);
-    if (agent.corner == kTrackEnds || !(timetable_speed(state, around) > 0.0)) {
+    if (agent.corner == kTrackEnds || !(timetable_speed(agent, state, around) > 0.0)) {
         return false;
     }
     if (agent.corner == kJoins) {
@@ -424,11 +436,29 @@ DesiredVelocity track_velocity(Agent& agent, const BrainState& state, const Surr
         return desired;
     }
     agent.track.s = static_cast<float>(near.s);
-    const double ahead = std::max(kAheadM, kAheadS * timetable_speed(state, around));
+    const double ahead = std::max(kAheadM, kAheadS * timetable_speed(agent, state, around));
     desired.seeks = false;
     desired.goal = view.local(lane.at(near.s + ahead).at);
     desired.direction = desired.goal - around.at;
     return desired;
+}
+
+float ahead_on_track(const Agent& agent, const Vec2& player, const Surroundings& around) {
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    const PointsOfInterest& all = around.ai.points_of_interest;
+    const SplinePlace place = spline_place(agent, all);
+    if (agent.corner != kOnTrack || place.lane == splines::kNoLane) {
+        return kNowhere;
+    }
+    const Lane& lane = all.tracks()->lane(place.lane);
+    const Lane::NearestOnLane there = lane.nearest_by_chords(player.cast<double>() + all.origin());
+    if (!(there.distance_m <= kPushedOffM)) {
+        return kNowhere;
+    }
+    const double left =
+        std::max(0.0, time_to_due(agent, around)) * static_cast<double>(agent.segment.speed);
+    const double ahead = there.s - place.s + left;
+    return static_cast<float>(lane.closed() ? std::remainder(ahead, lane.length()) : ahead);
 }
 
 SplinePlace spline_place(const Agent& agent, const PointsOfInterest& points_of_interest) {

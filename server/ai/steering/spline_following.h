@@ -29,6 +29,13 @@ bool follow_spline(Agent& agent, const BrainState& state, const Surroundings& ar
 /// For followers without segments (in a blend): the velocity to a place ahead on the spline.
 DesiredVelocity track_velocity(Agent& agent, const BrainState& state, const Surroundings& around);
 
+/// How far a player at `player` (x, z, m) is ahead of where a follower is due on its lane, m; below
+/// 0: behind. On a closed spline the shorter way counts. NaN: the player does not drive there but
+/// is farther than 8 m from the lane, or the agent is not on its spline.
+[[nodiscard]] float ahead_on_track(const Agent& agent,
+                                   const Vec2& player,
+                                   const Surroundings& around);
+
 /// SplinePlace: the position of an agent on its spline, for display to people. It is the place that
 /// the timetable has for the end of the agent's segment.
 struct SplinePlace {

@@ -3,6 +3,7 @@
 #include "server/ai/steering/formation_following.h"
 #include "server/ai/steering/path_following.h"
 #include "server/ai/steering/policy_steering.h"
+#include "server/ai/steering/rubber_band.h"
 
 #include <algorithm>
 #include <cmath>
@@ -313,6 +314,7 @@ bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around)
     const bool entered = std::exchange(agent.entered, false);
     const CompiledBrain::LeafChoice& choice = brain.choices[agent.state_machine.leaf];
     const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
+    follow_band(agent, state, around);
     if (choice.blend >= 0 && agent.current_action >= choice.first) {
         agent.timed = false;
         steer_blend(agent, brain, choice, entered, around);
@@ -323,7 +325,6 @@ bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around)
     if (entered) {
         begin_action(agent, state, around);
     }
-    follow_band(agent, state, around);
     if (policy != nullptr) {
         agent.timed = false;
         agent.next_steering = around.ai.now + 1;

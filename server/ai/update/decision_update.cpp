@@ -143,7 +143,8 @@ bool needs_others(const AiContext& ai, const AiTurn& turn, const PerceptionRange
     bool needed = false;
     for (std::size_t i = 0; i < active.size() && !needed; ++i) {
         const Agent& agent = ai.agents.at(active[i]);
-        needed = brain_of(agent, ai.settings).knows_others ||
+        const CompiledBrain& brain = brain_of(agent, ai.settings);
+        needed = brain.knows_others || (brain.counts_rivals && agent.prey) ||
                  (ranges.any() && turn.rows[i] != world::kNoRow &&
                   ranges.farthest({ai.entities.type[turn.rows[i]], agent.brain}) >= 0.0F);
     }

@@ -199,7 +199,8 @@ class BrainExpansion {
                                  narrow(band.gain()),
                                  narrow(band.least()),
                                  narrow(band.most()),
-                                 narrow(band.rate_per_s())};
+                                 narrow(band.rate_per_s()),
+                                 band.rivals()};
             }
             for (const auto& change : state.change()) {
                 s.changes.push_back(expand_change(

@@ -228,6 +228,9 @@ class RootCheck {
                                                     diagnostics_);
                 broken_ = broken_ || !leads;
             }
+            if (state.rubber_band().rivals() > 0 && state.action() != proto::config::FOLLOW_TRACK) {
+                diagnostics_.add(here + ".rubber_band.rivals", "is of FOLLOW_TRACK alone");
+            }
             check_action(state, here);
             for_each_choice_action(
                 config_, state, [this](const proto::config::Action& action, const std::string& at) {

@@ -86,12 +86,14 @@ mailbox::AuditEntity audit_entity(const ZoneState& state,
 
 enum class Filtered : std::uint8_t {
     kNo,
-    kPerhaps,  ///< it went in or out of sight so lately that the client may know of it or not
+    kPerhaps,  ///< it came or went since the last record: the client may know of it or not
     kYes
 };
 
-/// The truth of this moment, asked again. The past counts only as far as answers may be stale and a
-/// known entity stays known.
+/// The truth of this moment, asked again. The past counts only as far as answers may be stale, a
+/// known entity stays known, and the client has had no record. Radii have a hysteresis, sight has
+/// none: within a period an entity may go and come back, or come and go, and the news of the last
+/// change is still on its way.
 Filtered filtered(const ZoneState& state,
                   const RulesContext& context,
                   ClientId client,
@@ -104,12 +106,15 @@ Filtered filtered(const ZoneState& state,
     }
     const bool seen = may_know(state, context, avatar, row);
     const FilteredPair* sight = find_filtered_pair(state, client, e.id[row]);
-    const bool notified = sight != nullptr && sight->notified;
+    const auto period = static_cast<Tick>(state.settings.audit.period_ticks);
     if (seen) {
-        return notified ? Filtered::kNo : Filtered::kPerhaps;
+        const bool settled =
+            sight != nullptr && sight->since >= 0 && state.now - sight->since >= period;
+        return settled ? Filtered::kNo : Filtered::kPerhaps;
     }
-    const auto past = static_cast<Tick>(state.settings.visibility_filter.grace_ticks);
-    return notified && state.now - sight->known <= past ? Filtered::kPerhaps : Filtered::kYes;
+    const Tick past = static_cast<Tick>(state.settings.visibility_filter.grace_ticks) + period;
+    const bool lately = sight != nullptr && sight->known >= 0 && state.now - sight->known <= past;
+    return lately ? Filtered::kPerhaps : Filtered::kYes;
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ void list_sights(const ZoneState& state,
             ++old;
         }
         const bool was = old != sights.seen.end() && old->entity == v.entity;
-        now.push_back(was ? *old : FilteredPair{v.entity, -1, false, -1, false});
+        now.push_back(was ? *old : FilteredPair{v.entity, -1, false, -1, -1});
     }
     sights.seen.assign(now.begin(), now.end());
 }
@@ -147,9 +147,10 @@ class Sieve {
             state_->now - at_->asked < static_cast<Tick>(s.stale_ticks)) {
             at_->known = state_->now;
         }
-        at_->notified =
+        const bool known =
             at_->known >= 0 && state_->now - at_->known <= static_cast<Tick>(s.grace_ticks);
-        return at_->notified;
+        at_->since = !known ? -1 : (at_->since < 0 ? state_->now : at_->since);
+        return known;
     }
 
   private:

@@ -43,6 +43,19 @@ TEST(TrainProcess, InterruptedAndResumedGivesWhatAnUninterruptedRunGives) {
     EXPECT_EQ(read(folder + "/whole.checkpoint"), read(file + ".checkpoint"));
 }
 
+/// The policies in config/training are what their files say, to the last byte. The policy that
+/// imitates players is left out: its recording is of one build.
+TEST(TrainProcess, MakesTheShippedPoliciesAnew) {
+    for (const char* name : {"arena", "arena_neat"}) {
+        const std::string shipped = std::string(ZONED_SOURCE_DIR "/config/training/") + name;
+        const std::string file = scratch_folder() + "/" + name + ".txtpb";
+        std::ofstream(file) << read(shipped + ".txtpb");
+        Child trained("zoned", {"train", file, "--threads", "1"});
+        ASSERT_EQ(trained.wait(kPatience), 0) << trained.errors();
+        EXPECT_EQ(read(scratch_folder() + "/" + name + ".policy"), read(shipped + ".policy"));
+    }
+}
+
 TEST(TrainProcess, PrintsMistakesWithTheirPlaceAndExplainsItself) {
     const std::string file = scratch_folder() + "/bad.txtpb";
     std::ofstream(file) << "task: ARENA\nrounds: 0\nmethhod: NEAT\n";

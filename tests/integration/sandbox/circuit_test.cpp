@@ -36,6 +36,8 @@ class CircuitWorld : public GameTest {
         if (row == world::kNoRow || agent.corner != ai::kOnTrack || agent.entered) {
             return;
         }
+        slowest_ = std::min(slowest_, agent.band);
+        fastest_ = std::max(fastest_, agent.band);
         zones_[agent.entity.value].insert(state.settings.id.value);
         lanes_[agent.entity.value].insert(agent.track.lane);
         const Vec3& at = state.entities.position[row];
@@ -53,6 +55,8 @@ class CircuitWorld : public GameTest {
     int suspended_ = 0;
     int awake_ = 0;
     int beside_ = 0;
+    float slowest_ = 1.0F;
+    float fastest_ = 1.0F;
 };
 
 TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
@@ -70,6 +74,11 @@ TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
     EXPECT_GE(std::count_if(lanes_.begin(), lanes_.end(), in_two), 10) << "they changed lanes";
     EXPECT_GT(awake_, samples_ / 10);
     EXPECT_GT(suspended_, samples_ / 100) << "at the ends of the road nobody looks";
+    // Bots that stroll over the course have runners wait, catch up and keep away, within the caps.
+    EXPECT_LT(slowest_, 0.9F);
+    EXPECT_GE(slowest_, 0.8F);
+    EXPECT_GT(fastest_, 1.1F);
+    EXPECT_LE(fastest_, 1.2F);
     // An agent that avoids others leaves its lane by as much as that takes.
     EXPECT_LT(beside_, awake_ / 5);
 }

@@ -1,4 +1,7 @@
+#include "server/zone/zone_state.h"
 #include "tests/harness/game_test.h"
+
+#include <algorithm>
 
 namespace zoned::harness {
 namespace {
@@ -92,6 +95,28 @@ TEST_F(Consistency, WithCodedRecordsOutlastsOutagesAndBorders) {
     const measure::RunReport report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_EQ(report.malformed_records, 0u);
+}
+
+/// Players stand in each other's sight for some ticks: between two records of the audit one may go
+/// and come back, or come and go. Radii have a hysteresis against that, sight has none.
+TEST_F(Consistency, HoldsWherePlayersHideBehindEachOther) {
+    server.config = ZONED_SOURCE_DIR "/config/hamlet.txtpb";
+    server.sets = {"type[0].visibility_filter=LINE_OF_SIGHT"};
+    bots.bots = 16;
+    bots.seconds = 20.0;
+    std::uint64_t gone = 0;
+    const measure::RunReport report = run([&](VirtualServer& now, double) {
+        for (const auto& zone : now.world().zones()) {
+            for (const zone::ViewerFilter& viewer : zone->state().filtered.viewers) {
+                gone += static_cast<std::uint64_t>(std::count_if(
+                    viewer.seen.begin(), viewer.seen.end(), [](const zone::FilteredPair& pair) {
+                        return pair.since < 0 && pair.known >= 0;
+                    }));
+            }
+        }
+    });
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(gone, 1000U) << "pairs x ticks out of sight";
 }
 
 TEST_F(Consistency, HoldsWhenClientClocksAreOff) {

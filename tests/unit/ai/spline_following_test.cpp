@@ -4,6 +4,7 @@
 #include "server/ai/explain.h"
 #include "server/ai/serialization/serialize_agents.h"
 #include "tests/unit/ai/field.h"
+#include "tests/unit/allocation_count.h"
 
 #include <gmock/gmock.h>
 
@@ -385,6 +386,169 @@ TEST(FollowTrack, LegsAreAsLongAsTheErrorAllows) {
     }
     // Lengths go by the square root of the error where bends are longer than segments.
     EXPECT_NEAR(static_cast<double>(events[0]) / static_cast<double>(events[1]), 2.0, 0.5);
+}
+
+/// A guard at 0.8 of 4 m/s that follows the first lane, with a band between 2.56 and 3.84 m/s.
+Brain banded_follower(const learning::RubberBand& band) {
+    Brain brain = single(ActionKind::kFollowTrack);
+    brain.perception_m = 5000.0F;
+    brain.states[0].follow = follow_lane(0);
+    brain.states[0].speed_factor = 0.8F;
+    brain.states[0].rubber_band = band;
+    return brain;
+}
+
+/// The lead of a player at `speed` over a follower on a straight road after two minutes, m. It
+/// starts `lead` m ahead and walks `beside` m beside the road.
+double lead_after(const learning::RubberBand& band, float lead, float speed, float beside = 0.0F) {
+    Followers one({straight_road("road", {0, 0}, {2000, 0})}, follow_lane(0));
+    one.field.solid = true;
+    one.field.settings.brains = {banded_follower(band)};
+    compile(one.field.settings, kDt);
+    one.add(1, Vec2d(200.0, 0.0));
+    const Vec2d origin = one.field.points_of_interest.origin();
+    const Vec2 start = (Vec2d(200.0, beside) - origin).cast<float>();
+    one.field.add_player(2, Vec3(start.x() + lead, kBody, start.y()));
+    for (int tick = 0; tick < 120 * 30; ++tick) {
+        one.field.position(2).x() += speed * kDt;
+        one.field.step();
+    }
+    return static_cast<double>(one.field.position(2).x() - one.field.position(1).x());
+}
+
+/// The gap is measured along the track and the speed is that of a timetable, so the balance is
+/// known: factor 1 + 0.5 (gap - 10) / 10 beyond 10 m. The body is within 0.2 m of its segment, and
+/// a segment lasts a second, in which what is left of the approach (2 minutes at a time constant of
+/// 10 m / (0.5 * 3.2 m/s)) is nothing.
+TEST(RubberBandOnATrack, HoldsAFollowerAtTheDistanceThatFollowsFromItsGain) {
+    const learning::RubberBand band{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
+    constexpr double kOff = kOffSegment + 3.84 / 30.0;
+    // Behind a player at 3.6 m/s, which is 1.125 of 3.2: 10 (1 + 0.125 / 0.5) m.
+    EXPECT_NEAR(lead_after(band, 30.0F, 3.6F), 12.5, kOff);
+    // Before a player at 2.8 m/s as far.
+    EXPECT_NEAR(lead_after(band, -30.0F, 2.8F), -12.5, kOff);
+    // Beyond the caps, 3.84 and 2.56 m/s, it falls back or leaves the player behind.
+    EXPECT_GT(lead_after(band, 20.0F, 4.2F), 20.0 + 120.0 * 0.3);
+    EXPECT_LT(lead_after(band, -20.0F, 2.2F), -20.0 - 120.0 * 0.3);
+}
+
+TEST(RubberBandOnATrack, IsSlackNearThePlayerAndWherePlayersDoNotDrive) {
+    const learning::RubberBand band{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
+    constexpr double kOff = kOffSegment + 3.2 / 30.0;
+    EXPECT_NEAR(lead_after(band, 9.0F, 3.2F), 9.0, kOff);
+    EXPECT_NEAR(lead_after(band, -9.0F, 3.2F), -9.0, kOff);
+    // 7.9 m beside the lane the player counts, 8.1 m do not: the follower keeps to 3.2 m/s.
+    EXPECT_NEAR(lead_after(band, 30.0F, 3.6F, 7.9F), 12.5, kOff + 0.2);
+    EXPECT_NEAR(lead_after(band, 30.0F, 3.6F, 8.1F), 30.0 + 120.0 * 0.4, kOff);
+}
+
+/// Eight rivals within 90 m of the beginning of a course, on both sides, and a player who drives
+/// round it from there.
+class RacingField : public Followers {
+  public:
+    explicit RacingField(const learning::RubberBand& band, bool simulated = true)
+        : Followers({course(splines::Curve::kBSpline, true)}, follow_lane(0), simulated) {
+        field.solid = true;
+        field.settings.brains = {banded_follower(band)};
+        compile(field.settings, kDt);
+        for (std::uint32_t k = 0; k < 8; ++k) {
+            add(1 + k, lane(0).at(lane(0).on_lane(25.0 * k - 87.5)).at);
+        }
+    }
+
+    void add_driver() { field.add_player(20, driver()); }
+
+    /// The player drives at `speed` m/s for a tick.
+    void drive(double speed) {
+        driven_ += speed * double{kDt};
+        field.position(20) = driver();
+        field.step();
+    }
+
+    /// The rivals within so far of the player along the lane, m.
+    [[nodiscard]] int within(double metres) {
+        int near = 0;
+        for (std::uint32_t id = 1; id <= 8; ++id) {
+            const double s = lane(0).nearest(body(id)).s;
+            const double apart = std::remainder(s - driven_, lane(0).length());
+            near += std::abs(apart) < metres ? 1 : 0;
+        }
+        return near;
+    }
+
+  private:
+    [[nodiscard]] Vec3 driver() const {
+        const Vec2d at =
+            lane(0).at(lane(0).on_lane(driven_)).at - field.points_of_interest.origin();
+        return {static_cast<float>(at.x()), kBody, static_cast<float>(at.y())};
+    }
+
+    double driven_ = 0.0;
+};
+
+/// The player takes 0.94 or 1.06 of a rival's own speed, so in balance rivals that are held are
+/// within 10 (1 + 0.0625 / 0.5) m, and the others are 10 (2 - 0.0625 / 0.5) m away or farther. The
+/// farthest has 76 m to come at 0.44 m/s or more.
+TEST(RubberBandOnATrack, KeepsThatManyRivalsNearThePlayerAndTheOthersAway) {
+    for (const double speed : {3.0, 3.4}) {
+        for (const std::uint32_t rivals : {0U, 3U}) {
+            RacingField race({10.0F, 0.5F, 0.8F, 1.2F, 0.2F, rivals});
+            race.add_driver();
+            const int expected = rivals == 0 ? 8 : static_cast<int>(rivals);
+            for (int tick = 0; tick < 280 * 30; ++tick) {
+                race.drive(speed);
+                if (tick > 260 * 30) {
+                    ASSERT_EQ(race.within(12.0), expected) << rivals << " at " << speed;
+                    ASSERT_EQ(race.within(18.0), expected) << rivals << " at " << speed;
+                }
+            }
+        }
+    }
+}
+
+TEST(RubberBandOnATrack, AllocatesNothingWhileItCountsRivals) {
+    RacingField race({10.0F, 0.5F, 0.8F, 1.2F, 0.2F, 3});
+    race.add_driver();
+    // A whole round, so that the index has had its greatest extent.
+    for (int tick = 0; tick < 180 * 30; ++tick) {
+        race.drive(3.0);
+    }
+    const std::uint64_t allocated = allocation_count();
+    for (int tick = 0; tick < 300; ++tick) {
+        race.drive(3.0);
+    }
+    EXPECT_EQ(allocation_count(), allocated);
+}
+
+/// No index of entities is asked for, bands are exactly 1, and where suspension is on all rivals go
+/// from event to event.
+TEST(RubberBandOnATrack, CostsNothingWhereNoPlayerDrives) {
+    for (const bool simulated : {true, false}) {
+        RacingField race({10.0F, 0.5F, 0.8F, 1.2F, 0.2F, 3}, simulated);
+        race.field.run(1.0F);
+        race.add_driver();
+        for (int tick = 0; tick < 300; ++tick) {
+            race.drive(3.0);
+        }
+        EXPECT_GT(race.agent(3).band, 1.0F);  // 34 m behind at first, and the third nearest
+        race.field.entities.set(race.field.entities.find(EntityId(20)), world::kHidden, true);
+        race.field.run(20.0F);
+        int asked = 0;
+        for (int tick = 0; tick < 30; ++tick) {
+            AiContext ai = race.field.context();
+            ai.make_grid = [&]() -> const spatial::PointGrid& {
+                ++asked;
+                return race.field.grid;
+            };
+            const AiReport report = race.field.steps.run(ai);
+            EXPECT_EQ(report.active, simulated ? 8U : 0U);
+            ++race.field.now;
+        }
+        EXPECT_EQ(asked, 0);
+        for (std::uint32_t id = 1; id <= 8; ++id) {
+            EXPECT_EQ(race.agent(id).band, 1.0F);
+        }
+    }
 }
 
 }  // namespace

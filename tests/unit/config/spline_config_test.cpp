@@ -85,6 +85,12 @@ TEST(MistakesInTracks, AreFoundWhereTheyAre) {
                   "out of range");
     expect_single(
         roads_with("action: FOLLOW_TRACK", "action: IDLE"), "follow {", "FOLLOW_TRACK alone");
+    EXPECT_TRUE(
+        parse(roads_with("action: FOLLOW_TRACK", "action: FOLLOW_TRACK rubber_band { rivals: 3 }"))
+            .ok);
+    expect_single(roads_with("action: CHASE", "action: CHASE rubber_band { rivals: 3 }"),
+                  "rivals: 3",
+                  "FOLLOW_TRACK alone");
 }
 
 std::vector<std::string> warnings_of(const std::string& text) {

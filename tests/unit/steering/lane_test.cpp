@@ -102,6 +102,28 @@ TEST(Lane, FindsTheNearestOfItsPlaces) {
     }
 }
 
+/// A chord turns by an eighth at most to either side of its middle, and lies within 0.4 of the
+/// error of its arc. Along the chord, places are linear to h^3 / 24 r^2.
+TEST(Lane, FindsTheNearestPlaceByItsChords) {
+    for (const bool closed : {true, false}) {
+        SplineDef def = lane_ring(30.0F, 8.0F, 1);
+        def.closed = closed;
+        const Lane lane = Lane::make(Spline::make(def).value(), 0.0, 0.25).value();
+        for (double s = closed ? 0.0 : 12.0; s < lane.length() - (closed ? 0.0 : 12.0); s += 0.37) {
+            const SplinePoint p = lane.at(s);
+            for (const double beside : {-3.0, 0.0, 3.0}) {
+                const Lane::NearestOnLane near =
+                    lane.nearest_by_chords(p.at + beside * Vec2d(-p.ahead.y(), p.ahead.x()));
+                const double apart =
+                    closed ? std::remainder(near.s - s, lane.length()) : near.s - s;
+                EXPECT_NEAR(apart, 0.0, std::abs(beside) / 8.0 + 0.02)
+                    << s << " beside by " << beside;
+                EXPECT_NEAR(near.distance_m, std::abs(beside), 0.4 * 0.25) << s;
+            }
+        }
+    }
+}
+
 TEST(SplineNetwork, HasLanesBothWaysWhereEveryoneKeepsToTheSameSide) {
     NamedSpline road{"road", bends(Curve::kCatmullRom, false), 0.25F, std::nullopt};
     NamedSpline ring{"ring", lane_ring(30.0F, 8.0F, 2), 0.25F, 0.5F};

@@ -302,6 +302,10 @@ CompiledBrain compile(const Brain& brain, float dt) {
     };
     out.flocks = some(ActionKind::kFlock);
     out.knows_others = out.perception.given || out.flocks;
+    out.counts_rivals =
+        std::any_of(out.states.begin(), out.states.end(), [](const BrainState& state) {
+            return state.rubber_band && state.rubber_band->rivals > 0;
+        });
     out.forms_up = some(ActionKind::kFormUp);
     out.forages = some(ActionKind::kForage);
     compile_changes(brain, dt, out);

@@ -315,6 +315,9 @@ struct CompiledBrain {
     Perception perception{};
     /// Its agents need to know all entities near them, players or not.
     bool knows_others = false;
+    /// Some state of it has a rubber band that counts rivals: its agents need to know those near a
+    /// player.
+    bool counts_rivals = false;
     bool flocks = false;    ///< some state of it flocks
     bool forages = false;   ///< some state of it forages
     bool forms_up = false;  ///< some state of it keeps formation
