@@ -19,11 +19,13 @@ const std::filesystem::path kMethodWorlds = ZONED_SOURCE_DIR "/config/methods";
 constexpr int kMethodTicks = 1200;
 constexpr int kThreadTicks = 240;  ///< played on three threads as well
 
+/// Those of AI have a test of their own (ai_methods_test.cpp).
 std::vector<std::string> method_worlds() {
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(kMethodWorlds)) {
-        if (entry.path().extension() == ".txtpb") {
-            names.insert(entry.path().stem());
+        const std::string name = entry.path().stem();
+        if (entry.path().extension() == ".txtpb" && !name.starts_with("ai_")) {
+            names.insert(name);
         }
     }
     return {names.begin(), names.end()};
