@@ -1,5 +1,5 @@
 #include "client-sim/bot/script.h"
-#include "shared/core/line_reader.h"
+#include "shared/core/files/line_reader.h"
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "server/assets/polygon_cut.h"
 #include "server/physics/shapes/mesh.h"
-#include "shared/core/line_reader.h"
+#include "shared/core/files/line_reader.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "server/net/certificate.h"
 
+#include "shared/core/files/replace_file.h"
 #include "shared/core/hex.h"
-#include "shared/core/replace_file.h"
 
 #include <openssl/err.h>
 #include <openssl/evp.h>

@@ -1,6 +1,6 @@
 #include "server/recording/journal.h"
 
-#include "shared/core/replace_file.h"
+#include "shared/core/files/replace_file.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #include "server/recording/report_file.h"
 
-#include "shared/core/replace_file.h"
+#include "shared/core/files/replace_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

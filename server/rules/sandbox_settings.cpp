@@ -1,6 +1,6 @@
 #include "server/rules/sandbox_settings.h"
 
-#include "shared/core/line_reader.h"
+#include "shared/core/files/line_reader.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "tests/scenario/grid_text.h"
 
 #include "server/ai/pathfinding/grid/cost.h"
-#include "shared/core/line_reader.h"
+#include "shared/core/files/line_reader.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,8 +1,8 @@
 #include "server/app/admin/admin_files.h"
 
 #include "server/session/login/secrets.h"
+#include "shared/core/files/replace_file.h"
 #include "shared/core/hex.h"
-#include "shared/core/replace_file.h"
 
 #include <sys/stat.h>
 

@@ -2,7 +2,7 @@
 
 #include "server/recording/recording_file.h"
 #include "shared/core/archive/field_archive.h"
-#include "shared/core/replace_file.h"
+#include "shared/core/files/replace_file.h"
 
 #include <algorithm>
 #include <array>

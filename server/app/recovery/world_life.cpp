@@ -1,7 +1,7 @@
 #include "server/app/recovery/world_life.h"
 
+#include "shared/core/files/replace_file.h"
 #include "shared/core/hex.h"
-#include "shared/core/replace_file.h"
 
 #include <cstdint>
 #include <fstream>

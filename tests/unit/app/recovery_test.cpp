@@ -102,12 +102,12 @@ class Recovered : public testing::Test {
             }
         }
 
-        static constexpr Tick kPatience_ticks = 2000;  ///< most that rest() goes on
+        static constexpr Tick kPatience_ticks = 140;  ///< most that rest() goes on
 
         /// Until the copies that write snapshots are done.
         void rest(std::uint64_t snapshots) {
             for (Tick i = 0; i < kPatience_ticks && recovery->figures().taken < snapshots; ++i) {
-                ::usleep(5000);
+                ::usleep(60000);
                 go(world.now() + 1);
             }
             EXPECT_GE(recovery->figures().taken, snapshots);
@@ -175,9 +175,10 @@ TEST_F(Recovered, GoesOnAtTheTickAtWhichItEndedHoweverOften) {
 }
 
 TEST_F(Recovered, ForgetsWhatOlderSnapshotsNeeded) {
-    // So seldom that no fourth one begins while the third is waited for.
-    load({"recovery.snapshot_every_s=70"});
-    const Tick apart = 70 * 30;
+    // So seldom that no fourth one begins while the third is waited for, and so often that the
+    // recorder's queue, of ten seconds, takes all that is played at once.
+    load({"recovery.snapshot_every_s=5"});
+    const Tick apart = 5 * 30;
     ASSERT_GT(apart, Run::kPatience_ticks + 3);
     Run run(settings);
     run.go(apart + 1);

@@ -1,4 +1,4 @@
-#include "shared/core/replace_file.h"
+#include "shared/core/files/replace_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 #include "server/ai/pathfinding/waypoints/waypoint_graph.h"
-#include "shared/core/line_reader.h"
+#include "shared/core/files/line_reader.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "shared/core/line_reader.h"
+#include "shared/core/files/line_reader.h"
 
 #include <algorithm>
 
