@@ -24,7 +24,7 @@ target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl
 # nodelete: the lookup of a name may outlive an unloaded library.
 # gold lets a symbol of Asio's through the map, and lld does not know GCC's link-time optimization, nor bfd Clang's.
 target_link_options(zoned_client PRIVATE -fuse-ld=$<IF:$<CXX_COMPILER_ID:Clang>,lld,bfd> -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
-  -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> -Os -g0)
+  -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> $<$<CXX_COMPILER_ID:Clang>:-Wl,--icf=safe> -Os -g0)
 # Games load no sanitizer's runtime first: the library is plain in every build, and unit_client and fuzz_client run its code
 # under sanitizers.
 target_compile_options(zoned_client PRIVATE -fno-sanitize=all)

@@ -74,6 +74,11 @@ TEST_F(Viewer, ExplainsWhatIsClicked) {
 /// A shape has at most so many corners of triangles: the round one has five strips around its axis.
 constexpr double kShapeCorners = 3.0 * (5 * 2 * 8 - 2 * 8);
 
+/// A box or a door has two triangles on each of its sides, and the ground has two; lines have ends.
+constexpr const char* kMostStaticCorners =
+    "36 * (zoned.renderer.geometry.boxes.reduce((sum, chunk) => sum + chunk.length / 10, 0)"
+    " + zoned.renderer.scene.doors.length) + 6 + zoned.renderer.lines.count";
+
 /// How many corners and points the graphics card is given for one picture, "corners points": what a
 /// frame costs, whatever the machine.
 constexpr const char* kDrawnPerFrame =
@@ -99,27 +104,40 @@ TEST_F(Viewer, DrawsACityOfSixThousandPeople) {
     ASSERT_TRUE(browser->wait_until("zoned.entities.size > 6000", kPatience));
     EXPECT_TRUE(browser->wait_until("zoned.counts().first_picture_ms > 0"));
     EXPECT_GT(std::stoi(browser->evaluate(kColours)), 6);
-    // In the middle of a street: some are shapes, the rest are points.
-    browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = " +
-                      place_of(first_of("stroller")) + "; c.distance = 6; })()");
     const auto drawn = [&] {
         Drawn of;
         std::istringstream(browser->evaluate(kDrawnPerFrame)) >> of.corners >> of.points;
         return of;
     };
-    const Drawn all = drawn();
-
-    browser->evaluate(
-        "zoned.renderer.types.forEach((type, i) => zoned.renderer.hiddenTypes.add(i))");
-    const Drawn without = drawn();
-    EXPECT_EQ(without.points, 0.0);
-    const double shapes = std::stod(browser->evaluate("zoned.renderer.mostShapes"));
-    EXPECT_LE(shapes, 1000.0);
-    EXPECT_GT(all.corners, without.corners);
-    EXPECT_LE(all.corners - without.corners, shapes * kShapeCorners);
-    EXPECT_GT(all.points, 0.0);
-    EXPECT_LE(all.points, std::stod(browser->evaluate("zoned.entities.size")));
-    EXPECT_LE(without.corners, 20000.0) << "statics";
+    const auto number = [&](const std::string& of) {
+        return std::stod(browser->evaluate(of));
+    };
+    const auto hide_all = [&](const std::string& change) {
+        browser->evaluate("zoned.renderer.types.forEach((type, i) => zoned.renderer.hiddenTypes." +
+                          change + "(i))");
+    };
+    const double people = number("zoned.entities.size");
+    // From above the whole city, where most are points; then in the middle of a street.
+    for (const bool in_street : {false, true}) {
+        if (in_street) {
+            browser->evaluate("(() => { const c = zoned.renderer.camera; c.target = " +
+                              place_of(first_of("stroller")) + "; c.distance = 6; })()");
+        }
+        const Drawn all = drawn();
+        const double shapes = number("zoned.renderer.mostShapes");
+        hide_all("add");
+        const Drawn without = drawn();
+        hide_all("delete");
+        EXPECT_EQ(without.points, 0.0);
+        EXPECT_LE(without.corners, number(kMostStaticCorners));
+        EXPECT_LE(shapes, 1000.0);
+        EXPECT_LE(all.corners - without.corners, shapes * kShapeCorners);
+        EXPECT_GT(all.points, in_street ? 0.0 : 1000.0);
+        EXPECT_LE(all.points, people);
+        if (in_street) {
+            EXPECT_GT(all.corners, without.corners) << "the nearest are shapes";
+        }
+    }
     EXPECT_GE(std::stod(browser->evaluate("zoned.renderer.scale")), 0.5);
     browser->screenshot(scratch_folder() + "/city.png");
     expect_no_errors();

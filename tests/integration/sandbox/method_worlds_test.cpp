@@ -19,7 +19,7 @@ const std::filesystem::path kMethodWorlds = ZONED_SOURCE_DIR "/config/methods";
 constexpr int kMethodTicks = 1200;
 constexpr int kThreadTicks = 240;  ///< played on three threads as well
 
-/// Those of AI have a test of their own (ai_methods_test.cpp).
+/// Worlds of agents, named ai_*, have a test of their own (ai_methods_test.cpp).
 std::vector<std::string> method_worlds() {
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(kMethodWorlds)) {
