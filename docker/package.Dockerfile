@@ -8,7 +8,7 @@ RUN apt-get update -q \
     && sed -e 's/#.*//' -e '/^[[:space:]]*$/d' config/packages.txt \
        | DEBIAN_FRONTEND=noninteractive xargs apt-get install -q -y --no-install-recommends
 COPY . .
-RUN cmake -S . -B /build -G Ninja -DZONED_TESTS=OFF -DZONED_UNITY=ON \
+RUN cmake -S . -B /build -G Ninja -DCMAKE_CXX_COMPILER=clang++-19 -DZONED_TESTS=OFF -DZONED_UNITY=ON \
     && cmake --build /build --target package \
     && mkdir /out && cp /build/zoned_*.deb /build/zoned-dev_*.deb /out/
 
