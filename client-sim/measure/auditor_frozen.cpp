@@ -81,9 +81,9 @@ void Auditor::compare_frozen(const bot::Bot& bot, const wire::AuditRecordMessage
     }
     // A client hears of its own avatar among the others for its declared fields alone.
     const view::Entity* own = store.find(bot.avatar());
-    const bool told = own != nullptr && own->present() &&
-                      wire::schema_of(bot.view()->world().fields, own->type) != nullptr;
-    listed_present += told ? 1 : 0;
+    const bool listed = own != nullptr && own->present() &&
+                        wire::schema_of(bot.view()->world().fields, own->type) != nullptr;
+    listed_present += listed ? 1 : 0;
     if (listed_present != store.present_count()) {
         frozen_.difference = std::to_string(store.present_count() - listed_present) +
                              " entities are in the view that the server does not list";

@@ -20,7 +20,7 @@ class Account {
         : agent_(agent),
           brain_(brain),
           compiled_(compiled),
-          places_(points_of_interest),
+          points_of_interest_(points_of_interest),
           names_(sense_names(brain)),
           now_(now) {}
 
@@ -73,11 +73,11 @@ class Account {
             agent_.entered) {
             return;
         }
-        const SplinePlace place = spline_place(agent_, places_);
+        const SplinePlace place = spline_place(agent_, points_of_interest_);
         if (place.lane == splines::kNoLane) {
             return;
         }
-        text_ += "on track " + places_.tracks()->name(place.lane);
+        text_ += "on track " + points_of_interest_.tracks()->name(place.lane);
         if (agent_.corner == kJoins) {
             text_ += ": walks there\n";
         } else if (agent_.corner == kTrackEnds) {
@@ -88,7 +88,7 @@ class Account {
                 static_cast<double>(agent_.track.due_s);
             text_ += print(": at %.2f m of %.2f m in %.2f s", place.s, place.length, due);
             if (agent_.track.from != splines::kNoLane) {
-                text_ += ", coming from " + places_.tracks()->name(agent_.track.from);
+                text_ += ", coming from " + points_of_interest_.tracks()->name(agent_.track.from);
             }
             text_ += "\n";
         }
@@ -199,7 +199,7 @@ class Account {
     const Agent& agent_;
     const Brain& brain_;
     const CompiledBrain& compiled_;
-    const PointsOfInterest& places_;
+    const PointsOfInterest& points_of_interest_;
     std::vector<std::string> names_;
     Tick now_;
     std::string text_;

@@ -105,9 +105,9 @@ class Scanner {
 
     void mistake_at(std::uint32_t line, std::string text) {
         if (++out_.mistake_count <= kMaxObjMistakes) {
-            ObjMistake& told = out_.mistakes.emplace_back();
-            told.line = line;
-            told.text = std::move(text);
+            ObjMistake& mistake = out_.mistakes.emplace_back();
+            mistake.line = line;
+            mistake.text = std::move(text);
         }
     }
 

@@ -298,22 +298,22 @@ void Recorder::fall_behind() {
 
 void Recorder::look_for_failures() {
     std::uint64_t failures = 0;
-    if (!file_.error().empty() && !file_told_) {
-        file_told_ = true;
+    if (!file_.error().empty() && !file_failure_logged_) {
+        file_failure_logged_ = true;
         ++failures;
         tell_(file_.error() + "; nothing more is recorded, what is on disk ends with a whole tick");
     }
     if (ring_.error().empty()) {
-        ring_told_ = false;
-    } else if (!ring_told_) {
-        ring_told_ = true;
+        ring_failure_logged_ = false;
+    } else if (!ring_failure_logged_) {
+        ring_failure_logged_ = true;
         ++failures;
         tell_("the last inputs are not kept for now: " + ring_.error());
     }
     if (journal_.error().empty()) {
-        journal_told_ = false;
-    } else if (!journal_told_) {
-        journal_told_ = true;
+        journal_failure_logged_ = false;
+    } else if (!journal_failure_logged_) {
+        journal_failure_logged_ = true;
         ++failures;
         tell_("a crash from here until the next snapshot would lose what happens meanwhile: " +
               journal_.error());
@@ -339,7 +339,7 @@ Result<bool> Recorder::close(bool keeps_ring) {
         return true;
     }
     Result<bool> closed = file_.close();
-    if (!closed.ok() && !file_told_) {
+    if (!closed.ok() && !file_failure_logged_) {
         ++figures_.failures;
     }
     figures_.bytes = file_.bytes();

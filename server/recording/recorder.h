@@ -183,9 +183,9 @@ class Recorder {
     bool within_tick_ = false;  // its inputs are written, its hashes are not
     std::thread copier_;
     std::atomic<bool> copies_{false};
-    bool file_told_ = false;
-    bool ring_told_ = false;
-    bool journal_told_ = false;
+    bool file_failure_logged_ = false;
+    bool ring_failure_logged_ = false;
+    bool journal_failure_logged_ = false;
     std::shared_ptr<Pool> pool_;
     std::size_t most_entries_ = 0;
 

@@ -153,7 +153,7 @@ Result<std::string> Recorder::end_file() {
     }
     const Result<bool> closed = file_.close();
     if (!closed.ok()) {
-        file_told_ = true;
+        file_failure_logged_ = true;
         return Result<std::string>::failure(closed.error());
     }
     return text_of(file_.name(), before_file_, whole_tick_, file_.bytes());
@@ -176,7 +176,7 @@ Result<std::string> Recorder::begin_file(const Beginning& beginning) {
         return Result<std::string>::failure(done.error());
     }
     file_ = std::move(fresh);
-    file_told_ = false;
+    file_failure_logged_ = false;
     before_file_ = beginning.state.tick;
     return "recording into " + file + ", from tick " + std::to_string(before_file_ + 1) + " on";
 }

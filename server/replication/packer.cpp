@@ -61,11 +61,11 @@ void Packer::pack(Tick now,
     const bool wait = client.tokens < std::min(need, kWorthwhileBytes);
     bool tells_bounds = false;
     if (wait && !due) {
-        const wire::Widened told = client.widened;
+        const wire::Widened announced = client.widened;
         widen(now, client, streams);
         // Bounds hold until the next packet: wider ones are worth one at once.
-        tells_bounds =
-            client.widened.step > told.step || client.widened.incomplete > told.incomplete;
+        tells_bounds = client.widened.step > announced.step ||
+                       client.widened.incomplete > announced.incomplete;
         if (!tells_bounds) {
             ++report.over_budget;
             return;

@@ -13,7 +13,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "messages are written as they lie");
 
-/// A turn by less is not told, rad; nobody sees it.
+/// A turn by less is not sent, rad; nobody sees it.
 constexpr float kLeastTurn = 0.01F;
 
 std::int16_t part_of(float unit) {
@@ -104,8 +104,8 @@ void SpectatorHub::take_zone(const SpectatorSample& sample, std::size_t zone) {
                 truth.position.z() = from.origin.z() + static_cast<double>(at.position.y());
                 truth.velocity = Vec3(at.velocity.x(), 0.0F, at.velocity.y());
             } else if (known != slot_of_.end() &&
-                       (told_[known->second].row.flags & kSpectatorOffScreen) != 0) {
-                told_[known->second].seen = updates_;
+                       (sent_[known->second].row.flags & kSpectatorOffScreen) != 0) {
+                sent_[known->second].seen = updates_;
                 continue;  // its turn comes
             } else {
                 truth.velocity.setZero();
@@ -119,14 +119,14 @@ void SpectatorHub::take_zone(const SpectatorSample& sample, std::size_t zone) {
 
 void SpectatorHub::take_row(const ExactState& truth) {
     const std::uint32_t slot = slot_for(truth.id);
-    Told& told = told_[slot];
-    if (told.seen == 0 || left(told, truth)) {
-        tell(told, truth);
+    SentRow& sent = sent_[slot];
+    if (sent.seen == 0 || left(sent, truth)) {
+        put_row(sent, truth);
         put_bytes(changes_, slot);
-        put_bytes(changes_, told.row);
+        put_bytes(changes_, sent.row);
         ++changed_;
     }
-    told.seen = updates_;
+    sent.seen = updates_;
 }
 
 float SpectatorHub::error_at(const ExactState& truth) const {
@@ -142,8 +142,8 @@ float SpectatorHub::error_at(const ExactState& truth) const {
     return std::clamp(kErrorPerMetre * std::sqrt(nearest), kLeastError_m, kMostError_m);
 }
 
-bool SpectatorHub::left(const Told& told, const ExactState& truth) const {
-    const SpectatorRow& row = told.row;
+bool SpectatorHub::left(const SentRow& sent, const ExactState& truth) const {
+    const SpectatorRow& row = sent.row;
     if (row.flags != truth.flags || row.type != truth.type || row.zone != truth.zone) {
         return true;
     }
@@ -152,7 +152,7 @@ bool SpectatorHub::left(const Told& told, const ExactState& truth) const {
     const std::array<float, 3> at = place_of(truth.position);
     float squared = 0.0F;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float off = row.position[axis] + told.velocity[axis] * elapsed - at[axis];
+        const float off = row.position[axis] + sent.velocity[axis] * elapsed - at[axis];
         squared += off * off;
     }
     float dot = 0.0F;
@@ -177,8 +177,8 @@ std::uint32_t SpectatorHub::slot_for(EntityId id) {
     }
     std::uint32_t slot = 0;
     if (free_.empty()) {
-        slot = static_cast<std::uint32_t>(told_.size());
-        told_.emplace_back();
+        slot = static_cast<std::uint32_t>(sent_.size());
+        sent_.emplace_back();
     } else {
         slot = free_.back();
         free_.pop_back();
@@ -187,8 +187,8 @@ std::uint32_t SpectatorHub::slot_for(EntityId id) {
     return slot;
 }
 
-void SpectatorHub::tell(Told& told, const ExactState& truth) const {
-    SpectatorRow& row = told.row;
+void SpectatorHub::put_row(SentRow& sent, const ExactState& truth) const {
+    SpectatorRow& row = sent.row;
     row.position = place_of(truth.position);
     row.tick = static_cast<std::uint32_t>(tick_);
     for (int part = 0; part < 4; ++part) {
@@ -198,7 +198,7 @@ void SpectatorHub::tell(Told& told, const ExactState& truth) const {
         const Eigen::half rounded(truth.velocity[axis]);
         row.velocity[static_cast<std::size_t>(axis)] =
             Eigen::numext::bit_cast<std::uint16_t>(rounded);
-        told.velocity[static_cast<std::size_t>(axis)] = static_cast<float>(rounded);
+        sent.velocity[static_cast<std::size_t>(axis)] = static_cast<float>(rounded);
     }
     row.type = truth.type;
     row.id = truth.id.value;
@@ -209,10 +209,10 @@ void SpectatorHub::tell(Told& told, const ExactState& truth) const {
 std::string SpectatorHub::remove_unseen() {
     std::string removed;
     std::erase_if(slot_of_, [&](const auto& entry) {
-        Told& told = told_[entry.second];
-        const bool gone = told.seen != updates_;
+        SentRow& sent = sent_[entry.second];
+        const bool gone = sent.seen != updates_;
         if (gone) {
-            told.seen = 0;
+            sent.seen = 0;
             free_.push_back(entry.second);
             put_bytes(removed, entry.second);
         }
@@ -225,10 +225,10 @@ SpectatorMessage SpectatorHub::everything() {
     if (!everything_) {
         std::string out = message_head(1, tick_, 0, slot_of_.size());
         out.reserve(out.size() + kRowBytes * slot_of_.size());
-        for (std::uint32_t slot = 0; slot < told_.size(); ++slot) {
-            if (told_[slot].seen != 0) {
+        for (std::uint32_t slot = 0; slot < sent_.size(); ++slot) {
+            if (sent_[slot].seen != 0) {
                 put_bytes(out, slot);
-                put_bytes(out, told_[slot].row);
+                put_bytes(out, sent_[slot].row);
             }
         }
         everything_ = std::make_shared<const std::string>(std::move(out));

@@ -11,7 +11,7 @@
 
 namespace zoned::admin {
 
-/// An entity as it is told, and as the page's vertex shader reads it. Until it is told again it
+/// An entity as it is sent, and as the page's vertex shader reads it. Until it is sent again it
 /// goes on with its velocity from its tick on.
 struct SpectatorRow {
     std::array<float, 3> position{};  ///< world coordinates, m
@@ -33,7 +33,7 @@ using SpectatorMessage = std::shared_ptr<const std::string>;
 /// then the slots removed (u32), then rows: u32 slot, SpectatorRow. A slot is a small number that
 /// stands for an entity until it is removed. Kinds from 3 on: spectator_layers.h.
 ///
-/// A row is told when the truth has left its prediction by more than a viewer could see: half a
+/// A row is sent when the truth has left its prediction by more than a viewer could see: half a
 /// thousandth of the distance to the nearest eye, at least kLeastError_m and at most kMostError_m.
 class SpectatorHub {
   public:
@@ -47,7 +47,7 @@ class SpectatorHub {
     /// those of all viewers; without any the least error counts everywhere.
     SpectatorMessage update(const SpectatorSample& sample, std::span<const SpectatorWish> wishes);
 
-    /// All that viewers have been told.
+    /// All that viewers have been sent.
     [[nodiscard]] SpectatorMessage everything();
 
     [[nodiscard]] std::size_t size() const { return slot_of_.size(); }
@@ -57,7 +57,7 @@ class SpectatorHub {
 
   private:
     /// Viewers believe this of an entity.
-    struct Told {
+    struct SentRow {
         SpectatorRow row;
         std::array<float, 3> velocity{};  ///< as `row` rounds it
         std::uint64_t seen = 0;           ///< the update that met it last; 0: the slot is free
@@ -75,13 +75,13 @@ class SpectatorHub {
 
     void take_zone(const SpectatorSample& sample, std::size_t zone);
     void take_row(const ExactState& truth);
-    [[nodiscard]] bool left(const Told& told, const ExactState& truth) const;
+    [[nodiscard]] bool left(const SentRow& sent, const ExactState& truth) const;
     [[nodiscard]] float error_at(const ExactState& truth) const;
     [[nodiscard]] std::uint32_t slot_for(EntityId id);
-    void tell(Told& told, const ExactState& truth) const;
+    void put_row(SentRow& sent, const ExactState& truth) const;
     [[nodiscard]] std::string remove_unseen();
 
-    std::vector<Told> told_;  // by slot
+    std::vector<SentRow> sent_;  // by slot
     std::vector<std::uint32_t> free_;
     std::unordered_map<EntityId, std::uint32_t> slot_of_;
     std::span<const SpectatorWish> wishes_;  // of the update that runs

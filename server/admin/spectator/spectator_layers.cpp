@@ -70,10 +70,10 @@ SpectatorMessage SpectatorLayers::softs(const SpectatorSample& sample, bool whol
         faces_.clear();  // most of them are of bodies that are gone
     }
     for (const SpectatorSoft& soft : sample.softs) {
-        auto& told = faces_[soft.entity];
-        const bool tells = whole || told != soft.faces;
-        if (told != soft.faces) {
-            told = soft.faces;
+        auto& sent = faces_[soft.entity];
+        const bool tells = whole || sent != soft.faces;
+        if (sent != soft.faces) {
+            sent = soft.faces;
         }
         put_bytes(out, soft.entity.value);
         put_bytes(out, static_cast<std::uint32_t>(soft.vertices.size()));

@@ -70,7 +70,7 @@ class Forecast {
           period_(decision_period(brain, inputs.dt)),
           now_(now),
           dt_(inputs.dt),
-          places_(inputs.points_of_interest),
+          points_of_interest_(inputs.points_of_interest),
           segment_(inputs.segment) {}
 
     /// Changes at this tick or later need not be told apart.
@@ -161,7 +161,7 @@ class Forecast {
         if (watch.sense >= brain_.first_poi_sense) {
             const PointOfInterestSense& of =
                 brain_.points_of_interest[watch.sense - brain_.first_poi_sense];
-            return passed(watch, places_.spot(of.place, agent_.entity));
+            return passed(watch, points_of_interest_.spot(of.place, agent_.entity));
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
     }
@@ -271,7 +271,7 @@ class Forecast {
     Tick now_;
     Tick limit_ = kNever;
     float dt_;
-    const PointsOfInterest& places_;
+    const PointsOfInterest& points_of_interest_;
     const PathSegment* segment_;
 };
 

@@ -95,8 +95,8 @@ bool on_other_floor(const Agent& agent,
         return false;
     }
     const float ground = around.ai.paths->ground(type, {goal.x(), goal.y()});
-    const float told = goal_floor(agent, state, around);
-    const float floor = std::isnan(told) ? ground : told;
+    const float of_goal = goal_floor(agent, state, around);
+    const float floor = std::isnan(of_goal) ? ground : of_goal;
     const motion::CharacterLimits& body = around.ai.types[type].character;
     const float feet =
         around.ai.entities.position[around.self].y() - body.radius - body.half_segment;

@@ -89,11 +89,11 @@ void fill_status(const AdminFigures& f, proto::admin::Status& out) {
     const LogCounts lines = Log::counts();
     out.set_log_lines_lost(static_cast<double>(lines.left_out + lines.dropped));
     for (const StoppedZone& zone : f.loop.stopped) {
-        proto::admin::StoppedZone& told = *out.add_stopped_zones();
-        told.set_zone(zone.zone.value);
-        told.set_tick(static_cast<double>(zone.tick));
-        told.set_place(zone.place);
-        told.set_text(zone.text);
+        proto::admin::StoppedZone& stopped = *out.add_stopped_zones();
+        stopped.set_zone(zone.zone.value);
+        stopped.set_tick(static_cast<double>(zone.tick));
+        stopped.set_place(zone.place);
+        stopped.set_text(zone.text);
     }
     for (const config::SettingChange& change : f.waiting) {
         fill_change(change, *out.add_waiting_changes());

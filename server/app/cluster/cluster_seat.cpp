@@ -41,14 +41,14 @@ std::string describe(const proto::cluster::WorldEntry& entry) {
 std::unique_ptr<cluster::Board> connect_or_wait(const config::Settings& settings,
                                                 const std::vector<std::string>& urls) {
     const config::ClusterSettings& of = settings.server.cluster;
-    bool told = false;
+    bool logged = false;
     while (true) {
         try {
             return open_board(urls, of.realm, "zoned " + of.name, static_cast<int>(of.replicas));
         } catch (const std::invalid_argument&) {
             throw;
         } catch (const std::runtime_error& error) {
-            if (!std::exchange(told, true)) {
+            if (!std::exchange(logged, true)) {
                 log_of(LogArea::kCluster).warn("{}; trying again", error.what());
             }
             std::this_thread::sleep_for(kConnectAgain);
@@ -112,16 +112,16 @@ ClusterSeat::~ClusterSeat() {
 }
 
 void ClusterSeat::wait_for_the_world() {
-    std::string told;
+    std::string logged;
     while (lease_->claim() != cluster::LeaseState::kHeld) {
         const std::string trouble = lease_->trouble();
         const std::string text = !trouble.empty() ? trouble
                                                   : "the world " + world_ + " is served by " +
                                                         describe(lease_->owner()) +
                                                         "; this server waits to take its place";
-        if (text != told) {
+        if (text != logged) {
             log_of(LogArea::kCluster).info("{}", text);
-            told = text;
+            logged = text;
         }
         std::this_thread::sleep_for(kLook);
     }
@@ -157,7 +157,7 @@ void ClusterSeat::read_realm_key() {
 
 void ClusterSeat::keep() {
     core::add_signal_stack();
-    cluster::LeaseState told = cluster::LeaseState::kHeld;
+    cluster::LeaseState logged = cluster::LeaseState::kHeld;
     std::unique_lock lock(mutex_);
     while (!stopping_) {
         renew_now_ = false;
@@ -169,8 +169,8 @@ void ClusterSeat::keep() {
             lease_->describe([&](auto& entry) { *entry.mutable_load() = figures; });
         }
         const cluster::LeaseState state = lease_->renew();
-        if (state != told && changed) {
-            told = state;
+        if (state != logged && changed) {
+            logged = state;
             changed(state);
         }
         lock.lock();

@@ -98,14 +98,14 @@ ServerCluster::~ServerCluster() {
 std::set<std::string> ServerCluster::reclaim(const std::set<std::string>& accounts) {
     std::set<std::string> elsewhere;
     StartPause pause;
-    bool told = false;
+    bool logged = false;
     for (const std::string& account : accounts) {
         AccountClaim claim = accounts_.claim(account, seat_.lease().epoch(), true);
         while (claim.owner == AccountClaim::Owner::kAgain || !seat_.lease().valid()) {
             if (seat_.lease().state() == LeaseState::kLost) {
                 throw std::runtime_error("another server has taken the world " + seat_.world());
             }
-            if (!std::exchange(told, true)) {
+            if (!std::exchange(logged, true)) {
                 log_of(LogArea::kCluster)
                     .warn("the world waits for the board to say who is still in it: {}",
                           claim.trouble);

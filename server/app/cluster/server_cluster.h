@@ -151,7 +151,7 @@ class ServerCluster {
 
     // Of the network thread.
     std::map<ClientId, Leaving> leaving_;
-    std::map<ClientId, double> told_s_;  // when a client heard last that the way is closed
+    std::map<ClientId, double> notified_s_;  // when a client heard last that the way is closed
     bool draining_ = false;
 
     // Of the worker's.

@@ -32,7 +32,7 @@ std::size_t size_of(const std::vector<store::PutRecord>& records) {
 void ServerCluster::on_tick(std::span<const TravelWish> wishes,
                             std::span<const ClientId> departed) {
     for (const ClientId client : departed) {
-        told_s_.erase(client);
+        notified_s_.erase(client);
         if (const auto it = leaving_.find(client); it != leaving_.end()) {
             left(client, it->second);
         }
@@ -80,7 +80,7 @@ void ServerCluster::wish(const TravelWish& wish) {
 
 void ServerCluster::turn_back(ClientId client, const std::string& text) {
     const double now_s = steady_seconds();
-    const auto [it, first] = told_s_.try_emplace(client, now_s);
+    const auto [it, first] = notified_s_.try_emplace(client, now_s);
     if (first || now_s - it->second > kClosedToldEvery_s) {
         it->second = now_s;
         refused_.fetch_add(1);

@@ -34,10 +34,10 @@ StateLock::StateLock(const std::string& folder, bool waits) {
     if (file_ < 0) {
         throw std::runtime_error("cannot write " + name + ": " + std::strerror(errno));
     }
-    bool told = false;
+    bool logged = false;
     while (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
         if (waits && errno == EWOULDBLOCK) {
-            if (!std::exchange(told, true)) {
+            if (!std::exchange(logged, true)) {
                 log_of(LogArea::kCluster)
                     .info(
                         "another server uses the state folder {}; this server waits to take its "

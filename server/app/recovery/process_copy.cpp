@@ -24,7 +24,7 @@ constexpr int kNiceness = 10;
     const std::string wrong = work();
     if (!wrong.empty()) {
         const std::string line = "zoned: " + wrong + "\n";
-        [[maybe_unused]] const ssize_t told = ::write(STDERR_FILENO, line.data(), line.size());
+        [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());
     }
     ::_exit(wrong.empty() ? 0 : 1);
 }

@@ -86,13 +86,13 @@ void CounterWatch::look(const WatchedCounters& counters, double now_s) {
     for (std::size_t r = 0; r < kRows.size(); ++r) {
         Watched& watched = watched_[r];
         const std::uint64_t count = kRows[r].count(counters);
-        if (count <= watched.told || now_s - watched.told_s < kTellEvery_s) {
+        if (count <= watched.logged || now_s - watched.logged_s < kTellEvery_s) {
             continue;
         }
         log_of(kRows[r].area)
-            .warn("{} {}; {} since the start", count - watched.told, kRows[r].text, count);
-        watched.told = count;
-        watched.told_s = now_s;
+            .warn("{} {}; {} since the start", count - watched.logged, kRows[r].text, count);
+        watched.logged = count;
+        watched.logged_s = now_s;
     }
     look_at_zones(counters, now_s);
     look_at_refusals(counters.host.rejected, now_s);
@@ -122,19 +122,19 @@ void CounterWatch::look_at_zones(const WatchedCounters& counters, double now_s) 
 
 void CounterWatch::look_at_refusals(const std::map<std::string, std::uint64_t>& rejected,
                                     double now_s) {
-    if (now_s - rejected_told_s_ < kTellEvery_s) {
+    if (now_s - rejected_logged_s_ < kTellEvery_s) {
         return;
     }
     std::string text;
     for (const auto& [reason, count] : rejected) {
-        std::uint64_t& told = rejected_told_[reason];
-        if (count > told && !is_ordinary(reason)) {
-            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", reason, count - told);
+        std::uint64_t& logged = rejected_logged_[reason];
+        if (count > logged && !is_ordinary(reason)) {
+            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", reason, count - logged);
         }
-        told = count;
+        logged = count;
     }
     if (!text.empty()) {
-        rejected_told_s_ = now_s;
+        rejected_logged_s_ = now_s;
         log_of(LogArea::kNetwork).info("not carried out, by reason: {}", text);
     }
 }

@@ -1,5 +1,5 @@
 // CounterWatch: turns counters that grow into log lines: what is dropped, refused or in trouble is
-// told when it happens, and at most once in a while.
+// logged when it happens, and at most once in a while.
 #pragma once
 
 #include "server/app/runtime/tick_loop.h"
@@ -35,7 +35,7 @@ class CounterWatch {
   private:
     struct Watched {
         std::uint64_t told = 0;  ///< count of the last line
-        double told_s = -1e9;    ///< its time
+        double logged_s = -1e9;  ///< its time
     };
 
     void look_at_zones(const WatchedCounters& counters, double now_s);
@@ -43,8 +43,8 @@ class CounterWatch {
 
     std::vector<Watched> watched_;
     ZoneBalance balance_;
-    std::map<std::string, std::uint64_t> rejected_told_;
-    double rejected_told_s_ = -1e9;
+    std::map<std::string, std::uint64_t> rejected_logged_;
+    double rejected_logged_s_ = -1e9;
 };
 
 }  // namespace zoned::app

@@ -18,7 +18,7 @@ namespace {
 
 using Prepared = core::Result<PreparedReload>;
 
-constexpr std::size_t kMostTold = 20;
+constexpr std::size_t kMostLogged = 20;
 
 Prepared prepared(const config::Settings& fresh, const config::Settings& running) {
     auto plan = config::plan_reload(running, fresh);
@@ -44,12 +44,12 @@ Prepared prepared(const config::Settings& fresh, const config::Settings& running
 
 std::string list_of(const std::vector<config::SettingChange>& changes, bool live) {
     std::string out;
-    std::size_t told = 0;
+    std::size_t logged = 0;
     for (const config::SettingChange& change : changes) {
         if (change.live != live) {
             continue;
         }
-        if (++told > kMostTold) {
+        if (++logged > kMostLogged) {
             return out + ", ...";
         }
         out += fmt::format("{}{} {} -> {}{}",

@@ -56,12 +56,12 @@ std::vector<recording::FlappingFigures> flapping_of(
 }
 
 void tell_flapping(const std::vector<recording::FlappingFigures>& now,
-                   std::vector<recording::FlappingFigures>& told) {
+                   std::vector<recording::FlappingFigures>& logged) {
     for (const recording::FlappingFigures& pair : now) {
-        if (find(told, pair) != nullptr) {
+        if (find(logged, pair) != nullptr) {
             continue;
         }
-        told.push_back(pair);
+        logged.push_back(pair);
         log_of(LogArea::kAgents)
             .warn("brain {}: NPCs go to and fro: {}, and {} (entity {} at tick {})",
                   pair.brain,

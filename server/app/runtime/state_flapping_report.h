@@ -16,6 +16,6 @@ std::vector<recording::FlappingFigures> flapping_of(
 
 /// Logs the pairs of `now` that are not in `told`, each once, and adds them there.
 void tell_flapping(const std::vector<recording::FlappingFigures>& now,
-                   std::vector<recording::FlappingFigures>& told);
+                   std::vector<recording::FlappingFigures>& logged);
 
 }  // namespace zoned::app

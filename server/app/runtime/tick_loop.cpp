@@ -273,7 +273,7 @@ void TickLoop::count_traffic() {
     stats_.traffic = wire::TrafficTable{};
     world_.sum_traffic(stats_.traffic);
     stats_.state_flapping = flapping_of(world_.zones());
-    tell_flapping(stats_.state_flapping, flapping_told_);
+    tell_flapping(stats_.state_flapping, flapping_logged_);
     log_bands(bands_of(world_.zones()),
               world_.now(),
               static_cast<Tick>(kBandsEvery_s / schedule_.dt_s()),

@@ -211,7 +211,7 @@ class TickLoop final : public VisitedWorld {
     std::atomic<bool> stop_{false};
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
-    std::vector<recording::FlappingFigures> flapping_told_;
+    std::vector<recording::FlappingFigures> flapping_logged_;
     std::unique_ptr<PortalWatch> portals_;  ///< null: the server is in no cluster
     LoggedBands logged_bands_;
     TickLog log_;

@@ -25,7 +25,7 @@ class ZoneBalance {
         for (std::size_t z = 0; z < zones.size(); ++z) {
             step_ms_[z] += kSmooth * (1e-6 * static_cast<double>(zones[z].step_ns) - step_ms_[z]);
         }
-        if (zones.size() < 2 || now_s - told_s_ < kTellEvery_s) {
+        if (zones.size() < 2 || now_s - logged_s_ < kTellEvery_s) {
             return std::nullopt;
         }
         const auto fullest = static_cast<std::size_t>(
@@ -34,7 +34,7 @@ class ZoneBalance {
             step_ms_[fullest] < kTimesTheOthers * others_ms(fullest)) {
             return std::nullopt;
         }
-        told_s_ = now_s;
+        logged_s_ = now_s;
         return fullest;
     }
 
@@ -54,7 +54,7 @@ class ZoneBalance {
     static constexpr double kTimesTheOthers = 2.0;
 
     std::vector<double> step_ms_;
-    double told_s_ = -1e9;
+    double logged_s_ = -1e9;
 };
 
 }  // namespace zoned::app

@@ -41,8 +41,8 @@ class HeldOutput {
             }
             return;
         }
-        const Wait wait{journals_ && told_once(item) ? tick : 0, durable ? ticket.number : 0};
-        const bool in_line = journals_ && told_once(item) && !held_.empty();
+        const Wait wait{journals_ && sent_once(item) ? tick : 0, durable ? ticket.number : 0};
+        const bool in_line = journals_ && sent_once(item) && !held_.empty();
         if (!in_line && may_leave(wait)) {
             send(item);
         } else {
@@ -79,7 +79,7 @@ class HeldOutput {
         mailbox::OutboxItem item;
     };
 
-    static bool told_once(const mailbox::OutboxItem& item) {
+    static bool sent_once(const mailbox::OutboxItem& item) {
         return !std::holds_alternative<mailbox::StatePacket>(item) &&
                !std::holds_alternative<mailbox::AuditRecord>(item);
     }

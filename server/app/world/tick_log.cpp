@@ -40,7 +40,7 @@ std::string slowest_passes(const World& world, std::size_t most) {
 
 void TickLog::overrun(const World& world, const Overrun& overrun, double now_s) {
     ++overruns_;
-    if (now_s - overrun_told_s_ < kTickLogEvery_s) {
+    if (now_s - overrun_logged_s_ < kTickLogEvery_s) {
         return;
     }
     log_of(LogArea::kTick)
@@ -52,7 +52,7 @@ void TickLog::overrun(const World& world, const Overrun& overrun, double now_s) 
               slowest_passes(world, kPassesTold),
               overruns_ > 1 ? fmt::format("; {} more since the last line", overruns_ - 1) : "");
     overruns_ = 0;
-    overrun_told_s_ = now_s;
+    overrun_logged_s_ = now_s;
 }
 
 void TickLog::overload(const OverloadSteps::Load& load) {
@@ -84,7 +84,7 @@ void TickLog::limits(const World& world, double now_s) {
             where = zone.get();
         }
     }
-    if (where == nullptr || now_s - limit_told_s_ < kTickLogEvery_s) {
+    if (where == nullptr || now_s - limit_logged_s_ < kTickLogEvery_s) {
         return;
     }
     const zone::ZoneState& state = where->state();
@@ -103,13 +103,13 @@ void TickLog::limits(const World& world, double now_s) {
             world.now(),
             limits_);
     limits_ = 0;
-    limit_told_s_ = now_s;
+    limit_logged_s_ = now_s;
 }
 
 void TickLog::stopped_zones(const World& world) {
     const auto stopped = world.stopped();
-    for (; stopped_told_ < stopped.size(); ++stopped_told_) {
-        const StoppedZone& zone = stopped[stopped_told_];
+    for (; stopped_logged_ < stopped.size(); ++stopped_logged_) {
+        const StoppedZone& zone = stopped[stopped_logged_];
         log_of(LogArea::kWorld)
             .error(
                 "zone {} stopped at tick {} in {}: {}; its {} clients leave, all other zones go "

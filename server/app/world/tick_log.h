@@ -32,11 +32,11 @@ class TickLog {
     void stopped_zones(const World& world);
 
   private:
-    double overrun_told_s_ = -1e9;
+    double overrun_logged_s_ = -1e9;
     std::uint64_t overruns_ = 0;  ///< not told yet
-    double limit_told_s_ = -1e9;
+    double limit_logged_s_ = -1e9;
     std::uint64_t limits_ = 0;
-    std::size_t stopped_told_ = 0;
+    std::size_t stopped_logged_ = 0;
     OverloadSteps overload_;
 };
 

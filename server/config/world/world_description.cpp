@@ -163,12 +163,12 @@ void describe_variable(const clock::SharedVariableDef& from, proto::SharedVariab
     out.set_seed(from.seed);
     out.set_blend_s(from.blend_s);
     for (const clock::VariablePhase& phase : from.phases) {
-        proto::SharedVariable::Phase& told = *out.add_phases();
-        told.set_name(phase.name);
-        told.set_value(phase.value);
-        told.set_weight(phase.weight);
-        told.set_min_s(phase.min_s);
-        told.set_max_s(phase.max_s);
+        proto::SharedVariable::Phase& sent = *out.add_phases();
+        sent.set_name(phase.name);
+        sent.set_value(phase.value);
+        sent.set_weight(phase.weight);
+        sent.set_min_s(phase.min_s);
+        sent.set_max_s(phase.max_s);
     }
 }
 
@@ -207,9 +207,9 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
         describe_cosmetic(cosmetic, *out.add_cosmetics());
     }
     for (const clock::SharedClockDef& clock : settings.environment.clocks) {
-        proto::SharedClock& told = *out.add_shared_clocks();
-        told.set_name(clock.name);
-        told.set_period(clock.period);
+        proto::SharedClock& sent = *out.add_shared_clocks();
+        sent.set_name(clock.name);
+        sent.set_period(clock.period);
     }
     for (const clock::SharedVariableDef& variable : settings.environment.variables) {
         describe_variable(variable, *out.add_shared_variables());

@@ -35,6 +35,7 @@ constexpr SnapshotWorld kWorlds[] = {
     {"methods/ai_gates", 3, 40, 60, nullptr},
     {"methods/ai_roads", 3, 40, 60, nullptr},
     {"solids", 3, 40, 60, nullptr},
+    {"swarms", 3, 30, 40, nullptr},
     {"town", 3, 30, 40, nullptr},
     {"valley", 6, 40, 60, nullptr},
     {"weather", 3, 40, 60, nullptr},

@@ -236,7 +236,7 @@ void GridPathRequests::serve() {
     }
     counts_.work = spent_;
     spent_ = 0;
-    std::swap(told_, answered_);
+    std::swap(reported_, answered_);
     answered_.clear();
 }
 

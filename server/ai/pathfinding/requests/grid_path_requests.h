@@ -64,7 +64,7 @@ class GridPathRequests : public PathProvider {
 
     void see(PathRequestId ticket, Spot at, float /*at_y*/) final { slots_[ticket.slot].at = at; }
 
-    [[nodiscard]] std::span<const std::uint32_t> answered() const final { return told_; }
+    [[nodiscard]] std::span<const std::uint32_t> answered() const final { return reported_; }
 
     [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
 
@@ -245,7 +245,7 @@ class GridPathRequests : public PathProvider {
     unsigned block_shift_ = 0;    // shift from a cell's column or row to its block
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // answered since the last serve()
-    std::vector<std::uint32_t> told_;      // reported by the last serve()
+    std::vector<std::uint32_t> reported_;  // reported by the last serve()
     std::vector<std::uint32_t> requeued_;
     std::vector<std::uint32_t> to_queue_;  // requests that wait since a change and are in no queue
                                            // yet

@@ -142,7 +142,7 @@ void PathRequestQueue::serve() {
     unled_.erase(unled_.begin(), unled_.begin() + static_cast<std::ptrdiff_t>(led));
     counts_.work = spent_;
     spent_ = 0;
-    std::swap(told_, answered_);
+    std::swap(reported_, answered_);
     answered_.clear();
 }
 
@@ -267,7 +267,7 @@ void PathRequestQueue::review(bool opened) {
 
 std::size_t PathRequestQueue::queue_bytes() const {
     return pool_.bytes() + hinges_.bytes() + requests_.capacity() * sizeof(PathRequestEntry) +
-           (free_.capacity() + answered_.capacity() + told_.capacity() + requeued_.capacity() +
+           (free_.capacity() + answered_.capacity() + reported_.capacity() + requeued_.capacity() +
             unled_.capacity()) *
                sizeof(std::uint32_t);
 }

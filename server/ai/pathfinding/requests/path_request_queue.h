@@ -33,7 +33,7 @@ class PathRequestQueue : public PathProvider {
     Spot heading(PathRequestId ticket, Spot at, float near_m) final;
     void see(PathRequestId ticket, Spot at, float at_y) final;
 
-    [[nodiscard]] std::span<const std::uint32_t> answered() const final { return told_; }
+    [[nodiscard]] std::span<const std::uint32_t> answered() const final { return reported_; }
 
     [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
 
@@ -134,7 +134,7 @@ class PathRequestQueue : public PathProvider {
     std::vector<PathRequestEntry> requests_;
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // answered since the last serve()
-    std::vector<std::uint32_t> told_;      // reported by the last serve()
+    std::vector<std::uint32_t> reported_;  // reported by the last serve()
     std::vector<std::uint32_t> requeued_;
     std::vector<std::uint32_t> unled_;  // requests that wait since a change
     FoundPath found_;
