@@ -34,7 +34,7 @@ class CounterWatch {
 
   private:
     struct Watched {
-        std::uint64_t told = 0;  ///< count of the last line
+        std::uint64_t logged = 0;  ///< count of the last line
         double logged_s = -1e9;  ///< its time
     };
 

@@ -2,6 +2,7 @@
 
 #include "server/ai/pathfinding/grid/box_column.h"
 #include "shared/core/containers/union_find.h"
+#include "shared/math/closest.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
@@ -31,6 +32,13 @@ constexpr float kSlopeMargin = 0.02F;
 /// The most floors of a cell that are tested.
 constexpr std::uint32_t kMostFloors = 4;
 constexpr float kSameFloor_m = 0.02F;
+/// Things farther from a capsule than this are not touched by it, m: ten times the air that it
+/// keeps.
+constexpr float kClear = 10.0F * motion::kSkin;
+/// Heights that differ by less are one level, m.
+constexpr float kLevel = 2.0F * motion::kSkin;
+/// Boxes that lean by less count as upright, as a cosine: 0.4 mm on a metre.
+constexpr float kUpright = 1.0F - 1e-7F;
 constexpr std::uint32_t kNoFloor = ~0U;
 /// Smaller ground that cannot be reached from elsewhere does not count: tops of walls and crates.
 constexpr float kSmallestIsland_m2 = 4.0F;
@@ -327,6 +335,11 @@ class Bakery {
         if (near_[out_.cells.place(from)] != kTried && near_[out_.cells.place(to)] != kTried) {
             return true;
         }
+        const Spot begin = out_.grid.centre(from);
+        const Spot end = out_.grid.centre(to);
+        if (std::abs(floors_[a] - floors_[b]) <= kLevel && is_plain(begin, end, floors_[a])) {
+            return true;
+        }
         const float cell = out_.grid.cell_m();
         const int dx = to.x - from.x;
         const int dz = to.y - from.y;
@@ -339,8 +352,6 @@ class Bakery {
         if (floors_[b] - floors_[a] > static_cast<float>(ticks) * ledge + steepest) {
             return false;  // higher than any stair: no need to try
         }
-        const Spot begin = out_.grid.centre(from);
-        const Spot end = out_.grid.centre(to);
         motion::CharacterState state;
         state.position = Vec3(begin.x, floors_[a] + half_height_, begin.z);
         state.velocity = Vec3(end.x - begin.x, 0.0F, end.z - begin.z) / path;
@@ -348,15 +359,81 @@ class Bakery {
         motion::InputCommand command;
         command.move_x = static_cast<std::int8_t>(127 * dx);
         command.move_z = static_cast<std::int8_t>(127 * dz);
-        for (int i = 0; i < ticks && state.grounded; ++i) {
-            state = motion::apply_input(
-                state, command, limits_, world_, path / static_cast<float>(ticks));
+        const float a_tick = path / static_cast<float>(ticks);
+        const auto off_m = [&] {
+            return std::hypot(state.position.x() - end.x, state.position.z() - end.z);
+        };
+        for (int left = ticks; left > 0 && state.grounded; --left) {
+            // Too far behind: neither walking on nor a push out of a box brings it there in time.
+            if (off_m() > static_cast<float>(left) * a_tick + kOffMiddle * cell + limits_.radius) {
+                return false;
+            }
+            state = motion::apply_input(state, command, limits_, world_, a_tick);
         }
-        const float off_x = state.position.x() - end.x;
-        const float off_z = state.position.z() - end.z;
         const float off_y = state.position.y() - half_height_ - floors_[b];
         return state.grounded && std::abs(off_y) <= ledge + steepest &&
-               off_x * off_x + off_z * off_z <= kOffMiddle * kOffMiddle * cell * cell;
+               off_m() <= kOffMiddle * cell;
+    }
+
+    /// Whether a character that walks there straight at that height has level ground all along, and
+    /// touches nothing else. Most steps near things are such, and this costs a twentieth of a
+    /// trial.
+    [[nodiscard]] bool is_plain(Spot begin, Spot end, float floor) const {
+        const float reach = limits_.radius + kClear;
+        const float top = floor + 2.0F * half_height_ + limits_.step_up + kClear;
+        const Aabb around{
+            Vec3(
+                std::min(begin.x, end.x) - reach, floor - kLevel, std::min(begin.z, end.z) - reach),
+            Vec3(std::max(begin.x, end.x) + reach, top, std::max(begin.z, end.z) + reach)};
+        for (const motion::PlacedSurface& s : world_.surfaces()) {
+            if (s.bounds().overlaps(around)) {
+                return false;
+            }
+        }
+        bool carried = std::abs(floor - world_.ground_height()) <= kLevel;
+        bool clear = true;
+        world_.for_each_near(around, [&](std::uint32_t box) {
+            if (world_.box_bounds(box).upper.y() <= floor + kLevel) {
+                carried = carried || is_level_under(box, begin, end);
+            } else {
+                clear = clear && distance_in_plan(box, begin, end) > reach;
+            }
+        });
+        return carried && clear;
+    }
+
+    [[nodiscard]] bool is_upright(std::uint32_t box) const {
+        return std::abs(world_.box_axes(box)(1, 1)) > kUpright;
+    }
+
+    /// Whether both places lie over the top face of an upright box.
+    [[nodiscard]] bool is_level_under(std::uint32_t box, Spot begin, Spot end) const {
+        const motion::StaticBox& b = world_.box(box);
+        const auto over = [&](Spot at) {
+            const Vec3 local = world_.box_axes(box).transpose() *
+                               Vec3(at.x - b.centre.x(), 0.0F, at.z - b.centre.z());
+            return std::abs(local.x()) <= b.half_extents.x() &&
+                   std::abs(local.z()) <= b.half_extents.z();
+        };
+        return is_upright(box) && over(begin) && over(end);
+    }
+
+    /// Horizontal distance of a box from a line on the ground, m; for one that leans, of its
+    /// bounds.
+    [[nodiscard]] float distance_in_plan(std::uint32_t box, Spot begin, Spot end) const {
+        const Aabb& bounds = world_.box_bounds(box);
+        const Mat3& axes = world_.box_axes(box);
+        const Vec3 centre = 0.5F * (bounds.lower + bounds.upper);
+        const Vec3 middle(
+            0.5F * (begin.x + end.x) - centre.x(), 0.0F, 0.5F * (begin.z + end.z) - centre.z());
+        const Vec3 half(0.5F * (end.x - begin.x), 0.0F, 0.5F * (end.z - begin.z));
+        return is_upright(box)
+                   ? segment_box_distance(axes.transpose() * middle,
+                                          axes.transpose() * half,
+                                          world_.box(box).half_extents)
+                         .distance
+                   : segment_box_distance(middle, half, 0.5F * (bounds.upper - bounds.lower))
+                         .distance;
     }
 
     const StaticGeometry& world_;
