@@ -2,6 +2,7 @@
 // those who had gone.
 #include "server/app/world/replayed_tick.h"
 #include "server/app/world/world.h"
+#include "server/cluster/accounts.h"
 #include "server/config/expand/load_settings.h"
 #include "server/recording/recording_reader.h"
 #include "tests/integration/cluster/realm.h"
