@@ -121,7 +121,7 @@ void SpectatorHub::take_row(const ExactState& truth) {
     const std::uint32_t slot = slot_for(truth.id);
     SentRow& sent = sent_[slot];
     if (sent.seen == 0 || left(sent, truth)) {
-        put_row(sent, truth);
+        set_row(sent, truth);
         put_bytes(changes_, slot);
         put_bytes(changes_, sent.row);
         ++changed_;
@@ -187,7 +187,7 @@ std::uint32_t SpectatorHub::slot_for(EntityId id) {
     return slot;
 }
 
-void SpectatorHub::put_row(SentRow& sent, const ExactState& truth) const {
+void SpectatorHub::set_row(SentRow& sent, const ExactState& truth) const {
     SpectatorRow& row = sent.row;
     row.position = place_of(truth.position);
     row.tick = static_cast<std::uint32_t>(tick_);

@@ -78,7 +78,7 @@ class SpectatorHub {
     [[nodiscard]] bool left(const SentRow& sent, const ExactState& truth) const;
     [[nodiscard]] float error_at(const ExactState& truth) const;
     [[nodiscard]] std::uint32_t slot_for(EntityId id);
-    void put_row(SentRow& sent, const ExactState& truth) const;
+    void set_row(SentRow& sent, const ExactState& truth) const;
     [[nodiscard]] std::string remove_unseen();
 
     std::vector<SentRow> sent_;  // by slot

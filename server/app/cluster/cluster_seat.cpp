@@ -157,7 +157,7 @@ void ClusterSeat::read_realm_key() {
 
 void ClusterSeat::keep() {
     core::add_signal_stack();
-    cluster::LeaseState logged = cluster::LeaseState::kHeld;
+    cluster::LeaseState notified = cluster::LeaseState::kHeld;
     std::unique_lock lock(mutex_);
     while (!stopping_) {
         renew_now_ = false;
@@ -169,8 +169,8 @@ void ClusterSeat::keep() {
             lease_->describe([&](auto& entry) { *entry.mutable_load() = figures; });
         }
         const cluster::LeaseState state = lease_->renew();
-        if (state != logged && changed) {
-            logged = state;
+        if (state != notified && changed) {
+            notified = state;
             changed(state);
         }
         lock.lock();

@@ -12,7 +12,7 @@ using cluster::SettledWrite;
 namespace {
 
 /// A client hears so often that a portal is closed.
-constexpr double kClosedToldEvery_s = 10.0;
+constexpr double kNotifyEvery_s = 10.0;
 constexpr double kGiveAgain_s = 0.2;
 constexpr double kReadAgain_s = 0.5;
 constexpr double kLeavePatience_s = 5.0;
@@ -81,7 +81,7 @@ void ServerCluster::wish(const TravelWish& wish) {
 void ServerCluster::turn_back(ClientId client, const std::string& text) {
     const double now_s = steady_seconds();
     const auto [it, first] = notified_s_.try_emplace(client, now_s);
-    if (first || now_s - it->second > kClosedToldEvery_s) {
+    if (first || now_s - it->second > kNotifyEvery_s) {
         it->second = now_s;
         refused_.fetch_add(1);
         ports_.host->notify(client, text);

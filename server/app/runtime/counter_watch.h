@@ -35,7 +35,7 @@ class CounterWatch {
   private:
     struct Watched {
         std::uint64_t logged = 0;  ///< count of the last line
-        double logged_s = -1e9;  ///< its time
+        double logged_s = -1e9;    ///< its time
     };
 
     void look_at_zones(const WatchedCounters& counters, double now_s);

@@ -18,7 +18,7 @@ namespace {
 
 using Prepared = core::Result<PreparedReload>;
 
-constexpr std::size_t kMostLogged = 20;
+constexpr std::size_t kMostListed = 20;
 
 Prepared prepared(const config::Settings& fresh, const config::Settings& running) {
     auto plan = config::plan_reload(running, fresh);
@@ -44,12 +44,12 @@ Prepared prepared(const config::Settings& fresh, const config::Settings& running
 
 std::string list_of(const std::vector<config::SettingChange>& changes, bool live) {
     std::string out;
-    std::size_t logged = 0;
+    std::size_t listed = 0;
     for (const config::SettingChange& change : changes) {
         if (change.live != live) {
             continue;
         }
-        if (++logged > kMostLogged) {
+        if (++listed > kMostListed) {
             return out + ", ...";
         }
         out += fmt::format("{}{} {} -> {}{}",

@@ -14,7 +14,7 @@ namespace zoned::app {
 std::vector<recording::FlappingFigures> flapping_of(
     std::span<const std::unique_ptr<zone::Zone>> zones);
 
-/// Logs the pairs of `now` that are not in `told`, each once, and adds them there.
+/// Logs the pairs of `now` that are not in `logged`, each once, and adds them there.
 void tell_flapping(const std::vector<recording::FlappingFigures>& now,
                    std::vector<recording::FlappingFigures>& logged);
 

@@ -51,7 +51,7 @@ constexpr SnapshotWorld kWorlds[] = {
     {"methods/projection", 3, 40, 60, nullptr},
 };
 
-/// Their maps take minutes to make: the target snapshots_long runs them.
+/// They take ten seconds: the target snapshots_long runs them.
 constexpr SnapshotWorld kLargeWorlds[] = {
     {"city", 3, 30, 40, nullptr},
 };

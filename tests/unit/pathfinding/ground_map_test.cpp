@@ -120,6 +120,38 @@ TEST(BakeGround, GrowsWallsByTheRadiusOfEachSize) {
     }
 }
 
+/// With cells of two metres a step passes what stands between the middles of two cells: a gap in a
+/// wall, on the ground and on a deck, that the body fits through or not, and a cleft in the deck.
+TEST(BakeGround, LeadsThroughGapsThatTheBodyFitsThroughAndOverNoCleft) {
+    constexpr float kBroad_m = 2.0F;
+    const auto map_of = [](float deck_m, float gap_m, float cleft_m) {
+        std::vector<motion::StaticBox> boxes;
+        if (deck_m > 0.0F) {
+            const float half = 0.25F * (21.0F - cleft_m);
+            for (const float side : {-1.0F, 1.0F}) {
+                boxes.push_back(
+                    static_box(Vec3(side * (half + 0.5F * cleft_m), 0.5F * deck_m, 0.0F),
+                               Vec3(half, 0.5F * deck_m, 10.5F)));
+            }
+        }
+        const float wall = 0.25F * (21.0F - gap_m);
+        for (const float side : {-1.0F, 1.0F}) {
+            boxes.push_back(
+                static_box(Vec3(0.0F, deck_m + 1.5F, 1.0F + side * (wall + 0.5F * gap_m)),
+                           Vec3(0.1F, 1.5F, wall)));
+        }
+        return bake_ground(motion::StaticGeometry(boxes, 0.0F), kWalker, kTenMetres, kBroad_m);
+    };
+    const Spot left{-1.0F, 1.0F};
+    const Spot right{1.0F, 1.0F};
+    for (const float deck : {0.0F, 2.0F}) {
+        const float body = 2.0F * kWalker.radius;
+        EXPECT_TRUE(leads(map_of(deck, body + 0.1F, 0.0F), left, right)) << deck;
+        EXPECT_FALSE(leads(map_of(deck, body - 0.1F, 0.0F), left, right)) << deck;
+    }
+    EXPECT_FALSE(leads(map_of(2.0F, 20.0F, 1.0F), left, right));
+}
+
 TEST(BakeGround, StepsOntoLedgesThatMovementClimbsAndNoHigher) {
     for (const float height : {0.1F, 0.28F, 0.5F, 1.0F}) {
         const float half = 0.5F * height;

@@ -37,7 +37,7 @@ constexpr float kSameFloor_m = 0.02F;
 constexpr float kClear = 10.0F * motion::kSkin;
 /// Heights that differ by less are one level, m.
 constexpr float kLevel = 2.0F * motion::kSkin;
-/// Boxes that lean by less count as upright, as a cosine: 0.4 mm on a metre.
+/// Boxes that lean by less count as upright, as a cosine: half a millimetre on a metre.
 constexpr float kUpright = 1.0F - 1e-7F;
 constexpr std::uint32_t kNoFloor = ~0U;
 /// Smaller ground that cannot be reached from elsewhere does not count: tops of walls and crates.
@@ -376,8 +376,7 @@ class Bakery {
     }
 
     /// Whether a character that walks there straight at that height has level ground all along, and
-    /// touches nothing else. Most steps near things are such, and this costs a twentieth of a
-    /// trial.
+    /// touches nothing else. Most steps near things are such, and this is cheaper than a trial.
     [[nodiscard]] bool is_plain(Spot begin, Spot end, float floor) const {
         const float reach = limits_.radius + kClear;
         const float top = floor + 2.0F * half_height_ + limits_.step_up + kClear;
