@@ -15,4 +15,9 @@ HELP
 fi
 "$root/config/prepare.sh" all
 # Tests that talk over sockets wait for much of their time: one more than there are cores.
-exec ctest --test-dir "$build" --output-on-failure -j$(($(nproc) + 1)) "$@"
+log="$(cd "$build" && pwd)/tests.xml"
+status=0
+ctest --test-dir "$build" --output-on-failure --output-junit "$log" -j$(($(nproc) + 1)) "$@" || status=$?
+# What a failed test printed stands a thousand lines up by now.
+((status == 0)) || [[ ! -f "$log" ]] || python3 "$root/tests/print_failures.py" "$log" >&2
+exit "$status"

@@ -84,12 +84,15 @@ for _ in $(seq 12); do  # they score in each of two such matches or so
     play_match 20 board.before
     if grep -q ' bot-' board.before; then break; fi
 done
-stop_match
 grep -q ' bot-' board.before || { cat game.log; fail "nobody scores"; }
+# Who hears the board of a match may leave it before its last goal. This one is too short for a goal, once dropped flags are home.
+sleep 11
+play_match 1 board.before
+stop_match
 start_match
 play_match 1 board.after
 stop_match
-cmp board.before board.after || fail "another leaderboard after a restart"
+diff board.before board.after >&2 || fail "another leaderboard after a restart"
 if "$prefix/bin/zoned" new my_game >game.log 2>&1; then fail "a game was overwritten"; fi
 # The game's own test is checked: rules with a clock are found.
 sed -i 's/#include <stdexcept>/#include <ctime>\n&/; s/= context.now() + /&clock() % 7 + /' my_game/game.cpp
