@@ -85,9 +85,10 @@ pid_t PostgresServer::spawn(const std::vector<std::string>& command) const {
     const std::string program = programs_ + "/" + command.front();
     const std::string log = folder_ + "/log";
     const passwd* user = ::geteuid() == 0 ? ::getpwnam("postgres") : nullptr;
-    std::vector<char*> arguments;
-    for (const std::string& word : command) {
-        arguments.push_back(const_cast<char*>(word.c_str()));
+    // By its whole name it finds the programs beside it, whatever PATH says.
+    std::vector<char*> arguments = {const_cast<char*>(program.c_str())};
+    for (std::size_t word = 1; word < command.size(); ++word) {
+        arguments.push_back(const_cast<char*>(command[word].c_str()));
     }
     arguments.push_back(nullptr);
     const pid_t parent = ::getpid();
