@@ -133,7 +133,7 @@ bool Scene::Impl::solve_exactly(std::span<const std::uint32_t> contacts, float d
 }
 
 void Scene::Impl::solve_by_variant(float dt) {
-    stepper->solve({bodies, graph, solve_list, joints, active_joints, settings, dt}, broken);
+    stepper->solve({bodies, graph, solve_list, joints, active_joints, settings, dt, team}, broken);
     substeps = static_cast<std::uint32_t>(stepper->substeps());
     count_sweeps(solve_list, active_joints.size(), substeps);
 }

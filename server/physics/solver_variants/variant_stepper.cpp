@@ -10,8 +10,10 @@ namespace zoned::physics {
 
 namespace {
 
-IterationLimits limits_of(const VariantSettings& settings) {
+IterationLimits limits_of(const VariantStep& step) {
+    const VariantSettings& settings = step.settings.methods;
     IterationLimits limits;
+    limits.team = step.team;
     limits.iterations = settings.iterations;
     limits.tolerance_mps = static_cast<double>(settings.tolerance_mps);
     limits.omega = static_cast<double>(settings.omega);
@@ -171,7 +173,7 @@ void VariantStepper::solve_velocities(const VariantStep& step, double h) {
         if (settings.keep_problem && problem_.size() == 0) {
             problem_ = system_;
         }
-        count(solve_rows(step.settings.method, system_, limits_of(settings)), stats_);
+        count(solve_rows(step.settings.method, system_, limits_of(step)), stats_);
     }
     if (settings.measure) {
         const BiasEnergy energy = bias_energy(system_, before_);
@@ -189,7 +191,7 @@ void VariantStepper::split_positions(const VariantStep& step, double h) {
         body.spin.setZero();
     }
     ask_for_positions(step.settings.methods, h, system_);
-    IterationLimits limits = limits_of(step.settings.methods);
+    IterationLimits limits = limits_of(step);
     limits.measure = false;
     const double residual_before = stats_.residual_mps;
     const bool rows = solves_rows(step.settings.method);

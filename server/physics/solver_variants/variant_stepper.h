@@ -13,6 +13,10 @@
 #include <span>
 #include <vector>
 
+namespace zoned::compute {
+class Team;
+}
+
 namespace zoned::physics {
 
 /// The input of a step; all of it outlives the step.
@@ -23,7 +27,8 @@ struct VariantStep {
     JointTable& joints;
     std::span<const std::uint32_t> active_joints;
     const PhysicsSettings& settings;
-    float dt = 0.0F;  ///< s
+    float dt = 0.0F;                ///< s
+    compute::Team* team = nullptr;  ///< threads that help; null: nobody does
 };
 
 /// A step is cut into substeps. Each substep takes forces and writes contacts and joints as rows at

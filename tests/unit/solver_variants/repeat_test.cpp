@@ -1,4 +1,5 @@
 // The same bits twice, and no memory once a method has warmed up.
+#include "server/compute/worker_pool.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/solver_variants/variant_scene.h"
 #include "shared/core/state_hash.h"
@@ -6,12 +7,13 @@
 namespace zoned::physics {
 namespace {
 
-void fill_pit(VariantScene& s) {
+/// `side` bodies along each edge.
+void fill_pit(VariantScene& s, int side = 3) {
     s.ground();
-    for (int i = 0; i < 27; ++i) {
-        const auto x = static_cast<float>(i % 3);
-        const auto y = static_cast<float>(i / 9);
-        const auto z = static_cast<float>((i / 3) % 3);
+    for (int i = 0; i < side * side * side; ++i) {
+        const auto x = static_cast<float>(i % side);
+        const auto y = static_cast<float>(i / (side * side));
+        const auto z = static_cast<float>((i / side) % side);
         BodyDef def;
         def.shape = i % 3 == 0   ? Shape::sphere(0.5F)
                     : i % 3 == 1 ? Shape::box(Vec3::Constant(0.5F))
@@ -35,6 +37,26 @@ TEST(SolverVariants, GiveTheSameBitsTwice) {
     for (const SolverVariant method : all_methods()) {
         const PhysicsSettings settings = settings_of(method);
         EXPECT_EQ(hash_after(settings, 0.6F), hash_after(settings, 0.6F)) << name_of(method);
+    }
+}
+
+/// 1,000 bodies in a heap: threads help with more than 512 contacts.
+TEST(SolverVariants, JacobiGivesTheSameBitsForAnyNumberOfThreads) {
+    PhysicsSettings settings = settings_of(SolverVariant::kJacobi);
+    settings.methods.iterations = 5;
+    std::uint64_t alone = 0;
+    for (const unsigned threads : {1U, 2U, 4U}) {
+        compute::WorkerPool pool(threads);
+        compute::Team team;
+        team.join_pool(pool);
+        VariantScene s(settings);
+        fill_pit(s, 10);
+        s.scene.work_with(&team);
+        s.run(0.5F);
+        core::StateHash hash;
+        s.scene.hash(hash);
+        alone = threads == 1 ? hash.value() : alone;
+        EXPECT_EQ(hash.value(), alone) << threads;
     }
 }
 

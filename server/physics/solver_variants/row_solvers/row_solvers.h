@@ -7,6 +7,10 @@
 #include <cstdint>
 #include <span>
 
+namespace zoned::compute {
+class Team;
+}
+
 namespace zoned::physics {
 
 /// How long a solver may go on. Passes are counted, never timed.
@@ -17,6 +21,7 @@ struct IterationLimits {
     std::uint32_t direct_rows = 400;  ///< direct alone: islands with more are left to Gauss-Seidel
     bool measure = false;             ///< report the residual at the end
     std::span<double> history;        ///< the residual after each pass, as far as there is room
+    compute::Team* team = nullptr;    ///< Jacobi alone: its threads help; null: nobody does
 };
 
 struct SolveReport {
@@ -34,7 +39,9 @@ struct SolveReport {
 /// friction rows: lambda <- P(lambda - 1.5 w / D), each with its share of the bodies' masses. J
 /// M^-1 J^T <= D holds for the rows of one kind (row_system.cpp). So each step of less than twice w
 /// / D lowers the energy norm of the error of a system with fixed bounds. It converges, where the
-/// plain method does not (R. Tonge et al., ACM TOG 31, 2012).
+/// plain method does not (R. Tonge et al., ACM TOG 31, 2012). Rows find their steps on several
+/// threads, then bodies add up theirs in the order of rows: the result has the same bits for any
+/// number of threads.
 SolveReport solve_jacobi(RowSystem& system, const IterationLimits& limits);
 
 /// Projected Gauss-Seidel: one row after the other (C. Cryer, SIAM J. Control 9, 1971; the

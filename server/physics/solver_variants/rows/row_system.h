@@ -66,6 +66,8 @@ struct RowGroup {
 struct SolverScratch {
     std::vector<double> previous, direction, matrix, factors, right, speeds, best;
     std::vector<std::uint32_t> unknowns, pivots;
+    std::vector<std::uint32_t> first_of_body;  ///< by slot, and one more: of its rows below
+    std::vector<std::uint32_t> row_and_side;   ///< 2 x row, + 1 where the body is its second
     std::vector<std::int8_t> states;
 };
 
@@ -134,13 +136,21 @@ class RowSystem {
 
     /// Gives the bodies an impulse along the row, N s; `lambda` is left alone.
     void push(std::size_t i, double impulse) {
-        const RowShape& s = shape[i];
+        push_first(i, impulse);
+        push_second(i, impulse);
+    }
+
+    /// The same for one of its bodies.
+    void push_first(std::size_t i, double impulse) {
         RowBody& p = bodies[a[i]];
+        p.velocity -= (p.inv_mass * impulse) * shape[i].linear;
+        p.spin += impulse * shape[i].turn_a;
+    }
+
+    void push_second(std::size_t i, double impulse) {
         RowBody& q = bodies[b[i]];
-        p.velocity -= (p.inv_mass * impulse) * s.linear;
-        q.velocity += (q.inv_mass * impulse) * s.linear;
-        p.spin += impulse * s.turn_a;
-        q.spin += impulse * s.turn_b;
+        q.velocity += (q.inv_mass * impulse) * shape[i].linear;
+        q.spin += impulse * shape[i].turn_b;
     }
 
     /// The bound of a friction row as things stand, N s.
