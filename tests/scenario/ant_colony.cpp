@@ -13,7 +13,8 @@ AntColony::AntColony(const ai::pathfinding::GridMap& map,
       home_(map.place(home)),
       settings_(settings),
       rng_(settings.seed, 0xF00D),
-      trails_(map, {settings.evaporation, settings.fade, settings.patience}) {
+      trails_(map,
+              {settings.evaporation, settings.fade, settings.patience, settings.reinforcement}) {
     ZONED_ASSERT(map.passable(home), "home can be entered");
     food_.assign(map.places(), 0);
     slowness_.assign(map.places(), 1);

@@ -16,7 +16,8 @@ struct AntColonySettings {
     float fade = 0.01F;          ///< by which a walker's mark gets weaker with each tick, 0 to 1
     float explore = 0.15F;       ///< share of walkers that leave home without a scent, 0 to 1
     std::uint32_t patience =
-        3000;  ///< ticks without success after which a walker starts anew at home
+        3000;                    ///< ticks without success after which a walker starts anew at home
+    float reinforcement = 0.0F;  ///< how much each passage draws others, 0 to 1
     std::uint64_t seed = 1;
 };
 

@@ -88,9 +88,8 @@ Nests::SavedNests Nests::save() const {
     SavedNests memory{delivered_, turned_, {}};
     for (const auto& nest : nests_) {
         Scents scents{nest->brain, nest->current_action, nest->type, {}};
-        nest->trails.for_each_scent([&scents](pathfinding::Place at, float home, float food) {
-            scents.cells.push_back({at, home, food});
-        });
+        nest->trails.for_each_scent(
+            [&scents](const pathfinding::ScentCell& cell) { scents.cells.push_back(cell); });
         memory.nests.push_back(std::move(scents));
     }
     memory.nests.insert(memory.nests.end(), remembered_.begin(), remembered_.end());
@@ -113,8 +112,8 @@ void Nests::restore(const AiContext& ai) {
             continue;
         }
         follow_doors(*nest, ai.statics, ai.now - 1);
-        for (const Scents::ScentCell& cell : scents.cells) {
-            nest->trails.put_scent(cell.place, cell.home, cell.food);
+        for (const pathfinding::ScentCell& cell : scents.cells) {
+            nest->trails.put_scent(cell);
         }
     }
     remembered_.clear();

@@ -51,16 +51,10 @@ class Nests {
 
     /// The saved state of a nest. Its map is baked anew.
     struct Scents {
-        struct ScentCell {
-            pathfinding::Place place = 0;
-            float home = 0.0F;
-            float food = 0.0F;
-        };
-
         std::uint16_t brain = 0;  ///< some brain and action that say where the nest is
         std::uint16_t current_action = 0;
         TypeIndex type = 0;  ///< the type of creature that its map is for
-        std::vector<ScentCell> cells{};
+        std::vector<pathfinding::ScentCell> cells{};
     };
 
     /// Saved state of all nests, in the order in which they were first used.

@@ -14,7 +14,7 @@ namespace {
 using core::FieldReader;
 using core::FieldWriter;
 
-constexpr std::uint32_t kVersion = 6;
+constexpr std::uint32_t kVersion = 7;
 /// Larger than any zone, m.
 constexpr float kFarthest_m = 1e6F;
 
@@ -103,10 +103,8 @@ void write_nests(const Nests::SavedNests& memory, FieldWriter& write) {
         write(nest.current_action);
         write(nest.type);
         write(static_cast<std::uint32_t>(nest.cells.size()));
-        for (const Nests::Scents::ScentCell& cell : nest.cells) {
-            write(cell.place);
-            write(cell.home);
-            write(cell.food);
+        for (const pathfinding::ScentCell& cell : nest.cells) {
+            write(cell);
         }
     }
 }
@@ -117,16 +115,11 @@ bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
         return false;
     }
     const std::vector<BrainState>& states = settings.compiled[nest.brain].states;
-    const auto known = [](float scent) {
-        return scent >= 0.0F && scent <= 1.0F;
-    };
     return nest.current_action < states.size() && states[nest.current_action].forage.has_value() &&
            std::is_sorted(nest.cells.begin(),
                           nest.cells.end(),
                           [](const auto& a, const auto& b) { return a.place <= b.place; }) &&
-           std::all_of(nest.cells.begin(), nest.cells.end(), [&](const auto& cell) {
-               return known(cell.home) && known(cell.food);
-           });
+           std::all_of(nest.cells.begin(), nest.cells.end(), pathfinding::is_scent_cell);
 }
 
 /// Empty text: done.
@@ -143,10 +136,7 @@ std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::Sav
         read(nest.type);
         read(cells);
         for (std::uint32_t c = 0; c < cells && !read.cut_short(); ++c) {
-            Nests::Scents::ScentCell& cell = nest.cells.emplace_back();
-            read(cell.place);
-            read(cell.home);
-            read(cell.food);
+            read(nest.cells.emplace_back());
         }
         if (!read.cut_short() && !is_nest(nest, settings)) {
             return "nest " + std::to_string(n) + " is none, or has scents that are none";

@@ -149,6 +149,7 @@ ai::ForageDef expand_forage(const proto::config::Config& config,
     out.trails.evaporation = narrow(forage.evaporation_per_s());
     out.trails.fade = narrow(forage.fade());
     out.trails.patience = forage.patience();
+    out.trails.reinforcement = narrow(forage.reinforcement());
     return out;
 }
 

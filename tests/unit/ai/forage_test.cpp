@@ -168,10 +168,10 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
         return load_agents(bytes, hill.field.settings, agents, steps, points_of_interest);
     };
     ASSERT_EQ(read(whole), "");
-    // A nest at the end: brain, action, type, number of cells, then 12 bytes for each.
+    // A nest at the end: brain, action, type, number of cells, then 16 bytes for each.
     const std::size_t cells = hill.field.steps.nests().save().nests[0].cells.size();
     ASSERT_GT(cells, 10U);
-    const std::size_t nest = whole.size() - 12 * cells - 4 - 6;
+    const std::size_t nest = whole.size() - 16 * cells - 4 - 6;
     std::vector<std::uint8_t> bytes = whole;
     bytes[nest] = 9;  // its brain
     EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
@@ -179,7 +179,10 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
     bytes[nest + 2] = 1;  // its action
     EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
     bytes = whole;
-    bytes[whole.size() - 1] = 0x41;  // food of 8 or more
+    bytes[whole.size() - 5] = 0x41;  // food of 8 or more
+    EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
+    bytes = whole;
+    bytes[whole.size() - 1] = 0xC1;  // fewer passages than none
     EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
     bytes = whole;
     bytes[nest + 6 + 3] = 0x7F;  // cells without end
@@ -190,7 +193,7 @@ TEST(ForageSerialize, AreRefusedWhereTheyMeanNothing) {
     }
     // Cells that are on no map are forgotten once the map is there.
     bytes = whole;
-    bytes[whole.size() - 12 + 3] = 0x7F;
+    bytes[whole.size() - 16 + 3] = 0x7F;
     ASSERT_EQ(load_agents(bytes,
                           hill.field.settings,
                           hill.field.agents = AgentStore(),

@@ -112,7 +112,7 @@ TEST_F(BadAgents, AreRefusedWithTheirPlace) {
     EXPECT_EQ(read(), "");
     std::vector<std::uint8_t> whole = bytes;
     bytes[0] = 9;
-    EXPECT_EQ(read(), "version 9 of agents, not 6");
+    EXPECT_EQ(read(), "version 9 of agents, not 7");
     bytes = whole;
     bytes[kFirstAgent + 4] = 7;  // the first agent's brain
     EXPECT_EQ(read(), "agent 0 of entity 1 has a brain that there is not");

@@ -2,7 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <limits>
+#include <span>
 #include <string_view>
+#include <utility>
 
 namespace zoned::ai::pathfinding {
 
@@ -32,11 +36,24 @@ constexpr Cell kMeal{19, 2};
 constexpr Cell kShortMiddle{10, 2};
 constexpr Cell kLongMiddle{10, 9};
 
-GridMap bridge() {
+/// Two paths of the same length.
+constexpr std::string_view kEqualBridge[] = {"@@@@@@@@@@@@@@@@@@@@@",
+                                             "@@.................@@",
+                                             "@@.@@@@@@@@@@@@@@@.@@",
+                                             "@@.@@@@@@@@@@@@@@@.@@",
+                                             "@...@@@@@@@@@@@@@...@",
+                                             "@...@@@@@@@@@@@@@...@",
+                                             "@...@@@@@@@@@@@@@...@",
+                                             "@@.@@@@@@@@@@@@@@@.@@",
+                                             "@@.@@@@@@@@@@@@@@@.@@",
+                                             "@@.................@@",
+                                             "@@@@@@@@@@@@@@@@@@@@@"};
+
+GridMap bridge(std::span<const std::string_view, 11> rows = kBridge) {
     GridMap map(21, 11);
     for (std::uint16_t y = 0; y < 11; ++y) {
         for (std::uint16_t x = 0; x < 21; ++x) {
-            map.set_passable({x, y}, kBridge[y][x] == '.');
+            map.set_passable({x, y}, rows[y][x] == '.');
         }
     }
     return map;
@@ -143,13 +160,127 @@ TEST(AntColony, IsTheSameForTheSameSeed) {
     EXPECT_EQ(one.delivered(), two.delivered());
 }
 
-}  // namespace
-
 std::uint64_t hash_of(const PheromoneTrails& trails) {
     core::StateHash hash;
     trails.hash(hash);
     return hash.value();
 }
+
+/// A corridor of one cell's width up and down from its middle, {1, 3}.
+GridMap corridor() {
+    GridMap map(3, 7);
+    for (std::uint16_t y = 0; y < 7; ++y) {
+        for (std::uint16_t x = 0; x < 3; ++x) {
+            map.set_passable({x, y}, x == 1 && y > 0 && y < 6);
+        }
+    }
+    return map;
+}
+
+/// Of `draws` walkers that came along the x axis into the middle of the corridor, how many go up,
+/// where `up` marks were made above and `down` below.
+int go_up(float reinforcement, int up, int down, int draws) {
+    const GridMap map = corridor();
+    TrailSettings settings;
+    settings.reinforcement = reinforcement;
+    PheromoneTrails trails(map, settings);
+    for (int k = 0; k < up; ++k) {
+        trails.mark(kFood, map.place({1, 2}), 0);
+    }
+    for (int k = 0; k < down; ++k) {
+        trails.mark(kFood, map.place({1, 4}), 0);
+    }
+    core::Rng rng(7);
+    int went = 0;
+    for (int k = 0; k < draws; ++k) {
+        const unsigned direction = trails.choose(map.place({1, 3}), 0, kFood, true, rng);
+        went += direction == 6 ? 1 : 0;
+        EXPECT_TRUE(direction == 2 || direction == 6) << direction;
+    }
+    return went;
+}
+
+/// Deneubourg and others: (1 + r a)^2 : (1 + r b)^2 for a and b passages.
+TEST(Reinforcement, DrawsWalkersAsTheChoiceFunctionSays) {
+    constexpr int kDraws = 20'000;
+    constexpr float kOfAnts = 0.05F;
+    for (const auto [up, down] : {std::pair(1, 1), {10, 1}, {1, 10}, {40, 20}, {200, 1}}) {
+        const auto weight = [](int passages) {
+            return std::pow(1.0 + static_cast<double>(kOfAnts) * passages, 2.0);
+        };
+        const double share = weight(up) / (weight(up) + weight(down));
+        // Four standard deviations of a binomial.
+        const double bound = 4.0 * std::sqrt(share * (1.0 - share) * kDraws);
+        EXPECT_NEAR(go_up(kOfAnts, up, down, kDraws), share * kDraws, bound) << up << " : " << down;
+        EXPECT_NEAR(go_up(0.0F, up, down, kDraws), 0.5 * kDraws, 4.0 * std::sqrt(0.25 * kDraws));
+    }
+}
+
+/// The share of 60 walkers that take the upper of two equal paths, once they know both.
+double share_of_upper(float reinforcement, std::uint64_t seed) {
+    const GridMap map = bridge(kEqualBridge);
+    AntColonySettings settings;
+    settings.seed = seed;
+    settings.reinforcement = reinforcement;
+    AntColony colony(map, {1, 5}, settings);
+    colony.set_food({19, 5}, true);
+    colony.add_walkers(60);
+    double upper = 0.0;
+    double lower = 0.0;
+    for (int t = 0; t < 8000; ++t) {
+        colony.step();
+        for (std::size_t i = 0; t >= 4000 && i < colony.walkers(); ++i) {
+            upper += colony.walker_at(i) == map.place({10, 1}) ? 1.0 : 0.0;
+            lower += colony.walker_at(i) == map.place({10, 9}) ? 1.0 : 0.0;
+        }
+    }
+    return upper / (upper + lower);
+}
+
+/// The bridge of two equal branches in the paper: ants end up on one of them, by chance on either.
+/// Where it does not count how many pass, they keep to both. A share of 0.15 scouts goes half and
+/// half, so that at most 0.075 of all are on the other branch by their own choice.
+TEST(Reinforcement, LetsAColonySettleForOneOfTwoEqualBranches) {
+    int upper = 0;
+    constexpr int kSeeds = 16;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        const double with = share_of_upper(0.05F, seed);
+        EXPECT_GT(std::max(with, 1.0 - with), 0.8) << seed;
+        upper += with > 0.5 ? 1 : 0;
+        EXPECT_NEAR(share_of_upper(0.0F, seed), 0.5, 0.1) << seed;
+    }
+    // All on one side by chance: once in 32,768.
+    EXPECT_GT(upper, 0);
+    EXPECT_LT(upper, kSeeds);
+}
+
+/// Ten walkers leave ten times what one leaves, of which each time the same share evaporates.
+TEST(Reinforcement, AddsUpAndEvaporates) {
+    const GridMap map = bridge();
+    TrailSettings settings;
+    settings.reinforcement = 0.05F;
+    PheromoneTrails trails(map, settings);
+    const pathfinding::Place at = map.place(kShortMiddle);
+    for (int k = 0; k < 10; ++k) {
+        trails.mark(kHome, at, 0);
+    }
+    EXPECT_EQ(trails.passages(at), 10.0F);
+    EXPECT_EQ(trails.scent(kHome, at), 1.0F);
+    double left = 10.0;
+    for (int k = 0; k < 100; ++k) {
+        trails.evaporate();
+        left *= 1.0 - static_cast<double>(settings.evaporation);
+    }
+    // A hundred roundings of a number below 10.
+    EXPECT_NEAR(trails.passages(at), left, 100 * 10.0 * std::numeric_limits<float>::epsilon());
+    for (int k = 0; k < 10'000; ++k) {
+        trails.evaporate();
+    }
+    EXPECT_EQ(trails.passages(at), 0.0F);
+    EXPECT_EQ(hash_of(trails), hash_of(PheromoneTrails(map, settings))) << "a bare map again";
+}
+
+}  // namespace
 
 /// The hash follows every change of a scent. It is the same in any order of marks and after the
 /// scents were saved and loaded, and it differs when two cells exchange their scents.
@@ -169,12 +300,10 @@ TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
             before = hash_of(one);
         }
     }
-    one.for_each_scent([&](pathfinding::Place p, float home, float food) {
-        ASSERT_TRUE(other.put_scent(p, home, food));
-    });
+    one.for_each_scent([&](const ScentCell& cell) { ASSERT_TRUE(other.put_scent(cell)); });
     EXPECT_EQ(hash_of(other), hash_of(one));
     ASSERT_TRUE(
-        other.put_scent(places[0], one.scent(kFood, places[0]), one.scent(kHome, places[0])));
+        other.put_scent({places[0], one.scent(kFood, places[0]), one.scent(kHome, places[0])}));
     EXPECT_NE(hash_of(other), hash_of(one));
     PheromoneTrails forwards(map, TrailSettings{});
     PheromoneTrails backwards(map, TrailSettings{});

@@ -16,13 +16,23 @@ constexpr float kMostRatio = 1e6F;
 constexpr float kStepRatio = 1.4F;
 /// Scent that is weaker is none.
 constexpr float kLeastScent = 1e-4F;
+/// More passages than these do not count, fewer are none.
+constexpr float kMostPassages = 1e4F;
+constexpr float kLeastPassages = 0.01F;
 
 /// The term of a cell in the hash; a sum of terms does not depend on their order.
-std::uint64_t term(pathfinding::Place at, float home, float food) {
-    const std::uint64_t scents = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(home))
+std::uint64_t term(const ScentCell& cell) {
+    const std::uint64_t scents = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(cell.home))
                                      << 32U |
-                                 std::bit_cast<std::uint32_t>(food);
-    return core::mix(core::mix(static_cast<std::uint64_t>(at) + 1) ^ scents);
+                                 std::bit_cast<std::uint32_t>(cell.food);
+    const std::uint64_t both =
+        core::mix(core::mix(static_cast<std::uint64_t>(cell.place) + 1) ^ scents);
+    return cell.passages == 0.0F ? both
+                                 : core::mix(both ^ std::bit_cast<std::uint32_t>(cell.passages));
+}
+
+float what_stays(float amount, float share, float least) {
+    return amount * share > least ? amount * share : 0.0F;
 }
 
 constexpr int kScentStepX[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
@@ -36,6 +46,7 @@ PheromoneTrails::PheromoneTrails(const pathfinding::GridMap& map, const TrailSet
     for (auto& scent : scent_) {
         scent.assign(map.places(), 0.0F);
     }
+    passages_.assign(settings.reinforcement > 0.0F ? map.places() : 0, 0.0F);
     is_scented_.assign(map.places(), 0);
     float strength = 1.0F;
     while (strength > kLeastScent && strength_.size() < settings.patience) {
@@ -55,12 +66,16 @@ void PheromoneTrails::evaporate() {
     for (const pathfinding::Place p : scented_) {
         bool any = false;
         for (auto& scent : scent_) {
-            scent[p] = scent[p] * stays > kLeastScent ? scent[p] * stays : 0.0F;
+            scent[p] = what_stays(scent[p], stays, kLeastScent);
             any = any || scent[p] > 0.0F;
+        }
+        if (!passages_.empty()) {
+            passages_[p] = what_stays(passages_[p], stays, kLeastPassages);
+            any = any || passages_[p] > 0.0F;
         }
         if (any) {
             scented_[kept++] = p;
-            sum_ += term(p, scent_[kHome][p], scent_[kFood][p]);
+            sum_ += term(cell(p));
         } else {
             is_scented_[p] = 0;
         }
@@ -79,22 +94,25 @@ void PheromoneTrails::mark(Scent which, pathfinding::Place at, std::uint32_t ste
     if (steps >= strength_.size()) {
         return;
     }
-    const float home = scent_[kHome][at];
-    const float food = scent_[kFood][at];
-    const float strength = strength_[steps];
-    set(at,
-        which == kHome ? std::max(home, strength) : home,
-        which == kFood ? std::max(food, strength) : food);
+    ScentCell marked = cell(at);
+    float& scent = which == kHome ? marked.home : marked.food;
+    scent = std::max(scent, strength_[steps]);
+    marked.passages = std::min(marked.passages + 1.0F, kMostPassages);
+    set(marked);
 }
 
-void PheromoneTrails::set(pathfinding::Place at, float home, float food) {
+void PheromoneTrails::set(const ScentCell& to) {
+    const pathfinding::Place at = to.place;
     if (is_scented_[at] != 0) {
-        sum_ -= term(at, scent_[kHome][at], scent_[kFood][at]);
+        sum_ -= term(cell(at));
     }
-    scent_[kHome][at] = home;
-    scent_[kFood][at] = food;
+    scent_[kHome][at] = to.home;
+    scent_[kFood][at] = to.food;
+    if (!passages_.empty()) {
+        passages_[at] = to.passages;
+    }
     note(at);
-    sum_ += term(at, home, food);
+    sum_ += term(cell(at));
 }
 
 void PheromoneTrails::hash(core::StateHash& hash) const {
@@ -102,14 +120,19 @@ void PheromoneTrails::hash(core::StateHash& hash) const {
     hash.add(sum_);
 }
 
-bool PheromoneTrails::put_scent(pathfinding::Place at, float home, float food) {
+bool is_scent_cell(const ScentCell& cell) {
     const auto known = [](float scent) {
         return scent >= 0.0F && scent <= 1.0F;
     };
-    if (at >= map_.places() || !known(home) || !known(food)) {
+    return known(cell.home) && known(cell.food) && cell.passages >= 0.0F &&
+           cell.passages <= kMostPassages;
+}
+
+bool PheromoneTrails::put_scent(const ScentCell& cell) {
+    if (cell.place >= map_.places() || !is_scent_cell(cell)) {
         return false;
     }
-    set(at, home, food);
+    set(cell);
     return true;
 }
 
@@ -146,7 +169,8 @@ float PheromoneTrails::weight(pathfinding::Place at,
     for (unsigned k = 0; k < sharpness_; ++k) {
         ratio = std::min(ratio * ratio, kMostRatio);
     }
-    return liking * (kUnscented + ratio);
+    const float recruits = 1.0F + settings_.reinforcement * passages(there);
+    return liking * (kUnscented + ratio) * recruits * recruits;
 }
 
 unsigned PheromoneTrails::choose(pathfinding::Place at,
