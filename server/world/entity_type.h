@@ -67,6 +67,7 @@ struct EntityType {
     Quat stands = Quat::Identity();  ///< kSolid: how it is turned as it was written down
     Aabb standing;                   ///< kSolid, kSoft: its box then, about the centre, m
     float mass = 1.0F;               ///< kg, > 0
+    Mat3 inertia = Mat3::Zero();     ///< see physics::BodyDef; zero: that of the shape
     float friction = 0.5F;
     float restitution = 0.0F;
     float rolling_m = 0.0F;     ///< see physics::Material

@@ -4,6 +4,7 @@
 #include "server/config/types/soft_types.h"
 #include "server/config/types/stances.h"
 #include "server/config/types/type_shapes.h"
+#include "server/physics/shapes/compound/body_checks.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>
@@ -79,6 +80,24 @@ void check_rolling(const proto::config::Config& config,
     }
 }
 
+void check_inertia(const proto::config::Type& type,
+                   const std::string& path,
+                   Diagnostics& diagnostics) {
+    if (!type.has_inertia()) {
+        return;
+    }
+    physics::BodyDef body;
+    body.shape = physics::Shape::sphere(1.0F);
+    body.inertia = given_inertia(type, Quat::Identity());
+    const std::string unfit = type.kind() == proto::config::CHARACTER || type.has_soft()
+                                  ? "belongs to rigid props only"
+                              : body.inertia.isZero() ? "needs xx_kg_m2, yy_kg_m2 and zz_kg_m2"
+                                                      : physics::why_unfit(body);
+    if (!unfit.empty()) {
+        diagnostics.add(path, unfit);
+    }
+}
+
 void check_shape(const proto::config::Config& config,
                  const proto::config::Type& type,
                  const std::string& path,
@@ -103,6 +122,7 @@ void check_shape(const proto::config::Config& config,
     if (type.angular_drag_ps() > 0.0 && (character || type.has_soft())) {
         diagnostics.add(path + ".angular_drag_ps", "belongs to rigid props only");
     }
+    check_inertia(type, path + ".inertia", diagnostics);
     check_rolling(config, type, path, diagnostics);
     if (type.drag_ps() > 0.0 && (character || type.has_soft())) {
         diagnostics.add(path + ".drag_ps",

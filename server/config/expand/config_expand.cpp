@@ -152,6 +152,7 @@ world::EntityType expand_type(const proto::config::Config& config,
         expand_solid(config, type, out, settings);
     }
     out.mass = narrow(type.mass_kg());
+    out.inertia = given_inertia(type, out.stands);
     out.friction = narrow(type.friction());
     out.restitution = narrow(type.restitution());
     out.rolling_m = narrow(type.rolling_friction_m());

@@ -82,6 +82,9 @@ bool check_whole(const Type& type, const std::string& path, Diagnostics& diagnos
     if (type.has_mass_kg()) {
         diagnostics.add(path + ".mass_kg", "each part of an assembly has its own");
     }
+    if (type.has_inertia()) {
+        diagnostics.add(path + ".inertia", "each part of an assembly has that of its shape");
+    }
     if (type.has_representation()) {
         diagnostics.add(path + ".representation", "a part of an assembly is what it is");
     }

@@ -107,4 +107,15 @@ core::Result<Solid> build_solid(const proto::config::Type& type) {
     return out;
 }
 
+Mat3 given_inertia(const proto::config::Type& type, const Quat& stands) {
+    const proto::config::Inertia& from = type.inertia();
+    Eigen::Matrix3d given;
+    given << from.xx_kg_m2(), from.xy_kg_m2(), from.xz_kg_m2(),  //
+        from.xy_kg_m2(), from.yy_kg_m2(), from.yz_kg_m2(),       //
+        from.xz_kg_m2(), from.yz_kg_m2(), from.zz_kg_m2();
+    const Eigen::Matrix3d turn = stands.cast<double>().toRotationMatrix();
+    const Eigen::Matrix3d turned = turn.transpose() * given * turn;
+    return (0.5 * (turned + turned.transpose())).cast<float>();
+}
+
 }  // namespace zoned::config

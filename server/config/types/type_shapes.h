@@ -27,4 +27,8 @@ struct Solid {
 /// sizes are out of range or a part has no shape.
 core::Result<Solid> build_solid(const proto::config::Type& type);
 
+/// The tensor of inertia that a type gives, along the axes of its body, kg m2; zero where it gives
+/// none. `stands`: how the body is turned as the config has it.
+Mat3 given_inertia(const proto::config::Type& type, const Quat& stands);
+
 }  // namespace zoned::config

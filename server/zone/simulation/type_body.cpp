@@ -43,6 +43,7 @@ physics::BodyDef body_of(const world::EntityType& type, std::span<const physics:
     def.material.rolling_m = type.rolling_m;
     def.material.spinning_m = type.spinning_m;
     def.mass = type.mass;
+    def.inertia = type.inertia;
     def.damping = {type.drag, type.angular_drag};
     def.filter = filter_of(type);
     return def;

@@ -123,5 +123,48 @@ TEST(TypeShapes, StayAsTheyStand) {
     }
 }
 
+/// kValid's crate, or another type, with a tensor.
+Outcome with_inertia(const std::string& type, const std::string& inertia) {
+    std::string text = kValid + kShapes;
+    const std::string line = "name: \"" + type + "\"\n";
+    return parse(
+        text.replace(text.find(line), line.size(), line + "inertia { " + inertia + " }\n"));
+}
+
+TEST(GivenInertia, IsAlongTheAxesInWhichTheShapeIsWrittenDown) {
+    Mat3 given;
+    given << 3.0F, 0.5F, -0.2F,  //
+        0.5F, 4.0F, 0.1F,        //
+        -0.2F, 0.1F, 5.0F;
+    for (const std::string name : {"crate", "wedge", "table"}) {
+        const Outcome out = with_inertia(name,
+                                         "xx_kg_m2: 3 yy_kg_m2: 4 zz_kg_m2: 5 xy_kg_m2: 0.5 "
+                                         "xz_kg_m2: -0.2 yz_kg_m2: 0.1");
+        ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+        const auto index = static_cast<std::size_t>(find_type(out.settings, name));
+        const world::EntityType& type = out.settings.types[index];
+        const Mat3 turn = type.stands.toRotationMatrix();
+        const Mat3 body = zone::body_of(type, out.settings.solids).inertia;
+        EXPECT_TRUE((turn * body * turn.transpose()).isApprox(given, kRounding)) << name;
+        EXPECT_EQ(body, body.transpose()) << name << ": a scene refuses any other";
+    }
+    EXPECT_TRUE(type_of("wedge").inertia.isZero()) << "that of the shape where none is given";
+}
+
+TEST(GivenInertia, IsCheckedWithItsPlace) {
+    const auto errors = [](const std::string& type, const std::string& inertia) {
+        return format_errors("test", with_inertia(type, inertia).errors);
+    };
+    const std::string good = "xx_kg_m2: 1 yy_kg_m2: 1 zz_kg_m2: 1";
+    EXPECT_NE(errors("crate", "xx_kg_m2: 1 yy_kg_m2: 2 zz_kg_m2: 3.5").find("sum of the other two"),
+              std::string::npos);
+    EXPECT_NE(errors("crate", good + " xy_kg_m2: 2").find("not positive"), std::string::npos);
+    EXPECT_NE(errors("crate", "xx_kg_m2: 1 yy_kg_m2: 1").find("not positive"), std::string::npos);
+    EXPECT_NE(errors("crate", "").find("needs xx_kg_m2"), std::string::npos);
+    EXPECT_NE(errors("player", good).find("rigid props only"), std::string::npos);
+    EXPECT_NE(errors("crate", "").find("inertia"), std::string::npos);
+    EXPECT_EQ(errors("crate", good), "");
+}
+
 }  // namespace
 }  // namespace zoned::config::test
