@@ -13,42 +13,11 @@ namespace zoned::ai {
 namespace {
 
 constexpr float kRoam_s = 1.0F;
-/// An animal whose velocity differs from its desired velocity by more than this share has hit
-/// something.
-constexpr float kMetShare = 0.01F;
-/// The steepest ground that one piece of a walk follows downwards: rise in m per m.
-constexpr float kSteepestRoam = 1.2F;
-constexpr int kMostPieces = 32;
-/// A character this near to the height of the ground plane stands on it, m.
-constexpr float kOnPlain_m = 0.005F;
 /// A character with this share of its walk left is at its end, but for rounding.
 constexpr float kAtEndShare = 1e-3F;
 
 Vec2 flat_part(const Vec3& v) {
     return {v.x(), v.z()};
-}
-
-/// Whether a walk over the plain meets nothing, so that it need not be tried.
-bool is_open(const Vec3& from,
-             const Vec3& way,
-             const motion::CharacterLimits& limits,
-             const motion::StaticGeometry& statics,
-             Tick now) {
-    const float height = limits.radius + limits.half_segment;
-    if (std::abs(from.y() - statics.ground_height() - height) > kOnPlain_m) {
-        return false;
-    }
-    const Vec3 to = from + way;
-    const Aabb area = Aabb{from.cwiseMin(to), from.cwiseMax(to)}.grown(height + limits.step_up +
-                                                                       limits.step_down);
-    const auto& surfaces = statics.surfaces();
-    bool open = std::none_of(surfaces.begin(), surfaces.end(), [&](const auto& placed) {
-        return placed.bounds().overlaps(area);
-    });
-    if (open) {
-        statics.for_each_near(area, now, [&open](std::uint32_t /*box*/) { open = false; });
-    }
-    return open;
 }
 
 /// The command that leads along `way` (m) in `time_s`. `limits` bound its speed.
@@ -71,34 +40,6 @@ motion::InputCommand command_along(const Vec2& way,
 
 }  // namespace
 
-Walked walked(const motion::CharacterState& from,
-              const motion::InputCommand& command,
-              const motion::CharacterLimits& limits,
-              const motion::StaticGeometry& statics,
-              float time_s,
-              Tick now) {
-    const Vec2 wanted = wanted_by(command, limits);
-    const Vec3 way(wanted.x() * time_s, 0.0F, wanted.y() * time_s);
-    const bool at_once = (wanted - flat_part(from.velocity)).norm() <= limits.acceleration * time_s;
-    if (at_once && is_open(from.position, way, limits, statics, now)) {
-        return {{from.position + way, Vec3(wanted.x(), 0.0F, wanted.y()), command.yaw, true}};
-    }
-    Walked out{motion::apply_input(from, command, limits, statics, time_s, now)};
-    const float off = (flat_part(out.state.velocity) - wanted).norm();
-    if (out.state.grounded && off <= kMetShare * wanted.norm()) {
-        return out;
-    }
-    const float piece_m = std::max(limits.step_down, 0.1F) / kSteepestRoam;
-    const auto pieces =
-        std::clamp(static_cast<int>(std::ceil(wanted.norm() * time_s / piece_m)), 2, kMostPieces);
-    out = {from, false};
-    for (int k = 0; k < pieces && out.state.grounded; ++k) {
-        out.state = motion::apply_input(
-            out.state, command, limits, statics, time_s / static_cast<float>(pieces), now);
-    }
-    return out;
-}
-
 StepEnd walk_along(const motion::CharacterState& from,
                    const Vec2& way,
                    float time_s,
@@ -109,14 +50,6 @@ StepEnd walk_along(const motion::CharacterState& from,
         walked(from, command_along(way, time_s, limits), limits, statics, time_s, now);
     const Vec2 end = to.free ? Vec2(flat_part(from.position) + way) : flat_part(to.state.position);
     return {Vec3(end.x(), to.state.position.y(), end.y()), to.state.grounded};
-}
-
-Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits) {
-    const Vec2 move(static_cast<float>(command.move_x) / kFullMove,
-                    static_cast<float>(command.move_z) / kFullMove);
-    const bool sprints = (command.buttons & motion::kButtonSprint) != 0;
-    return move / std::max(1.0F, move.norm()) *
-           (limits.speed * (sprints ? limits.sprint_factor : 1.0F));
 }
 
 bool at_step_end(const Agent& agent, const Vec2& at) {

@@ -5,7 +5,7 @@
 #include "server/ai/ai_context.h"
 #include "server/ai/offscreen/suspend_resume.h"
 #include "server/ai/steering/herd_drift.h"
-#include "shared/motion/apply_input.h"
+#include "server/ai/steering/terrain_walk.h"
 
 #include <cstdint>
 #include <span>
@@ -20,9 +20,6 @@ inline bool roams(const Agent& agent, const CompiledBrain& brain) {
 
 /// The top speed of an animal that goes with a herd, m/s.
 float roam_speed(const BrainState& state, const motion::CharacterLimits& limits);
-
-/// The velocity that a command asks for, as in motion::apply_input(); x, z, m/s.
-Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits);
 
 /// An animal that covers less than this share of its desired distance has walked into something.
 inline constexpr float kHinderedShare = 0.9F;
@@ -70,23 +67,6 @@ void take_step(Agent& agent,
                const AiContext& ai,
                const Vec3& from,
                const StepEnd& end);
-
-/// A character after a walk along walls, over ledges, up and down the ground (motion::apply_input).
-/// `free`: nothing was in its path.
-struct Walked {
-    motion::CharacterState state;
-    bool free = true;
-};
-
-/// Walks for `time_s` (longer than a tick) by one held command. Even and free ground takes one
-/// piece, other ground as many pieces as follow it. Each piece climbs ledges once, and once follows
-/// ground that falls away.
-Walked walked(const motion::CharacterState& from,
-              const motion::InputCommand& command,
-              const motion::CharacterLimits& limits,
-              const motion::StaticGeometry& statics,
-              float time_s,
-              Tick now);
 
 /// Where a character comes that wants to walk `way` (x, z, m) in `time_s`.
 StepEnd walk_along(const motion::CharacterState& from,

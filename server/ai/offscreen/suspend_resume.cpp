@@ -6,7 +6,6 @@
 #include "server/ai/steering/path_following.h"
 #include "server/ai/steering/steering.h"
 #include "shared/motion/apply_input.h"
-#include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
 #include <array>
@@ -19,64 +18,34 @@ namespace zoned::ai {
 
 namespace {
 
-/// The greatest rise of the ground over 1 m of walk, m (and the greatest drop that is searched).
-constexpr float kSteepest = 1.2F;
-/// The greatest rise at once, m: a surface above it is a roof.
-constexpr float kMostRise = 2.5F;
-
-/// Navmesh layers are this near to the surface that carries, m. A character higher above a layer
-/// stands on another one.
-constexpr float kFloorOff = 0.5F;
-constexpr float kOnAnotherFloor = 1.0F;
-
-/// Puts a character down from `above` by `drop` at most. `free`: whether it had room there.
-Vec3 put_down(const motion::StaticGeometry& statics,
-              const motion::CharacterLimits& limits,
-              const Vec3& above,
-              float drop,
-              Tick tick,
-              bool& free) {
-    const Aabb area = Aabb{above - Vec3(0.0F, drop, 0.0F), above}.grown(2.0F * limits.radius);
-    const motion::CapsuleSweep sweep(statics, {limits.radius, limits.half_segment}, area, tick);
-    const Vec3 begin = sweep.parted(above);
-    const motion::SweepHit hit = sweep.sweep_down(begin, drop, [&](const motion::SweepHit& h) {
-        return h.normal.y() >= limits.max_slope_cos;
-    });
-    free = (begin - above).norm() < kFloorOff && hit.hit;
-    Vec3 place = begin - Vec3(0.0F, hit.fraction * drop, 0.0F);
-    if (hit.ground_plane) {
-        place.y() = sweep.floor_height();
-    }
-    return place;
-}
-
-/// The place at (x, z) where a character that came from `before` stands at `tick`. `floor`: height
-/// of its feet on a map of several layers; NaN where there is none.
-Vec3 standing_at(const motion::StaticGeometry& statics,
-                 const motion::CharacterLimits& limits,
-                 const Vec3& before,
-                 const Vec2& at,
-                 float floor,
-                 Tick tick) {
-    const float way = (at - Vec2(before.x(), before.z())).norm();
-    const float rise = std::min(kSteepest * way + limits.step_up, kMostRise);
-    const float drop = rise + kSteepest * way + limits.step_down;
-    bool free = false;
-    const Vec3 above(at.x(), before.y() + rise, at.y());
-    const Vec3 place = put_down(statics, limits, above, drop, tick, free);
-    const float middle = floor + limits.radius + limits.half_segment;
-    if (!(place.y() > middle + kOnAnotherFloor)) {
-        return place;
-    }
-    // The surface found is a bridge over the floor, unless there is no room below.
-    const Vec3 below(at.x(), middle + kFloorOff, at.y());
-    const Vec3 under =
-        put_down(statics, limits, below, 2.0F * kFloorOff + limits.step_down, tick, free);
-    return free ? under : place;
-}
-
 const motion::CharacterLimits& limits_of(const AiContext& ai, world::Row row) {
     return ai.types[ai.entities.type[row]].character;
+}
+
+/// The place at (x, z) of a character that walked there from `from`: as the map has it, or, without
+/// one, by the same walk.
+Vec3 walked_to(const Vec2& at,
+               const Vec3& from,
+               const motion::CharacterLimits& limits,
+               const AiContext& ai,
+               world::Row row) {
+    const bool has_map = ai.paths != nullptr && ai.paths->plans_for(ai.entities.type[row]);
+    const Vec2 way = at - Vec2(from.x(), from.z());
+    const float length = way.norm();
+    if (!has_map && length > 0.0F) {
+        const LookAhead walk =
+            look_ahead(from, way / length, length, limits, ai.statics, ai.now, kDriftM);
+        if ((Vec2(walk.end.x(), walk.end.z()) - at).norm() < kDriftM) {
+            return walk.end;
+        }
+    }
+    const float feet_m = limits.radius + limits.half_segment;
+    const float floor =
+        has_map
+            ? ai.paths->floor_along(
+                  ai.entities.type[row], {from.x(), from.z()}, from.y() - feet_m, {at.x(), at.y()})
+            : pathfinding::kOnGround;
+    return standing_at(ai.statics, limits, from, at, floor, ai.now);
 }
 
 /// The walk of the entity until its next event.
@@ -260,14 +229,7 @@ void catch_up(Agent& agent, const AiContext& ai, world::Row row) {
         // The end of its step is nearer to its position than where its entity was placed.
         const Vec3 from = on_step(agent) ? agent.target : body;
         const bool there = on_step(agent) && at_step_end(agent, at);
-        const float floor =
-            ai.paths != nullptr && ai.paths->plans_for(e.type[row])
-                ? ai.paths->floor_along(e.type[row],
-                                        {from.x(), from.z()},
-                                        from.y() - limits.radius - limits.half_segment,
-                                        {at.x(), at.y()})
-                : pathfinding::kOnGround;
-        e.position[row] = there ? from : standing_at(ai.statics, limits, from, at, floor, ai.now);
+        e.position[row] = there ? from : walked_to(at, from, limits, ai, row);
         e.discontinuity_tick[row] = ai.now;
     }
     agent.placed = at;

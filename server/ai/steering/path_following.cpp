@@ -2,6 +2,7 @@
 
 #include "server/ai/steering/forage_walk.h"
 #include "server/ai/steering/spline_following.h"
+#include "server/ai/steering/terrain_walk.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +21,12 @@ constexpr float kUsed = 0.98F;
 /// A corner of a path counts as passed within this distance, m; a walker aims nearer.
 constexpr float kCornerM = 0.5F;
 constexpr float kTurnM = 0.2F;
+/// A segment that ends this much farther from its goal than it has to was cut short, m.
+constexpr float kShort_m = 0.25F;
+/// Who is held up is this far at least from where its timetable has it, m.
+constexpr float kHeldUp_m = 0.01F;
+/// An agent without a map walks this far at most along an obstacle before it tries again, m.
+constexpr float kAside_m = 8.0F;
 /// An agent without a path looks again after this long, s. An agent that waits for an answer looks
 /// again sooner.
 constexpr float kLookAgain_s = 5.0F;
@@ -104,6 +111,83 @@ void set_out(Agent& agent,
     head_for(goal, near_m, aim_direction(agent), agent.segment);
     agent.segment.goal = whole;
     agent.again_at = kNever;
+}
+
+/// True if the entity of a suspended agent could not be placed where the timetable says.
+bool is_held_up(const Agent& agent, const Surroundings& around) {
+    return agent.tier == Tier::kSuspended && !agent.on_path &&
+           (around.at - around.body()).norm() > kHeldUp_m;
+}
+
+/// A body has come to a halt where something holds it up: so has its timetable.
+void stand_at(const Vec2& place, Agent& agent, Surroundings& around) {
+    const Vec2 goal = agent.segment.goal;
+    around.at = place;
+    agent.segment = segment_from(place, Vec2::Zero(), Vec2::Zero(), 0.0F, 0.0F, around.ai.now - 1);
+    agent.segment.goal = goal;
+}
+
+/// A straight walk from the place where the agent is, at its height.
+LookAhead look_from(const Vec2& at, const Vec2& way, const Surroundings& around) {
+    Vec3 here = around.ai.entities.position[around.self];
+    here.x() = at.x();
+    here.z() = at.y();
+    const float length = way.norm();
+    return length > 0.0F ? look_ahead(here,
+                                      way / length,
+                                      length,
+                                      limits_of(around),
+                                      around.ai.statics,
+                                      around.ai.now)
+                         : LookAhead{0.0F, here};
+}
+
+/// Where the segment has come to its speed, and goes straight.
+Vec2 after_bend(const PathSegment& segment) {
+    return segment.from + segment.direction * (segment.speed * segment.bend_s);
+}
+
+/// For an agent without a map: who cannot make its turn sets out from rest, and its segment ends
+/// where something solid would hold it up. `again` makes the segment anew.
+template <class SetOut>
+void stop_at_obstacles(Agent& agent, Surroundings& around, const SetOut& again) {
+    const motion::StaticGeometry& statics = around.ai.statics;
+    const bool bare =
+        statics.boxes().empty() && statics.doors().empty() && statics.surfaces().empty();
+    if (bare || !(agent.segment.speed > 0.0F)) {
+        return;
+    }
+    Vec2 begin = after_bend(agent.segment);
+    const Vec2 turn = begin - around.at;
+    if (look_from(around.at, turn, around).length < turn.norm()) {
+        stand_at(around.at, agent, around);
+        again();
+        begin = around.at;
+    }
+    PathSegment& segment = agent.segment;
+    const float begun = (begin - segment.from).dot(segment.direction);
+    const float way = segment.length - begun;
+    if (way > 0.0F) {
+        const float free = look_from(begin, segment.direction * way, around).length;
+        segment.length = free < way ? std::max(begun + free, 1e-3F) : segment.length;
+    }
+}
+
+/// True if the segment ends at something solid and not at its goal.
+bool stopped_short(const Agent& agent, const BrainState& state, const Surroundings& around) {
+    const PathSegment& segment = agent.segment;
+    const float near_m = state.action == ActionKind::kForage
+                             ? around.ai.points_of_interest.radius_m(state.forage->nest)
+                             : 0.0F;
+    return !agent.on_path && !goes_by_cells(agent, state) && segment.length > 0.0F &&
+           (end_of(segment) - segment.goal).norm() > std::max(near_m, kArriveM) + kShort_m;
+}
+
+/// A place beside an obstacle ahead, on either side.
+Vec2 place_aside(Agent& agent, const Vec2& ahead, const Surroundings& around) {
+    const float side = (agent.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
+    return around.at +
+           Vec2(side * ahead.y(), -side * ahead.x()) * agent.rng.range(kArriveM + 1.0F, kAside_m);
 }
 
 bool has_path(const Agent& agent, const Surroundings& around) {
@@ -194,7 +278,18 @@ void follow_path(Agent& agent, const BrainState& state, const Surroundings& arou
 
 bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
-    around.there = !entered && path_is_over(agent, around);
+    const bool stopped =
+        segment_is_over(agent, around.ai.now, around.ai.dt) && stopped_short(agent, state, around);
+    const Vec2 ahead = agent.segment.direction;
+    if (is_held_up(agent, around)) {
+        stand_at(around.body(), agent, around);
+    } else if (stopped) {
+        stand_at(end_of(agent.segment), agent, around);
+    }
+    // Who stands at an obstacle chooses another target, or walks aside.
+    const bool has_others =
+        state.action == ActionKind::kWander || state.action == ActionKind::kPatrol;
+    around.there = !entered && (path_is_over(agent, around) || (stopped && has_others));
     if (state.action == ActionKind::kFollowTrack && follow_spline(agent, state, around)) {
         return false;
     }
@@ -222,10 +317,20 @@ bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Sur
         agent.segment.goal = desired.goal;
         return true;
     }
-    if (!same || agent.segment.length == 0.0F) {
+    float reach = reach_of(agent, state, desired, around);
+    const bool aside = same && stopped;
+    if (!same || aside || agent.segment.length == 0.0F) {
+        const Vec2 goal = aside ? place_aside(agent, ahead, around) : desired.goal;
+        reach = aside ? kTurnM : reach;
         agent.on_path = false;
-        agent.segment.goal = desired.goal;
-        set_out(agent, state, around, desired.goal, reach_of(agent, state, desired, around));
+        const auto walk = [&] {
+            agent.segment.goal = goal;
+            set_out(agent, state, around, goal, reach);
+        };
+        walk();
+        if (!by_cells) {
+            stop_at_obstacles(agent, around, walk);
+        }
     }
     return false;
 }
