@@ -22,6 +22,9 @@ const motion::CharacterLimits& limits_of(const AiContext& ai, world::Row row) {
     return ai.types[ai.entities.type[row]].character;
 }
 
+/// Who is led aside by less was not: rounding, m.
+constexpr float kOnLine_m = 0.005F;
+
 /// The place at (x, z) of a character that walked there from `from`: as the map has it, or, without
 /// one, by the same walk.
 Vec3 walked_to(const Vec2& at,
@@ -33,10 +36,17 @@ Vec3 walked_to(const Vec2& at,
     const Vec2 way = at - Vec2(from.x(), from.z());
     const float length = way.norm();
     if (!has_map && length > 0.0F) {
-        const LookAhead walk =
-            look_ahead(from, way / length, length, limits, ai.statics, ai.now, kDriftM);
-        if ((Vec2(walk.end.x(), walk.end.z()) - at).norm() < kDriftM) {
-            return walk.end;
+        const Vec2 direction = way / length;
+        const LookAhead walk = look_ahead(from, direction, length, limits, ai.statics, ai.now);
+        if (walk.length >= length && walk.aside < kOnLine_m) {
+            return {at.x(), walk.end.y(), at.y()};
+        }
+        // A timetable leads along a wall within it, and ends in the tick in which its walker would
+        // meet one.
+        const LookAhead slid =
+            look_ahead(from, direction, length, limits, ai.statics, ai.now, kDriftM);
+        if ((Vec2(slid.end.x(), slid.end.z()) - at).norm() < kDriftM) {
+            return slid.end;
         }
     }
     const float feet_m = limits.radius + limits.half_segment;

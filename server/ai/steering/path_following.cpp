@@ -113,9 +113,15 @@ void set_out(Agent& agent,
     agent.again_at = kNever;
 }
 
-/// True if the entity of a suspended agent could not be placed where the timetable says.
-bool is_held_up(const Agent& agent, const Surroundings& around) {
-    return agent.tier == Tier::kSuspended && !agent.on_path &&
+bool has_map(const Surroundings& around) {
+    return around.ai.paths != nullptr &&
+           around.ai.paths->plans_for(around.ai.entities.type[around.self]);
+}
+
+/// True if the entity of a suspended agent without a map could not be placed where the timetable
+/// says.
+bool is_held_up(const Agent& agent, const BrainState& state, const Surroundings& around) {
+    return agent.tier == Tier::kSuspended && !has_map(around) && !goes_by_cells(agent, state) &&
            (around.at - around.body()).norm() > kHeldUp_m;
 }
 
@@ -139,7 +145,7 @@ LookAhead look_from(const Vec2& at, const Vec2& way, const Surroundings& around)
                                       limits_of(around),
                                       around.ai.statics,
                                       around.ai.now)
-                         : LookAhead{0.0F, here};
+                         : LookAhead{0.0F, 0.0F, here};
 }
 
 /// Where the segment has come to its speed, and goes straight.
@@ -281,7 +287,7 @@ bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Sur
     const bool stopped =
         segment_is_over(agent, around.ai.now, around.ai.dt) && stopped_short(agent, state, around);
     const Vec2 ahead = agent.segment.direction;
-    if (is_held_up(agent, around)) {
+    if (is_held_up(agent, state, around)) {
         stand_at(around.body(), agent, around);
     } else if (stopped) {
         stand_at(end_of(agent.segment), agent, around);
@@ -312,8 +318,7 @@ bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Sur
         follow_path(agent, state, around);
         return false;
     }
-    const TypeIndex type = around.ai.entities.type[around.self];
-    if (!by_cells && around.ai.paths != nullptr && around.ai.paths->plans_for(type)) {
+    if (!by_cells && has_map(around)) {
         agent.segment.goal = desired.goal;
         return true;
     }

@@ -23,6 +23,8 @@ constexpr float kOnPlain_m = 0.005F;
 constexpr float kLookAhead_m = 4.0F;
 constexpr float kNearPiece_m = 0.2F;
 constexpr float kHeldUpShare = 0.1F;
+/// Beyond this nothing is looked for, m: no zone is so large, and a goal may be anywhere.
+constexpr float kFarthestLook_m = 4000.0F;
 /// The greatest rise of the ground over 1 m of walk, m (and the greatest drop that is searched).
 constexpr float kSteepest = 1.2F;
 /// The greatest rise at once, m: a surface above it is a roof.
@@ -133,12 +135,13 @@ LookAhead look_ahead(const Vec3& from,
     const Vec2 wanted = wanted_by(command, limits);
     const float speed = wanted.norm();
     if (!(speed > 0.0F)) {
-        return {0.0F, from};
+        return {0.0F, 0.0F, from};
     }
     const Vec2 heading = wanted / speed;
     motion::CharacterState state{from, Vec3(wanted.x(), 0.0F, wanted.y()), 0, true};
     float done = 0.0F;
-    while (done < length) {
+    float aside = 0.0F;
+    while (done < std::min(length, kFarthestLook_m)) {
         float piece = std::min(kLookAhead_m, length - done);
         Walked to = walked(state, command, limits, statics, piece / speed, now);
         if (!to.free) {
@@ -146,15 +149,15 @@ LookAhead look_ahead(const Vec3& from,
             to = walked(state, command, limits, statics, piece / speed, now);
         }
         const Vec2 way = over_ground(to.state.position - from);
-        const float aside = std::abs(way.x() * heading.y() - way.y() * heading.x());
+        aside = std::abs(way.x() * heading.y() - way.y() * heading.x());
         const float ahead = to.free ? piece : way.dot(heading) - done;
         if (ahead < kHeldUpShare * piece || aside > aside_m) {
-            return {std::clamp(done + ahead, 0.0F, length), to.state.position};
+            return {std::clamp(done + ahead, 0.0F, length), aside, to.state.position};
         }
         state = to.state;
         done += ahead;
     }
-    return {length, state.position};
+    return {length, aside, state.position};
 }
 
 Vec3 standing_at(const motion::StaticGeometry& statics,

@@ -33,6 +33,7 @@ inline constexpr float kLedAside_m = 0.1F;
 /// A straight walk that was tried ahead of time.
 struct LookAhead {
     float length = 0.0F;      ///< m, of it before something solid holds the character up
+    float aside = 0.0F;       ///< m, by which that has led it off its line
     Vec3 end = Vec3::Zero();  ///< where it is then, m
 };
 
