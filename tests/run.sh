@@ -18,6 +18,6 @@ fi
 log="$(cd "$build" && pwd)/tests.xml"
 status=0
 ctest --test-dir "$build" --output-on-failure --output-junit "$log" -j$(($(nproc) + 1)) "$@" || status=$?
-# What a failed test printed stands a thousand lines up by now.
+# By now the output of a failed test stands a thousand lines up.
 ((status == 0)) || [[ ! -f "$log" ]] || python3 "$root/tests/print_failures.py" "$log" >&2
 exit "$status"

@@ -85,7 +85,7 @@ for _ in $(seq 12); do  # they score in each of two such matches or so
     if grep -q ' bot-' board.before; then break; fi
 done
 grep -q ' bot-' board.before || { cat game.log; fail "nobody scores"; }
-# Who hears the board of a match may leave it before its last goal. This one is too short for a goal, once dropped flags are home.
+# The bot that hears the board may leave a match before its last goal. This one is too short for a goal, once dropped flags are home.
 sleep 11
 play_match 1 board.before
 stop_match

@@ -22,7 +22,7 @@ const motion::CharacterLimits& limits_of(const AiContext& ai, world::Row row) {
     return ai.types[ai.entities.type[row]].character;
 }
 
-/// Who is led aside by less was not: rounding, m.
+/// Less than this off the line is rounding, m.
 constexpr float kOnLine_m = 0.005F;
 
 /// The place at (x, z) of a character that walked there from `from`: as the map has it, or, without

@@ -23,7 +23,7 @@ constexpr float kCornerM = 0.5F;
 constexpr float kTurnM = 0.2F;
 /// A segment that ends this much farther from its goal than it has to was cut short, m.
 constexpr float kShort_m = 0.25F;
-/// Who is held up is this far at least from where its timetable has it, m.
+/// A body that is held up is this far at least from where its timetable has it, m.
 constexpr float kHeldUp_m = 0.01F;
 /// An agent without a map walks this far at most along an obstacle before it tries again, m.
 constexpr float kAside_m = 8.0F;
@@ -292,7 +292,7 @@ bool plan_segment(Agent& agent, const BrainState& state, bool entered, const Sur
     } else if (stopped) {
         stand_at(end_of(agent.segment), agent, around);
     }
-    // Who stands at an obstacle chooses another target, or walks aside.
+    // At an obstacle it chooses another target, or walks aside.
     const bool has_others =
         state.action == ActionKind::kWander || state.action == ActionKind::kPatrol;
     around.there = !entered && (path_is_over(agent, around) || (stopped && has_others));

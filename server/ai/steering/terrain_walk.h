@@ -26,8 +26,8 @@ Walked walked(const motion::CharacterState& from,
               float time_s,
               Tick now);
 
-/// A straight walk may be as deep in a wall along which its walker slides, m. No wall is so thin
-/// that it would be through.
+/// A straight walk may lead as deep into a wall along which its walker slides, m. The walker itself
+/// stands beside the wall, however thin it is: it is placed by such a walk.
 inline constexpr float kLedAside_m = 0.1F;
 
 /// A straight walk that was tried ahead of time.

@@ -48,8 +48,8 @@ TEST(WalkAhead, EndsAtAWall) {
     }
 }
 
-/// Who walks into a wall at an angle slides along it. The straight line may lead as far into it as
-/// one is led aside meanwhile: 0.1 m, and a piece of 0.2 m.
+/// A character that walks into a wall at an angle slides along it. The straight line may lead as
+/// far into it as one is led aside meanwhile: 0.1 m, and a piece of 0.2 m.
 TEST(WalkAhead, EndsAtAWallThatLeadsAside) {
     const motion::StaticGeometry statics =
         world_of({slab({20.0F, 1.0F, 4.0F}, {60.0F, 1.0F, 0.2F})});
@@ -149,6 +149,28 @@ TEST(WalkersWithoutMap, StayInTheirRoom) {
             EXPECT_LT(most.y(), 9.8F - kWalkerRadius + past) << static_cast<int>(action) << seen;
             EXPECT_EQ(many.field.agents.active().empty(), !seen);
             EXPECT_GT(moved, 30.0) << "they keep walking; " << static_cast<int>(action) << seen;
+        }
+    }
+}
+
+/// Small ones, in a room of walls of 5 cm: a timetable that leads through them leads nobody out.
+TEST(WalkersWithoutMap, StayBehindThinWalls) {
+    std::vector<motion::StaticBox> walls = room();
+    walls[0].half_extents.x() = walls[1].half_extents.x() = 0.025F;
+    walls[2].half_extents.z() = walls[3].half_extents.z() = 0.025F;
+    Mapless many(single(ActionKind::kWander, 40.0F), walls, false);
+    motion::CharacterLimits& limits = many.field.types[kGuard].character;
+    limits.radius = 0.1F;
+    limits.half_segment = 0.05F;
+    for (std::uint32_t id = 1; id <= Mapless::kAgents; ++id) {
+        many.field.position(id).y() = 0.15F;
+    }
+    for (int second = 0; second < 300; ++second) {
+        many.field.run(1.0F);
+        for (std::uint32_t id = 1; id <= Mapless::kAgents; ++id) {
+            const Vec3& body = many.field.position(id);
+            ASSERT_LT(std::abs(body.x()), 12.0F) << id << " after " << second;
+            ASSERT_LT(std::abs(body.z()), 10.0F) << id << " after " << second;
         }
     }
 }
