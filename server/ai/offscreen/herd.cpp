@@ -16,10 +16,6 @@ constexpr float kRoam_s = 1.0F;
 /// A character with this share of its walk left is at its end, but for rounding.
 constexpr float kAtEndShare = 1e-3F;
 
-Vec2 flat_part(const Vec3& v) {
-    return {v.x(), v.z()};
-}
-
 /// The command that leads along `way` (m) in `time_s`. `limits` bound its speed.
 motion::InputCommand command_along(const Vec2& way,
                                    float time_s,
@@ -48,7 +44,8 @@ StepEnd walk_along(const motion::CharacterState& from,
                    Tick now) {
     const Walked to =
         walked(from, command_along(way, time_s, limits), limits, statics, time_s, now);
-    const Vec2 end = to.free ? Vec2(flat_part(from.position) + way) : flat_part(to.state.position);
+    const Vec2 end =
+        to.free ? Vec2(over_ground(from.position) + way) : over_ground(to.state.position);
     return {Vec3(end.x(), to.state.position.y(), end.y()), to.state.grounded};
 }
 
@@ -82,11 +79,11 @@ void take_step(Agent& agent,
                const StepEnd& end) {
     const Tick until = roams_until(brain, ai.now, ai.dt);
     const float time_s = static_cast<float>(until - ai.now) * ai.dt;
-    const Vec2 here = flat_part(from);
-    const float length = end.stands ? (flat_part(end.at) - here).norm() : 0.0F;
+    const Vec2 here = over_ground(from);
+    const float length = end.stands ? (over_ground(end.at) - here).norm() : 0.0F;
     agent.segment = PathSegment();
     agent.segment.from = here;
-    agent.segment.goal = end.stands ? flat_part(end.at) : here;
+    agent.segment.goal = end.stands ? over_ground(end.at) : here;
     agent.segment.since = ai.now - 1;
     if (length > 0.0F) {
         agent.segment.direction = (agent.segment.goal - here) / length;

@@ -33,7 +33,7 @@ Vec3 walked_to(const Vec2& at,
                const AiContext& ai,
                world::Row row) {
     const bool has_map = ai.paths != nullptr && ai.paths->plans_for(ai.entities.type[row]);
-    const Vec2 way = at - Vec2(from.x(), from.z());
+    const Vec2 way = at - over_ground(from);
     const float length = way.norm();
     if (!has_map && length > 0.0F) {
         const Vec2 direction = way / length;
@@ -45,7 +45,7 @@ Vec3 walked_to(const Vec2& at,
         // meet one.
         const LookAhead slid =
             look_ahead(from, direction, length, limits, ai.statics, ai.now, kDriftM);
-        if ((Vec2(slid.end.x(), slid.end.z()) - at).norm() < kDriftM) {
+        if ((over_ground(slid.end) - at).norm() < kDriftM) {
             return slid.end;
         }
     }

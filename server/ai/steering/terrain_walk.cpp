@@ -13,8 +13,6 @@ namespace {
 /// A character whose velocity differs from its desired velocity by more than this share has hit
 /// something.
 constexpr float kMetShare = 0.01F;
-/// The steepest ground that one piece of a walk follows downwards: rise in m per m.
-constexpr float kSteepestRoam = 1.2F;
 constexpr int kMostPieces = 32;
 /// A character this near to the height of the ground plane stands on it, m.
 constexpr float kOnPlain_m = 0.005F;
@@ -25,7 +23,7 @@ constexpr float kNearPiece_m = 0.2F;
 constexpr float kHeldUpShare = 0.1F;
 /// Beyond this nothing is looked for, m: no zone is so large, and a goal may be anywhere.
 constexpr float kFarthestLook_m = 4000.0F;
-/// The greatest rise of the ground over 1 m of walk, m (and the greatest drop that is searched).
+/// The greatest rise or drop of the ground over 1 m of walk, m.
 constexpr float kSteepest = 1.2F;
 /// The greatest rise at once, m: a surface above it is a roof.
 constexpr float kMostRise = 2.5F;
@@ -34,10 +32,6 @@ constexpr float kMostRise = 2.5F;
 /// stands on another one.
 constexpr float kFloorOff = 0.5F;
 constexpr float kOnAnotherFloor = 1.0F;
-
-Vec2 over_ground(const Vec3& v) {
-    return {v.x(), v.z()};
-}
 
 /// Whether a walk over the plain meets nothing, so that it need not be tried.
 bool is_open(const Vec3& from,
@@ -111,7 +105,7 @@ Walked walked(const motion::CharacterState& from,
     if (out.state.grounded && off <= kMetShare * wanted.norm()) {
         return out;
     }
-    const float piece_m = std::max(limits.step_down, 0.1F) / kSteepestRoam;
+    const float piece_m = std::max(limits.step_down, 0.1F) / kSteepest;
     const auto pieces =
         std::clamp(static_cast<int>(std::ceil(wanted.norm() * time_s / piece_m)), 2, kMostPieces);
     out = {from, false};

@@ -6,6 +6,11 @@
 
 namespace zoned::ai {
 
+/// x and z.
+inline Vec2 over_ground(const Vec3& v) {
+    return {v.x(), v.z()};
+}
+
 /// The velocity that a command asks for, as in motion::apply_input(); x, z, m/s.
 Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits);
 

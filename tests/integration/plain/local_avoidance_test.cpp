@@ -225,8 +225,8 @@ TEST(LocalAvoidance, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
 }
 
 TEST(LocalAvoidance, WhoIsNotSimulatedIsPutWhereItStandsClearOfWalls) {
-    // The places are behind a wall without a door: straight walks lead through it while the walkers
-    // are off-screen.
+    // The places are behind a wall without a door: walkers meet it and go along it while they are
+    // off-screen.
     const std::string wall = R"(
 statics {
   box { x_m: 0 y_m: 1 z_m: 0 size { x_m: 3 y_m: 2 z_m: 50 } }

@@ -14,8 +14,8 @@
 namespace zoned::app {
 namespace {
 
-/// How deep a timetable may lead a walker's middle into a wall: no deeper than it is led aside by
-/// it, less its radius. So not at all but for rounding.
+/// How deep a timetable may lead a walker's middle into a wall: led aside by 0.1 m, a piece of 0.2
+/// m and a tick's way of 0.13 m, less its radius of 0.4 m.
 constexpr float kDeepest_m = 0.05F;
 
 /// Whether a place is inside a box that is no floor for a character at that height.

@@ -159,6 +159,15 @@ class Field {
     }
 };
 
+/// A box that leans by `lean` (rad) about the z axis.
+inline motion::StaticBox slab(const Vec3& centre, const Vec3& half, float lean = 0.0F) {
+    motion::StaticBox box;
+    box.centre = centre;
+    box.half_extents = half;
+    box.orientation = Quat(Eigen::AngleAxisf(lean, Vec3::UnitZ()));
+    return box;
+}
+
 /// A decision by a brain as written.
 inline bool decide(Agent& agent,
                    const Brain& brain,

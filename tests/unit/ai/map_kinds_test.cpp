@@ -9,14 +9,6 @@ namespace {
 
 using namespace test;
 
-motion::StaticBox slab(const Vec3& centre, const Vec3& half, float lean = 0.0F) {
-    motion::StaticBox box;
-    box.centre = centre;
-    box.half_extents = half;
-    box.orientation = Quat(Eigen::AngleAxisf(lean, Vec3::UnitZ()));
-    return box;
-}
-
 Brain walker_home() {
     Brain brain = single(ActionKind::kReturn);
     brain.states[0].speed_factor = 0.8F;

@@ -13,14 +13,6 @@ namespace {
 
 using namespace test;
 
-motion::StaticBox slab(const Vec3& centre, const Vec3& half, float roll_rad = 0.0F) {
-    motion::StaticBox box;
-    box.centre = centre;
-    box.half_extents = half;
-    box.orientation = Quat(Eigen::AngleAxisf(roll_rad, Vec3::UnitZ()));
-    return box;
-}
-
 /// How far one gets from the origin in direction x (turned to z by `angle`), of 40 m.
 float gets(const motion::StaticGeometry& statics, float angle = 0.0F, Tick now = 0) {
     const motion::CharacterLimits limits;
