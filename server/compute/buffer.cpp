@@ -2,6 +2,7 @@
 #include "server/compute/device_impl.h"
 #include "server/compute/host_block.h"
 
+#include <array>
 #include <cstring>
 #include <utility>
 
@@ -119,7 +120,6 @@ Buffer::Buffer(Buffer&& other) noexcept
       staging_(std::exchange(other.staging_, nullptr)),
       bytes_(other.bytes_),
       coming_(other.coming_),
-      ranges_(other.ranges_),
       mapped_(std::exchange(other.mapped_, false)) {
 }
 
@@ -131,7 +131,6 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     std::swap(staging_, other.staging_);
     std::swap(bytes_, other.bytes_);
     std::swap(coming_, other.coming_);
-    std::swap(ranges_, other.ranges_);
     std::swap(mapped_, other.mapped_);
     return *this;
 }
@@ -158,32 +157,32 @@ Buffer::~Buffer() {
     }
 }
 
-Status Buffer::give(std::size_t offset, std::size_t bytes) {
+/// Calls visit(offset, bytes) for each row.
+template <class Visit>
+void Buffer::for_each_row(const Rows& rows, Visit&& visit) {
+    for (std::size_t row = 0; row < rows.count; ++row) {
+        visit(row * rows.pitch, rows.bytes);
+    }
+}
+
+Status Buffer::give(const Rows& rows) {
     if (device_->lost()) {
         return Status::failure(device_->fault());
     }
-    ranges_ = 0;
+    coming_ = Rows();
     Device::Impl& impl = *device_->impl_;
     if (impl.buffers == BufferMode::kMapped) {
         return unmap();
     }
-    std::memcpy(
-        static_cast<char*>(staging_) + offset, static_cast<const char*>(host_) + offset, bytes);
-    const cl_int code = impl.call([&] {
-        return impl.cl->clEnqueueWriteBuffer(impl.queue,
-                                             static_cast<cl_mem>(handle_),
-                                             CL_FALSE,
-                                             offset,
-                                             bytes,
-                                             static_cast<char*>(staging_) + offset,
-                                             0,
-                                             nullptr,
-                                             nullptr);
+    for_each_row(rows, [this](std::size_t offset, std::size_t bytes) {
+        std::memcpy(
+            static_cast<char*>(staging_) + offset, static_cast<const char*>(host_) + offset, bytes);
     });
+    const cl_int code = transfer(impl.cl->clEnqueueWriteBufferRect, rows);
     return code == CL_SUCCESS ? done() : device_->lose("a copy to it: " + opencl_error(code));
 }
 
-Status Buffer::take(std::size_t offset, std::size_t bytes) {
+Status Buffer::take(const Rows& rows) {
     if (device_->lost()) {
         return Status::failure(device_->fault());
     }
@@ -191,36 +190,49 @@ Status Buffer::take(std::size_t offset, std::size_t bytes) {
     if (impl.buffers == BufferMode::kMapped) {
         return mapped_ ? done() : map();
     }
-    if (bytes == 0) {
+    if (rows.bytes == 0) {
         return done();
     }
-    if (ranges_ == kRanges) {
-        return device_->lose("more ranges come back than a buffer counts");
-    }
-    const cl_int code = impl.call([&] {
-        return impl.cl->clEnqueueReadBuffer(impl.queue,
-                                            static_cast<cl_mem>(handle_),
-                                            CL_FALSE,
-                                            offset,
-                                            bytes,
-                                            static_cast<char*>(staging_) + offset,
-                                            0,
-                                            nullptr,
-                                            nullptr);
-    });
+    const cl_int code = transfer(impl.cl->clEnqueueReadBufferRect, rows);
     if (code == CL_SUCCESS) {
-        coming_[ranges_++] = {offset, bytes};
+        coming_ = rows;
     }
     return code == CL_SUCCESS ? done() : device_->lose("a copy from it: " + opencl_error(code));
 }
 
+/// Queues one copy of all rows between the device and the staging memory, which has the same shape.
+template <class Copy>
+int Buffer::transfer(Copy copy, const Rows& rows) {
+    Device::Impl& impl = *device_->impl_;
+    constexpr std::array<std::size_t, 3> kOrigin{};
+    const std::array<std::size_t, 3> region{rows.bytes, rows.count, 1};
+    return impl.call([&] {
+        return copy(impl.queue,
+                    static_cast<cl_mem>(handle_),
+                    CL_FALSE,
+                    kOrigin.data(),
+                    kOrigin.data(),
+                    region.data(),
+                    rows.pitch,
+                    0,
+                    rows.pitch,
+                    0,
+                    staging_,
+                    0,
+                    nullptr,
+                    nullptr);
+    });
+}
+
 void Buffer::settle() {
-    for (std::size_t i = 0; i < ranges_ && !device_->lost(); ++i) {
-        std::memcpy(static_cast<char*>(host_) + coming_[i].offset,
-                    static_cast<const char*>(staging_) + coming_[i].offset,
-                    coming_[i].bytes);
+    if (!device_->lost()) {
+        for_each_row(coming_, [this](std::size_t offset, std::size_t bytes) {
+            std::memcpy(static_cast<char*>(host_) + offset,
+                        static_cast<const char*>(staging_) + offset,
+                        bytes);
+        });
     }
-    ranges_ = 0;
+    coming_ = Rows();
 }
 
 }  // namespace zoned::compute

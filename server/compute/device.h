@@ -6,7 +6,6 @@
 #include "server/compute/program_cache.h"
 #include "shared/core/result.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -161,17 +160,24 @@ class Buffer {
     Buffer& operator=(Buffer&& other) noexcept;
     ~Buffer();
 
-    /// A buffer begins with the host. The device gets `bytes` from `offset` on; the host must not
-    /// touch the buffer until it took it back. Several ranges may be given and taken one after the
-    /// other, at most kRanges: a mapped buffer changes hands as a whole.
-    Status give(std::size_t offset, std::size_t bytes);
+    /// The part of a buffer that changes hands: rows of `bytes`, the first at the buffer's begin,
+    /// `pitch` >= bytes from one begin to the next. They go as one transfer.
+    struct Rows {
+        std::size_t bytes = 0;
+        std::size_t pitch = 0;
+        std::size_t count = 0;
+    };
+
+    /// A buffer begins with the host. The device gets the rows; the host must not touch the buffer
+    /// until it took it back. A mapped buffer changes hands as a whole.
+    Status give(const Rows& rows);
     /// Queues the transfer back; then Device::finish(), then settle(). No bytes: nothing was
     /// changed.
-    Status take(std::size_t offset, std::size_t bytes);
+    Status take(const Rows& rows);
 
-    Status give() { return give(0, bytes_); }
+    Status give() { return give(whole()); }
 
-    Status take() { return take(0, bytes_); }
+    Status take() { return take(whole()); }
 
     /// The host's memory holds the returned data. Where the device was lost before, copied memory
     /// holds its content at give(), and mapped memory the kernels' results until then.
@@ -179,19 +185,19 @@ class Buffer {
 
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
-    static constexpr std::size_t kRanges = 8;
-
   private:
     friend class Kernel;
-
-    struct BufferRange {
-        std::size_t offset = 0, bytes = 0;
-    };
 
     Buffer() = default;
     int make_staging();
     Status map();
     Status unmap();
+    template <class Copy>
+    int transfer(Copy copy, const Rows& rows);
+    template <class Visit>
+    static void for_each_row(const Rows& rows, Visit&& visit);
+
+    [[nodiscard]] Rows whole() const { return {bytes_, bytes_, 1}; }
 
     Device* device_ = nullptr;
     void* handle_ = nullptr;
@@ -199,9 +205,8 @@ class Buffer {
     void* staging_handle_ = nullptr;
     void* staging_ = nullptr;  ///< all copies pass through it; half of one does no harm
     std::size_t bytes_ = 0;
-    std::array<BufferRange, kRanges> coming_;
-    std::size_t ranges_ = 0;  ///< of them that are being transferred back
-    bool mapped_ = false;     ///< the host may touch it
+    Rows coming_;          ///< being transferred back
+    bool mapped_ = false;  ///< the host may touch it
 };
 
 }  // namespace zoned::compute

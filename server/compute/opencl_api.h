@@ -39,8 +39,8 @@ struct OpenClApi {
     X(clEnqueueNDRangeKernel)     \
     X(clEnqueueMapBuffer)         \
     X(clEnqueueUnmapMemObject)    \
-    X(clEnqueueReadBuffer)        \
-    X(clEnqueueWriteBuffer)       \
+    X(clEnqueueReadBufferRect)    \
+    X(clEnqueueWriteBufferRect)   \
     X(clFinish)
 #define ZONED_OPENCL_POINTER(name) decltype(&::name) name = nullptr;
     ZONED_OPENCL_FUNCTIONS(ZONED_OPENCL_POINTER)

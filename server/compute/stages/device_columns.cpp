@@ -31,25 +31,15 @@ Status DeviceColumns::hold(Device& device, ParticleColumns& columns) {
 }
 
 Status DeviceColumns::give(std::size_t count) {
-    for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
-        if (Status ok = buffer_->give(c * stride_, count * sizeof(float)); !ok) {
-            return ok;
-        }
-    }
-    return Done{};
+    return buffer_->give(rows(count));
 }
 
 Status DeviceColumns::take(std::size_t count) {
-    for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
-        if (Status ok = buffer_->take(c * stride_, count * sizeof(float)); !ok) {
-            return ok;
-        }
-    }
-    return Done{};
+    return buffer_->take(rows(count));
 }
 
 Status DeviceColumns::take_unchanged() {
-    return buffer_->take(0, 0);
+    return buffer_->take(Buffer::Rows());
 }
 
 Status DeviceColumns::settle() {

@@ -30,6 +30,10 @@ class DeviceColumns {
     [[nodiscard]] const Buffer& buffer() const { return *buffer_; }
 
   private:
+    [[nodiscard]] Buffer::Rows rows(std::size_t count) const {
+        return {count * sizeof(float), stride_, ParticleColumns::kColumns};
+    }
+
     std::shared_ptr<HostBlock> block_;
     std::optional<Buffer> buffer_;
     std::size_t stride_ = 0;
