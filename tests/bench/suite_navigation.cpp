@@ -362,8 +362,8 @@ void run_navigation(Session& session) {
         "our search over Detour's polygons, the mean excess over the "
         "shortest paths there, found by visibility, of 100 queries, as is excess_mean of detour, "
         "whose error counts queries without a path; graph: A* along a waypoint in each cell). "
-        "next_hop: time of one lookup, tables of 16 goals; flow_field: time of a field to a new "
-        "goal; arena2_patched: an empty map that 439 patches build up and change between 2,000 "
+        "goal_field: time of a field to a new goal; arena2_patched: an empty map that 439 patches "
+        "build up and change between 2,000 "
         "queries. detour is Debian's, built for baseline x86-64");
     for (const std::string& name : path_scenes()) {
         if (!session.wants_scene(name)) {
@@ -393,7 +393,6 @@ const Registration kNavigation({"navigation",
                                  "subgoals",
                                  "jump_points",
                                  "astar",
-                                 "next_hop",
                                  "goal_field",
                                  "door",
                                  "mesh",

@@ -47,9 +47,8 @@ struct Aside {
     const char* why;
 };
 
-constexpr std::array<Aside, 6> kAsides{{
+constexpr std::array<Aside, 5> kAsides{{
     {"physics", "threads_2", "a second thread does part of the work"},
-    {"navigation", "next_hop", "answers with one hop, not with a path"},
     {"navigation", "goal_field", "prepares a field for many agents, not one path"},
     {"navigation", "door", "times the change of a map"},
     {"scripting", "lua_empty", "its script does nothing"},

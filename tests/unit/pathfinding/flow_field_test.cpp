@@ -1,6 +1,5 @@
 #include "server/ai/pathfinding/flow_fields/flow_field.h"
 
-#include "server/ai/pathfinding/flow_fields/next_hops.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/pathfinding/grid_reference.h"
 #include "shared/core/rng.h"
@@ -37,9 +36,6 @@ double followed(const GridMap& map, Cell c, Cell goal, const HopAt& hop_at) {
 void expect_best_hops(const GridMap& map, Cell goal) {
     FlowField field;
     field.build(map, goal);
-    NextHops tables(map);
-    ASSERT_EQ(tables.add(map, field), 0U);
-    ASSERT_EQ(tables.add(map, field), 1U);
     const std::vector<double> lengths = all_lengths(map, goal);
     std::size_t i = 0;
     for (std::uint16_t y = 0; y < map.height(); ++y) {
@@ -54,9 +50,6 @@ void expect_best_hops(const GridMap& map, Cell goal) {
             // 3.7e-7 a diagonal (cost.h), at most some 2,000 of them here.
             ASSERT_NEAR(field.cost(p) / double{kStraight}, lengths[i], 1e-3);
             ASSERT_NEAR(followed(map, c, goal, [&](Cell at) { return field.hop(map.place(at)); }),
-                        lengths[i],
-                        1e-3);
-            ASSERT_NEAR(followed(map, c, goal, [&](Cell at) { return tables.hop(1, at); }),
                         lengths[i],
                         1e-3);
         }
@@ -97,17 +90,6 @@ TEST(FlowField, AllocatesNothingForAnotherGoal) {
     const std::uint64_t before = allocation_count();
     field.build(map, {100, 101});
     EXPECT_EQ(allocation_count(), before);
-}
-
-TEST(NextHops, TakeHalfAByteForEachCellAndGoal) {
-    const GridMap map = random_map(101, 33, 0.1F, 1);
-    FlowField field;
-    NextHops tables(map);
-    for (std::uint16_t goal = 0; goal < 5; ++goal) {
-        field.build(map, {goal, goal});
-        EXPECT_EQ(tables.add(map, field), goal);
-    }
-    EXPECT_EQ(tables.bytes(), 5U * ((101U * 33U + 1U) / 2U));
 }
 
 }  // namespace
