@@ -438,14 +438,16 @@ void check_replication(const proto::config::Config& config,
     }
     check_lods(config, diagnostics);
     check_extent(config, zones, diagnostics);
+    if (!config.replication().has_silence_ticks()) {
+        return;
+    }
     const double silence = config.replication().silence_ticks() / config.world().tick_rate_hz();
     if (silence > 0.5) {
         diagnostics.add(
-            config.replication().has_silence_ticks() ? "replication.silence_ticks"
-                                                     : "world.tick_rate_hz",
+            "replication.silence_ticks",
             text_of(
-                "silence_ticks: %g ticks are %.3g s at world.tick_rate_hz %g; clients need a sign "
-                "of life every 0.5 s",
+                "%g ticks are %.3g s at world.tick_rate_hz %g; clients need a sign of life every "
+                "0.5 s",
                 config.replication().silence_ticks(),
                 silence,
                 config.world().tick_rate_hz()));

@@ -222,7 +222,9 @@ void expand_replication(const proto::config::Config& config,
     out.keyframe_every = from.keyframe_every();
     out.budget_bytes_per_s = from.budget_bytes_per_s();
     out.own_state_every_ticks = from.own_state_every_ticks();
-    out.silence_ticks = from.silence_ticks();
+    out.silence_ticks = from.has_silence_ticks()
+                            ? from.silence_ticks()
+                            : usual_silence_ticks(config.world().tick_rate_hz());
     out.tick_s = narrow(1.0 / config.world().tick_rate_hz());
     out.forced_order = static_cast<int>(from.predictor()) - 1;
     out.redundancy_target = narrow(from.redundancy_target());

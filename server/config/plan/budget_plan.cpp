@@ -4,6 +4,7 @@
 #include "server/config/plan/error_models.h"
 #include "server/config/plan/pass_costs.h"
 #include "server/config/text/check_name.h"
+#include "server/config/text/config_numbers.h"
 #include "server/replication/packer.h"
 #include "proto/config/config.pb.h"
 
@@ -194,13 +195,11 @@ void BudgetPlanner::plan_time(double budget_s) {
         plans_.back().choice = std::move(choice);
     }
     auto& replication = *config_.mutable_replication();
-    const double silence =
-        std::min<double>(replication.silence_ticks(), std::floor(0.5 * world.tick_rate_hz()));
     fill(
         "replication.silence_ticks",
         replication.has_silence_ticks(),
         replication.silence_ticks(),
-        std::max(1.0, silence),
+        usual_silence_ticks(world.tick_rate_hz()),
         [&](double v) { replication.set_silence_ticks(static_cast<std::uint32_t>(v)); },
         "half a second at this tick rate, or the default");
     auto& ai = *config_.mutable_ai();

@@ -1,8 +1,12 @@
-// config_numbers: converts doubles and degrees of configs to the stages' types and radians.
+// config_numbers: converts doubles and degrees of configs to the stages' types and radians, and
+// numbers that follow from others where a config does not set them.
 #pragma once
 
 #include "shared/math/types.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <numbers>
 
 namespace zoned::config {
@@ -22,6 +26,12 @@ inline Eigen::Quaterniond turn(double degrees, const Vec3d& axis) {
 inline Eigen::Quaterniond turn(double yaw_deg, double pitch_deg, double roll_deg) {
     return turn(yaw_deg, Vec3d::UnitY()) * turn(pitch_deg, Vec3d::UnitX()) *
            turn(roll_deg, Vec3d::UnitZ());
+}
+
+/// Ticks after which a client gets a datagram at the latest, where replication.silence_ticks is not
+/// set: half a second, but no more than at the usual rate.
+inline std::uint32_t usual_silence_ticks(double tick_rate_hz) {
+    return static_cast<std::uint32_t>(std::clamp(std::floor(0.5 * tick_rate_hz), 1.0, 12.0));
 }
 
 inline Quat narrow(const Eigen::Quaterniond& turned) {

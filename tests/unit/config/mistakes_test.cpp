@@ -216,9 +216,9 @@ const Case kRadii[] = {
      "horizontal_extent_m",
      "half of the largest zone, 50, and the ghost margin, 60"},
     {"LongSilence",
-     "name: \"test\"",
-     "name: \"test\" tick_rate_hz: 20",
-     "tick_rate_hz: 20",
+     "world {",
+     "replication { silence_ticks: 12 }\nworld {\n  tick_rate_hz: 20",
+     "silence_ticks: 12",
      "0.5 s"},
 };
 

@@ -27,6 +27,16 @@ TEST(ServerSettings, HaveTheDefaultsOfTheSchema) {
     EXPECT_FALSE(from_schema.testing.stall || from_schema.testing.wrong_limit);
 }
 
+TEST(ServerSettings, ClientsHearWithinHalfASecondAtAnyTickRate) {
+    for (const double rate_hz : {5.0, 7.5, 20.0, 23.9, 24.0, 30.0, 240.0}) {
+        const Outcome parsed = parse(kValid, {"world.tick_rate_hz=" + std::to_string(rate_hz)});
+        ASSERT_TRUE(parsed.ok) << format_errors("test", parsed.errors);
+        const std::uint32_t ticks = parsed.settings.replication.silence_ticks;
+        EXPECT_LE(ticks / rate_hz, 0.5);
+        EXPECT_TRUE(ticks == 12 || (ticks + 1) / rate_hz > 0.5) << "as many as fit";
+    }
+}
+
 TEST(ServerSettings, SettingsThatAreMadeWithoutAConfigHaveTheDefaultsOfTheSchema) {
     const Outcome parsed = parse(kValid);
     ASSERT_TRUE(parsed.ok) << format_errors("test", parsed.errors);
