@@ -121,10 +121,7 @@ bool ScriptRules::call(zone::RulesContext& context, Callback callback, Push&& pu
     }
     if (script_->budget().tick_instructions <= 0 && callback != Callback::kJoin &&
         callback != Callback::kLeave) {
-        note_error(callback,
-                   {std::string(scripting::name_of(callback)) +
-                        ": not called: the tick takes more than script.instructions_per_tick",
-                    {}});
+        note_not_called(callback);
         return false;
     }
     const Lent lent(*host_, context, true);
@@ -144,6 +141,13 @@ void ScriptRules::log_error(Callback callback, const ScriptError& error) const {
     host_->log(ScriptLine::kError,
                "error in " + std::string(scripting::name_of(callback)) + ": " + error.text +
                    (error.traceback.empty() ? "" : "\n" + error.traceback));
+}
+
+void ScriptRules::note_not_called(Callback callback) {
+    ScriptError error;
+    error.text = scripting::name_of(callback);
+    error.text += ": not called: the tick takes more than script.instructions_per_tick";
+    note_error(callback, error);
 }
 
 void ScriptRules::note_error(Callback callback, const ScriptError& error) {

@@ -76,6 +76,7 @@ class ScriptRules final : public zone::Rules {
     /// False where the script was not called, or failed.
     template <class Push>
     bool call(zone::RulesContext& context, Callback callback, Push&& push);
+    void note_not_called(Callback callback);
     void note_error(Callback callback, const ScriptError& error);
     void log_error(Callback callback, const ScriptError& error) const;
     template <class Archive>
