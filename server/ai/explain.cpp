@@ -214,7 +214,8 @@ std::vector<std::string> sense_names(const Brain& brain) {
                                    "confidence",
                                    "allies",
                                    "foes",
-                                   "time of day"};
+                                   "time of day",
+                                   "leads"};
     if (brain.perception.given) {
         names[kSensePlayerDistance] = "target distance";
     }

@@ -196,6 +196,7 @@ void sense(const Agent& agent,
     senses[kSenseConfidence] = percept.confidence;
     senses[kSenseAllies] = percept.allies;
     senses[kSenseFoes] = percept.foes;
+    senses[kSenseLeads] = leads(brain, percept.ward) ? 1.0F : 0.0F;
     for (std::size_t v = 0; v < brain.variables.size(); ++v) {
         senses[kOwnSenses + v] = variable_at(agent, brain, v, now);
     }

@@ -57,6 +57,11 @@ void sense_more(const Agent& agent,
                 Senses& senses,
                 std::uint64_t wanted);
 
+/// Whether an agent with this ward leads its company.
+inline bool leads(const CompiledBrain& brain, EntityId ward) {
+    return brain.perception.succession && !ward;
+}
+
 /// Stores the parts of a percept that a decision needs.
 void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
 

@@ -144,6 +144,7 @@ class Forecast {
             case kSenseConfidence:
             case kSenseAllies:
             case kSenseFoes:
+            case kSenseLeads:
                 return kNever;
             case kSenseHomeDistance:
                 return passed(watch, Vec2(agent_.home.x(), agent_.home.z()));
@@ -251,6 +252,7 @@ class Forecast {
             case kSenseConfidence:
             case kSenseAllies:
             case kSenseFoes:
+            case kSenseLeads:
                 return false;
             case kSenseHomeDistance:
                 return step_m_ > 0.0F;

@@ -63,6 +63,11 @@ bool PerceptionRanges::set(std::span<const CompiledBrain> brains,
                 looks_[m * types_ + type] = perceives_within(brains[m]);
             }
         }
+        for (std::size_t t = 0; how.succession && t < types_; ++t) {
+            if (brain_of_[t] == m) {
+                looks_[m * types_ + t] = perceives_within(brains[m]);
+            }
+        }
     }
     if (before_ == looks_ && brain_before_ == brain_of_) {
         return false;

@@ -88,6 +88,8 @@ float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& bra
         case kSenseAllies:
         case kSenseFoes:
             return 0.0F;
+        case kSenseLeads:
+            return leads(brain, EntityId()) ? 1.0F : 0.0F;
         default:
             break;
     }

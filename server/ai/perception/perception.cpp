@@ -121,7 +121,8 @@ class Looking {
           agent_(agent),
           how_(brain.perception),
           sight_m_(brain.perception_m),
-          eye_(stand_of(self).at) {
+          eye_(stand_of(self).at),
+          leader_(ai.entities.id[self]) {
         const bool on_segment = timetable_of(self) != nullptr;
         const std::uint16_t yaw = on_segment ? agent.aim.yaw : e_.yaw[self];
         const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
@@ -149,6 +150,9 @@ class Looking {
             remember(percept);
         }
         percept.ward = kept_ward_ ? agent_.ward : ward_.id;
+        if (!percept.ward && leader_ != e_.id[self_]) {
+            percept.ward = leader_;
+        }
         for_each_player(
             ai_, players_, self_, ai_.settings.far_m, [&](world::Row /*row*/, float /*d2*/) {
                 percept.player_far = false;
@@ -202,6 +206,9 @@ class Looking {
         if (within && ((player && how_.ward_players) || is_one_of(how_.wards, type))) {
             kept_ward_ = kept_ward_ || one.id == agent_.ward;
             ward_ = std::min(ward_, one);
+        }
+        if (within && how_.succession && type == e_.type[self_]) {
+            leader_ = std::min(leader_, one.id);
         }
         if (!(player && how_.players) && !is_one_of(how_.targets, type)) {
             return;
@@ -314,6 +321,7 @@ class Looking {
     NearestFew others_;
     Noticed ward_;
     bool kept_ward_ = false;
+    EntityId leader_;  ///< of its own type, itself included, where the brain has succession
 };
 
 }  // namespace

@@ -262,6 +262,7 @@ static_assert(static_cast<int>(ai::ActionKind::kForage) == proto::config::FORAGE
 static_assert(static_cast<int>(ai::ActionKind::kFormUp) == proto::config::FORM_UP);
 static_assert(static_cast<int>(ai::FormationShape::kRing) == proto::config::RING);
 static_assert(static_cast<int>(ai::Sensor::kFoes) == proto::config::FOES);
+static_assert(static_cast<int>(ai::Sensor::kLeads) == proto::config::LEADS);
 static_assert(static_cast<int>(ai::Compare::kAbove) == proto::config::ABOVE);
 static_assert(static_cast<int>(ai::state_machine::StateHistory::kShallow) ==
               proto::config::SHALLOW);

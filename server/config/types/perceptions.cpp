@@ -40,6 +40,20 @@ bool any_does(const std::vector<ai::BrainState>& states, ai::ActionKind action) 
     });
 }
 
+/// Whether any transition reads that sense.
+bool any_reads(const std::vector<ai::BrainState>& states, ai::SenseIndex sense) {
+    const auto reads = [sense](const ai::Transition& transition) {
+        return transition.first().sense == sense ||
+               std::any_of(transition.also.begin(),
+                           transition.also.end(),
+                           [sense](const ai::Condition& also) { return also.sense == sense; });
+    };
+    return std::any_of(states.begin(), states.end(), [&](const ai::BrainState& state) {
+        return std::any_of(state.transitions.begin(), state.transitions.end(), reads) ||
+               any_reads(state.inside, sense);
+    });
+}
+
 }  // namespace
 
 ai::Perception expand_perception(const Config& config, const proto::config::Brain& brain) {
@@ -54,6 +68,7 @@ ai::Perception expand_perception(const Config& config, const proto::config::Brai
     out.allies = expand_types(config, from.ally());
     out.wards = expand_types(config, from.ward());
     out.ward_players = from.ward_players();
+    out.succession = from.succession();
     // All round is exactly that, whatever the cosine is rounded to.
     out.cos_half_angle =
         from.half_angle_deg() >= 180.0 ? -1.0F : narrow(std::cos(from.half_angle_deg() * kRadians));
@@ -89,14 +104,20 @@ void check_perception(const Config& config,
 }
 
 void check_company(const ai::Brain& brain, const std::string& path, Diagnostics& diagnostics) {
-    const bool wards = !brain.perception.wards.empty() || brain.perception.ward_players;
+    const bool wards = !brain.perception.wards.empty() || brain.perception.ward_players ||
+                       brain.perception.succession;
     if (!wards && any_does(brain.states, ai::ActionKind::kEscort)) {
-        diagnostics.add(path,
-                        "a state escorts, but `perception` names no `ward` and no `ward_players`");
+        diagnostics.add(
+            path,
+            "a state escorts, but `perception` has no `ward`, `ward_players` or `succession`");
     }
     if (!wards && any_does(brain.states, ai::ActionKind::kFormUp)) {
-        diagnostics.add(path,
-                        "a state forms up, but `perception` names no `ward` and no `ward_players`");
+        diagnostics.add(
+            path,
+            "a state forms up, but `perception` has no `ward`, `ward_players` or `succession`");
+    }
+    if (!brain.perception.succession && any_reads(brain.states, ai::kSenseLeads)) {
+        diagnostics.add(path, "a transition asks LEADS, but `perception.succession` is not set");
     }
 }
 

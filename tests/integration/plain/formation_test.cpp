@@ -50,18 +50,29 @@ Placed company() {
     return placed;
 }
 
-/// The distance of the soldiers from the slots of rows of three behind their captain, who walks
-/// along x. It is the mean over the soldiers, each to the nearest slot, m. Every slot is occupied
-/// where the returned number of slots is nine.
-std::pair<float, std::size_t> disorder(Crowd& crowd) {
+/// The place of a slot in rows of three, the last row centred: ahead of the captain and to its
+/// right, m.
+Vec2 slot_of_three(std::size_t slot, std::size_t members) {
+    const std::size_t in_row = std::min<std::size_t>(3, members - slot / 3 * 3);
+    return 1.6F * Vec2(-static_cast<float>(slot / 3 + 1),
+                       static_cast<float>(slot % 3) - 0.5F * static_cast<float>(in_row - 1));
+}
+
+/// The distance of the others from the slots of rows of three behind their captain, who walks along
+/// x. It is the mean over the others, each to the nearest slot, m. Every slot is occupied where the
+/// returned number of slots is theirs.
+std::pair<float, std::size_t> disorder(Crowd& crowd, world::Row captain = 0) {
     float sum = 0.0F;
-    std::set<int> held;
-    for (world::Row row = 1; row <= 9; ++row) {
+    std::set<std::size_t> held;
+    const std::size_t members = crowd.state().entities.size() - 1;
+    for (world::Row row = 0; row <= members; ++row) {
+        if (row == captain) {
+            continue;
+        }
         float least = 1e9F;
-        int nearest = 0;
-        for (int slot = 0; slot < 9; ++slot) {
-            const Vec2 place = crowd.at(0) + Vec2(-1.6F * static_cast<float>(slot / 3 + 1),
-                                                  1.6F * (static_cast<float>(slot % 3) - 1.0F));
+        std::size_t nearest = 0;
+        for (std::size_t slot = 0; slot < members; ++slot) {
+            const Vec2 place = crowd.at(captain) + slot_of_three(slot, members);
             const float distance = (crowd.at(row) - place).norm();
             nearest = distance < least ? slot : nearest;
             least = std::min(least, distance);
@@ -69,7 +80,7 @@ std::pair<float, std::size_t> disorder(Crowd& crowd) {
         held.insert(nearest);
         sum += least;
     }
-    return {sum / 9.0F, held.size()};
+    return {sum / static_cast<float>(members), held.size()};
 }
 
 void run(Crowd& crowd, float seconds) {
@@ -239,6 +250,172 @@ TEST(FormationFollowing, WithoutACaptainTheyStand) {
     EXPECT_EQ(crowd.at(0), before);
 }
 
+/// Soldiers of whom one leads where there is no captain.
+const std::string kHeirs =
+    with(with(kDrill, "ward: \"captain\"", "ward: \"captain\" succession: true"),
+         "spacing_m: 1.6 } }",
+         R"(spacing_m: 1.6 } transition { to: "lead" sensor: LEADS } }
+  state { name: "lead" action: GO point_of_interest: "there" speed_factor: 0.4
+    transition { to: "form" sensor: LEADS compare: BELOW threshold: 0.5 }
+  })");
+
+/// The agents of a zone that walk by themselves, in place of forming up, and the wards of the rest.
+struct Lead {
+    std::vector<EntityId> leaders;
+    std::set<std::uint64_t> wards;
+    std::set<std::uint64_t> soldiers;
+
+    void look(zone::ZoneState& state) {
+        const world::Entities& e = state.entities;
+        for (world::Row row = 0; row < e.size(); ++row) {
+            if (e.has(row, world::kGhost) ||
+                (*state.settings.types)[e.type[row]].name != "soldier") {
+                continue;
+            }
+            const ai::Agent& agent = *state.agents.find(e.id[row]);
+            soldiers.insert(e.id[row].value);
+            if (agent.current_action == 0) {
+                wards.insert(agent.ward.value);
+            } else {
+                leaders.push_back(e.id[row]);
+            }
+        }
+    }
+};
+
+Lead lead_of(Crowd& crowd) {
+    Lead lead;
+    for (const auto& zone : crowd.world().zones()) {
+        lead.look(zone->state());
+    }
+    return lead;
+}
+
+void expect_one_leads(Crowd& crowd, std::size_t soldiers) {
+    const Lead lead = lead_of(crowd);
+    ASSERT_EQ(lead.soldiers.size(), soldiers);
+    ASSERT_EQ(lead.leaders.size(), 1U);
+    EXPECT_EQ(lead.leaders[0].value, *lead.soldiers.begin()) << "the one with the least id";
+    if (soldiers > 1) {
+        EXPECT_EQ(lead.wards, std::set<std::uint64_t>{lead.leaders[0].value});
+    }
+}
+
+TEST(FormationFollowing, WithoutTheirCaptainOneOfThemLeads) {
+    Crowd crowd(kHeirs, company());
+    run(crowd, 10.0F);
+    EXPECT_TRUE(lead_of(crowd).leaders.empty()) << "the captain lives";
+    world::Entities& e = crowd.state().entities;
+    zone::despawn_entity(crowd.state(), 0);
+    run(crowd, 15.0F);
+    ASSERT_NO_FATAL_FAILURE(expect_one_leads(crowd, 9));
+    const world::Row leader = e.find(lead_of(crowd).leaders[0]);
+    EXPECT_GT(crowd.at(leader).x(), 0.0F) << "it marches on";
+    const auto [off, held] = disorder(crowd, leader);
+    EXPECT_EQ(held, 8U) << "each has a slot of its own";
+    EXPECT_LT(off, 0.12F * 3.0F / 1.5F + 0.1F) << "as behind a captain";
+    // Whoever leads is lost, until one is left.
+    for (std::size_t left = 8; left > 0; --left) {
+        zone::despawn_entity(crowd.state(), e.find(lead_of(crowd).leaders[0]));
+        run(crowd, 1.0F);
+        ASSERT_NO_FATAL_FAILURE(expect_one_leads(crowd, left));
+    }
+    const Vec2 before = crowd.at(0);
+    run(crowd, 1.0F);
+    EXPECT_GT(crowd.at(0).x(), before.x() + 0.5F) << "the last one goes on";
+}
+
+TEST(FormationFollowing, ACaptainWhoComesBackLeadsAgain) {
+    Placed placed = company();
+    placed.erase(placed.begin());
+    Crowd crowd(kHeirs, placed);
+    run(crowd, 5.0F);
+    ASSERT_NO_FATAL_FAILURE(expect_one_leads(crowd, 9));
+    zone::SpawnDef captain;
+    captain.position = Vec3(0.0F, 0.9F, 0.0F);
+    const auto& types = *crowd.state().settings.types;
+    captain.type = static_cast<TypeIndex>(
+        std::find_if(
+            types.begin(), types.end(), [](const auto& t) { return t.name == "captain"; }) -
+        types.begin());
+    const EntityId id = zone::spawn_entity(crowd.state(), captain);
+    run(crowd, 2.0F);
+    const Lead lead = lead_of(crowd);
+    EXPECT_TRUE(lead.leaders.empty());
+    EXPECT_EQ(lead.wards, std::set<std::uint64_t>{id.value});
+}
+
+/// The captain is lost while the company is on both sides of a border: there is one leader.
+TEST(FormationFollowing, OverABorderOneLeads) {
+    Crowd crowd(with(kHeirs,
+                     "columns: 1 rows: 1 }",
+                     "columns: 2 rows: 1 } ghost_margin_m: 60 handoff_hysteresis_m: 1"),
+                company());
+    const auto east = [&] {
+        Lead lead;
+        lead.look(crowd.world().zones().back()->state());
+        return lead.soldiers.size();
+    };
+    for (int t = 0; t < 60 * 30 && east() < 4; ++t) {
+        crowd.tick();
+    }
+    ASSERT_GE(east(), 4U);
+    ASSERT_LT(east(), 9U);
+    for (const auto& zone : crowd.world().zones()) {
+        zone::ZoneState& state = zone->state();
+        for (world::Row row = 0; row < state.entities.size(); ++row) {
+            if (!state.entities.has(row, world::kGhost) &&
+                (*state.settings.types)[state.entities.type[row]].name == "captain") {
+                zone::despawn_entity(state, row);
+                break;
+            }
+        }
+    }
+    int split = 0;
+    for (int t = 0; t < 15 * 30; ++t) {
+        crowd.tick();
+        split += east() < 9 ? 1 : 0;
+        if (t > 30) {
+            ASSERT_NO_FATAL_FAILURE(expect_one_leads(crowd, 9));
+        }
+    }
+    EXPECT_GT(split, 60) << "some seconds";
+    EXPECT_EQ(east(), 9U) << "all have come over";
+}
+
+/// Two soldiers who meet far from all players: when the one begins to follow the other.
+std::vector<std::pair<Tick, std::uint64_t>> meeting(bool unseen) {
+    const std::string near = with(kHeirs, "perception_m: 60", "perception_m: 20");
+    Crowd crowd(unseen ? with(near, "suspend_offscreen: false", "suspend_offscreen: true") : near,
+                {{"soldier", {-40.0F, -40.0F}}, {"soldier", {-40.0F, 40.0F}}});
+    std::vector<std::pair<Tick, std::uint64_t>> changes;
+    std::map<std::uint64_t, int> before;
+    bool slept = false;
+    for (Tick t = 0; t < 90 * 30; ++t) {
+        crowd.tick();
+        const world::Entities& e = crowd.state().entities;
+        for (world::Row row = 0; row < e.size(); ++row) {
+            const ai::Agent& agent = *crowd.state().agents.find(e.id[row]);
+            slept = slept || agent.tier == ai::Tier::kSuspended;
+            int& was = before[e.id[row].value];
+            if (agent.current_action != was) {
+                changes.emplace_back(t, e.id[row].value);
+                was = agent.current_action;
+            }
+        }
+    }
+    EXPECT_EQ(slept, unseen);
+    return changes;
+}
+
+TEST(FormationFollowing, UnseenTheyMeetAndOneFollowsAtTheSameTick) {
+    const auto seen = meeting(false);
+    // Both lead, then the second follows the first.
+    ASSERT_EQ(seen.size(), 3U);
+    EXPECT_EQ(seen[2].second, std::max(seen[0].second, seen[1].second));
+    EXPECT_EQ(meeting(true), seen);
+}
+
 TEST(FormationFollowing, IsCheckedWithLineAndColumn) {
     const auto mistakes = [](const std::string& from, const std::string& to) {
         config::Settings settings;
@@ -247,6 +424,9 @@ TEST(FormationFollowing, IsCheckedWithLineAndColumn) {
         return config::format_errors("drill", errors);
     };
     EXPECT_THAT(mistakes("ward: \"captain\"", ""), testing::HasSubstr("forms up, but"));
+    EXPECT_THAT(
+        mistakes("action: FORM_UP", "transition { to: \"form\" sensor: LEADS } action: FORM_UP"),
+        testing::HasSubstr("asks LEADS"));
     EXPECT_THAT(mistakes("action: FORM_UP", "action: IDLE"), testing::HasSubstr("drill:17:37"));
     EXPECT_THAT(mistakes("columns: 3", "taken_back_m: 9"), testing::HasSubstr("taken_back_m"));
     EXPECT_THAT(mistakes("along: \"c\"", ""), testing::HasSubstr("back the way it came"));

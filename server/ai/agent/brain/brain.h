@@ -55,6 +55,7 @@ enum class Sensor : std::uint8_t {
     kTargetConfidence = 110,  ///< 1: noticed; remembered: falls with time; 0: none
     kAllies = 111,            ///< entities of allied types within perception
     kFoes = 112,              ///< targets within sight or hearing
+    kLeads = 160,             ///< 1: it leads its company; 0: it does not
 };
 
 /// The senses of every agent, by SenseIndex. Its variables follow, then the outputs of its fuzzy
@@ -66,7 +67,8 @@ inline constexpr SenseIndex kSenseConfidence = 3;
 inline constexpr SenseIndex kSenseAllies = 4;
 inline constexpr SenseIndex kSenseFoes = 5;
 inline constexpr SenseIndex kSenseTimeOfDay = 6;
-inline constexpr SenseIndex kOwnSenses = 7;
+inline constexpr SenseIndex kSenseLeads = 7;
+inline constexpr SenseIndex kOwnSenses = 8;
 
 /// The most variables that an agent can have.
 inline constexpr std::size_t kMaxVariables = 8;
@@ -89,6 +91,8 @@ constexpr SenseIndex sense_of(Sensor sensor) {
             return kSenseAllies;
         case Sensor::kFoes:
             return kSenseFoes;
+        case Sensor::kLeads:
+            return kSenseLeads;
     }
     return kStateTime;
 }
@@ -215,6 +219,8 @@ struct Perception {
     std::vector<TypeIndex> allies{};   ///< counted
     std::vector<TypeIndex> wards{};    ///< looked after, like players where `ward_players`
     bool ward_players = false;
+    /// Agents of one type choose one of them as the ward of the others where there is no other.
+    bool succession = false;
     float cos_half_angle = -1.0F;  ///< of its cone of vision about its facing
     float around_m = 0.0F;         ///< within this distance it sees all round
     bool line_of_sight = false;    ///< not through static geometry
@@ -225,7 +231,7 @@ struct Perception {
 
     /// Whether other entities than players matter.
     [[nodiscard]] bool concerns_others() const {
-        return given && !(targets.empty() && allies.empty() && wards.empty());
+        return given && !(targets.empty() && allies.empty() && wards.empty() && !succession);
     }
 };
 
