@@ -1,5 +1,6 @@
 #include "server/ai/explain.h"
 
+#include "server/ai/agent/brain/sense_names.h"
 #include "server/ai/steering/spline_following.h"
 #include "shared/core/print.h"
 
@@ -36,6 +37,10 @@ class Account {
         }
         for (std::size_t f = 0; f < compiled_.fuzzy.size(); ++f) {
             rules(brain_.fuzzy[f], compiled_.fuzzy[f], senses);
+        }
+        if (compiled_.code) {
+            by_code(dt);
+            return std::move(text_);
         }
         text_ += "transitions, as they are tried:\n";
         const state_machine::FlatStateMachine& table = compiled_.table;
@@ -149,6 +154,22 @@ class Account {
         }
     }
 
+    /// Writes the code that makes the transitions, what it reads, and the transition that it holds.
+    void by_code(float dt) {
+        const state_machine::BoundMachine& code = *compiled_.code;
+        text_ += "transitions by code " + code.name() + ", which reads:";
+        for (const SenseIndex sense : code.senses()) {
+            text_ += (sense == code.senses().front() ? " " : ", ") + names_[sense];
+        }
+        text_ += "\n";
+        if (agent_.state_machine.pending != state_machine::kNone) {
+            const Tick held = now_ - agent_.state_machine.pending_since;
+            text_ += print("  %s, held %.2f s\n",
+                           code.transitions()[agent_.state_machine.pending].c_str(),
+                           static_cast<double>(held) * static_cast<double>(dt));
+        }
+    }
+
     static std::string rule_text(const fuzzy::FuzzyDef& def, const fuzzy::Rule& rule) {
         std::string text;
         for (const fuzzy::Proposition& p : rule.when) {
@@ -207,32 +228,6 @@ class Account {
 
 }  // namespace
 
-std::vector<std::string> sense_names(const Brain& brain) {
-    std::vector<std::string> names{"player distance",
-                                   "home distance",
-                                   "random",
-                                   "confidence",
-                                   "allies",
-                                   "foes",
-                                   "time of day",
-                                   "leads"};
-    if (brain.perception.given) {
-        names[kSensePlayerDistance] = "target distance";
-    }
-    for (const BrainVariable& variable : brain.variables) {
-        names.push_back(variable.name);
-    }
-    for (const FuzzySense& fuzzy : brain.fuzzy) {
-        for (const fuzzy::FuzzyOutput& output : fuzzy.def.outputs) {
-            names.push_back(fuzzy.def.name + "." + output.name);
-        }
-    }
-    for (const PointOfInterestSense& place : brain.points_of_interest) {
-        names.push_back(place.name);
-    }
-    return names;
-}
-
 std::string transition_text(const Brain& brain,
                             const CompiledBrain& compiled,
                             std::uint16_t from,
@@ -247,6 +242,9 @@ std::string transition_text(const Brain& brain,
                      static_cast<double>(test.threshold * test.sign));
     };
     std::string text = table.state_name(from) + " -> " + table.state_name(to);
+    if (compiled.code) {
+        return text + " by code: " + compiled.code->transitions()[number];
+    }
     const state_machine::FlatTest* row = &table.tests[from * table.width];
     for (std::size_t k = 0; k < table.width; ++k) {
         if (row[k].transition != number) {

@@ -4,15 +4,11 @@
 #include "server/ai/agent/decision.h"
 
 #include <string>
-#include <vector>
 
 namespace zoned::ai {
 
-/// Names of the senses that a brain's conditions read, by SenseIndex.
-std::vector<std::string> sense_names(const Brain& brain);
-
 /// Text such as "walk -> stand where player distance above 20", for transition `number` of a
-/// brain's table.
+/// brain's table; where code makes the transitions, "walk -> stand by code: far".
 std::string transition_text(const Brain& brain,
                             const CompiledBrain& compiled,
                             std::uint16_t from,  ///< innermost states, as in a StateChange
@@ -23,7 +19,8 @@ std::string transition_text(const Brain& brain,
 /// - its states from the outermost in, and since when;
 /// - its senses, and the fuzzy rules that fire with their degrees;
 /// - each transition of its states, with the current values of its conditions and how long it has
-///   held.
+///   held; where code makes the transitions, the senses that it reads and the transition that it
+///   holds.
 /// `brain` (as written) and `compiled` belong to the agent. `random` is the number that the next
 /// decision would draw. `dt` in s.
 std::string explain(const Agent& agent,

@@ -1,5 +1,6 @@
 #include "server/rules/sandbox.h"
 
+#include "server/rules/agents/gate_guard.h"
 #include "server/rules/agreement.h"
 #include "server/rules/archive.h"
 #include "server/rules/chat.h"
@@ -362,6 +363,10 @@ std::string Sandbox::load(std::span<const std::uint8_t> bytes) {
 
 bool Sandbox::busy() const {
     return !game_.pending.empty();
+}
+
+ai::state_machine::CodedMachines Sandbox::coded_machines() const {
+    return gate_guards();
 }
 
 void Sandbox::hash(core::StateHash& hash) const {

@@ -37,6 +37,7 @@ class Sandbox final : public zone::Rules {
     [[nodiscard]] bool save(zone::Bytes& out) const override;
     std::string load(std::span<const std::uint8_t> bytes) override;
     [[nodiscard]] bool busy() const override;
+    [[nodiscard]] ai::state_machine::CodedMachines coded_machines() const override;
     void hash(core::StateHash& hash) const override;
 
     [[nodiscard]] const GameStats& stats() const { return game_.stats; }

@@ -142,6 +142,8 @@ struct Apply {
         }
         const ai::AiSettings before = std::move(state.settings.ai);
         state.settings.ai = *fresh.settings;
+        const std::string wrong = ai::bind_code(state.settings.ai, state.rules->coded_machines());
+        ZONED_ASSERT(wrong.empty(), "new brains were tried with these rules before they are sent");
         state.brains_replaced = true;
         ai::go_on_with(
             state.ai_update.difficulty(), before.difficulty, state.settings.ai, state.now);

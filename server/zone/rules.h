@@ -1,6 +1,7 @@
 // Rules: the interface that a studio implements, and the server's only knowledge of the game.
 #pragma once
 
+#include "server/ai/decision/state_machine/coded_state_machine.h"
 #include "server/mailbox/messages.h"
 #include "server/world/entities.h"
 #include "server/zone/assemblies/assembly_state.h"
@@ -504,6 +505,10 @@ class Rules {
         (void)entity;
         return true;
     }
+
+    /// The state machines in code that brains of the config may name (`brain { coded: "..." }`).
+    /// Asked once when a zone begins, and when its brains are read anew; always the same answer.
+    [[nodiscard]] virtual ai::state_machine::CodedMachines coded_machines() const { return {}; }
 
     /// Once per tick, before AI and physics.
     virtual void on_tick(RulesContext& context) = 0;

@@ -26,6 +26,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 namespace zoned::zone {
@@ -90,6 +91,10 @@ std::uint32_t audit_clients(ZoneState& state) {
 Zone::Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch)
     : state_(std::make_unique<ZoneState>(std::move(settings), std::move(rules))),
       stopwatch_(stopwatch) {
+    const std::string wrong = ai::bind_code(state_->settings.ai, state_->rules->coded_machines());
+    if (!wrong.empty()) {
+        throw std::runtime_error(wrong);
+    }
     set_up(*state_);
 }
 

@@ -5,17 +5,18 @@
 #include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/fuzzylite_peer.h"
-#include "tests/bench/plain_sentry.h"
 #include "tests/bench/suite_decisions_learning.h"
 #include "tests/bench/suite_decisions_npc.h"
 #include "tests/scenario/brave.h"
 #include "tests/scenario/gunman.h"
+#include "tests/scenario/sentry.h"
 #include "tests/scenario/villager.h"
 #include "tests/scenario/walked_state_machine.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace zoned::bench {
 
@@ -140,7 +141,11 @@ class MachineTrial final : public JudgedTrial {
   public:
     MachineTrial(Form form, std::size_t count, bool sorted)
         : form_(form),
-          crowd_(machine_scene(form), count, sorted) {}
+          crowd_(machine_scene(form), count, sorted) {
+        if (form == Form::kSwitch || form == Form::kPattern) {
+            code_ = scenario::bound_sentry(form == Form::kPattern, crowd_.machine);
+        }
+    }
 
     void frame() override {
         const std::size_t turn = crowd_.ticks % kSenseSets;
@@ -194,9 +199,11 @@ class MachineTrial final : public JudgedTrial {
     void for_form(Use&& use) const {
         switch (form_) {
             case Form::kSwitch:
-                return use(sentry_by_switch);
             case Form::kPattern:
-                return use(sentry_by_class);
+                return use(
+                    [this](state_machine::ActiveState& state,
+                           std::span<const float> senses,
+                           Tick now) { return code_->decide(state, senses, now).has_value(); });
             case Form::kTables:
             case Form::kLevels:
                 return use([this](state_machine::ActiveState& state,
@@ -209,6 +216,7 @@ class MachineTrial final : public JudgedTrial {
 
     Form form_;
     AgentCrowd crowd_;
+    std::optional<state_machine::BoundMachine> code_;  ///< of the forms in code
 };
 
 void run_machine(Session& session, const std::string& scene, Form form) {

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "server/ai/decision/state_machine/coded_state_machine.h"
-#include "server/ai/decision/state_machine/state_machine_def.h"
+#include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
-#include <array>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::scenario {
@@ -77,13 +78,6 @@ inline ai::state_machine::StateMachineDef sentry_def() {
                    when(kFlee, kFoeDistance, below, 10.0F))}};
 }
 
-/// Ticks of 1/30 s, as hold_ticks() has them.
-inline constexpr Tick kHold01 = 3;
-inline constexpr Tick kHold02 = 6;
-inline constexpr Tick kHold03 = 9;
-inline constexpr Tick kHold05 = 15;
-inline constexpr Tick kHold10 = 30;
-
 /// The state machine as a switch.
 inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) {
     const float foe = senses[kFoeDistance];
@@ -92,15 +86,15 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const fl
             if (turn.when(senses[kNoise] > 0.7F, 0)) {
                 return turn.enter(kListen, 0);
             }
-            if (turn.when(foe < 20.0F, 1, kHold03)) {
+            if (turn.when(foe < 20.0F, 1, 0.3F)) {
                 return turn.enter(kChase, 1);
             }
             break;
         case kListen:
-            if (turn.when(foe < 25.0F, 2, kHold01)) {
+            if (turn.when(foe < 25.0F, 2, 0.1F)) {
                 return turn.enter(kChase, 2);
             }
-            if (turn.when(turn.time_in_state(kSentryDt) > 5.0F, 3)) {
+            if (turn.when(turn.time_in_state() > 5.0F, 3)) {
                 return turn.enter(kPatrol, 3);
             }
             break;
@@ -108,7 +102,7 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const fl
             if (turn.when(foe < 3.0F, 4)) {
                 return turn.enter(kFight, 4);
             }
-            if (turn.when(foe > 35.0F, 5, kHold10)) {
+            if (turn.when(foe > 35.0F, 5, 1.0F)) {
                 return turn.enter(kPatrol, 5);
             }
             break;
@@ -116,7 +110,7 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const fl
             if (turn.when(senses[kHealth] < 0.3F, 6)) {
                 return turn.enter(kFlee, 6);
             }
-            if (turn.when(foe > 5.0F, 7, kHold02)) {
+            if (turn.when(foe > 5.0F, 7, 0.2F)) {
                 return turn.enter(kChase, 7);
             }
             break;
@@ -124,7 +118,7 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const fl
             if (turn.when(foe > 40.0F, 8)) {
                 return turn.enter(kRest, 8);
             }
-            if (turn.when(senses[kPostDistance] < 5.0F, 9, kHold05)) {
+            if (turn.when(senses[kPostDistance] < 5.0F, 9, 0.5F)) {
                 return turn.enter(kRest, 9);
             }
             break;
@@ -137,7 +131,6 @@ inline void sentry_decide(ai::state_machine::CodedTurn& turn, std::span<const fl
             }
             break;
     }
-    turn.stay();
 }
 
 /// The state machine as a class per state.
@@ -147,23 +140,21 @@ class PatrolState final : public ai::state_machine::CodedState {
         if (turn.when(senses[kNoise] > 0.7F, 0)) {
             return turn.enter(kListen, 0);
         }
-        if (turn.when(senses[kFoeDistance] < 20.0F, 1, kHold03)) {
+        if (turn.when(senses[kFoeDistance] < 20.0F, 1, 0.3F)) {
             return turn.enter(kChase, 1);
         }
-        turn.stay();
     }
 };
 
 class ListenState final : public ai::state_machine::CodedState {
   public:
     void decide(ai::state_machine::CodedTurn& turn, std::span<const float> senses) const override {
-        if (turn.when(senses[kFoeDistance] < 25.0F, 2, kHold01)) {
+        if (turn.when(senses[kFoeDistance] < 25.0F, 2, 0.1F)) {
             return turn.enter(kChase, 2);
         }
-        if (turn.when(turn.time_in_state(kSentryDt) > 5.0F, 3)) {
+        if (turn.when(turn.time_in_state() > 5.0F, 3)) {
             return turn.enter(kPatrol, 3);
         }
-        turn.stay();
     }
 };
 
@@ -173,10 +164,9 @@ class ChaseState final : public ai::state_machine::CodedState {
         if (turn.when(senses[kFoeDistance] < 3.0F, 4)) {
             return turn.enter(kFight, 4);
         }
-        if (turn.when(senses[kFoeDistance] > 35.0F, 5, kHold10)) {
+        if (turn.when(senses[kFoeDistance] > 35.0F, 5, 1.0F)) {
             return turn.enter(kPatrol, 5);
         }
-        turn.stay();
     }
 };
 
@@ -186,10 +176,9 @@ class FightState final : public ai::state_machine::CodedState {
         if (turn.when(senses[kHealth] < 0.3F, 6)) {
             return turn.enter(kFlee, 6);
         }
-        if (turn.when(senses[kFoeDistance] > 5.0F, 7, kHold02)) {
+        if (turn.when(senses[kFoeDistance] > 5.0F, 7, 0.2F)) {
             return turn.enter(kChase, 7);
         }
-        turn.stay();
     }
 };
 
@@ -199,10 +188,9 @@ class FleeState final : public ai::state_machine::CodedState {
         if (turn.when(senses[kFoeDistance] > 40.0F, 8)) {
             return turn.enter(kRest, 8);
         }
-        if (turn.when(senses[kPostDistance] < 5.0F, 9, kHold05)) {
+        if (turn.when(senses[kPostDistance] < 5.0F, 9, 0.5F)) {
             return turn.enter(kRest, 9);
         }
-        turn.stay();
     }
 };
 
@@ -215,21 +203,48 @@ class RestState final : public ai::state_machine::CodedState {
         if (turn.when(senses[kFoeDistance] < 10.0F, 11)) {
             return turn.enter(kFlee, 11);
         }
-        turn.stay();
     }
 };
 
-/// By state.
-inline const std::array<const ai::state_machine::CodedState*, kSentryStates>& sentry_objects() {
-    static const PatrolState patrol;
-    static const ListenState listen;
-    static const ChaseState chase;
-    static const FightState fight;
-    static const FleeState flee;
-    static const RestState rest;
-    static const std::array<const ai::state_machine::CodedState*, kSentryStates> objects{
-        &patrol, &listen, &chase, &fight, &flee, &rest};
-    return objects;
+/// Names of the sentry's senses, by number.
+inline std::vector<std::string> sentry_sense_names() {
+    return {"foe", "post", "health", "noise"};
+}
+
+/// The code of the sentry: a switch, or an object a state.
+inline ai::state_machine::CodedMachine sentry_code(bool objects) {
+    ai::state_machine::CodedMachine code;
+    code.name = objects ? "sentry objects" : "sentry";
+    code.states = {"patrol", "listen", "chase", "fight", "flee", "rest"};
+    code.senses = sentry_sense_names();
+    for (const char* from : {"patrol", "listen", "chase", "fight", "flee", "rest"}) {
+        code.transitions.push_back(std::string(from) + " 1");
+        code.transitions.push_back(std::string(from) + " 2");
+    }
+    if (!objects) {
+        code.decision = &sentry_decide;
+        return code;
+    }
+    code.objects = {std::make_shared<PatrolState>(),
+                    std::make_shared<ListenState>(),
+                    std::make_shared<ChaseState>(),
+                    std::make_shared<FightState>(),
+                    std::make_shared<FleeState>(),
+                    std::make_shared<RestState>()};
+    return code;
+}
+
+/// The code for agents whose states are those of `machine`.
+inline ai::state_machine::BoundMachine bound_sentry(
+    bool objects,
+    const ai::state_machine::FlatStateMachine& machine) {
+    std::vector<std::string> leaves;
+    for (std::uint16_t leaf = 0; leaf < machine.leaves(); ++leaf) {
+        leaves.push_back(machine.state_name(leaf));
+    }
+    return ai::state_machine::BoundMachine::bind(
+               sentry_code(objects), leaves, sentry_sense_names(), machine.dt)
+        .value();
 }
 
 /// The senses of `count` agents, side by side for each.

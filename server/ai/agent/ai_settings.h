@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::ai {
@@ -38,5 +40,9 @@ struct AiSettings {
 
 /// Fills in `compiled`, also for the difficulty levels. Inner brains stay empty. `dt` in s.
 void compile(AiSettings& settings, float dt);
+
+/// Gives each compiled brain that names code its machine, also for the difficulty levels. Call it
+/// after compile(). Returns an empty text, or which brain lacks what; then no agent may run.
+std::string bind_code(AiSettings& settings, std::span<const state_machine::CodedMachine> machines);
 
 }  // namespace zoned::ai

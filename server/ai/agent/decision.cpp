@@ -249,7 +249,8 @@ bool decide(Agent& agent,
     agent.fresh = true;
     const Known known(senses.data(), brain.senses);
     const std::optional<state_machine::StateChange> change =
-        state_machine::step(brain.table, agent.state_machine, known, now);
+        brain.code ? brain.code->decide(agent.state_machine, known, now)
+                   : state_machine::step(brain.table, agent.state_machine, known, now);
     if (change) {
         const std::uint64_t then = brain.senses_of_leaf[agent.state_machine.leaf];
         sense_more(agent, brain, here, points_of_interest, now, senses, then & ~wanted);

@@ -65,7 +65,7 @@ inline bool leads(const CompiledBrain& brain, EntityId ward) {
 /// Stores the parts of a percept that a decision needs.
 void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
 
-/// Senses, and takes the transition that fires, if any (state_machine::step). Entered states
+/// Senses, and takes the transition that fires, if any (by table or by code). Entered states
 /// make their changes to variables. Then chooses the action: by the state itself, its tree or its
 /// plan. A plan is made anew when a fact has changed. Without a plan, the state's own action is
 /// done. Returns whether a transition fired.

@@ -295,7 +295,7 @@ NextChange forecast_next_change(const Agent& agent,
                                 const Senses& senses,
                                 const ForecastInputs& inputs,
                                 Tick now) {
-    if (!does_as_chosen(agent, brain, senses)) {
+    if (brain.code || !does_as_chosen(agent, brain, senses)) {
         return {now + 1};
     }
     Forecast forecast(agent, brain, senses, inputs, now);

@@ -36,6 +36,7 @@ struct NextChange {
 /// - a variable grows at its rate, and time passes;
 /// - random numbers are known in advance, and a number of decisions ahead are looked at;
 /// - a fuzzy output of changing inputs cannot be predicted, and may change at once;
+/// - code says nothing of its conditions, so an agent that decides by code may change at once;
 /// - other agents change stock. If only stock keeps a condition as it is, `wait` names it.
 /// So nothing needs to be computed between two such ticks, and the results are exact. (Next-event
 /// time progression: Law, "Simulation Modeling and Analysis", 5th ed. 2015, section 1.3.1.) Agents

@@ -17,7 +17,7 @@ namespace {
 /// The rules check their settings when they are made.
 bool rules_take(const std::string& config, const config::Settings& settings) {
     try {
-        (void)make_world_rules(settings.script, settings.rules, settings.types);
+        try_world_rules(settings);
         return true;
     } catch (const std::exception& error) {
         std::fprintf(stderr,

@@ -1,5 +1,5 @@
+#include "server/ai/agent/brain/sense_names.h"
 #include "server/ai/decision/state_machine/state_diagram.h"
-#include "server/ai/explain.h"
 #include "server/app/commands/commands.h"
 #include "server/app/commands/config_loading.h"
 

@@ -30,10 +30,10 @@ Prepared prepared(const config::Settings& fresh, const config::Settings& running
     if (out.plan.merged) {
         try {
             out.limits = host_limits_of(*out.plan.merged);
-            if (out.plan.brains && out.plan.merged->script) {
-                // Whether a script compiles shows when rules are made of it.
-                (void)make_world_rules(
-                    out.plan.merged->script, out.plan.merged->rules, out.plan.merged->types);
+            if (out.plan.brains) {
+                // Whether a script compiles, and code has all that it names, shows when rules are
+                // made.
+                try_world_rules(*out.plan.merged);
             }
         } catch (const std::exception& error) {
             return Prepared::failure(error.what());

@@ -1,8 +1,10 @@
 #include "server/app/world/agent_reload.h"
 
+#include "server/app/world/world_rules.h"
 #include "server/config/expand/load_settings.h"
 #include "server/config/expand/reload_diff.h"
 
+#include <exception>
 #include <utility>
 
 namespace zoned::app {
@@ -35,6 +37,11 @@ core::Result<bool> restore_brains(const config::Settings& running, mailbox::Inbo
     Fresh read = brains_of(fresh, running);
     if (!read.ok()) {
         return core::Result<bool>::failure(read.error());
+    }
+    try {
+        try_world_rules(fresh);
+    } catch (const std::exception& error) {
+        return core::Result<bool>::failure(error.what());
     }
     *brains = std::move(*read);
     return true;

@@ -2,6 +2,7 @@
 // with.
 #pragma once
 
+#include "server/config/settings.h"
 #include "server/scripting/script_settings.h"
 #include "server/zone/rules.h"
 
@@ -16,6 +17,10 @@ std::unique_ptr<zone::Rules> make_world_rules(
     const std::optional<scripting::ScriptSettings>& script,
     const zone::RulesSettings& settings,
     const world::TypeTable& types);
+
+/// Makes the rules of a world, gives its brains their code, and lets go of both. Throws as
+/// zone::make_rules does, also where a brain names code that these rules do not have.
+void try_world_rules(const config::Settings& settings);
 
 /// Into the log of the world, each line after the script's name.
 scripting::ScriptLog script_log(const std::string& name);

@@ -56,6 +56,7 @@ class BrainExpansion {
         const proto::config::Brain& brain = config_.brain(index_);
         ai::Brain out;
         out.name = brain.name();
+        out.coded = brain.coded();
         out.perception_m = narrow(brain.perception_m());
         out.decide_every_s = narrow(brain.decide_every_s());
         for (const auto& variable : brain.variable()) {
@@ -95,6 +96,9 @@ class BrainExpansion {
                 place_senses_.insert(sense);
             }
         };
+        for (const std::string& sense : config_.brain(index).reads()) {
+            use(sense);
+        }
         for (const auto& state : config_.brain(index).state()) {
             for (const auto& transition : state.transition()) {
                 use(transition.sense());

@@ -82,9 +82,14 @@ bool check_states(const Config& config,
         if (!state.has_brain()) {
             continue;
         }
-        if (find_brain(config, state.brain()) < 0) {
+        const int inside = find_brain(config, state.brain());
+        if (inside < 0) {
             right = false;
             diagnostics.add(here + ".brain", "there is no brain named '" + state.brain() + "'");
+        } else if (config.brain(inside).has_coded()) {
+            right = false;
+            diagnostics.add(here + ".brain",
+                            "is a brain whose transitions come from code: types alone have those");
         }
         if (state.has_action() || state.has_speed_factor() || state.has_sprint() ||
             state.has_radius_m()) {
@@ -93,6 +98,33 @@ bool check_states(const Config& config,
         }
     }
     return right;
+}
+
+/// Code runs one level of states, in a brain of its own.
+void check_code(const Config& config,
+                const proto::config::Brain& brain,
+                const std::string& path,
+                Diagnostics& diagnostics) {
+    if (!brain.has_coded()) {
+        if (brain.reads_size() > 0) {
+            diagnostics.add(join_path(path, "reads", 0), "needs `coded`");
+        }
+        return;
+    }
+    if (config.has_script()) {
+        diagnostics.add(path + ".coded",
+                        "rules by a script have no brains in code: rules in C++ do");
+    }
+    for (int s = 0; s < brain.state_size(); ++s) {
+        const std::string here = join_path(path, "state", s);
+        if (brain.state(s).transition_size() > 0) {
+            diagnostics.add(join_path(here, "transition", 0),
+                            "code '" + brain.coded() + "' makes the transitions of this brain");
+        }
+        if (brain.state(s).has_brain()) {
+            diagnostics.add(here + ".brain", "code leads to no brain within a state");
+        }
+    }
 }
 
 void check_variables(const proto::config::Brain& brain,
@@ -216,6 +248,12 @@ class RootCheck {
         broken_ = broken_ || !named_[static_cast<std::size_t>(index)];
         const proto::config::Brain& brain = config_.brain(index);
         const std::string path = join_path("", "brain", index);
+        for (int r = 0; r < brain.reads_size(); ++r) {
+            const std::string wrong = why_not_sensed(config_, root_, brain.reads(r));
+            if (!wrong.empty()) {
+                diagnostics_.add(join_path(path, "reads", r), wrong);
+            }
+        }
         for (int s = 0; s < brain.state_size(); ++s) {
             const auto& state = brain.state(s);
             const std::string here = join_path(path, "state", s);
@@ -390,6 +428,7 @@ void check_brains(const proto::config::Config& config, Diagnostics& diagnostics)
             diagnostics.add(path + ".name", "'" + brain.name() + "' is the name of another brain");
         }
         named.push_back(check_states(config, brain, path, diagnostics));
+        check_code(config, brain, path, diagnostics);
         check_variables(brain, path, diagnostics);
         if (brain.has_perception()) {
             check_perception(config, brain.perception(), path + ".perception", diagnostics);

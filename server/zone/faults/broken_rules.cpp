@@ -69,6 +69,10 @@ bool BrokenRules::may_hear(const RulesContext& context, EntityId viewer, EntityI
     return rules_->may_hear(context, viewer, entity);
 }
 
+ai::state_machine::CodedMachines BrokenRules::coded_machines() const {
+    return rules_->coded_machines();
+}
+
 void BrokenRules::on_confirm(RulesContext& context, ClientId client, EventId event) {
     rules_->on_confirm(context, client, event);
 }

@@ -31,6 +31,7 @@ class BrokenRules final : public Rules {
     [[nodiscard]] bool may_hear(const RulesContext& context,
                                 EntityId viewer,
                                 EntityId entity) const override;
+    [[nodiscard]] ai::state_machine::CodedMachines coded_machines() const override;
     void on_tick(RulesContext& context) override;
     void on_confirm(RulesContext& context, ClientId client, EventId event) override;
     void on_message(RulesContext& context,

@@ -32,6 +32,7 @@ constexpr SnapshotWorld kWorlds[] = {
     {"hills", 3, 40, 60, nullptr},
     {"learned", 3, 40, 60, nullptr},
     {"machines", 3, 40, 60, nullptr},
+    {"methods/ai_code", 3, 40, 60, nullptr},
     {"methods/ai_gates", 3, 40, 60, nullptr},
     {"methods/ai_roads", 3, 40, 60, nullptr},
     {"solids", 3, 40, 60, nullptr},

@@ -134,8 +134,8 @@ TEST(HoldTicks, AreTheFewestThatLastAsLongAsAsked) {
         }
     }
     EXPECT_EQ(hold_ticks(0.0F, 0.1F), 0);
-    EXPECT_EQ(hold_ticks(0.3F, scenario::kSentryDt), scenario::kHold03);
-    EXPECT_EQ(hold_ticks(1.0F, scenario::kSentryDt), scenario::kHold10);
+    EXPECT_EQ(hold_ticks(0.3F, scenario::kSentryDt), 9);
+    EXPECT_EQ(hold_ticks(1.0F, scenario::kSentryDt), 30);
 }
 
 /// The three forms of the sentry side by side.
@@ -143,6 +143,8 @@ class Forms {
   public:
     explicit Forms(std::size_t count)
         : machine(compile(scenario::sentry_def(), scenario::kSentrySenses, scenario::kSentryDt)),
+          switched(scenario::bound_sentry(false, machine)),
+          classed(scenario::bound_sentry(true, machine)),
           tables(count),
           by_switch(count),
           by_class(count),
@@ -153,11 +155,8 @@ class Forms {
         std::size_t differ = 0;
         for (std::size_t i = 0; i < tables.size(); ++i) {
             const std::optional<StateChange> change = step(machine, tables[i], sensed.of(i), now);
-            CodedTurn switched(by_switch[i], now);
-            scenario::sentry_decide(switched, sensed.of(i));
-            CodedTurn classed(by_class[i], now);
-            scenario::sentry_objects()[classed.state()]->decide(classed, sensed.of(i));
-            differ += same(change, switched.change()) && same(change, classed.change()) &&
+            differ += same(change, switched.decide(by_switch[i], sensed.of(i), now)) &&
+                              same(change, classed.decide(by_class[i], sensed.of(i), now)) &&
                               same(tables[i], by_switch[i]) && same(tables[i], by_class[i])
                           ? 0U
                           : 1U;
@@ -169,6 +168,8 @@ class Forms {
     }
 
     FlatStateMachine machine;
+    BoundMachine switched;
+    BoundMachine classed;
     std::vector<ActiveState> tables;
     std::vector<ActiveState> by_switch;
     std::vector<ActiveState> by_class;
@@ -224,6 +225,8 @@ TEST(FsmStep, AllocatesNothing) {
         scenario::sentry_walk(forms.sensed, kCount, rng);
         for (std::size_t i = 0; i < kCount; ++i) {
             changes += step(forms.machine, forms.tables[i], forms.sensed.of(i), now) ? 1U : 0U;
+            changes += forms.switched.decide(forms.by_switch[i], forms.sensed.of(i), now) ? 1U : 0U;
+            changes += forms.classed.decide(forms.by_class[i], forms.sensed.of(i), now) ? 1U : 0U;
         }
     }
     EXPECT_EQ(allocation_count(), before);

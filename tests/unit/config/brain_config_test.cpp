@@ -2,6 +2,7 @@
 // mistake is found at its line and column.
 #include "server/config/npc/brain_config.h"
 
+#include "server/ai/agent/brain/sense_names.h"
 #include "server/ai/agent/decision.h"
 #include "tests/unit/config/config_helpers.h"
 
@@ -271,6 +272,82 @@ void expect_in_hamlet(const std::string& from,
                       const std::string& needle,
                       const std::string& words) {
     expect_single(with(from, to, hamlet()), needle, words);
+}
+
+/// The guard of kValid by code.
+const std::string kCoded = with(
+    "brain {\n  name: \"guard\"\n  state { name: \"rest\" action: IDLE transition { to: "
+    "\"chase\" sensor: PLAYER_DISTANCE compare: BELOW threshold: 20 } }",
+    "fuzzy {\n  name: \"fear\"\n"
+    "  input { name: \"far\" sensor: HOME_DISTANCE high: 40\n"
+    "    term { name: \"near\" b: 5 d: 20 }\n"
+    "    term { name: \"far\" a: 5 b: 20 }\n  }\n"
+    "  output { name: \"level\"\n"
+    "    value { name: \"low\" constant: 0.1 }\n"
+    "    value { name: \"high\" constant: 0.9 }\n  }\n"
+    "  rule { when { input: \"far\" is: \"near\" } then: \"low\" }\n"
+    "  rule { when { input: \"far\" is: \"far\" } then: \"high\" }\n}\n"
+    "brain {\n  name: \"guard\"\n  coded: \"guard\" reads: \"fear.level\"\n"
+    "  state { name: \"rest\" action: IDLE }");
+
+TEST(CodedBrains, TakeNamesOfCodeAndWhatItReads) {
+    const Outcome out = parse(kCoded);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::Brain& brain = out.settings.ai.brains[0];
+    EXPECT_EQ(brain.coded, "guard");
+    EXPECT_EQ(out.settings.ai.compiled[0].table.leaves(), 2U);
+    const std::vector<std::string> names = ai::config_sense_names(brain);
+    ASSERT_EQ(names.size(), ai::kOwnSenses + 1);
+    EXPECT_EQ(names.back(), "fear.level");
+    // Each sensor of the schema by its name there, but for the time in a state.
+    for (int n = 0; n <= proto::config::Sensor_MAX; ++n) {
+        if (!proto::config::Sensor_IsValid(n) || n == proto::config::TIME_IN_STATE) {
+            continue;
+        }
+        EXPECT_EQ(names[ai::sense_of(static_cast<ai::Sensor>(n))],
+                  proto::config::Sensor_Name(static_cast<proto::config::Sensor>(n)));
+    }
+}
+
+TEST(CodedBrains, FindTransitionsBesideCode) {
+    expect_single(with("state { name: \"rest\" action: IDLE }",
+                       "state { name: \"rest\" action: IDLE transition { to: \"chase\" } }",
+                       kCoded),
+                  "transition {",
+                  "code 'guard' makes the transitions of this brain");
+}
+
+TEST(CodedBrains, FindSensesThatAgentsDoNotHave) {
+    expect_single(with("reads: \"fear.level\"", "reads: \"fear.depth\"", kCoded),
+                  "reads:",
+                  "do not sense 'fear.depth'");
+    expect_single(
+        with("coded: \"guard\" ",
+             "",
+             with("action: IDLE }", "action: IDLE transition { to: \"chase\" } }", kCoded)),
+        "reads:",
+        "needs `coded`");
+}
+
+TEST(CodedBrains, HaveOneLevelAndAreNoStates) {
+    const std::string other = "brain {\n  name: \"other\"\n  state { name: \"be\" }\n}\n";
+    expect_single(with("state { name: \"chase\" action: CHASE }",
+                       "state { name: \"chase\" brain: \"other\" }",
+                       kCoded) +
+                      other,
+                  "brain: \"other\"",
+                  "no brain within a state");
+    expect_single(kCoded + with("{ name: \"be\" }", "{ name: \"be\" brain: \"guard\" }", other),
+                  "brain: \"guard\" }\n}",
+                  "whose transitions come from code");
+}
+
+TEST(CodedBrains, AreRefusedForRulesByAScript) {
+    const Outcome out = parse(kCoded + "script { file: \"none.lua\" avatar: \"player\" }\n");
+    ASSERT_FALSE(out.ok);
+    EXPECT_TRUE(std::any_of(out.errors.begin(), out.errors.end(), [](const ConfigError& error) {
+        return error.text.find("rules by a script have no brains in code") != std::string::npos;
+    })) << format_errors("test", out.errors);
 }
 
 TEST(Choices, OfTheHamletAreGood) {

@@ -260,7 +260,7 @@ void compile_senses(CompiledBrain& out) {
 
 state_machine::StateMachineDef state_machine_of(const Brain& brain) {
     std::uint16_t leaves = 0;
-    return {brain.name, state_defs(brain.states, leaves)};
+    return {brain.name, state_defs(brain.states, leaves), !brain.coded.empty()};
 }
 
 std::size_t senses_of(const Brain& brain) {

@@ -9,6 +9,7 @@
 #include "server/ai/decision/fuzzy/fuzzy_system.h"
 #include "server/ai/decision/goap/goap_planner.h"
 #include "server/ai/decision/senses.h"
+#include "server/ai/decision/state_machine/coded_state_machine.h"
 #include "server/ai/decision/state_machine/flat_state_machine.h"
 #include "server/ai/decision/tree/decision_tree.h"
 #include "server/ai/learning/adaptation.h"
@@ -246,6 +247,7 @@ struct Brain {
         points_of_interest{};  ///< the first comes after the outputs of fuzzy systems
     bool inner = false;        ///< only used inside other brains, with their senses: not compiled
     Perception perception{};
+    std::string coded{};  ///< the CodedMachine that makes its transitions; empty: none
 };
 
 /// A condition that some decision in a state may depend on.
@@ -283,6 +285,9 @@ struct CompiledBrain {
 
     std::string name;
     state_machine::FlatStateMachine table;
+    /// Makes the transitions in place of the table, which knows their numbers alone:
+    /// bind_code().
+    std::optional<state_machine::BoundMachine> code;
 
     struct Blend {
         fuzzy::FuzzyStateMachine brain;  ///< one step per decision

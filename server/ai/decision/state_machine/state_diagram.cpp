@@ -31,7 +31,8 @@ class Drawing {
 
     std::string draw(const StateMachineDef& def) {
         text_ = "digraph " + quoted(def.name) + " {\n";
-        text_ += "  label=" + quoted(def.name) + ";\n";
+        const char* const by_code = def.coded ? " (transitions by code)" : "";
+        text_ += "  label=" + quoted(def.name + by_code) + ";\n";
         text_ += "  node [shape=box, style=rounded, fontname=\"sans-serif\"];\n";
         text_ += "  edge [fontname=\"sans-serif\", fontsize=10];\n";
         text_ += "  \"*\" [shape=point, width=0.12, label=\"\"];\n";

@@ -9,7 +9,7 @@ namespace {
 /// Inspects one state machine after the other, from the outermost inwards.
 class Inspection {
   public:
-    explicit Inspection(std::size_t senses) : senses_(senses) {}
+    Inspection(std::size_t senses, bool coded) : senses_(senses), coded_(coded) {}
 
     void machine(const std::vector<StateDef>& states) {
         if (states.empty()) {
@@ -19,7 +19,7 @@ class Inspection {
         const std::vector<bool> reached = reached_states(states);
         for (std::size_t s = 0; s < states.size(); ++s) {
             place_.push_back(static_cast<std::uint16_t>(s));
-            state(states[s], states.size(), reached[s]);
+            state(states[s], states.size(), coded_ || reached[s]);
             place_.pop_back();
         }
     }
@@ -138,6 +138,7 @@ class Inspection {
     }
 
     std::size_t senses_;
+    bool coded_;
     std::size_t tried_ = 0;  ///< transitions of the states that this one is inside
     std::size_t leaves_ = 0;
     std::size_t memories_ = 0;
@@ -147,7 +148,7 @@ class Inspection {
 }  // namespace
 
 std::vector<StateMachineDefect> defects_of(const StateMachineDef& def, std::size_t senses) {
-    Inspection inspection(senses);
+    Inspection inspection(senses, def.coded);
     inspection.machine(def.states);
     return std::move(inspection.defects);
 }

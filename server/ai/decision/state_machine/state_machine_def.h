@@ -48,6 +48,7 @@ struct StateDef {
 struct StateMachineDef {
     std::string name;
     std::vector<StateDef> states;  ///< begins at the first
+    bool coded = false;            ///< code leads from state to state: CodedMachine
 };
 
 enum class StateMachineDefectKind : std::uint8_t {
