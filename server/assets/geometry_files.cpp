@@ -107,6 +107,8 @@ const char* colour_name(int colour) {
     }
 }
 
+constexpr std::size_t kObjMistakesShown = 3;
+
 constexpr std::size_t kPngDepthAt = 24;  // in the header that a PNG begins with
 
 }  // namespace
@@ -207,22 +209,40 @@ core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
     return physics::build_heightfield(samples, options);
 }
 
-core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
-                                                   float scale,
-                                                   const physics::MeshOptions& options) {
-    using Mesh = core::Result<physics::BuiltMesh>;
+core::Result<ObjScan> good_obj(std::string_view text) {
+    ObjScan scan = scan_obj(text);
+    if (scan.good()) {
+        return scan;
+    }
+    std::string reason = "has " + std::to_string(scan.mistake_count) +
+                         (scan.mistake_count == 1 ? " mistake" : " mistakes");
+    for (std::size_t m = 0; m < scan.mistakes.size() && m < kObjMistakesShown; ++m) {
+        reason += "; line " + std::to_string(scan.mistakes[m].line) + ": " + scan.mistakes[m].text;
+    }
+    return core::Result<ObjScan>::failure(reason + "; `zoned bake --check` tells all of an OBJ");
+}
+
+core::Result<std::vector<Vec3>> scaled_vertices(const ObjScan& scan, float scale) {
     std::vector<Vec3> vertices;
     vertices.reserve(scan.vertices.size());
     for (std::size_t i = 0; i < scan.vertices.size(); ++i) {
         vertices.push_back(scale * scan.vertices[i]);
         if (!physics::fit_position(vertices.back())) {
-            return Mesh::failure("mesh: line " + std::to_string(scan.vertex_lines[i]) +
-                                 ": the vertex lies more than " +
-                                 std::to_string(static_cast<int>(physics::kMaxCoordinate)) +
-                                 " m out");
+            return core::Result<std::vector<Vec3>>::failure(
+                "mesh: line " + std::to_string(scan.vertex_lines[i]) +
+                ": the vertex lies more than " +
+                std::to_string(static_cast<int>(physics::kMaxCoordinate)) + " m out");
         }
     }
-    return physics::build_mesh(vertices, scan.indices, options);
+    return vertices;
+}
+
+core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
+                                                   float scale,
+                                                   const physics::MeshOptions& options) {
+    const auto vertices = scaled_vertices(scan, scale);
+    return vertices ? physics::build_mesh(*vertices, scan.indices, options)
+                    : core::Result<physics::BuiltMesh>::failure(vertices.error());
 }
 
 core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,

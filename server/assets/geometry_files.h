@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace zoned::assets {
 
@@ -40,6 +41,13 @@ heightfield_from_png(std::span<const std::byte> bytes, float height, physics::Fi
 
 /// Bits of a sample of a PNG that was read, 8 for fewer: heights come in 2^bits - 1 steps.
 unsigned png_bits(std::string_view bytes);
+
+/// The scan of an OBJ without mistakes. Fails with how many there are, and the first of them with
+/// their lines.
+core::Result<ObjScan> good_obj(std::string_view text);
+
+/// Its vertices times `scale`, m. Fails with the line of one that lies too far out.
+core::Result<std::vector<Vec3>> scaled_vertices(const ObjScan& scan, float scale);
 
 /// A Wavefront OBJ: all faces of all groups, polygons cut into triangles, materials ignored (no
 /// other file is opened). Coordinates are taken times `scale`, in metres. The reason of a failure

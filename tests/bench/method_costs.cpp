@@ -3,7 +3,7 @@
 #include "server/physics/integrator/free_flight.h"
 #include "server/physics/method_selection/cost_table.h"
 #include "server/physics/method_selection/flight_choice.h"
-#include "server/physics/soft/builders.h"
+#include "server/physics/soft/builders/builders.h"
 #include "server/physics/soft/soft_bodies.h"
 #include "server/physics/soft/soft_body.h"
 #include "tests/bench/comparison.h"

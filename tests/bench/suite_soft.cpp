@@ -1,6 +1,6 @@
 // Suite `soft`: a cloth of 64 x 64 nodes that falls from two corners, over four stiffnesses; error
 // against the same springs solved in small steps.
-#include "server/physics/soft/builders.h"
+#include "server/physics/soft/builders/builders.h"
 #include "server/physics/soft/soft_bodies.h"
 #include "tests/bench/bullet_cloth.h"
 #include "tests/bench/comparison.h"

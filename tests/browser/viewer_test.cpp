@@ -301,6 +301,12 @@ TEST_F(Viewer, DrawsHillsMachinesAndCloth) {
     open_world("cloth");
     EXPECT_TRUE(browser->wait_until(
         "[...zoned.renderer.softs.values()].some(s => s.faces && s.faces.length > 0)"));
+    // The banner has four times as many vertices as nodes, each where its nodes are.
+    EXPECT_TRUE(browser->wait_until(
+        "[...zoned.renderer.softs.values()].some(s => s.places.length > 4 * s.nodes.length && "
+        "[0, 1, 2].every(k => { const at = list => list.filter((_, i) => i % 3 === k); "
+        "return Math.max(...at(s.places)) < Math.max(...at(s.nodes)) + 0.1 && "
+        "Math.min(...at(s.places)) > Math.min(...at(s.nodes)) - 0.1; }))"));
     browser->screenshot(scratch_folder() + "/cloth.png");
     for (const std::string& error : browser->errors()) {
         // Between two servers nobody listens.

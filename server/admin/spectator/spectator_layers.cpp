@@ -64,26 +64,33 @@ SpectatorMessage ghosts_of(const SpectatorSample& sample) {
 
 }  // namespace
 
+static_assert(sizeof(physics::soft::SoftVertex) == 36, "vertices are sent as they lie");
+
 SpectatorMessage SpectatorLayers::softs(const SpectatorSample& sample, bool whole) {
     std::string out = layer_head(4, sample, sample.softs.size());
-    if (faces_.size() > 2 * sample.softs.size()) {
-        faces_.clear();  // most of them are of bodies that are gone
+    if (surfaces_.size() > 2 * sample.softs.size()) {
+        surfaces_.clear();  // most of them are of bodies that are gone
     }
     for (const SpectatorSoft& soft : sample.softs) {
-        auto& sent = faces_[soft.entity];
-        const bool tells = whole || sent != soft.faces;
-        if (sent != soft.faces) {
-            sent = soft.faces;
+        ToldSurface& told = surfaces_[soft.entity];
+        const bool same = told.faces == soft.faces && told.hung == soft.hung;
+        if (!same) {
+            told = {soft.faces, soft.hung};
         }
+        const bool tells = whole || !same;
         put_bytes(out, soft.entity.value);
-        put_bytes(out, static_cast<std::uint32_t>(soft.vertices.size()));
+        put_bytes(out, static_cast<std::uint32_t>(soft.nodes.size()));
         put_bytes(out, static_cast<std::uint32_t>(tells ? soft.faces.size() : 0));
-        for (const Vec3& vertex : soft.vertices) {
-            put_place(out, soft.origin + vertex.cast<double>());
+        put_bytes(out, static_cast<std::uint32_t>(tells ? soft.hung.size() : 0));
+        for (const Vec3& node : soft.nodes) {
+            put_place(out, soft.origin + node.cast<double>());
         }
         if (tells) {
             for (const auto& face : soft.faces) {
                 put_bytes(out, face);
+            }
+            for (const auto& vertex : soft.hung) {
+                put_bytes(out, vertex);
             }
         }
     }

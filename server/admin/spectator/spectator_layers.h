@@ -9,8 +9,11 @@ namespace zoned::admin {
 
 /// Messages, little-endian, each with the head u32 kind, u32 tick, u32 count, u32 0:
 /// 3 joints: `count` times three points (f32 x, y, z): a body, where the joint holds, a body.
-/// 4 soft bodies: `count` times u32 entity, u32 vertices, u32 faces, then f32 x, y, z and three u32
-///   for each; 0 faces: those told before still hold.
+/// 4 soft bodies: `count` times u32 entity, u32 nodes, u32 faces, u32 hung vertices; f32 x, y, z
+/// for
+///   each node; three u32 for each face; four u32 nodes, four f32 weights and f32 offset for each
+///   hung vertex (physics::soft::SoftVertex). Faces are of the hung vertices, or of the nodes where
+///   none hang. 0 faces: those told before still hold, and the vertices with them.
 /// 5 particles: `count` points.
 /// 6 ghosts: `count` times f32 x, y, z, u32 (type, and 65536 times the zone that holds the copy).
 class SpectatorLayers {
@@ -20,13 +23,19 @@ class SpectatorLayers {
         SpectatorMessage bytes;
     };
 
-    /// One message for each layer of the sample. With `whole` all faces are told anew.
+    /// One message for each layer of the sample. With `whole` all surfaces are told anew.
     [[nodiscard]] std::vector<Message> update(const SpectatorSample& sample, bool whole);
 
   private:
     [[nodiscard]] SpectatorMessage softs(const SpectatorSample& sample, bool whole);
 
-    std::unordered_map<EntityId, std::vector<std::array<std::uint32_t, 3>>> faces_;
+    /// A body's surface as viewers were told it.
+    struct ToldSurface {
+        std::vector<physics::soft::SoftFace> faces;
+        std::vector<physics::soft::SoftVertex> hung;
+    };
+
+    std::unordered_map<EntityId, ToldSurface> surfaces_;
 };
 
 }  // namespace zoned::admin

@@ -1,6 +1,7 @@
 // SpectatorSample: a copy of the columns of all zones, from which messages for viewers are made.
 #pragma once
 
+#include "server/physics/soft/soft_def.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 
@@ -53,9 +54,11 @@ struct SpectatorWalker {
 /// A soft body as it is deformed.
 struct SpectatorSoft {
     EntityId entity;
-    Vec3d origin = Vec3d::Zero();  ///< of its zone, m
-    std::vector<Vec3> vertices;    ///< from the origin, m
-    std::vector<std::array<std::uint32_t, 3>> faces;
+    Vec3d origin = Vec3d::Zero();                ///< of its zone, m
+    std::vector<Vec3> nodes;                     ///< from the origin, m
+    std::vector<physics::soft::SoftFace> faces;  ///< of the drawn vertices
+    /// How drawn vertices hang on the nodes; empty: the nodes are drawn.
+    std::vector<physics::soft::SoftVertex> hung;
 };
 
 /// A joint: from one body by the point where it holds to the other.

@@ -1,6 +1,43 @@
 // The server tells these beside entities (server/admin/spectator/spectator_layers.h).
 
 const HEAD_BYTES = 16;
+const HUNG_BYTES = 36; // four nodes, four weights, an offset along the normal of the first three
+
+/** Unit normal of a triangle of nodes; `out` has room for it. */
+function normalOf(nodes, a, b, c, out) {
+  const e = [0, 1, 2].map(k => nodes[3 * b + k] - nodes[3 * a + k]);
+  const f = [0, 1, 2].map(k => nodes[3 * c + k] - nodes[3 * a + k]);
+  for (let k = 0; k < 3; ++k) {
+    out[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+  }
+  const length = Math.hypot(...out) || 1;
+  for (let k = 0; k < 3; ++k) {
+    out[k] /= length;
+  }
+}
+
+/** Where drawn vertices are that hang on nodes. */
+function placesOf(hung, nodes) {
+  const ids = new Uint32Array(hung);
+  const numbers = new Float32Array(hung);
+  const places = new Float32Array(3 * (hung.byteLength / HUNG_BYTES));
+  const normal = [0, 0, 0];
+  for (let at = 0, out = 0; out < places.length; at += HUNG_BYTES / 4, out += 3) {
+    for (let k = 0; k < 4; ++k) {
+      for (let axis = 0; axis < 3; ++axis) {
+        places[out + axis] += numbers[at + 4 + k] * nodes[3 * ids[at + k] + axis];
+      }
+    }
+    const offset = numbers[at + 8];
+    if (offset !== 0) {
+      normalOf(nodes, ids[at], ids[at + 1], ids[at + 2], normal);
+      for (let axis = 0; axis < 3; ++axis) {
+        places[out + axis] += offset * normal[axis];
+      }
+    }
+  }
+  return places;
+}
 
 export class Layers {
   constructor(renderer) {
@@ -33,14 +70,17 @@ export class Layers {
     const seen = new Set();
     let at = HEAD_BYTES;
     for (let i = 0; i < count; ++i) {
-      const [entity, vertices, faces] = new Uint32Array(buffer, at, 3);
+      const [entity, nodes, faces, hung] = new Uint32Array(buffer, at, 4);
       const soft = this.renderer.softs.get(entity) ?? {};
-      soft.places = new Float32Array(buffer, at + 12, 3 * vertices);
-      at += 12 + 12 * vertices;
+      soft.nodes = new Float32Array(buffer, at + 16, 3 * nodes);
+      at += 16 + 12 * nodes;
       if (faces > 0) {
         soft.faces = new Uint32Array(buffer, at, 3 * faces).slice();
         at += 12 * faces;
+        soft.hung = buffer.slice(at, at + HUNG_BYTES * hung);
+        at += HUNG_BYTES * hung;
       }
+      soft.places = soft.hung?.byteLength > 0 ? placesOf(soft.hung, soft.nodes) : soft.nodes;
       const slot = entities.slotOf.get(entity);
       soft.type = slot === undefined ? soft.type : entities.type(slot);
       this.renderer.softs.set(entity, soft);

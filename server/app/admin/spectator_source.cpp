@@ -109,12 +109,14 @@ void add_softs(const zone::ZoneState& state, std::size_t& used, SpectatorSample&
         admin::SpectatorSoft& soft = out.softs[used++];
         soft.entity = link.entity;
         soft.origin = state.settings.region().origin();
-        soft.vertices.resize(bodies.node_count(link.body));
-        for (std::size_t node = 0; node < soft.vertices.size(); ++node) {
-            soft.vertices[node] = bodies.position(link.body, node);
+        soft.nodes.resize(bodies.node_count(link.body));
+        for (std::size_t node = 0; node < soft.nodes.size(); ++node) {
+            soft.nodes[node] = bodies.position(link.body, node);
         }
-        const auto faces = bodies.faces(link.body);
+        const auto faces = bodies.drawn_faces(link.body);
         soft.faces.assign(faces.begin(), faces.end());
+        const auto hung = bodies.hung_vertices(link.body);
+        soft.hung.assign(hung.begin(), hung.end());
     }
 }
 

@@ -18,6 +18,7 @@
 #include "server/config/text/config_text.h"
 #include "server/config/text/read_text.h"
 #include "server/config/types/assembly_config.h"
+#include "server/config/types/soft_mesh.h"
 #include "server/config/world/door_config.h"
 #include "server/config/world/environment_config.h"
 #include "server/config/world/particle_config.h"
@@ -87,6 +88,12 @@ void resolve_files(const std::filesystem::path& folder, Config& config) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
         }
     }
+    for (int k = 0; k < config.type_size(); ++k) {
+        if (config.type(k).soft().mesh().has_file()) {
+            resolve(*config.mutable_type(k)->mutable_soft()->mutable_mesh()->mutable_file(),
+                    folder);
+        }
+    }
     if (config.script().has_file()) {
         resolve(*config.mutable_script()->mutable_file(), folder);
     }
@@ -108,6 +115,7 @@ void check_and_expand(Config& config,
                       Settings& settings,
                       Diagnostics& diagnostics) {
     settings.surfaces = load_surfaces(config, diagnostics);
+    note_soft_meshes(config);
     const Policies policies = load_policies(config, diagnostics);
     load_waypoints(config, diagnostics);
     settings.script = load_script(config, diagnostics);

@@ -2,7 +2,8 @@
 
 #include "server/config/text/check_name.h"
 #include "server/config/text/config_numbers.h"
-#include "server/physics/soft/builders.h"
+#include "server/config/types/soft_mesh.h"
+#include "server/physics/soft/builders/builders.h"
 #include "proto/config/config.pb.h"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ SoftResult cloth_of(const proto::config::Type& type) {
     def.shear_stiffness = narrow(from.shear_stiffness_npm());
     def.bend_stiffness = narrow(from.bend_stiffness_npm());
     def.damping_share = narrow(type.soft().damping());
-    def.coarsen = 1;  // nobody draws on this side
+    def.coarsen = count_of(from.coarsen());
     for (int p = 0; p < from.pin_size(); ++p) {
         const auto& pin = from.pin(p);
         if (pin.column() >= from.columns() || pin.row() >= from.rows()) {
@@ -105,10 +106,12 @@ SoftResult form_of(const proto::config::Type& type) {
             return jelly_of(type);
         case Soft::kBalloon:
             return balloon_of(type);
+        case Soft::kMesh:
+            return mesh_body_of(type);
         case Soft::FORM_NOT_SET:
             break;
     }
-    return SoftResult::failure("it needs a form: cloth, rope, jelly or balloon { ... }");
+    return SoftResult::failure("it needs a form: cloth, rope, jelly, balloon or mesh { ... }");
 }
 
 void set_material(const proto::config::Type& type, soft::SoftDef& def) {
@@ -156,6 +159,7 @@ std::uint32_t moved(std::uint32_t place, std::uint32_t nodes, std::uint32_t left
 }
 
 void coarsen_cloth(proto::config::Cloth& cloth, std::uint32_t coarser) {
+    coarser *= cloth.coarsen();
     const std::uint32_t columns = fewer(cloth.columns(), coarser);
     const std::uint32_t rows = fewer(cloth.rows(), coarser);
     for (auto& pin : *cloth.mutable_pin()) {
@@ -164,6 +168,7 @@ void coarsen_cloth(proto::config::Cloth& cloth, std::uint32_t coarser) {
     }
     cloth.set_columns(columns);
     cloth.set_rows(rows);
+    cloth.set_coarsen(1);
 }
 
 double least_distance(const soft::SoftDef& def) {
@@ -193,7 +198,15 @@ proto::config::Type coarsened(const proto::config::Type& type, std::uint32_t coa
     Soft& soft = *out.mutable_soft();
     // Springs side by side do not change with the lattice, springs in a row grow softer with their
     // length, and what fills a volume has both: stiffer by the width, softer by the length.
-    if (soft.has_cloth()) {
+    double longer = coarser;  // springs than those whose damping the type gives
+    if (soft.has_mesh()) {
+        const auto whole = build_soft(type);
+        const std::size_t nodes = whole ? whole->def.nodes.size() : 0;
+        soft.mutable_mesh()->set_nodes(
+            static_cast<std::uint32_t>(std::max<std::size_t>(4, nodes / coarser / coarser)));
+        longer = 1.0;  // a mesh damps its springs alike on any of its nodes
+    } else if (soft.has_cloth()) {
+        longer *= soft.cloth().coarsen();
         coarsen_cloth(*soft.mutable_cloth(), coarser);
     } else if (soft.has_rope()) {
         auto& rope = *soft.mutable_rope();
@@ -217,7 +230,7 @@ proto::config::Type coarsened(const proto::config::Type& type, std::uint32_t coa
         balloon.set_splits(splits);
     }
     // A spring's critical damping grows with its length in all of these; its own ought not to.
-    soft.set_damping(soft.damping() / coarser);
+    soft.set_damping(soft.damping() / longer);
     return out;
 }
 
@@ -258,11 +271,12 @@ void check_soft(const proto::config::Config& config,
                                 apart));
     }
     const auto air = static_cast<double>(soft::SoftMaterial().ambient_pressure);
-    if (from.has_balloon() && from.balloon().gas_pressure_pa() < air) {
-        diagnostics.add(here + ".balloon.gas_pressure_pa",
-                        text_of("%g Pa is less than the %g Pa of the air around it: it collapses",
-                                from.balloon().gas_pressure_pa(),
-                                air));
+    const double gas =
+        from.has_balloon() ? from.balloon().gas_pressure_pa() : from.mesh().gas_pressure_pa();
+    if ((from.has_balloon() || gas > 0.0) && gas < air) {
+        diagnostics.add(
+            here + (from.has_balloon() ? ".balloon" : ".mesh") + ".gas_pressure_pa",
+            text_of("%g Pa is less than the %g Pa of the air around it: it collapses", gas, air));
     }
     if (type.restitution() > 0.0) {
         diagnostics.add(path + ".restitution",

@@ -23,12 +23,13 @@ struct SoftShape {
 };
 
 /// Definition for a type with a soft { ... }. Fails with the reason where it has no form, a pin
-/// lies outside the cloth, or the physics refuses it (see physics::soft::why_unfit).
+/// lies outside the cloth, the file of a mesh cannot be read or is no such mesh, or the physics
+/// refuses it (see physics::soft::why_unfit).
 core::Result<SoftShape> build_soft(const proto::config::Type& type);
 
 /// The same matter on a lattice whose nodes lie `coarser` >= 1 times as far apart (of a balloon:
-/// the next power of two): the same mass, stiffness and damping per length, area or volume. A pin
-/// goes to the nearest node.
+/// the next power of two; of a mesh: with as many fewer nodes): the same mass, stiffness and
+/// damping per length, area or volume. A pin goes to the nearest node.
 proto::config::Type coarsened(const proto::config::Type& type, std::uint32_t coarser);
 
 /// Checks the soft { ... } of a type, and settings that contradict it.

@@ -21,8 +21,6 @@ namespace {
 
 using SurfaceConfig = proto::config::Surface;
 
-constexpr std::size_t kObjMistakesShown = 3;
-
 /// The content of a file with its options, shared by all its placements.
 struct LoadedSurface {
     std::string sha256;
@@ -69,17 +67,11 @@ SurfaceMistakes misplaced(const SurfaceConfig& s, assets::GeometryContent conten
 
 core::Result<physics::Shape> shape_of_obj(const SurfaceConfig& s, const std::string& bytes) {
     using Made = core::Result<physics::Shape>;
-    const assets::ObjScan scan = assets::scan_obj(bytes);
-    if (!scan.good()) {
-        std::string text = "has " + std::to_string(scan.mistake_count) +
-                           (scan.mistake_count == 1 ? " mistake" : " mistakes");
-        for (std::size_t m = 0; m < scan.mistakes.size() && m < kObjMistakesShown; ++m) {
-            text +=
-                "; line " + std::to_string(scan.mistakes[m].line) + ": " + scan.mistakes[m].text;
-        }
-        return Made::failure(text + "; `zoned bake --check` tells all of an OBJ");
+    const auto scan = assets::good_obj(bytes);
+    if (!scan) {
+        return Made::failure(scan.error());
     }
-    const auto built = assets::mesh_from_scanned(scan, narrow(s.scale()), {narrow(s.weld_m())});
+    const auto built = assets::mesh_from_scanned(*scan, narrow(s.scale()), {narrow(s.weld_m())});
     return built ? Made(physics::Shape::mesh(built->mesh)) : Made::failure(built.error());
 }
 

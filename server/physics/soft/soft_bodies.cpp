@@ -344,8 +344,24 @@ std::size_t SoftBodies::vertices(SoftId id, std::span<Vec3> out) const {
             sum += v.weight[k] * body.x[v.node[k]];
         }
         out[i] = sum.head<3>();
+        if (v.offset != 0.0F) {
+            const Vec3 a = body.position(v.node[0]);
+            out[i] +=
+                v.offset *
+                (body.position(v.node[1]) - a).cross(body.position(v.node[2]) - a).normalized();
+        }
     }
     return count;
+}
+
+std::span<const SoftVertex> SoftBodies::hung_vertices(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.vertices;
+}
+
+std::span<const SoftFace> SoftBodies::drawn_faces(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.vertices.empty() ? body.faces : body.drawn_faces;
 }
 
 Aabb SoftBodies::bounds(SoftId id) const {

@@ -101,6 +101,10 @@ class SoftBodies {
     /// The drawn vertices, or the nodes where there are none: as many as find room in `out`.
     std::size_t vertices(SoftId id, std::span<Vec3> out) const;
     [[nodiscard]] std::size_t vertex_count(SoftId id) const;
+    /// How the drawn vertices hang on the nodes; empty: the nodes are drawn.
+    [[nodiscard]] std::span<const SoftVertex> hung_vertices(SoftId id) const;
+    /// Triangles of the drawn vertices, or of the nodes where those are drawn.
+    [[nodiscard]] std::span<const SoftFace> drawn_faces(SoftId id) const;
     [[nodiscard]] Aabb bounds(SoftId id) const;  ///< of the nodes, grown by the thickness
     [[nodiscard]] bool asleep(SoftId id) const;
     [[nodiscard]] double volume(SoftId id) const;  ///< within the faces, m3

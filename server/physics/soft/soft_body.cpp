@@ -32,6 +32,7 @@ SoftBody make_body(const SoftDef& def) {
                                                       def.nodes[t[3]].position));
     }
     body.vertices = def.vertices;
+    body.drawn_faces = def.drawn_faces;
     body.material = def.material;
     body.solver = def.solver;
     body.user = def.user;

@@ -55,6 +55,7 @@ struct SoftBody {
     std::vector<SoftTetrahedron> tetrahedra;
     std::vector<float> rest_volume;  ///< of each tetrahedron, m3
     std::vector<SoftVertex> vertices;
+    std::vector<SoftFace> drawn_faces;
     std::vector<std::uint32_t> surface;  ///< nodes of the faces, ascending (where there is gas)
     double gas = 0.0;                    ///< p V, J; 0: none
     SoftMaterial material;

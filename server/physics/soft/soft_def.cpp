@@ -131,8 +131,16 @@ std::string why_unfit_mesh(const SoftDef& def) {
             }
             sum += def.vertices[i].weight[c];
         }
+        if (!in_range(std::abs(def.vertices[i].offset), 0.0F, kMaxSize)) {
+            return at("vertex", i, "offset not finite or out of range");
+        }
         if (!in_range(sum, 0.999F, 1.001F)) {
             return at("vertex", i, "weights do not sum to one");
+        }
+    }
+    for (std::size_t i = 0; i < def.drawn_faces.size(); ++i) {
+        if (!distinct_below(def.drawn_faces[i], def.vertices.size())) {
+            return at("drawn face", i, "corners are not three different vertices");
         }
     }
     return {};

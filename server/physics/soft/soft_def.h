@@ -57,10 +57,15 @@ struct SoftSpring {
 using SoftFace = std::array<std::uint32_t, 3>;         ///< of a closed surface: outward normal
 using SoftTetrahedron = std::array<std::uint32_t, 4>;  ///< of positive volume
 
-/// A drawn vertex that hangs on up to four nodes: its place is the weighted sum of theirs.
+/// A drawn vertex that hangs on up to four nodes: its place is the weighted sum of theirs, and
+/// beyond it `offset` along the normal of the first three. Those may be one line or point only
+/// where the offset is 0.
 struct SoftVertex {
     std::array<std::uint32_t, 4> node{};
     std::array<float, 4> weight{};  ///< sum 1
+    float offset = 0.0F;            ///< m
+
+    bool operator==(const SoftVertex&) const = default;
 };
 
 struct SoftMaterial {
@@ -97,7 +102,8 @@ struct SoftDef {
     std::vector<SoftSpring> springs;
     std::vector<SoftFace> faces;
     std::vector<SoftTetrahedron> tetrahedra;
-    std::vector<SoftVertex> vertices;  ///< empty: the nodes are drawn
+    std::vector<SoftVertex> vertices;   ///< empty: the nodes are drawn
+    std::vector<SoftFace> drawn_faces;  ///< of the vertices; none without them: `faces` are drawn
     SoftMaterial material;
     SoftSolver solver;
     std::uint32_t user = 0;  ///< the caller's tag

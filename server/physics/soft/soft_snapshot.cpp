@@ -11,7 +11,13 @@ template <class Archive>
 void serialize(Archive& archive, SoftBody& body) {
     archive(body.x, body.v, body.start, body.kept, body.predicted, body.mass, body.springs);
     archive(body.batches, body.faces, body.tetrahedra, body.rest_volume, body.vertices);
-    archive(body.surface, body.gas, body.material, body.solver, body.user, body.contacts);
+    archive(body.drawn_faces,
+            body.surface,
+            body.gas,
+            body.material,
+            body.solver,
+            body.user,
+            body.contacts);
     archive(body.neighbours, body.close_pairs, body.linked, body.substeps_done, body.box);
     archive(body.still_s, body.there, body.asleep, body.rigid, body.touches_dynamic, body.torn);
     archive(body.limit.longest_step_s);
@@ -43,6 +49,11 @@ bool is_sound(const SoftBody& body) {
     }
     for (const SoftVertex& vertex : body.vertices) {
         sound = sound && all_here(vertex.node);
+    }
+    for (const SoftFace& face : body.drawn_faces) {
+        sound = sound && std::all_of(face.begin(), face.end(), [&](std::uint32_t vertex) {
+                    return vertex < body.vertices.size();
+                });
     }
     for (const auto& pair : body.close_pairs) {
         sound = sound && all_here(pair);

@@ -231,7 +231,7 @@ TEST(SpectatorHub, HoldsNoMoreAfterADay) {
     for (std::uint32_t id = 1; id <= 4; ++id) {
         add(sample, id, {static_cast<float>(id), 0, 0});
     }
-    sample.softs.push_back({EntityId(1), Vec3d::Zero(), {{0, 0, 0}}, {{{0, 0, 0}}}});
+    sample.softs.push_back({EntityId(1), Vec3d::Zero(), {{0, 0, 0}}, {{{0, 0, 0}}}, {}});
     std::uint32_t largest_slot = 0;
     std::size_t longest = 0;
     std::size_t held = 0;
@@ -264,16 +264,36 @@ TEST(SpectatorLayers, TellsFacesOnceAndPlacesAlways) {
     SpectatorSample sample = sample_at(7);
     sample.layers = kLayerSofts | kLayerJoints;
     sample.softs.push_back(
-        {EntityId(3), Vec3d(1000, 0, 0), {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {{{0, 1, 2}}}});
+        {EntityId(3), Vec3d(1000, 0, 0), {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {{{0, 1, 2}}}, {}});
     sample.joints.push_back({Vec3d(1, 2, 3), Vec3d(4, 5, 6), Vec3d(7, 8, 9)});
     const auto first = layers.update(sample, false);
     ASSERT_EQ(first.size(), 2U);
     EXPECT_EQ(first[0].bytes->size(), 16U + 36U);
-    EXPECT_EQ(first[1].bytes->size(), 16U + 12U + 36U + 12U);
-    EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 12U + 36U);
-    EXPECT_EQ(layers.update(sample, true)[1].bytes->size(), 16U + 12U + 36U + 12U);
+    EXPECT_EQ(first[1].bytes->size(), 16U + 16U + 36U + 12U);
+    EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 16U + 36U);
+    EXPECT_EQ(layers.update(sample, true)[1].bytes->size(), 16U + 16U + 36U + 12U);
     sample.softs[0].faces.push_back({{0, 2, 1}});  // torn or mended
-    EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 12U + 36U + 24U);
+    EXPECT_EQ(layers.update(sample, false)[1].bytes->size(), 16U + 16U + 36U + 24U);
+}
+
+TEST(SpectatorLayers, TellsOnceHowDrawnVerticesHangOnNodes) {
+    SpectatorLayers layers;
+    SpectatorSample sample = sample_at(7);
+    sample.layers = kLayerSofts;
+    const physics::soft::SoftVertex middle{{0, 1, 2, 0}, {0.25F, 0.25F, 0.5F, 0.0F}, 0.125F};
+    sample.softs.push_back({EntityId(3),
+                            Vec3d::Zero(),
+                            {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}},
+                            {{{0, 1, 2}}},
+                            {middle, middle, middle}});
+    const SpectatorMessage first = layers.update(sample, false)[0].bytes;
+    ASSERT_EQ(first->size(), 16U + 16U + 36U + 12U + 3U * 36U);
+    physics::soft::SoftVertex last;
+    std::memcpy(&last, first->data() + first->size() - sizeof(last), sizeof(last));
+    EXPECT_EQ(last, middle);
+    EXPECT_EQ(layers.update(sample, false)[0].bytes->size(), 16U + 16U + 36U);
+    sample.softs[0].hung[1].offset = 0.25F;  // another body in its place
+    EXPECT_EQ(layers.update(sample, false)[0].bytes->size(), first->size());
 }
 
 }  // namespace

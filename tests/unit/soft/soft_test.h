@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/physics/scene/scene.h"
-#include "server/physics/soft/builders.h"
+#include "server/physics/soft/builders/builders.h"
 #include "server/physics/soft/soft_bodies.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,7 @@
 #include "server/ai/agent/brain/sense_names.h"
 
+#include <array>
+
 namespace zoned::ai {
 
 namespace {
@@ -18,17 +20,31 @@ void append_senses_of_brain(const Brain& brain, std::vector<std::string>& names)
     }
 }
 
+/// Names of a sense that every agent has: in accounts and in configs. By SenseIndex.
+struct OwnSense {
+    const char* text;
+    const char* in_config;
+};
+
+constexpr std::array<OwnSense, kOwnSenses> kOwnSenseNames{{
+    {"player distance", "PLAYER_DISTANCE"},
+    {"home distance", "HOME_DISTANCE"},
+    {"random", "RANDOM"},
+    {"confidence", "TARGET_CONFIDENCE"},
+    {"allies", "ALLIES"},
+    {"foes", "FOES"},
+    {"time of day", "TIME_OF_DAY"},
+    {"leads", "LEADS"},
+}};
+static_assert(kOwnSenseNames.back().text != nullptr, "each has its names");
+
 }  // namespace
 
 std::vector<std::string> sense_names(const Brain& brain) {
-    std::vector<std::string> names{"player distance",
-                                   "home distance",
-                                   "random",
-                                   "confidence",
-                                   "allies",
-                                   "foes",
-                                   "time of day",
-                                   "leads"};
+    std::vector<std::string> names;
+    for (const OwnSense& sense : kOwnSenseNames) {
+        names.emplace_back(sense.text);
+    }
     if (brain.perception.given) {
         names[kSensePlayerDistance] = "target distance";
     }
@@ -37,14 +53,10 @@ std::vector<std::string> sense_names(const Brain& brain) {
 }
 
 std::vector<std::string> config_sense_names(const Brain& brain) {
-    std::vector<std::string> names{"PLAYER_DISTANCE",
-                                   "HOME_DISTANCE",
-                                   "RANDOM",
-                                   "TARGET_CONFIDENCE",
-                                   "ALLIES",
-                                   "FOES",
-                                   "TIME_OF_DAY",
-                                   "LEADS"};
+    std::vector<std::string> names;
+    for (const OwnSense& sense : kOwnSenseNames) {
+        names.emplace_back(sense.in_config);
+    }
     append_senses_of_brain(brain, names);
     return names;
 }

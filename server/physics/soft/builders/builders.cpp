@@ -1,4 +1,4 @@
-#include "server/physics/soft/builders.h"
+#include "server/physics/soft/builders/builders.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Cloth: the lattice that is drawn, or a coarser one that stands for it.
-#include "server/physics/soft/builders.h"
+#include "server/physics/soft/builders/builders.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,9 +41,10 @@ class ClothBuilder {
     SoftDef build() {
         add_nodes();
         add_springs();
-        add_faces();
+        out_.faces = faces(nx_, nz_);
         if (factor_ > 1) {
             add_vertices();
+            out_.drawn_faces = faces(def_.nx, def_.nz);
         }
         return std::move(out_);
     }
@@ -108,17 +109,20 @@ class ClothBuilder {
         add_family(0, 2, def_.bend_stiffness, SpringKind::kBend);
     }
 
-    void add_faces() {
-        for (int j = 0; j + 1 < nz_; ++j) {
-            for (int i = 0; i + 1 < nx_; ++i) {
-                const std::uint32_t a = index(i, j);
-                const std::uint32_t b = index(i + 1, j);
-                const std::uint32_t c = index(i, j + 1);
-                const std::uint32_t d = index(i + 1, j + 1);
-                out_.faces.push_back({a, c, b});
-                out_.faces.push_back({b, c, d});
+    /// Of a lattice of nx x nz points.
+    static std::vector<SoftFace> faces(int nx, int nz) {
+        std::vector<SoftFace> out;
+        for (int j = 0; j + 1 < nz; ++j) {
+            for (int i = 0; i + 1 < nx; ++i) {
+                const auto a = static_cast<std::uint32_t>(j * nx + i);
+                const std::uint32_t b = a + 1;
+                const std::uint32_t c = a + static_cast<std::uint32_t>(nx);
+                const std::uint32_t d = c + 1;
+                out.push_back({a, c, b});
+                out.push_back({b, c, d});
             }
         }
+        return out;
     }
 
     void add_vertices() {
