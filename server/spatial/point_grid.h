@@ -14,7 +14,8 @@ namespace zoned::spatial {
 
 /// Answers "which points lie near here". No allocation after warm-up. This is the grid for points.
 /// Other grids serve boxes (box_grid.h), a radius for each point (interest/incremental_grid.h),
-/// three dimensions (physics/soft/self_collision.cpp) and a layout for devices (FlockOrder).
+/// three dimensions (physics/soft/collision/self_collision.cpp) and a layout for devices
+/// (FlockOrder).
 ///
 /// Points that rest can be kept from build to build: then a build costs only the loose points, and
 /// a query looks into two grids.

@@ -51,6 +51,18 @@ void substep(SoftBody& body, const Vec3& gravity, float h, compute::Team* team) 
     solve_close_pairs(body);
 }
 
+/// Contacts hand on loads once a substep, whatever the method solves within the body. One that
+/// stops a node of m kg at v m/s leaves its springs pressed by v h: they hold k (v h)^2 / 2, no
+/// more than the m v^2 / 2 that it takes, where omega h is at most 1. Explicit springs, which give
+/// all of it back, bear up to twice that.
+int substeps_in_contact(const SoftBody& body, float dt) {
+    const int n = body.substeps(dt);
+    if (body.solver.method == SoftMethod::kSemiImplicitEuler) {
+        return std::min(2 * n, kMostSubsteps);
+    }
+    return std::max(n, body.relaxed_substeps());
+}
+
 bool active(const SoftBody& body) {
     return body.there && !body.asleep && !body.rigid;
 }
@@ -78,42 +90,63 @@ void SoftBodies::Impl::wake_touched(const Scene& scene, float slow, float dt) {
     }
 }
 
+void SoftBodies::Impl::integrate_island(const SoftIsland& island,
+                                        const Vec3& gravity,
+                                        float dt,
+                                        Scene* scene,
+                                        compute::Team* helpers) {
+    const std::span<const std::uint32_t> members = pairs.members(island);
+    const bool meets = island.first_pair < island.end_pair;
+    int n = meets ? pairs.substeps(island, dt) : 1;
+    for (const std::uint32_t i : members) {
+        n = std::max(n, meets ? substeps_in_contact(bodies[i], dt) : bodies[i].substeps(dt));
+    }
+    const float h = dt / static_cast<float>(n);
+    for (int step = 0; step < n; ++step) {
+        for (const std::uint32_t i : members) {
+            substep(bodies[i], gravity, h, helpers);
+        }
+        bodies[members.front()].held = meets ? pairs.solve(bodies, island, h) : 0;
+        for (const std::uint32_t i : members) {
+            if (!bodies[i].contacts.empty()) {
+                solve_contacts(bodies[i], *scene, h);
+            }
+            finish(bodies[i], h);
+        }
+    }
+    for (const std::uint32_t i : members) {
+        bodies[i].substeps_done = static_cast<std::uint32_t>(n);
+    }
+}
+
 void SoftBodies::Impl::integrate(const Vec3& gravity, float dt, Scene* scene, compute::Team* team) {
     std::optional<compute::Team::Shift> shift;
     if (team != nullptr) {
         shift.emplace(*team);
     }
-    const auto run = [&](SoftBody& body, compute::Team* helpers) {
-        const int n = body.substeps(dt);
-        body.substeps_done = static_cast<std::uint32_t>(n);
-        const float h = dt / static_cast<float>(n);
-        for (int i = 0; i < n; ++i) {
-            substep(body, gravity, h, helpers);
-            if (!body.contacts.empty()) {
-                solve_contacts(body, *scene, h);
-            }
-            finish(body, h);
-        }
-    };
+    const std::span<const SoftIsland> islands = pairs.islands();
     // Bodies that push rigid ones go one by one: the order of impulses matters.
-    const auto alone = [](const SoftBody& body) {
-        return body.springs.size() > kLargeBody || !body.contacts.empty();
+    const auto alone = [&](const SoftIsland& island) {
+        const std::span<const std::uint32_t> members = pairs.members(island);
+        return std::any_of(members.begin(), members.end(), [&](std::uint32_t i) {
+            return bodies[i].springs.size() > kLargeBody || !bodies[i].contacts.empty();
+        });
     };
     const auto run_small = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            if (active(bodies[i]) && !alone(bodies[i])) {
-                run(bodies[i], nullptr);
+            if (!alone(islands[i])) {
+                integrate_island(islands[i], gravity, dt, scene, nullptr);
             }
         }
     };
     if (team != nullptr) {
-        team->run(bodies.size(), 1, run_small);
+        team->run(islands.size(), 1, run_small);
     } else {
-        run_small(0, bodies.size());
+        run_small(0, islands.size());
     }
-    for (SoftBody& body : bodies) {
-        if (active(body) && alone(body)) {
-            run(body, team);
+    for (const SoftIsland& island : islands) {
+        if (alone(island)) {
+            integrate_island(island, gravity, dt, scene, team);
         }
     }
 }
@@ -135,7 +168,7 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
     if (crept && torn == 0) {
         body.batches.refresh(body.springs);
     }
-    stats.contacts += static_cast<std::uint32_t>(body.contacts.size());
+    stats.contacts += static_cast<std::uint32_t>(body.contacts.size()) + body.held;
     // By the distance of the step: where springs hold weight, the velocity at the end of a substep
     // is g h / 2 (half of gravity's share), though nothing moves.
     float farthest = 0.0F;
@@ -145,9 +178,32 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
     const bool calm =
         std::sqrt(farthest) < settings.sleep_speed_mps * dt && torn == 0 && !body.touches_dynamic;
     body.still_s = calm ? body.still_s + dt : 0.0F;
-    if (settings.sleep_after_s > 0.0F && body.still_s >= settings.sleep_after_s) {
-        body.asleep = true;
-        std::fill(body.v.begin(), body.v.end(), Row4::Zero());
+}
+
+void SoftBodies::Impl::put_to_sleep(const SoftSettings& settings) {
+    if (!(settings.sleep_after_s > 0.0F)) {
+        return;
+    }
+    for (const SoftIsland& island : pairs.islands()) {
+        const std::span<const std::uint32_t> members = pairs.members(island);
+        const bool still = std::all_of(members.begin(), members.end(), [&](std::uint32_t i) {
+            return bodies[i].asleep || bodies[i].still_s >= settings.sleep_after_s;
+        });
+        for (const std::uint32_t i : members) {
+            if (still && !bodies[i].asleep) {
+                bodies[i].asleep = true;
+                std::fill(bodies[i].v.begin(), bodies[i].v.end(), Row4::Zero());
+            }
+        }
+    }
+}
+
+void SoftBodies::Impl::wake_around(const SoftBody& gone) {
+    for (SoftBody& body : bodies) {
+        if (&body != &gone && body.there && body.asleep && body.box.overlaps(gone.box)) {
+            body.asleep = false;
+            body.still_s = 0.0F;
+        }
     }
 }
 
@@ -195,6 +251,7 @@ void SoftBodies::remove(SoftId id) {
     if (!contains(id)) {
         return;
     }
+    impl_->wake_around(impl_->bodies[id.value - 1 - retired_]);
     impl_->bodies[id.value - 1 - retired_] = SoftBody();
     if (empty()) {
         retired_ += static_cast<std::uint32_t>(impl_->bodies.size());
@@ -232,10 +289,12 @@ SoftStats SoftBodies::step(float dt, Scene* scene) {
         impl_->stats.skipped = true;
         return impl_->stats;
     }
+    impl_->pairs.find(impl_->bodies, settings_.gravity, dt);
     for (SoftBody& body : impl_->bodies) {
         if (active(body)) {
             body.kept = body.x;
             body.contacts.clear();
+            body.held = 0;
             body.implicit.newton_steps = 0;
             body.implicit.gradient_passes = 0;
             if (scene != nullptr) {
@@ -253,6 +312,7 @@ SoftStats SoftBodies::step(float dt, Scene* scene) {
             impl_->settle(body, settings_, dt);
         }
     }
+    impl_->put_to_sleep(settings_);
     impl_->count(impl_->stats);
     return impl_->stats;
 }

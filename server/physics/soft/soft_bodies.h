@@ -37,11 +37,11 @@ struct SoftSettings {
 /// Counts for the zone's census, and of the last step.
 struct SoftStats {
     std::uint32_t bodies = 0;
-    std::uint32_t awake = 0;    ///< after the step
-    std::uint32_t rigid = 0;    ///< stepped down to rigid bodies
-    std::uint32_t nodes = 0;    ///< of those that are awake
-    std::uint32_t springs = 0;  ///< of those that are awake
-    std::uint32_t contacts = 0;
+    std::uint32_t awake = 0;            ///< after the step
+    std::uint32_t rigid = 0;            ///< stepped down to rigid bodies
+    std::uint32_t nodes = 0;            ///< of those that are awake
+    std::uint32_t springs = 0;          ///< of those that are awake
+    std::uint32_t contacts = 0;         ///< nodes near rigid bodies, and those held off soft ones
     std::uint32_t substeps = 0;         ///< in the step, of those that are awake
     std::uint32_t newton_steps = 0;     ///< of implicit Euler, of those that are awake
     std::uint32_t gradient_passes = 0;  ///< conjugate gradients within them
@@ -66,6 +66,9 @@ class SoftParcel {
     std::unique_ptr<SoftBody> body_;
 };
 
+/// Soft bodies meet each other where both collide, see SoftPairs. Those that touch are solved with
+/// the same substeps, and sleep and wake together.
+///
 /// Deterministic: the same calls in the same order give the same bits for any number of threads. No
 /// allocation in step() after warm-up but where something tears. Without bodies it is one null
 /// pointer.

@@ -73,9 +73,10 @@ int SoftBody::substeps(float dt) const {
     if (solver.substeps > 0) {
         return solver.substeps;
     }
-    if (solver.method == SoftMethod::kImplicitEuler) {
-        return 1;
-    }
+    return solver.method == SoftMethod::kImplicitEuler ? 1 : relaxed_substeps();
+}
+
+int SoftBody::relaxed_substeps() const {
     const float root = std::sqrt(static_cast<float>(x.size()));
     return static_cast<int>(std::clamp(std::ceil(root), 4.0F, 64.0F));
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/simd/node_lanes.h"
+#include "server/physics/soft/collision/skin.h"
 #include "server/physics/soft/spring_batches.h"
 #include "shared/math/aabb.h"
 
@@ -58,6 +59,7 @@ struct SoftBody {
     std::vector<SoftFace> drawn_faces;
     std::vector<std::uint32_t> surface;  ///< nodes of the faces, ascending (where there is gas)
     double gas = 0.0;                    ///< p V, J; 0: none
+    SoftSkin skin;
     SoftMaterial material;
     SoftSolver solver;
     std::uint32_t user = 0;
@@ -73,6 +75,9 @@ struct SoftBody {
     LimitWork limit;
 
     std::uint32_t substeps_done = 0;  ///< in the step
+    /// Nodes that other soft bodies held off in the last substep, of its island; counted at the
+    /// first body.
+    std::uint32_t held = 0;
 
     Aabb box;
     float still_s = 0.0F;  ///< for how long it has been slow
@@ -84,7 +89,6 @@ struct SoftBody {
 
     [[nodiscard]] Vec3 position(std::size_t i) const { return x[i].head<3>(); }
 
-    /// Of a step of dt s.
     /// Of a tetrahedron, m.
     [[nodiscard]] std::array<Vec3d, 4> corners(std::size_t tetrahedron) const {
         const SoftTetrahedron& t = tetrahedra[tetrahedron];
@@ -94,7 +98,10 @@ struct SoftBody {
                 position(t[3]).cast<double>()};
     }
 
+    /// Of a step of dt s.
     [[nodiscard]] int substeps(float dt) const;
+    /// So many that loads pass through the body, one node each.
+    [[nodiscard]] int relaxed_substeps() const;
 };
 
 SoftBody make_body(const SoftDef& def);

@@ -2,6 +2,7 @@
 
 #include "server/physics/shapes/compound/body_checks.h"
 #include "server/physics/shapes/ranges.h"
+#include "server/physics/soft/collision/skin.h"
 #include "server/physics/soft/volume.h"
 
 #include <algorithm>
@@ -16,23 +17,6 @@ namespace {
 constexpr float kMostStiffness = 1.0e12F;  // N/m
 constexpr float kMostPressure = 1.0e12F;   // Pa
 constexpr std::size_t kMostNodes = 1U << 24U;
-
-/// Every edge belongs to two faces that run through it in opposite senses.
-bool is_closed(std::span<const SoftFace> faces) {
-    using Edge = std::pair<std::uint32_t, std::uint32_t>;
-    std::vector<Edge> there;
-    std::vector<Edge> back;
-    for (const SoftFace& f : faces) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            there.emplace_back(f[i], f[(i + 1) % 3]);
-            back.emplace_back(f[(i + 1) % 3], f[i]);
-        }
-    }
-    std::sort(there.begin(), there.end());
-    std::sort(back.begin(), back.end());
-    return !faces.empty() && there == back &&
-           std::adjacent_find(there.begin(), there.end()) == there.end();
-}
 
 /// Written so that NaN fails.
 bool in_range(float value, float lower, float upper) {

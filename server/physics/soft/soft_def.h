@@ -80,9 +80,11 @@ struct SoftMaterial {
     float yield_strain = 0.0F;           ///< springs creep above it; 0: never
     float creep_rate = 1.0F;             ///< share of the strain above yield per second, 1/s
     float most_set = 0.5F;               ///< of the rest length, as a share of the first one, < 1
-    float thickness = 0.01F;             ///< distance that nodes keep from surfaces, m, > 0
-    float friction = 0.5F;               ///< Coulomb's coefficient against rigid bodies, >= 0
-    bool collides = true;                ///< with rigid bodies
+    float thickness = 0.01F;             ///< distance that nodes keep from surfaces, m, > 0;
+                                         ///< two soft bodies keep the sum of theirs
+    float friction = 0.5F;               ///< Coulomb's coefficient against rigid bodies, >= 0;
+                                         ///< between soft ones the geometric mean counts
+    bool collides = true;                ///< with rigid bodies and other soft ones
     bool self_collision = false;
 };
 

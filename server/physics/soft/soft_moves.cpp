@@ -73,6 +73,7 @@ void SoftBodies::place(SoftId id, const Vec3& position, const Quat& turn) {
     if (!fit_position(position) || !fit_orientation(turn)) {
         return;
     }
+    impl_->wake_around(body);
     place_rigid(body, rigid_hull_of(body), position, turn, Vec3::Zero(), Vec3::Zero());
     fit_box(body);
     wake(id);

@@ -84,7 +84,9 @@ void SoftBodies::serialize(Archive& archive) {
     if constexpr (Archive::kReads) {
         if (!std::all_of(impl_->bodies.begin(), impl_->bodies.end(), is_sound)) {
             archive.fail("a soft body names nodes that it has not");
+            return;
         }
+        std::for_each(impl_->bodies.begin(), impl_->bodies.end(), find_skin);
     }
 }
 

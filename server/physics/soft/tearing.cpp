@@ -183,6 +183,7 @@ std::uint32_t tear(SoftBody& body) {
 void relink(SoftBody& body) {
     body.batches.build(body.springs, body.x.size());
     body.linked.clear();
+    find_skin(body);
     limit_step(body);
 }
 

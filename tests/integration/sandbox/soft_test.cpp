@@ -161,6 +161,48 @@ TEST(SoftInZones, RulesPushTeleportHideShowAndRemoveThem) {
     run_ticks(world, 2);
 }
 
+/// All soft bodies of a type, with their entities, as they were added.
+std::vector<const zone::SoftLink*> links_of(const zone::ZoneState& state, std::string_view type) {
+    std::vector<const zone::SoftLink*> out;
+    for (const zone::SoftLink& link : state.soft->links) {
+        const world::Row row = state.entities.find(link.entity);
+        if ((*state.settings.types)[state.entities.type[row]].name == type) {
+            out.push_back(&link);
+        }
+    }
+    return out;
+}
+
+/// No agent walks here. The upper body of each pair rests on the lower one: within its outline, and
+/// higher than it would lie on the ground.
+TEST(SoftInZones, APairMeetsAndStaysAPair) {
+    config::Settings settings = settings_of("cloth.txtpb");
+    std::erase_if(settings.initial, [&](const config::InitialEntity& entity) {
+        return settings.types[entity.type].brain != 0;
+    });
+    app::World world(settings, 1);
+    run_ticks(world, 450);
+    int stacked = 0;
+    for (const auto& zone : world.zones()) {
+        const zone::ZoneState& state = zone->state();
+        const physics::soft::SoftBodies& bodies = state.soft->bodies;
+        for (const std::string_view type : {"jelly", "balloon"}) {
+            for (const zone::SoftLink* upper : links_of(state, type)) {
+                for (const zone::SoftLink* lower : links_of(state, "jelly")) {
+                    const Vec3 over = bodies.rigid_hull(upper->body).position -
+                                      bodies.rigid_hull(lower->body).position;
+                    // Half a jelly is 0.4 m high, half a balloon 0.5 m.
+                    stacked += over.y() > 0.7F && over.y() < 1.0F &&
+                                       Vec3(over.x(), 0, over.z()).norm() < 0.5F
+                                   ? 1
+                                   : 0;
+                }
+            }
+        }
+    }
+    EXPECT_EQ(stacked, 2);
+}
+
 TEST(SoftInZones, PassRunsUntilAllSleepAndSaysWhy) {
     // No player walks here, so all bodies come to rest.
     config::Settings settings = settings_of("cloth.txtpb");
