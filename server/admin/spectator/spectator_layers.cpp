@@ -72,20 +72,20 @@ SpectatorMessage SpectatorLayers::softs(const SpectatorSample& sample, bool whol
         surfaces_.clear();  // most of them are of bodies that are gone
     }
     for (const SpectatorSoft& soft : sample.softs) {
-        ToldSurface& told = surfaces_[soft.entity];
-        const bool same = told.faces == soft.faces && told.hung == soft.hung;
+        SentSurface& sent = surfaces_[soft.entity];
+        const bool same = sent.faces == soft.faces && sent.hung == soft.hung;
         if (!same) {
-            told = {soft.faces, soft.hung};
+            sent = {soft.faces, soft.hung};
         }
-        const bool tells = whole || !same;
+        const bool sends = whole || !same;
         put_bytes(out, soft.entity.value);
         put_bytes(out, static_cast<std::uint32_t>(soft.nodes.size()));
-        put_bytes(out, static_cast<std::uint32_t>(tells ? soft.faces.size() : 0));
-        put_bytes(out, static_cast<std::uint32_t>(tells ? soft.hung.size() : 0));
+        put_bytes(out, static_cast<std::uint32_t>(sends ? soft.faces.size() : 0));
+        put_bytes(out, static_cast<std::uint32_t>(sends ? soft.hung.size() : 0));
         for (const Vec3& node : soft.nodes) {
             put_place(out, soft.origin + node.cast<double>());
         }
-        if (tells) {
+        if (sends) {
             for (const auto& face : soft.faces) {
                 put_bytes(out, face);
             }

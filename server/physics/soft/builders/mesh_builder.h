@@ -28,8 +28,8 @@ struct MeshBodyDef {
     std::vector<Vec3> vertices;  ///< m
     /// Three for each triangle, counter-clockwise seen from outside.
     std::vector<std::uint32_t> indices;
-    /// Lines of a file in which the triangles stand, for messages; empty: their numbers from 0 are
-    /// told.
+    /// Lines of a file in which the triangles stand, for messages; empty: messages count triangles
+    /// from 0.
     std::vector<std::uint32_t> lines;
     float weld = 0.0F;             ///< vertices no farther apart are one, m; see MeshOptions
     float mass = 1.0F;             ///< of the whole, kg
