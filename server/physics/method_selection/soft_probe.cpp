@@ -48,6 +48,7 @@ SoftProbe::SoftProbe(const soft::SoftDef& def, const Vec3& gravity, float tick_s
     pinned_ = std::any_of(
         def.nodes.begin(), def.nodes.end(), [](const soft::SoftNode& n) { return n.pinned; });
     def_.vertices.clear();
+    def_.drawn_faces.clear();
     def_.material.tear_strain = def_.material.tear_force = def_.material.yield_strain = 0.0F;
     def_.material.collides = def_.material.self_collision = false;
 }

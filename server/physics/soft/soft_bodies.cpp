@@ -99,7 +99,8 @@ void SoftBodies::Impl::integrate_island(const SoftIsland& island,
     const bool meets = island.first_pair < island.end_pair;
     int n = meets ? pairs.substeps(island, dt) : 1;
     for (const std::uint32_t i : members) {
-        n = std::max(n, meets ? substeps_in_contact(bodies[i], dt) : bodies[i].substeps(dt));
+        const bool touches = meets || !bodies[i].contacts.empty();
+        n = std::max(n, touches ? substeps_in_contact(bodies[i], dt) : bodies[i].substeps(dt));
     }
     const float h = dt / static_cast<float>(n);
     for (int step = 0; step < n; ++step) {

@@ -251,7 +251,7 @@ TEST(SoftInZones, TheBannerIsDrawnFinerThanItIsSimulated) {
         ASSERT_EQ(drawn.size(), 609U);
         bodies.vertices(body, drawn);
         EXPECT_EQ(bodies.drawn_faces(body).size(), 2U * 20U * 28U);
-        Aabb box;
+        Aabb box{drawn.front(), drawn.front()};
         for (const Vec3& v : drawn) {
             box.lower = box.lower.cwiseMin(v);
             box.upper = box.upper.cwiseMax(v);

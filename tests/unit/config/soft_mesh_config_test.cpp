@@ -128,6 +128,18 @@ TEST_F(SoftMeshConfig, SimulatesAsManyNodesAsItSaysAndDrawsAll) {
     EXPECT_EQ(coarse->def.nodes.size(), 10U);
 }
 
+/// The trials of a budget run on the nodes alone, without what is drawn.
+TEST_F(SoftMeshConfig, HasItsMethodChosenWithinABudget) {
+    for (const char* form : {R"(mesh { file: "sheet.obj" nodes: 40 pin { } })",
+                             "cloth { columns: 9 rows: 9 coarsen: 2 pin { } }"}) {
+        const auto out = load_text(std::string("budget { soft_share: 0.1 }\n") +
+                                   "type { name: \"thing\" mass_kg: 3 soft { " + form + " } }\n");
+        ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+        EXPECT_GT(thing(out).solver.substeps, 0);
+        EXPECT_FALSE(thing(out).drawn_faces.empty());
+    }
+}
+
 TEST_F(SoftMeshConfig, HoldsGasWhereItIsClosed) {
     const auto out = load_mesh(R"(file: "gem.obj" gas_pressure_pa: 102000)");
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);

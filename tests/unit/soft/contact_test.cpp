@@ -1,7 +1,9 @@
 // Soft bodies against rigid ones and themselves.
 #include "tests/unit/soft/soft_test.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zoned::physics::soft {
 namespace {
@@ -98,6 +100,48 @@ TEST(SoftContact, FastNodesDoNotTunnel) {
     run(bodies, 60, &scene);
     for (std::size_t i = 0; i < bodies.node_count(id); ++i) {
         EXPECT_GT(bodies.position(id, i).y(), 0.0F) << i;
+    }
+}
+
+/// Whatever the method and its default substeps, a fall from 2 m gives no more than m g 2 m, and
+/// nothing comes up again higher than it fell from.
+TEST(SoftContact, AFallOntoTheGroundGivesNoEnergy) {
+    for (const SoftMethod method :
+         {SoftMethod::kXpbd, SoftMethod::kImplicitEuler, SoftMethod::kSemiImplicitEuler}) {
+        for (const auto& [stiffness, bulk_modulus] :
+             {std::pair(3.0e2F, 0.0F), std::pair(3.0e4F, 0.0F), std::pair(3.0e4F, 1.0e5F)}) {
+            JellyDef of;
+            of.centre = Vec3(0, 2, 0);
+            of.nodes = {7, 7, 7};
+            of.mass = 5.0F;
+            of.stiffness = stiffness;
+            of.bulk_modulus = bulk_modulus;
+            SoftDef def = *build_jelly(of);
+            def.solver.method = method;
+            SoftSettings settings = awake_soft();
+            settings.step_s = kFrame;
+            SoftBodies bodies(settings);
+            const SoftId id = put(bodies, def);
+            Scene scene{PhysicsSettings()};
+            add_ground(scene, 0.0F);
+            const double given = double{of.mass} * double{kGravity} * 2.0;
+            double most = 0.0;
+            float highest = 0.0F;
+            for (int step = 0; step < 300; ++step) {
+                run(bodies, 1, &scene);
+                double kinetic = 0.0;
+                Vec3 centre = Vec3::Zero();
+                for (std::size_t i = 0; i < bodies.node_count(id); ++i) {
+                    const auto m = static_cast<double>(bodies.mass(id, i));
+                    kinetic += 0.5 * m * bodies.velocity(id, i).cast<double>().squaredNorm();
+                    centre += bodies.mass(id, i) / of.mass * bodies.position(id, i);
+                }
+                most = std::max(most, kinetic);
+                highest = step < 60 ? highest : std::max(highest, centre.y());
+            }
+            EXPECT_LE(most, given) << name_of(method) << ' ' << stiffness;
+            EXPECT_LE(highest, 2.0F) << name_of(method) << ' ' << stiffness;
+        }
     }
 }
 
