@@ -59,8 +59,9 @@ struct Timetables {
 ///
 /// If no target is noticed, the previous one is remembered where it was. The confidence falls
 /// linearly to 0 over memory_s; then the target is forgotten. A ward is known within perception_m.
-/// The previous ward stays the ward as long as it is there. With succession and no ward, of an agent
-/// and those of its type within perception_m the one with the least id is the ward of the others.
+/// The previous ward stays the ward as long as it is there. With succession and no ward, of an
+/// agent and those of its type within perception_m the one with the least id is the ward of the
+/// others.
 ///
 /// `players`: null: they are looked for in ai.near. `timetables`: null: all entities are perceived
 /// at their bodies.

@@ -26,7 +26,7 @@ struct SoftBodies::Impl {
     void settle(SoftBody& body, const SoftSettings& settings, float dt);
     /// Bodies that touch each other fall asleep together.
     void put_to_sleep(const SoftSettings& settings);
-    /// What slept on a body that goes.
+    /// Wakes bodies that slept on one that goes.
     void wake_around(const SoftBody& body);
     void count(SoftStats& s) const;
 };

@@ -2,7 +2,9 @@
 #include "tests/unit/soft/pair_scenes.h"
 #include "shared/core/rng.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace zoned::physics::soft {
 namespace {
@@ -139,8 +141,8 @@ struct Throw {
     }
 };
 
-/// What two bodies that pass through each other hold: a balloon's gas may swell and give energy to
-/// its skin.
+/// The energy that two bodies hold which pass through each other: a balloon's gas may swell and
+/// give some to its skin.
 struct FlightEnergy {
     double kinetic = 0.0;  ///< the most, J
     double last = 0.0;     ///< of all, in the end, J
@@ -165,10 +167,12 @@ FlightEnergy fly_by(std::uint64_t seed) {
 /// does all energy in the end: what meets gives none. In between, the sum with the springs may: a
 /// contact that stops a node within a substep of h s leaves its springs pressed by v h, which holds
 /// more than the node had where k h^2 > m, until their next solution takes it back.
-TEST(SoftPairStress, TwoHundredRandomPairs) {
+TEST(SoftPairStress, RandomPairsMeetWithoutGivingEnergy) {
+    const char* const asked = std::getenv("ZONED_SOFT_PAIRS");
+    const int pairs = asked != nullptr ? std::max(std::atoi(asked), 60) : 60;
     int met = 0;
     int closed = 0;
-    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(pairs); ++seed) {
         SCOPED_TRACE(seed);
         const FlightEnergy bound = fly_by(seed);
         Throw now(seed, true);
@@ -190,8 +194,8 @@ TEST(SoftPairStress, TwoHundredRandomPairs) {
             EXPECT_GT(gap_between(now.bodies, a, b), 0.0F) << "one holds a node of the other";
         }
     }
-    EXPECT_GT(met, 180);
-    EXPECT_GT(closed, 40);
+    EXPECT_GT(10 * met, 9 * pairs);
+    EXPECT_GT(5 * closed, pairs);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ struct FaceSide {
     bool upward;         ///< runs from low to high
 };
 
-/// Those of one edge follow each other.
+/// Sides of one edge follow each other.
 std::vector<FaceSide> sides_of(std::span<const SoftFace> faces) {
     std::vector<FaceSide> out;
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -147,7 +147,7 @@ std::string why_not_closed(const Welded& mesh, std::span<const FaceSide> sides) 
                                           : reason;
 }
 
-/// Which vertices are pinned; the mistake where a pin holds none.
+/// For each vertex, whether it is pinned; the mistake where a pin holds none.
 core::Result<std::vector<bool>> pinned_of(const MeshBodyDef& def, const Welded& mesh) {
     std::vector<bool> out(mesh.vertices.size(), false);
     for (std::size_t p = 0; p < def.pins.size(); ++p) {

@@ -12,7 +12,7 @@ namespace zoned::physics::soft {
 /// By vertex of the whole mesh.
 struct HungMesh {
     std::vector<SoftVertex> vertices;
-    /// What share of a vertex's mass each of its first three nodes carries: 0..1, sum 1.
+    /// The share of a vertex's mass that each of its first three nodes carries: 0..1, sum 1.
     std::vector<std::array<double, 3>> mass_shares;
 };
 

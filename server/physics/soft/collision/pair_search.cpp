@@ -1,4 +1,4 @@
-// Which nodes of one soft body may come to which faces of another within a step.
+// Finds the nodes of one soft body that may come to faces of another within a step.
 #include "server/physics/soft/collision/soft_pairs.h"
 #include "shared/math/segment_triangle.h"
 
