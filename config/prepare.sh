@@ -13,12 +13,14 @@ fail() { say "$*"; exit 3; }
 configure=""
 
 missing_packages() {
-    local package
-    while read -r package; do
-        if [[ "$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null)" != "install ok installed" ]]; then
-            printf '%s\n' "$package"
-        fi
-    done < <(sed "${needed[@]}" -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$root/config/packages.txt")
+    local -a wanted
+    local installed package
+    mapfile -t wanted < <(sed "${needed[@]}" -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$root/config/packages.txt")
+    # One question for all: a process for each package takes seconds. It fails where one is unknown, and names the others.
+    installed=$'\n'"$(dpkg-query -W -f='${Package} ${Status}\n' "${wanted[@]}" 2>/dev/null || true)"$'\n'
+    for package in "${wanted[@]}"; do
+        [[ "$installed" == *$'\n'"$package install ok installed"$'\n'* ]] || printf '%s\n' "$package"
+    done
 }
 
 install_missing() {

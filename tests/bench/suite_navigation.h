@@ -8,7 +8,7 @@
 
 namespace zoned::bench {
 
-/// Rows `next_hop` (time of a lookup) and `flow_field` (time of a field to a new goal).
+/// Rows `goal_field`: time of a field to a new goal.
 void run_flow_fields(Session& session, const GridScene& scene);
 
 /// Row `door`: time until a planner with squares may be asked again after a cell of a path was

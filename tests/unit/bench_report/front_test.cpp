@@ -102,7 +102,7 @@ TEST(Front, CountsScenesByWhoIsOnIt) {
 
 TEST(Front, LeavesOutRowsOfAnotherTask) {
     Results results;
-    results.rows = {row_with("default", "", 10.0, 0.0), row_with("next_hop", "", 0.1, 0.0)};
+    results.rows = {row_with("default", "", 10.0, 0.0), row_with("goal_field", "", 0.1, 0.0)};
     for (Row& row : results.rows) {
         row.suite = "navigation";
     }

@@ -121,7 +121,7 @@ TEST(MistakesInPerception, AreFoundWhereTheyAre) {
         with("    target: \"crate\"\n", "", kBlended), "perception {", "looks for nobody");
     expect_single(with("action: GUARD radius_m: 6", "action: ESCORT radius_m: 6", kBlended),
                   "brain {\n  name: \"guard\"",
-                  "names no `ward`");
+                  "has no `ward`");
     expect_single(with("action: CHASE", "action: GUARD radius_m: 9 leash_m: 8"),
                   "leash_m",
                   "shorter than radius_m");

@@ -127,7 +127,7 @@ TEST(SoftContact, AFallOntoTheGroundGivesNoEnergy) {
             const double given = double{of.mass} * double{kGravity} * 2.0;
             double most = 0.0;
             float highest = 0.0F;
-            for (int step = 0; step < 300; ++step) {
+            for (int step = 0; step < 120; ++step) {
                 run(bodies, 1, &scene);
                 double kinetic = 0.0;
                 Vec3 centre = Vec3::Zero();

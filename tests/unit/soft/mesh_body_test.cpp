@@ -396,7 +396,7 @@ TEST(MeshBody, GivesTheSameBitsOnAnyNumberOfThreads) {
         ball.gas_pressure = 103000.0F;
         ball.nodes = 200;
         put(bodies, built_mesh(ball));
-        run(bodies, 30);
+        run(bodies, 6);
         hashes.push_back(hash_of(bodies));
     }
     EXPECT_EQ(hashes[0], hashes[1]);

@@ -198,7 +198,7 @@ TEST(SoftThreads, GiveTheSameBits) {
         implicit.solver.method = SoftMethod::kImplicitEuler;
         put(bodies, implicit);
         put(bodies, *build_balloon({}));
-        run(bodies, 40);
+        run(bodies, 12);
         hashes.push_back(hash_of(bodies));
     }
     EXPECT_EQ(hashes[0], hashes[1]);
