@@ -96,6 +96,7 @@ struct Throw {
     std::array<MeetingBody, 2> pair;
     float speed = 0.0F;
     int steps = 0;
+    bool gas = false;  ///< one of them holds some
 
     Throw(std::uint64_t seed, bool collides) {
         SoftSettings settings = weightless_soft();
@@ -120,6 +121,7 @@ struct Throw {
             if (!why_unstable(def, kFrame).empty()) {
                 def = solved_by(SoftMethod::kXpbd, def);
             }
+            gas = gas || form == Form::kBalloon;
             def.material.collides = collides;
             pair[i] = put_meeting(bodies, def);
         }
@@ -151,11 +153,7 @@ struct FlightEnergy {
 FlightEnergy fly_by(std::uint64_t seed) {
     Throw alone(seed, false);
     FlightEnergy out{alone.kinetic(), alone.energy()};
-    if (alone.bodies.faces(alone.pair[0].id).empty() &&
-        alone.bodies.faces(alone.pair[1].id).empty()) {
-        return out;  // neither holds gas
-    }
-    for (int i = 0; i < alone.steps; ++i) {
+    for (int i = 0; i < alone.steps && alone.gas; ++i) {
         alone.bodies.step(kFrame, nullptr);
         out.kinetic = std::max(out.kinetic, alone.kinetic());
         out.last = std::max(out.last, alone.energy());
@@ -163,10 +161,12 @@ FlightEnergy fly_by(std::uint64_t seed) {
     return out;
 }
 
-/// The kinetic energy never exceeds that of the same two where they pass through each other, nor
-/// does all energy in the end: what meets gives none. In between, the sum with the springs may: a
-/// contact that stops a node within a substep of h s leaves its springs pressed by v h, which holds
-/// more than the node had where k h^2 > m, until their next solution takes it back.
+/// All energy in the end never exceeds that of the same two where they pass through each other, nor
+/// does the kinetic energy where neither holds gas: what meets gives none. Gas that swells gives
+/// its energy to the skin, and more of it at a time where the other body has pressed it. In
+/// between, the sum with the springs may: a contact that stops a node within a substep of h s
+/// leaves its springs pressed by v h, which holds more than the node had where k h^2 > m, until
+/// their next solution takes it back.
 TEST(SoftPairStress, RandomPairsMeetWithoutGivingEnergy) {
     const char* const asked = std::getenv("ZONED_SOFT_PAIRS");
     const int pairs = asked != nullptr ? std::max(std::atoi(asked), 60) : 60;
@@ -185,7 +185,9 @@ TEST(SoftPairStress, RandomPairsMeetWithoutGivingEnergy) {
         met += touched ? 1 : 0;
         const auto& [a, b] = now.pair;
         ASSERT_TRUE(all_finite(now.bodies, a.id) && all_finite(now.bodies, b.id));
-        EXPECT_LT(most, 1.01 * bound.kinetic);
+        if (!now.gas) {
+            EXPECT_LT(most, 1.01 * bound.kinetic);
+        }
         EXPECT_LT(now.energy(), bound.last + 0.01 * bound.kinetic);
         if (a.closed && b.closed) {
             ++closed;
