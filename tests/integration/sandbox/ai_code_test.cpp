@@ -151,19 +151,19 @@ TEST(CodedGuardsWorld, TellsWhyByTheNamesOfItsCode) {
     app::World world(settings, 1);
     std::vector<mailbox::OutboxItem> out;
     world.tick({}, out);
-    bool told = false;
+    bool named = false;
     for (const auto& zone : world.zones()) {
         zone::ZoneState& state = zone->state();
         for (std::size_t n = 0; n < state.agents.size(); ++n) {
             const EntityId entity = state.agents.at(state.agents.nth(n)).entity;
-            told = told ||
-                   app::agent_report(settings, *zone, entity, world.now())
-                           .find(
-                               "transitions by code gate_guard_states, which reads: "
-                               "player distance, home distance, breath\n") != std::string::npos;
+            named = named ||
+                    app::agent_report(settings, *zone, entity, world.now())
+                            .find(
+                                "transitions by code gate_guard_states, which reads: "
+                                "player distance, home distance, breath\n") != std::string::npos;
         }
     }
-    EXPECT_TRUE(told);
+    EXPECT_TRUE(named);
 }
 
 std::string why_refused(const std::vector<std::string>& sets) {

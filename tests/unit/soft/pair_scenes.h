@@ -133,11 +133,9 @@ inline void add_floor(Scene& scene) {
     EXPECT_TRUE(scene.add(floor).ok());
 }
 
-/// Solved by the method. Implicit Euler takes steps so short that rigid contacts, which follow its
-/// solution once a substep, give the springs no energy.
+/// Solved by the method, with its default substeps.
 inline SoftDef solved_by(SoftMethod method, SoftDef def) {
     def.solver.method = method;
-    def.solver.substeps = method == SoftMethod::kImplicitEuler ? 12 : 0;
     return def;
 }
 

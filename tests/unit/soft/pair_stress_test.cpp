@@ -164,8 +164,8 @@ FlightEnergy fly_by(std::uint64_t seed) {
 /// All energy in the end never exceeds that of the same two where they pass through each other, nor
 /// does the kinetic energy where neither holds gas: what meets gives none. Gas that swells gives
 /// its energy to the skin, and more of it at a time where the other body has pressed it. In
-/// between, the sum with the springs may: a contact that stops a node within a substep of h s
-/// leaves its springs pressed by v h, which holds more than the node had where k h^2 > m, until
+/// between, the sum with the springs may be larger: a contact that stops a node within a substep of
+/// h s leaves its springs pressed by v h, which holds more than the node had where k h^2 > m, until
 /// their next solution takes it back.
 TEST(SoftPairStress, RandomPairsMeetWithoutGivingEnergy) {
     const char* const asked = std::getenv("ZONED_SOFT_PAIRS");

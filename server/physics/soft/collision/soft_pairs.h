@@ -53,6 +53,9 @@ struct SoftIsland {
 /// repulsion of Bridson et al., "Robust Treatment of Collisions, Contact and Friction for Cloth
 /// Animation", 2002).
 ///
+/// A body whose nodes swing faster than a substep resolves (omega h far above 1) may gain energy
+/// where it strikes: of 1,000 random pairs one did, a stiff rope.
+///
 /// Edges are not tested against edges. Ropes and the rims of sheets may cross each other where
 /// their nodes lie farther apart than twice the distance that two bodies keep. An edge of a closed
 /// body may cut into a face between the nodes of both.
