@@ -91,6 +91,18 @@ struct Scene::Impl {
     std::vector<TouchChange> touch_changes;  ///< of the step, by place in ContactGraph::active
     std::vector<std::uint8_t> in_contact;    ///< by row: a contact holds it in this step
     std::vector<StepStart> starts;           ///< by row: as it was before the solve
+
+    /// A body that a mover presses on.
+    struct SqueezedBody {
+        std::uint32_t row = kNoIndex;
+        std::uint32_t first = kNoIndex;  ///< the mover that was found first
+        float fastest_mps = 0.0F;        ///< of all that press on it
+        bool several = false;            ///< others than `first` do
+        bool held = false;               ///< by a joint, or by something that has a mass
+    };
+
+    std::vector<SqueezedBody> squeezed;
+    std::vector<std::uint32_t> squeeze_place;  ///< by row: in `squeezed`, if that is of the row
     std::vector<std::uint32_t> refitted;  ///< rows whose new fat box still has to go into `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
@@ -230,6 +242,12 @@ struct Scene::Impl {
     bool solve_exactly(std::span<const std::uint32_t> contacts, float dt);
     /// The solve by an alternative to ContactSolver; writes `broken`.
     void solve_by_variant(float dt);
+
+    // scene_squeeze.cpp
+    void limit_squeezed(float dt);
+    void list_pressed_by_movers();
+    void note_press(std::uint32_t row, std::uint32_t other, float impulse);
+    void slow_squeezed(const SqueezedBody& body, float dt);
 
     // scene_tunnelling.cpp
     void note_starts();

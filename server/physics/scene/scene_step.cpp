@@ -38,6 +38,7 @@ StepStats Scene::Impl::step(float dt) {
         list_joints();
         step_particles(dt);
         solve(dt);
+        limit_squeezed(dt);
         hold_back(dt);
         settle_contacts();
     }

@@ -1,0 +1,98 @@
+// A body between two movers does not fly off.
+#include "tests/unit/physics/physics_test.h"
+#include "shared/core/rng.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::physics {
+namespace {
+
+constexpr float kMover_mps = 5.0F;
+/// Twice a mover's speed, and 3 m/s by which overlaps end. Then a lone mover may strike it, across
+/// its way, and it falls for less than a second.
+const float kMost_mps = std::hypot(2.0F * kMover_mps + 3.0F, kMover_mps + 3.0F) + kGravity * 1.0F;
+
+/// Two capsules, as tall as people, that run at each other with a box between them.
+struct Crush {
+    explicit Crush(std::uint64_t seed, SolverVariant method = SolverVariant::kSoftStep)
+        : scene(settings_of(method)) {
+        core::Rng rng(seed);
+        BodyDef ground;
+        ground.kind = BodyKind::kStatic;
+        ground.shape = Shape::plane();
+        (void)scene.add(ground);
+        BodyDef box;
+        const Vec3 half(rng.range(0.1F, 0.3F), rng.range(0.2F, 0.5F), rng.range(0.1F, 0.3F));
+        radius = half.norm();
+        box.shape = Shape::box(half);
+        box.mass = rng.range(1.0F, 300.0F);
+        box.position = Vec3(0.0F, rng.range(0.6F, 1.2F), 0.0F);
+        body = *scene.add(box);
+        for (const float side : {-1.0F, 1.0F}) {
+            BodyDef mover;
+            mover.kind = BodyKind::kKinematic;
+            mover.shape = Shape::capsule(0.4F, 0.5F);
+            mover.position = Vec3(1.5F * side, 0.9F, rng.range(-0.15F, 0.15F));
+            mover.velocity = Vec3(-side * kMover_mps, 0.0F, 0.0F);
+            (void)scene.add(mover);
+        }
+    }
+
+    static PhysicsSettings settings_of(SolverVariant method) {
+        PhysicsSettings settings;
+        settings.method = method;
+        return settings;
+    }
+
+    /// Notes the fastest that the box and its corners are, m/s.
+    void run() {
+        for (int i = 0; i < 60; ++i) {
+            scene.step(kTick);
+            fastest = std::max(fastest, scene.state(body).velocity.norm());
+            corners = std::max(corners, radius * scene.state(body).angular_velocity.norm());
+        }
+    }
+
+    Scene scene;
+    BodyId body;
+    float radius = 0.0F;
+    float fastest = 0.0F;
+    float corners = 0.0F;
+};
+
+TEST(Squeezed, LeaveNoFasterThanABlowOfTheFastestMover) {
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+        Crush crush(seed);
+        crush.run();
+        EXPECT_LE(crush.fastest, kMost_mps) << seed;
+        EXPECT_LE(crush.corners, 2.0F * kMost_mps) << seed;
+    }
+}
+
+TEST(Squeezed, AreStillPushedByOneMover) {
+    // A lone mover at 5 m/s pushes a box along as before: it reaches the mover's speed.
+    Scene scene{PhysicsSettings()};
+    BodyDef ground;
+    ground.kind = BodyKind::kStatic;
+    ground.shape = Shape::plane();
+    (void)scene.add(ground);
+    BodyDef box;
+    box.shape = Shape::box(Vec3(0.25F, 0.25F, 0.25F));
+    box.mass = 10.0F;
+    box.position = Vec3(0.0F, 0.25F, 0.0F);
+    const BodyId body = *scene.add(box);
+    BodyDef wall;
+    wall.kind = BodyKind::kKinematic;
+    wall.shape = Shape::box(Vec3(0.25F, 1.0F, 1.0F));
+    wall.position = Vec3(-1.0F, 1.0F, 0.0F);
+    wall.velocity = Vec3(kMover_mps, 0.0F, 0.0F);
+    (void)scene.add(wall);
+    run_steps(scene, 60, kTick);
+    EXPECT_NEAR(scene.state(body).velocity.x(), kMover_mps, 0.1F);
+}
+
+}  // namespace
+}  // namespace zoned::physics
