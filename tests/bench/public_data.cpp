@@ -52,30 +52,4 @@ std::vector<CubeRecord> read_cubes(const std::string& which, std::size_t frames,
     return records;
 }
 
-std::vector<OrientationPair> read_orientations(std::string& why) {
-    const std::string name = "smallest_three_values_v1.txt";
-    const Unpacked pipe = unpack(name, why);
-    if (!pipe) {
-        return {};
-    }
-    std::vector<OrientationPair> pairs;
-    OrientationPair p;
-    while (std::fscanf(pipe.get(),
-                       "%d,%d,%d,%d,%d,%d,%d,%d",
-                       &p.now[0],
-                       &p.now[1],
-                       &p.now[2],
-                       &p.now[3],
-                       &p.before[0],
-                       &p.before[1],
-                       &p.before[2],
-                       &p.before[3]) == 8) {
-        pairs.push_back(p);
-    }
-    if (pairs.empty()) {
-        why = "xz could not read " + name + ": no rows of it";
-    }
-    return pairs;
-}
-
 }  // namespace zoned::bench

@@ -23,13 +23,4 @@ using CubeRecord = std::array<std::int32_t, 8>;
 /// file is shorter; none where it is missing or unreadable (`why` gives the reason).
 std::vector<CubeRecord> read_cubes(const std::string& which, std::size_t frames, std::string& why);
 
-/// A captured orientation, and the one before it: left_out, a, b, c, nine bits each.
-struct OrientationPair {
-    std::array<std::int32_t, 4> now{};
-    std::array<std::int32_t, 4> before{};
-};
-
-/// smallest_three_values_v1; none where it is not there or unreadable (`why` says so).
-std::vector<OrientationPair> read_orientations(std::string& why);
-
 }  // namespace zoned::bench

@@ -9,34 +9,27 @@ void run_replication(Session& session) {
     if (session.wants_scene("dead_reckoning") || session.wants_scene("display")) {
         run_dead_reckoning(session);
     }
-    run_snapshots(session);
     run_scenes(session);
 }
 
-const Registration kReplication({"replication",
-                                 "bytes, errors and time of replication",
-                                 {"cubes901_A",
-                                  "cubes901_B",
-                                  "orientations",
-                                  "bodies250",
-                                  "crowd200",
-                                  "crowd100",
-                                  "dead_reckoning",
-                                  "display"},
-                                 {"default",
-                                  "order0",
-                                  "order1",
-                                  "order2",
-                                  "ballistic",
-                                  "turning",
-                                  "snap",
-                                  "linear",
-                                  "hermite",
-                                  "unpredicted",
-                                  "interpolate",
-                                  "per_client",
-                                  "auto"},
-                                 run_replication});
+const Registration kReplication(
+    {"replication",
+     "bytes, errors and time of replication",
+     {"cubes901_A", "cubes901_B", "bodies250", "crowd200", "crowd100", "dead_reckoning", "display"},
+     {"default",
+      "order0",
+      "order1",
+      "order2",
+      "ballistic",
+      "turning",
+      "snap",
+      "linear",
+      "hermite",
+      "unpredicted",
+      "interpolate",
+      "per_client",
+      "auto"},
+     run_replication});
 
 }  // namespace
 

@@ -72,14 +72,16 @@ class SceneTrial : public JudgedTrial {
 
     void observe() override {
         if (zone_.tick() == kSettled) {
-            payload_bytes_ = wire_bytes_ = updates_ = 0;
+            payload_bytes_ = wire_bytes_ = body_bytes_ = updates_ = 0;
         }
         updates_ += report_.records_sent;
-        for (const mailbox::StatePacket& packet : zone_.packets()) {
+        for (std::size_t i = 0; i < zone_.packets().size(); ++i) {
+            const mailbox::StatePacket& packet = zone_.packets()[i];
             const std::size_t wire = packet.body.size() + replication::kPacketOverheadBytes;
             wire_bytes_ += wire;
             payload_bytes_ += wire - kIpAndUdpBytes;
-            if (packet.client == ClientId(1)) {
+            body_bytes_ += packet.body.size();
+            if (packet.client == ClientId(1) && zone_.arrives(i)) {
                 client_.take(zone_.tick(), packet);
             }
         }
@@ -95,6 +97,7 @@ class SceneTrial : public JudgedTrial {
             static_cast<double>(zone_.tick() - kSettled) * static_cast<double>(trace_.tick_s);
         row.error = accuracy_.position_m;
         row.error_unit = std::string("m");
+        row.metric("body_kbit_per_s", 0.008 * static_cast<double>(body_bytes_) / seconds);
         row.metric("payload_bytes_per_s", static_cast<double>(payload_bytes_) / seconds);
         row.metric("wire_bytes_per_s", static_cast<double>(wire_bytes_) / seconds);
         row.metric("updates_per_s", static_cast<double>(updates_) / seconds);
@@ -115,6 +118,7 @@ class SceneTrial : public JudgedTrial {
     replication::ReplicationReport report_;
     std::uint64_t payload_bytes_ = 0;
     std::uint64_t wire_bytes_ = 0;
+    std::uint64_t body_bytes_ = 0;
     std::uint64_t updates_ = 0;
     Accuracy accuracy_;
 };
@@ -123,7 +127,8 @@ void run_scene(Session& session,
                const std::string& scene,
                const MotionTrace& trace,
                const replication::ReplicationSettings& settings,
-               const TracedZone::Plan& plan) {
+               const TracedZone::Plan& plan,
+               const std::string& parameter = "") {
     if (!session.wants_scene(scene)) {
         return;
     }
@@ -138,7 +143,7 @@ void run_scene(Session& session,
     session.add(
         compare("replication",
                 scene,
-                "",
+                parameter,
                 wanted(session,
                        {with("default", replication::Codec::kShared),
                         with("per_client", replication::Codec::kPerClient),
@@ -167,9 +172,36 @@ void run_crowds(Session& session) {
         session, "crowd100", crowd, settings_for_bound(crowd, {0.05F, 0.1F}, 2.0), {100, true, 0});
 }
 
+/// Every cube within half a quantum at every tick: no prediction, so a cube is sent when its
+/// quantised place or orientation is another one.
+void run_cubes(Session& session, const std::string& which) {
+    std::string why;
+    const MotionTrace cubes = cubes_trace(which, session.quick ? 300 : 2833, why);
+    if (cubes.frames.empty()) {
+        session.note(why);
+        return;
+    }
+    replication::ReplicationSettings settings = settings_for_bound(cubes, {1.0F, 1.0F}, 4.0);
+    settings.forced_order = static_cast<int>(motion::PredictorOrder::kStatic);
+    settings.quantization.position_step_m = 1.0F / 512.0F;
+    settings.quantization.orientation_bits = 9;
+    settings.quantization.horizontal_extent_m = 32.0F;
+    settings.quantization.vertical_extent_m = 16.0F;
+    settings.lods = {{settings.quantization.position_quantum_m(),
+                      settings.quantization.orientation_quantum_rad(false)}};
+    constexpr Tick kDelay = 3;
+    run_scene(session, "cubes901_" + which, cubes, settings, {1, false, kDelay, 0.0});
+    run_scene(session, "cubes901_" + which, cubes, settings, {1, false, kDelay, 0.05}, "loss 5 %");
+}
+
 }  // namespace
 
 void run_scenes(Session& session) {
+    for (const char* which : {"A", "B"}) {
+        if (session.wants_scene(std::string("cubes901_") + which)) {
+            run_cubes(session, which);
+        }
+    }
     if (session.wants_scene("bodies250")) {
         run_many_bodies(session);
     }

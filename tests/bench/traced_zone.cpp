@@ -51,7 +51,8 @@ TracedZone::TracedZone(const MotionTrace& trace,
     : trace_(trace),
       plan_(plan),
       types_{trace.type},
-      replicator_(settings) {
+      replicator_(settings),
+      received_(static_cast<std::size_t>(plan.clients)) {
     const auto count = static_cast<std::uint32_t>(trace.frames.front().size());
     for (std::uint32_t id = 1; id <= count; ++id) {
         const world::Row row = entities_.add(EntityId(id), 0);
@@ -104,19 +105,30 @@ const replication::ReplicationReport& TracedZone::step() {
     return report_;
 }
 
-/// Nothing is lost: the newest packet to each client stands for all before it.
+/// Of each client's newest packet that came, naming those that came before it.
 void TracedZone::acknowledge() {
     const Tick back = tick_ + std::max<Tick>(1, 2 * plan_.delay);
     const auto rtt_us =
         static_cast<std::uint32_t>(1e6F * static_cast<float>(back - tick_) * trace_.tick_s);
+    const auto is_lost = [&] {
+        return plan_.loss > 0.0 && static_cast<double>(rng_.unit()) < plan_.loss;
+    };
+    arrives_.clear();
     for (std::size_t i = 0; i < packets_.size(); ++i) {
-        const bool newest =
-            i + 1 == packets_.size() || packets_[i + 1].client != packets_[i].client;
-        if (newest) {
+        const mailbox::StatePacket& packet = packets_[i];
+        arrives_.push_back(!is_lost());
+        Received& received = received_[packet.client.value - 1];
+        if (arrives_[i]) {
+            const std::uint64_t on = packet.sequence - received.newest;
+            received.before = on < 64 ? (received.before << on) | 1ULL << (on - 1) : 0;
+            received.newest = packet.sequence;
+        }
+        const bool newest = i + 1 == packets_.size() || packets_[i + 1].client != packet.client;
+        if (newest && received.newest != 0 && !is_lost()) {
             mailbox::Acks acks;
-            acks.client = packets_[i].client;
-            acks.newest = packets_[i].sequence;
-            acks.bits = ~0U;
+            acks.client = packet.client;
+            acks.newest = received.newest;
+            acks.bits = static_cast<std::uint32_t>(received.before);
             acks.rtt_us = rtt_us;
             acks_.emplace_back(back, acks);
         }

@@ -4,6 +4,7 @@
 #include "client-sim/view/view.h"
 #include "server/replication/replicator.h"
 #include "tests/bench/motion_traces.h"
+#include "shared/core/rng.h"
 
 #include <deque>
 #include <memory>
@@ -27,7 +28,8 @@ class TracedZone {
     struct Plan {
         int clients = 1;
         bool avatars = false;
-        Tick delay = 0;  ///< ticks from sending to arrival, of packets and of acknowledgements
+        Tick delay = 0;     ///< ticks from sending to arrival, of packets and of acknowledgements
+        double loss = 0.0;  ///< share of packets, and of acknowledgements, that never come
     };
 
     TracedZone(const MotionTrace& trace,
@@ -39,6 +41,9 @@ class TracedZone {
     const replication::ReplicationReport& step();
 
     [[nodiscard]] const std::vector<mailbox::StatePacket>& packets() const { return packets_; }
+
+    /// Whether a packet of this tick, by its place in packets(), comes to its client.
+    [[nodiscard]] bool arrives(std::size_t packet) const { return arrives_[packet]; }
 
     [[nodiscard]] Tick tick() const { return tick_; }
 
@@ -54,12 +59,22 @@ class TracedZone {
     world::Visibility visibility_;
     std::vector<replication::OwnInput> own_;
     std::vector<mailbox::StatePacket> packets_;
+
+    /// The packets that a client says to have received.
+    struct Received {
+        std::uint64_t newest = 0;
+        std::uint64_t before = 0;  // bit i: newest - 1 - i
+    };
+
+    core::Rng rng_{7, 901};
+    std::vector<bool> arrives_;                        // of packets_
+    std::vector<Received> received_;                   // by client
     std::deque<std::pair<Tick, mailbox::Acks>> acks_;  // when they come back
     replication::ReplicationReport report_;
     Tick tick_ = 0;
 };
 
-/// A client of a traced zone, without loss.
+/// A client of a traced zone.
 class TracedClient {
   public:
     TracedClient(const MotionTrace& trace,

@@ -1,4 +1,4 @@
-// Fuzzing of the entropy-coded formats: records coded for one client, snapshots, orientations.
+// Fuzzing of the entropy-coded format: records coded for one client.
 //
 // For all bytes: no decoder crashes or reads outside them. A decoder that refused a packet is in
 // the same state as before. Decoded values are within the ranges of the format. An encoder's output
@@ -184,75 +184,6 @@ std::size_t try_record_stream(Input input, bool coarse) {
     return accepted;
 }
 
-/// As try_record_packets().
-std::size_t try_snapshots(Input input) {
-    snapshot::SnapshotDecoder all(snapshot_format());
-    snapshot::SnapshotDecoder twin(snapshot_format());
-    zoned::fuzz::Actions actions(input);
-    snapshot::FrameNumber newest = 0;
-    std::size_t accepted = 0;
-    std::uint8_t what = 0;
-    Input bytes;
-    for (int n = 0; n < kMostPackets && actions.next(what, bytes); ++n) {
-        const snapshot::FrameNumber number = next_number(newest, what);
-        newest = std::max(newest, number);
-        if (number == 0) {
-            continue;
-        }
-        const auto told = all.decode(number, bytes);
-        if (!told) {
-            continue;
-        }
-        ++accepted;
-        const auto again = twin.decode(number, bytes);
-        ZONED_ASSERT(again && **again == **told, "a refused snapshot changes nothing");
-        for (const snapshot::BodySample& body : **told) {
-            check_sample(body, snapshot_format());
-        }
-    }
-    return accepted;
-}
-
-/// Bytes as orientations, and these encoded and decoded again.
-std::size_t try_orientations(Input input) {
-    if (input.empty()) {
-        return 0;
-    }
-    const int bits = 2 + input[0] % 14;
-    snapshot::SnapshotFormat format;
-    format.orientation_bits = bits;
-    const Input code = input.subspan(1);
-    entropy::RangeDecoder reader(code);
-    snapshot::OrientationCoder decoder(bits);
-    std::vector<snapshot::BodySample> told(std::min<std::size_t>(200, 1 + code.size()));
-    snapshot::BodySample base;
-    for (snapshot::BodySample& sample : told) {
-        decoder.decode(reader, base, sample);
-        check_sample(sample, format);
-        base = sample;
-    }
-    Bytes again;
-    entropy::RangeEncoder writer(again);
-    snapshot::OrientationCoder encoder(bits);
-    base = {};
-    for (const snapshot::BodySample& sample : told) {
-        encoder.encode(writer, base, sample);
-        base = sample;
-    }
-    writer.finish();
-    entropy::RangeDecoder rereader(again);
-    snapshot::OrientationCoder redecoder(bits);
-    base = {};
-    for (const snapshot::BodySample& sample : told) {
-        snapshot::BodySample back;
-        redecoder.decode(rereader, base, back);
-        ZONED_ASSERT(back == sample, "orientations come out as they were encoded");
-        base = sample;
-    }
-    ZONED_ASSERT(rereader.complete(), "an encoder's code is complete");
-    return told.size();
-}
-
 }  // namespace
 
 std::size_t try_coded(Input input) {
@@ -262,16 +193,8 @@ std::size_t try_coded(Input input) {
     const Input rest = input.subspan(1);
     const bool coarse = (input[0] & 4) != 0;
     const bool declared = (input[0] & 8) != 0;
-    switch (input[0] % 4) {
-        case kRecordPackets:
-            return try_record_packets(rest, coarse, declared);
-        case kRecordStream:
-            return try_record_stream(rest, coarse);
-        case kSnapshots:
-            return try_snapshots(rest);
-        default:
-            return try_orientations(rest);
-    }
+    return input[0] % 2 == kRecordPackets ? try_record_packets(rest, coarse, declared)
+                                          : try_record_stream(rest, coarse);
 }
 
 }  // namespace zoned::wire::fuzz

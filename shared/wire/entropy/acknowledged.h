@@ -57,14 +57,6 @@ struct KnowledgeHead {
 void write_head(RangeEncoder& coder, const KnowledgeHead& head);
 KnowledgeHead read_head(RangeDecoder& coder);
 
-/// The Common of a Knowledge whose states share nothing.
-struct NothingInCommon {
-    template <class Frame>
-    void learning(const Frame& /*frame*/) {}
-
-    void forget_before(PacketNumber /*oldest*/) {}
-};
-
 /// A Knowledge is a state of knowledge. It has the types Frame (contents and lessons of a packet,
 /// with its `number`), Format and Common, is made from a Format, copied, and has
 /// learning(shared_ptr<const Frame>) and learned(). Two sides that learned the same frames in the
@@ -133,12 +125,6 @@ class KnowledgeEncoder {
         common_ = Common();
         epoch_ = static_cast<std::uint8_t>((epoch_ + 1) % (1 << KnowledgeHead::kEpochBits));
         sent_.clear();
-    }
-
-    /// Adds a frame that the receiver got in another way; call it before the first begin().
-    void share(std::shared_ptr<const Frame> frame) {
-        common_.learning(*frame);
-        knowledge_.learning(std::move(frame));
     }
 
     /// The knowledge and the packets that are under way; the format is there already.
@@ -282,16 +268,6 @@ class KnowledgeDecoder {
         if (received_.size() > kReceived) {
             received_.pop_front();
         }
-    }
-
-    /// Newest packet learned before the newest learned packet was coded.
-    [[nodiscard]] const Knowledge& newest() const { return known_.back(); }
-
-    /// See KnowledgeEncoder::share().
-    void share(FramePointer frame) {
-        newest_ = frame->number;
-        common_.learning(*frame);
-        known_.back().learning(std::move(frame));
     }
 
     [[nodiscard]] const Common& common() const { return common_; }

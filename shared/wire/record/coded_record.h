@@ -5,6 +5,7 @@
 #include "shared/wire/entropy/acknowledged.h"
 #include "shared/wire/entropy/least_squares.h"
 #include "shared/wire/publication.h"
+#include "shared/wire/record/course.h"
 #include "shared/wire/traffic.h"
 
 #include <array>
@@ -26,6 +27,10 @@ struct CodedRecord {
     std::uint32_t declared = 0;
     Tick tick = 0;         ///< of the publication, at most the packet's and kOldestTicks before it
     QuantizedState state;  ///< by the level's quantisation
+    // Filled in by coding, where the state was predicted by the entity's course; else 0.
+    std::array<float, 3> error{};  ///< of the prediction, steps per tick
+    float turn_error = 0.0F;       ///< likewise, mean over the axes, rad per tick
+    bool plain = false;            ///< the prediction was no use: earlier places say nothing of it
 };
 
 /// Older publications travel as shared records.
@@ -93,6 +98,7 @@ struct RecordFrame {
     std::vector<CodedRecord> records;  ///< ascending by entity
     std::vector<RecordModelUpdate> model_updates;
     std::array<entropy::NormalSums<1>, 2> velocity;  ///< along the ground, upwards
+    std::vector<CourseSums> course;                  ///< one, or none where nothing is on a course
     std::vector<RecordBits> bits;  ///< of each record, where they are measured; the rest of the
                                    ///< code's bytes is its head and end
     std::vector<DeclaredUpdate> declared;     ///< of decoded records
@@ -105,6 +111,7 @@ struct RecordFrame {
         bits.clear();
         declared.clear();
         declared_bits.clear();
+        course.clear();
         velocity = {};
     }
 };

@@ -1,6 +1,6 @@
 #include "shared/wire/record/extrapolate.h"
 
-#include "shared/wire/snapshot/rotation.h"
+#include "shared/wire/record/rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,45 +10,11 @@ namespace zoned::wire::record {
 
 namespace {
 
-using snapshot::Rotation;
-
 /// Steps of `value`, a quantity in SI units, within a limit.
 std::int32_t steps(double value, float step, std::int32_t limit) {
     const double whole = std::floor(value / static_cast<double>(step) + 0.5);
     return static_cast<std::int32_t>(
         std::clamp(whole, -static_cast<double>(limit), static_cast<double>(limit)));
-}
-
-/// An orientation of the grid of smallest three, see QuantizedState.
-Rotation rotation_of(const QuantizedState& state, std::int32_t limit) {
-    const float unit = 1.0F / (static_cast<float>(limit) * std::numbers::sqrt2_v<float>);
-    std::array<float, 4> all{};
-    float rest = 1.0F;
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-        if (static_cast<std::int32_t>(i) != state.orientation_largest) {
-            all[i] = static_cast<float>(state.orientation[next++]) * unit;
-            rest -= all[i] * all[i];
-        }
-    }
-    all[static_cast<std::size_t>(state.orientation_largest)] = std::sqrt(std::max(0.0F, rest));
-    return {all[0], all[1], all[2], all[3]};
-}
-
-void set_orientation(QuantizedState& state, const Rotation& rotation, std::int32_t limit) {
-    const std::array<float, 4> all = {rotation.w, rotation.x, rotation.y, rotation.z};
-    const int greatest = snapshot::greatest_component(rotation);
-    const float sign = all[static_cast<std::size_t>(greatest)] < 0.0F ? -1.0F : 1.0F;
-    state.orientation_largest = greatest;
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-        if (static_cast<int>(i) != greatest) {
-            const float whole = std::floor(
-                sign * all[i] * std::numbers::sqrt2_v<float> * static_cast<float>(limit) + 0.5F);
-            state.orientation[next++] = static_cast<std::int32_t>(
-                std::clamp(whole, -static_cast<float>(limit), static_cast<float>(limit)));
-        }
-    }
 }
 
 /// Moves the orientation on by angular velocity, both in columns of their own quantisations.
@@ -70,11 +36,12 @@ void turn(const CodedRecord& base,
     }
     const std::array<std::int32_t, 3>& w = base.state.angular_velocity;
     const auto scale = static_cast<float>(rate * elapsed_s);
-    const Rotation rotation = snapshot::turned(rotation_of(base.state, before.orientation),
-                                               {scale * static_cast<float>(w[0]),
-                                                scale * static_cast<float>(w[1]),
-                                                scale * static_cast<float>(w[2])});
-    set_orientation(out, rotation, now.orientation);
+    const Rotation rotation = turned(rotation_of(base.state, before.orientation),
+                                     {scale * static_cast<float>(w[0]),
+                                      scale * static_cast<float>(w[1]),
+                                      scale * static_cast<float>(w[2])});
+    out.orientation_largest = greatest_component(rotation);
+    out.orientation = smallest_three(rotation, out.orientation_largest, now.orientation);
 }
 
 }  // namespace

@@ -46,6 +46,7 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
                                          acknowledged_.knowledge(),
                                          {acknowledged_.common(), {}},
                                          {coder},
+                                         memory_,
                                          measured,
                                          *frame);
     pass.take_declared(declared);
@@ -72,8 +73,13 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
         return Decoded::failure(why);
     }
     std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
-    RecordPass<entropy::DecodePort> pass(
-        format_, *known.knowledge, {*known.common, known.not_common}, {coder}, measured, *frame);
+    RecordPass<entropy::DecodePort> pass(format_,
+                                         *known.knowledge,
+                                         {*known.common, known.not_common},
+                                         {coder},
+                                         memory_,
+                                         measured,
+                                         *frame);
     const bool sound = pass.run();
     if (pass.fault() != DeclaredFault::kNone) {
         return Decoded::failure(kDeclaredFaultTexts[static_cast<std::size_t>(pass.fault())]);

@@ -4,6 +4,7 @@
 
 #include "shared/core/result.h"
 #include "shared/wire/entropy/frame_pool.h"
+#include "shared/wire/record/neighbours.h"
 #include "shared/wire/record/record_knowledge.h"
 
 #include <cstdint>
@@ -16,6 +17,12 @@ namespace zoned::wire::record {
 
 /// The most records of one packet.
 inline constexpr std::size_t kMostRecords = 1024;
+
+/// Memory of passes that outlives them.
+struct PassMemory {
+    Neighbours neighbours;
+    std::vector<EntityId> moving;
+};
 
 /// Codes records exactly, each against a prediction from its entity's newest acknowledged
 /// publication. Position and orientation are moved on; the velocity also uses the error of the
@@ -65,6 +72,7 @@ class RecordEncoder {
     entropy::KnowledgeEncoder<RecordKnowledge> acknowledged_;
     entropy::FramePool<RecordFrame> frames_;
     std::vector<std::uint8_t> raw_;  // scratch of the range coder
+    PassMemory memory_;
 };
 
 class RecordDecoder {
@@ -87,6 +95,7 @@ class RecordDecoder {
     RecordFormat format_;
     entropy::KnowledgeDecoder<RecordKnowledge> acknowledged_;
     entropy::FramePool<RecordFrame> frames_;
+    PassMemory memory_;
 };
 
 }  // namespace zoned::wire::record

@@ -17,6 +17,15 @@ bool is_known(const CodedRecord& record) {
     return record.lod < kLods && static_cast<std::int32_t>(record.state.order) < kMotions;
 }
 
+/// The record of an entity, or the end.
+std::vector<CodedRecord>::const_iterator record_in(const RecordFrame& frame, EntityId entity) {
+    const auto it = std::lower_bound(
+        frame.records.begin(), frame.records.end(), entity, [](const CodedRecord& r, EntityId id) {
+            return r.entity < id;
+        });
+    return it != frame.records.end() && it->entity == entity ? it : frame.records.end();
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- bases
@@ -25,7 +34,8 @@ bool RecordBaselines::is_sound() const {
     const auto there = [this](Slot slot) {
         return slot < versions_.size();
     };
-    bool sound = std::all_of(free_.begin(), free_.end(), there);
+    bool sound =
+        std::all_of(free_.begin(), free_.end(), there) && (superseding_.empty() || !ticks_.empty());
     for (const BaselineVersion& version : versions_) {
         sound = sound && is_known(version.record);
     }
@@ -74,6 +84,30 @@ const CodedRecord* RecordBaselines::find(EntityId entity,
     return &versions_[slot].record;
 }
 
+RecordBaselines::Cursor::Cursor(const RecordBaselines& bases, EntityId entity) : bases_(bases) {
+    const auto it = bases.lower_bound(entity);
+    slot_ = it == bases.entries_.end() || it->entity != entity ? kNone : it->newest;
+}
+
+void RecordBaselines::moving(ZoneId zone,
+                             entropy::PacketNumber newest,
+                             Tick since,
+                             std::vector<EntityId>& out) const {
+    if (moved_tick_ < since) {
+        return;
+    }
+    for (const BaselineEntry& entry : entries_) {
+        const Slot slot = version_at(entry.newest, newest);
+        if (slot == kNone || versions_[slot].zone != zone) {
+            continue;
+        }
+        const CodedRecord& record = versions_[slot].record;
+        if (moves(record) && record.tick >= since) {
+            out.push_back(entry.entity);
+        }
+    }
+}
+
 RecordBaselines::Slot RecordBaselines::keep(const RecordFrame& frame,
                                             const CodedRecord& record,
                                             Slot older) {
@@ -88,7 +122,14 @@ RecordBaselines::Slot RecordBaselines::keep(const RecordFrame& frame,
 }
 
 void RecordBaselines::learning(const RecordFrame& frame) {
+    if (ticks_.empty() || ticks_.back().tick != frame.tick) {
+        ticks_.emplace_back();
+    }
+    ticks_.back() = {frame.number, frame.tick};
     for (const CodedRecord& record : frame.records) {
+        if (moves(record)) {
+            moved_tick_ = std::max(moved_tick_, record.tick);
+        }
         auto it = entries_.begin() + (lower_bound(record.entity) - entries_.cbegin());
         if (it == entries_.end() || it->entity != record.entity) {
             it = entries_.insert(it, {record.entity, kNone});
@@ -118,14 +159,31 @@ void RecordBaselines::forget(EntityId entity, entropy::PacketNumber oldest) {
     if (still_needed == kNone) {
         return;
     }
-    drop(versions_[still_needed].older);
+    // Where it was before is looked at where it moves.
+    Slot oldest_needed = still_needed;
+    while (versions_[oldest_needed].number > ticks_.front().number &&
+           moves(versions_[oldest_needed].record) && versions_[oldest_needed].older != kNone) {
+        oldest_needed = versions_[oldest_needed].older;
+    }
+    drop(versions_[oldest_needed].older);
     if (still_needed == it->newest && versions_[still_needed].record.remove) {
         drop(it->newest);
         entries_.erase(it);
     }
 }
 
+/// Packets before those at which a course is looked at from packet `oldest` on.
+void RecordBaselines::forget_ticks(entropy::PacketNumber oldest) {
+    const auto behind = std::upper_bound(
+        ticks_.begin(), ticks_.end(), oldest, [](entropy::PacketNumber n, const CoursePacket& p) {
+            return n < p.number;
+        });
+    const auto looked_at = static_cast<std::ptrdiff_t>(CourseKnowledge::kPackets);
+    ticks_.erase(ticks_.begin(), behind - std::min(behind - ticks_.begin(), looked_at));
+}
+
 void RecordBaselines::forget_before(entropy::PacketNumber oldest) {
+    forget_ticks(oldest);
     const auto kept = std::find_if(superseding_.begin(),
                                    superseding_.end(),
                                    [&](const Superseding& s) { return s.number > oldest; });
@@ -139,16 +197,72 @@ const CodedRecord* KnownBaselines::find(EntityId entity,
                                         ZoneId zone,
                                         entropy::PacketNumber newest) const {
     for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
-        const std::vector<CodedRecord>& records = (*frame)->records;
-        const auto it = std::lower_bound(
-            records.begin(), records.end(), entity, [](const CodedRecord& r, EntityId id) {
-                return r.entity < id;
-            });
-        if (it != records.end() && it->entity == entity) {
+        const auto it = record_in(**frame, entity);
+        if (it != (*frame)->records.end()) {
             return it->remove || (*frame)->zone != zone ? nullptr : &*it;
         }
     }
     return common.find(entity, zone, newest);
+}
+
+void KnownBaselines::find_course(EntityId entity,
+                                 ZoneId zone,
+                                 std::span<const entropy::PacketNumber> upto,
+                                 std::span<const CodedRecord*> out) const {
+    auto frame = frames.rbegin();
+    RecordBaselines::Cursor common_one(common, entity);
+    const CodedRecord* found = nullptr;
+    entropy::PacketNumber number = 0;
+    // To the newest publication up to packet `newest` that is older than the one found.
+    const auto go_back = [&](entropy::PacketNumber newest) {
+        for (; frame != frames.rend(); ++frame) {
+            const auto it = record_in(**frame, entity);
+            if ((*frame)->number <= newest && it != (*frame)->records.end()) {
+                const bool is_known = !it->remove && (*frame)->zone == zone;
+                found = is_known ? &*it : found;
+                number = (*frame)->number;
+                ++frame;
+                return is_known;
+            }
+        }
+        for (; !common_one.at_end() && common_one.number() > newest;) {
+            common_one.older();
+        }
+        if (common_one.at_end() || common_one.record().remove || common_one.zone() != zone) {
+            return false;
+        }
+        found = &common_one.record();
+        number = common_one.number();
+        common_one.older();
+        return true;
+    };
+    bool more = go_back(upto[0]);
+    for (std::size_t i = 0; i < upto.size(); ++i) {
+        while (more && number > upto[i] && moves(*found) && !found->plain) {
+            more = go_back(number - 1);
+        }
+        out[i] = found;
+    }
+}
+
+void KnownBaselines::moving(ZoneId zone,
+                            entropy::PacketNumber newest,
+                            Tick since,
+                            std::vector<EntityId>& out) const {
+    out.clear();
+    common.moving(zone, newest, since, out);
+    for (const std::shared_ptr<const RecordFrame>& frame : frames) {
+        for (const CodedRecord& record : frame->records) {
+            const auto at = std::lower_bound(out.begin(), out.end(), record.entity);
+            const bool there = at != out.end() && *at == record.entity;
+            const bool is = frame->zone == zone && moves(record) && record.tick >= since;
+            if (is && !there) {
+                out.insert(at, record.entity);
+            } else if (there && !is) {
+                out.erase(at);
+            }
+        }
+    }
 }
 
 // ---------------------------------------------------------------- models
@@ -170,6 +284,7 @@ RecordModels::RecordModels() {
     }
     // The same start gives the same result.
     bits.fill(entropy::BitModel(7u << 13));
+    bits[kPlain] = bits[kPlain + 1] = entropy::BitModel(1u << 12);
 }
 
 void RecordModels::learning(const std::vector<RecordModelUpdate>& model_updates) {
@@ -201,6 +316,7 @@ void RecordKnowledge::learning(const std::shared_ptr<const RecordFrame>& frame) 
             velocity_[i].solve();
         }
     }
+    course_.learning(frame->number, frame->tick, frame->course);
     learned_.add(frame->number);
 }
 

@@ -3,6 +3,7 @@
 
 #include "shared/wire/entropy/ports.h"
 #include "shared/wire/field_codec.h"
+#include "shared/wire/record/course_pass.h"
 #include "shared/wire/record/extrapolate.h"
 #include "shared/wire/record/record_codec.h"
 
@@ -23,6 +24,7 @@ class RecordPass {
                const RecordKnowledge& knowledge,
                const KnownBaselines& bases,
                Port port,
+               PassMemory& memory,
                bool measured,
                RecordFrame& frame)
         : format_(format),
@@ -31,7 +33,9 @@ class RecordPass {
           models_(knowledge.models()),
           port_(port),
           measured_(measured),
-          frame_(frame) {}
+          frame_(frame),
+          moving_(memory.moving),
+          course_(format, knowledge, bases_, port, memory.neighbours, frame) {}
 
     /// Encoders only: where the declared fields of records come from.
     void take_declared(const DeclaredSource* source) { source_ = source; }
@@ -43,6 +47,10 @@ class RecordPass {
     bool run() {
         std::size_t next = 0;
         begin_measuring();
+        bases_.moving(frame_.zone,
+                      knowledge_.learned().newest(),
+                      knowledge_.course().at(0).tick - kMovedLately,
+                      moving_);
         for (;;) {
             CodedRecord record;
             const bool more = kDecodes || next < frame_.records.size();
@@ -55,13 +63,13 @@ class RecordPass {
             if (kind == kEnd) {
                 return true;
             }
-            if (kind > kEnd || next == kMostRecords || !code(kind, record)) {
+            if (kind >= kKinds || next == kMostRecords || !code(kind, record)) {
                 return false;
             }
             if constexpr (kDecodes) {
                 frame_.records.push_back(record);
             } else {
-                frame_.records[next].declared = record.declared;
+                frame_.records[next] = record;
             }
             before_ = kind;
             ++next;
@@ -74,6 +82,8 @@ class RecordPass {
         kNew,    ///< nothing is known that would help
         kRemove,
         kEnd,
+        kMoving,  ///< known, and one of those that moved lately
+        kKinds,
     };
 
     [[nodiscard]] const CodedRecord* baseline_of(EntityId entity) const {
@@ -87,11 +97,14 @@ class RecordPass {
         const CodedRecord* base = baseline_of(record.entity);
         const bool known = base != nullptr && base->type == record.type &&
                            base->upright == record.upright && base->tick <= record.tick;
-        return known ? kKnown : kNew;
+        if (!known) {
+            return kNew;
+        }
+        return std::binary_search(moving_.begin(), moving_.end(), record.entity) ? kMoving : kKnown;
     }
 
     bool code(CodedKind kind, CodedRecord& record) {
-        if (!code_entity(record)) {
+        if (kind == kMoving ? !code_moving(record) : !code_entity(record)) {
             return false;
         }
         record.remove = kind == kRemove;
@@ -99,8 +112,9 @@ class RecordPass {
             measure(kRecordHeadPart);
             return true;
         }
-        const CodedRecord* base = kind == kKnown ? baseline_of(record.entity) : nullptr;
-        if (kind == kKnown && base == nullptr) {
+        const bool known = kind == kKnown || kind == kMoving;
+        const CodedRecord* base = known ? baseline_of(record.entity) : nullptr;
+        if (known && base == nullptr) {
             return false;
         }
         const auto age = static_cast<Tick>(magnitude(
@@ -127,6 +141,22 @@ class RecordPass {
         }
         measure(kRecordHeadPart);
         return code_state(record, base);
+    }
+
+    /// The next of those that moved lately, but for some that do not move on.
+    bool code_moving(CodedRecord& record) {
+        while (next_moving_ < moving_.size()) {
+            const EntityId entity = moving_[next_moving_++];
+            if (entity.value <= entity_before_) {
+                continue;
+            }
+            if (bit(RecordModels::kMovesOn + course_.pace_of(entity), entity == record.entity)) {
+                record.entity = entity;
+                entity_before_ = entity.value;
+                return true;
+            }
+        }
+        return false;
     }
 
     bool code_entity(CodedRecord& record) {
@@ -161,6 +191,9 @@ class RecordPass {
                 !code_field(f, layout[field.range], columns, out)) {
                 return false;
             }
+            if (field.range == Range::kMotion) {
+                course_.begin(record, base, static_cast<Motion>(out[0]));
+            }
             measure(f);
         }
         if constexpr (kDecodes) {
@@ -169,6 +202,7 @@ class RecordPass {
             }
             record.state = state_of(out);
         }
+        course_.end(record);
         learn_velocity(out);
         nearby_ = record;
         return code_declared_fields(record, base);
@@ -242,6 +276,10 @@ class RecordPass {
     bool code_field(std::size_t f, const RangeLayout& range, const Columns& columns, Columns& out) {
         const Field& field = kFields[f];
         const std::size_t c = field.first;
+        if (course_.on() && is_of_course(field.range)) {
+            code_on_course(field, range, columns, out);
+            return !course_.failed();
+        }
         switch (field.range) {
             case Range::kMotion:
                 out[c] = symbol(RecordModels::kMotion + motion_before_, columns[c]);
@@ -278,6 +316,27 @@ class RecordPass {
             off_before = static_cast<float>(std::abs(off));
         }
         return true;
+    }
+
+    static bool is_of_course(Range range) {
+        return range == Range::kHorizontal || range == Range::kVertical ||
+               range == Range::kLeftOut || range == Range::kSmallestThree;
+    }
+
+    void code_on_course(const Field& field,
+                        const RangeLayout& range,
+                        const Columns& columns,
+                        Columns& out) {
+        const std::size_t c = field.first;
+        std::copy_n(columns.begin() + c, field.components, out.begin() + c);
+        if (field.range == Range::kSmallestThree) {
+            course_.code_turn(
+                out[kLeftOutColumn], std::span<std::int32_t, 3>(out.begin() + c, 3), range);
+        } else if (field.range != Range::kLeftOut) {  // which comes with the others
+            for (std::size_t i = c; i < c + field.components; ++i) {
+                out[i] = course_.code_place(i, columns[i], range);
+            }
+        }
     }
 
     void code_left_out(std::size_t c, const Columns& columns, Columns& out) {
@@ -361,7 +420,7 @@ class RecordPass {
 
     // ---------------------------------------------------------------- decisions
 
-    bool bit(RecordModels::Bits which, bool value) {
+    bool bit(std::size_t which, bool value) {
         const bool result = port_.bit(models_.bits[which], value);
         note(RecordModels::kFirstBit + which, 0, result ? 1 : 0);
         return result;
@@ -404,6 +463,8 @@ class RecordPass {
     static constexpr std::size_t kUpColumn = 3;
     static constexpr std::size_t kVelocityAfterPosition = 3;
     static constexpr std::size_t kSmallestThree = 13;
+    static constexpr std::size_t kLeftOutColumn = 13;
+    static constexpr Tick kMovedLately = 12;
     static constexpr double kMostMore = 1 << 22;  // steps
 
     const RecordFormat& format_;
@@ -414,6 +475,9 @@ class RecordPass {
     bool measured_;
     std::uint64_t measured_bits_ = 0;
     RecordFrame& frame_;
+    std::vector<EntityId>& moving_;  // lately
+    std::size_t next_moving_ = 0;    // the first that was not asked for
+    CoursePass<Port> course_;
     const DeclaredSource* source_ = nullptr;
     DeclaredFault fault_ = DeclaredFault::kNone;
     CodedKind before_ = kKnown;

@@ -337,7 +337,8 @@ struct ServerMessage {
                  AuditRecordMessage,
                  ClosingMessage,
                  DatagramMessage,
-                 CommandAckMessage>
+                 CommandAckMessage,
+                 RedirectMessage>
         message;
 
     static void fields(auto& m, auto& visit) { visit.one_of(m.message); }

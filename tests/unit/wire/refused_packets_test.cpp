@@ -1,7 +1,6 @@
 // A decoder that refused a packet is in its earlier state, whatever base the packet named.
 #include "tests/unit/wire/wire_samples.h"
 #include "shared/wire/record/record_codec.h"
-#include "shared/wire/snapshot/snapshot_codec.h"
 
 #include <gtest/gtest.h>
 
@@ -92,43 +91,6 @@ TEST(RefusedPackets, ChangeNothingOfADecoderOfRecords) {
                         (told[i].remove || (*frame)->records[i].state == told[i].state))
                 << i;
         }
-    });
-    EXPECT_GT(refused, 50);
-}
-
-TEST(RefusedPackets, ChangeNothingOfADecoderOfSnapshots) {
-    snapshot::SnapshotFormat format;
-    format.bodies = 8;
-    format.minimum = {-1000, -1000, -1000};
-    format.maximum = {1000, 1000, 1000};
-    snapshot::SnapshotEncoder encoder(format);
-    snapshot::SnapshotDecoder decoder(format);
-    core::Rng rng(2);
-    Bytes last;
-    snapshot::Snapshot bodies(format.bodies);
-    for (snapshot::FrameNumber n = 1; n <= kPackets; ++n) {
-        for (snapshot::BodySample& body : bodies) {
-            body.position[0] = static_cast<std::int32_t>(rng.below(2000)) - 1000;
-            body.orientation = {static_cast<std::int16_t>(rng.below(512)), 256, 256};
-        }
-        last.clear();
-        acknowledge_all_before_the_last(encoder, n);
-        encoder.encode(n, bodies, last);
-        if (n == kPackets) {
-            break;
-        }
-        ASSERT_TRUE(decoder.decode(n, last));
-    }
-    int refused = 0;
-    name_all_subsets([&](const Bytes& spoiled) {
-        snapshot::SnapshotDecoder victim = decoder;
-        if (victim.decode(kPackets, spoiled)) {
-            return;
-        }
-        ++refused;
-        const auto told = victim.decode(kPackets, last);
-        ASSERT_TRUE(told) << told.error();
-        ASSERT_EQ(**told, bodies);
     });
     EXPECT_GT(refused, 50);
 }

@@ -1,8 +1,8 @@
-// Rotations: orientations as quantised samples, as quaternions and as turns between them. Inline: a
-// codec asks for a dozen of them per body.
+// Rotations: quantised orientations as quaternions and as turns between them. Inline: a codec asks
+// for a dozen of them per body.
 #pragma once
 
-#include "shared/wire/snapshot/snapshot.h"
+#include "shared/wire/quantize.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace zoned::wire::snapshot {
+namespace zoned::wire::record {
 
 /// A unit quaternion.
 struct Rotation {
@@ -27,10 +27,6 @@ using Turn = std::array<float, 3>;
 namespace detail {
 
 inline constexpr float kSqrt2 = std::numbers::sqrt2_v<float>;
-
-inline float half_range(int orientation_bits) {
-    return 0.5F * static_cast<float>((1 << orientation_bits) - 1);
-}
 
 inline std::array<float, 4> components(const Rotation& r) {
     return {r.w, r.x, r.y, r.z};
@@ -92,38 +88,36 @@ inline float arc_over_sine(float square) {
 
 }  // namespace detail
 
-/// Of a sample, in the middle of its steps: components of 0..2^orientation_bits - 1 stand for
-/// -1 / sqrt 2 .. 1 / sqrt 2.
-inline Rotation rotation_of(const BodySample& sample, int orientation_bits) {
-    const float half = detail::half_range(orientation_bits);
-    const float step = 1.0F / (half * detail::kSqrt2);
-    std::array<float, 3> small{};
-    float rest = 1.0F;
-    for (std::size_t i = 0; i < 3; ++i) {
-        small[i] = (static_cast<float>(sample.orientation[i]) - half) * step;
-        rest -= small[i] * small[i];
-    }
+/// Of a state that turns freely. `limit` is QuantizationLimits::orientation: components of
+/// -limit..limit stand for -1 / sqrt 2 .. 1 / sqrt 2.
+inline Rotation rotation_of(const QuantizedState& state, std::int32_t limit) {
+    const float unit = 1.0F / (static_cast<float>(limit) * detail::kSqrt2);
     std::array<float, 4> all{};
+    float rest = 1.0F;
     std::size_t next = 0;
     for (std::size_t i = 0; i < 4; ++i) {
-        all[i] = i == sample.left_out ? std::sqrt(std::max(0.0F, rest)) : small[next++];
+        if (static_cast<std::int32_t>(i) != state.orientation_largest) {
+            all[i] = static_cast<float>(state.orientation[next++]) * unit;
+            rest -= all[i] * all[i];
+        }
     }
+    all[static_cast<std::size_t>(state.orientation_largest)] = std::sqrt(std::max(0.0F, rest));
     return {all[0], all[1], all[2], all[3]};
 }
 
-/// The quantised form of a unit quaternion with a given component left out.
-inline std::array<std::int16_t, 3> quantize_rotation(const Rotation& rotation,
-                                                     int left_out,
-                                                     int orientation_bits) {
-    const float half = detail::half_range(orientation_bits);
+/// The smallest three of a rotation, in steps, where component `left_out` is.
+inline std::array<std::int32_t, 3> smallest_three(const Rotation& rotation,
+                                                  int left_out,
+                                                  std::int32_t limit) {
     const std::array<float, 4> all = detail::components(rotation);
     const float sign = all[static_cast<std::size_t>(left_out)] < 0.0F ? -1.0F : 1.0F;
-    std::array<std::int16_t, 3> out{};
+    const auto most = static_cast<float>(limit);
+    std::array<std::int32_t, 3> out{};
     std::size_t next = 0;
     for (std::size_t i = 0; i < 4; ++i) {
-        if (i != static_cast<std::size_t>(left_out)) {
-            const float steps = std::floor(sign * all[i] * detail::kSqrt2 * half + half + 0.5F);
-            out[next++] = static_cast<std::int16_t>(std::clamp(steps, 0.0F, 2.0F * half));
+        if (static_cast<int>(i) != left_out) {
+            const float whole = std::floor(sign * all[i] * detail::kSqrt2 * most + 0.5F);
+            out[next++] = static_cast<std::int32_t>(std::clamp(whole, -most, most));
         }
     }
     return out;
@@ -206,4 +200,4 @@ inline Rotation turned(const Rotation& from, const Turn& turn) {
     return Rotation{cosine, vector * turn[0], vector * turn[1], vector * turn[2]} * from;
 }
 
-}  // namespace zoned::wire::snapshot
+}  // namespace zoned::wire::record

@@ -1,11 +1,11 @@
-#include "shared/wire/snapshot/neighbours.h"
+#include "shared/wire/record/neighbours.h"
 
 #include <Eigen/Core>
 
 #include <algorithm>
 #include <bit>
 
-namespace zoned::wire::snapshot {
+namespace zoned::wire::record {
 
 namespace {
 
@@ -96,4 +96,4 @@ MotionResidual Neighbours::near(const std::array<std::int32_t, 3>& position) con
     return result;
 }
 
-}  // namespace zoned::wire::snapshot
+}  // namespace zoned::wire::record

@@ -1,5 +1,4 @@
 // Neighbours: predicts a body's motion from the bodies near it that are coded already.
-// Reached by no program yet: it belongs to the snapshot codec.
 #pragma once
 
 #include <array>
@@ -7,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::wire::snapshot {
+namespace zoned::wire::record {
 
 /// The motion of a body, and its difference from its own continued motion. Two registers of eight.
 struct MotionResidual {
@@ -53,4 +52,4 @@ class Neighbours {
     std::size_t count_ = 0;
 };
 
-}  // namespace zoned::wire::snapshot
+}  // namespace zoned::wire::record
