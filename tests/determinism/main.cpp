@@ -24,14 +24,15 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
     return one.size() == other.size();
 }
 
-/// Rigid bodies, networks, then worlds: rigid bodies and agents, soft bodies, particles, all paths
-/// to decide, policies, joints.
+/// Rigid bodies, networks, then worlds: rigid bodies and agents, soft bodies, cubes, particles, all
+/// paths to decide, policies, joints.
 std::vector<Line> all_lines(unsigned threads) {
     std::vector<Line> lines = physics_lines(threads);
     const std::vector<Line> networks = training_lines(threads);
     lines.insert(lines.end(), networks.begin(), networks.end());
     for (const auto& [world, bots] : {std::pair("valley", std::size_t{60}),
                                       {"cloth", 12},
+                                      {"cubes", 4},
                                       {"weather", 12},
                                       {"hamlet", 12},
                                       {"learned", 12},

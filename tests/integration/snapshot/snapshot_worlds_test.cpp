@@ -27,6 +27,7 @@ constexpr SnapshotWorld kWorlds[] = {
     {"bridge", 3, 40, 60, nullptr},
     {"circuit", 3, 40, 60, nullptr},
     {"cloth", 3, 40, 60, nullptr},
+    {"cubes", 3, 40, 60, nullptr},
     {"doors", 3, 40, 60, nullptr},
     {"hamlet", 3, 40, 60, nullptr},
     {"hills", 3, 40, 60, nullptr},
