@@ -19,12 +19,15 @@ target_include_directories(zoned_client PRIVATE ${PROJECT_SOURCE_DIR} INTERFACE 
 target_link_libraries(zoned_client PRIVATE Eigen3::Eigen zoned_asio OpenSSL::SSL OpenSSL::Crypto)
 # A PC without AVX2 must be able to load it, and a game must not wait for a download.
 target_compile_options(zoned_client PRIVATE -march=x86-64 -Wno-psabi $<IF:$<CXX_COMPILER_ID:Clang>,-Oz,-Os> -g0 -DNDEBUG -ffunction-sections -fdata-sections
+  -fno-rtti -DASIO_NO_TYPEID
   $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 target_precompile_headers(zoned_client PRIVATE ${ZONED_PCH} <asio.hpp> <asio/ssl.hpp>)
 # nodelete: the lookup of a name may outlive an unloaded library.
 # gold lets a symbol of Asio's through the map, and lld does not know GCC's link-time optimization, nor bfd Clang's.
 target_link_options(zoned_client PRIVATE -fuse-ld=$<IF:$<CXX_COMPILER_ID:Clang>,lld,bfd> -Wl,--version-script=${PROJECT_SOURCE_DIR}/${LIBRARY}/zoned_client.map
   -Wl,--gc-sections -Wl,-z,nodelete -Wl,-z,now $<IF:$<CXX_COMPILER_ID:Clang>,-flto,-flto=auto> $<$<CXX_COMPILER_ID:Clang>:-Wl,--icf=safe> -Os -g0)
+# Its segments need no pages of their own: a hundredth of its size.
+target_link_options(zoned_client PRIVATE -Wl,-z,noseparate-code)
 # Games load no sanitizer's runtime first: the library is plain in every build, and unit_client and fuzz_client run its code
 # under sanitizers.
 target_compile_options(zoned_client PRIVATE -fno-sanitize=all)
