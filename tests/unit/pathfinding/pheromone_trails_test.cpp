@@ -204,7 +204,7 @@ int go_up(float reinforcement, int up, int down, int draws) {
 TEST(Reinforcement, DrawsWalkersAsTheChoiceFunctionSays) {
     constexpr int kDraws = 20'000;
     constexpr float kOfAnts = 0.05F;
-    for (const auto [up, down] : {std::pair(1, 1), {10, 1}, {1, 10}, {40, 20}, {200, 1}}) {
+    for (const auto& [up, down] : {std::pair(1, 1), {10, 1}, {1, 10}, {40, 20}, {200, 1}}) {
         const auto weight = [](int passages) {
             return std::pow(1.0 + static_cast<double>(kOfAnts) * passages, 2.0);
         };
